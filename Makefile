@@ -1,0 +1,40 @@
+# make demo   install, make an occluder for a generated castle, write everything to out/demo
+# make test   format, lint, types, import contracts, tests
+# make bench  speed and quality on the real assets (long)
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+.PHONY: demo test check bench clean
+
+demo: $(READY)
+	mkdir -p out/demo
+	$(BIN)/python -m examples.castle out/demo/castle.obj
+	$(BIN)/occluder simplify out/demo/castle.obj -o out/demo/castle_occluder.glb \
+		--ground --budget 64 --report out/demo/report.json --pictures out/demo
+	@echo "open out/demo/report.html and out/demo/castle_occluder.glb"
+
+test: $(READY) check
+	$(BIN)/python -m pytest -n 2 --dist loadfile
+
+check: $(READY)
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(READY)
+	$(BIN)/pip install --quiet -c constraints.txt -e '.[bench]'
+	$(BIN)/python -m bench.speed
+	$(BIN)/python -m bench.quality
+
+# Installed once, and again when what it depends on changes.
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet -c constraints.txt -e '.[gl,dev]'
+	touch $@
+
+clean:
+	rm -rf $(VENV) out

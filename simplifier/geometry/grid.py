@@ -1,0 +1,53 @@
+"""VoxelGrid: a solid in cubic cells, and the map between grid space and the world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.geometry.mesh import FloatArray
+
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class VoxelGrid:
+    """Cubic voxels over the bounding box of a mesh.
+
+    ``inside``     (nx, ny, nz) bool, C order: which voxels belong to the solid; read-only.
+    ``origin``     (3,) float64: the grid's lowest corner, world units.
+    ``cell_size``  edge of a voxel, world units.
+
+    Voxel (i, j, k) is the cube from (i, j, k) to (i+1, j+1, k+1) in grid space.
+    """
+
+    inside: BoolArray
+    origin: FloatArray
+    cell_size: float
+
+    def __post_init__(self) -> None:
+        self.inside.setflags(write=False)
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        nx, ny, nz = self.inside.shape
+        return nx, ny, nz
+
+    @property
+    def count(self) -> int:
+        """Number of voxels of the solid."""
+        return int(np.count_nonzero(self.inside))
+
+    def with_inside(self, inside: BoolArray) -> VoxelGrid:
+        """The same grid with another solid in it."""
+        return replace(self, inside=inside)
+
+    def to_world(self, points: FloatArray) -> FloatArray:
+        """Grid space (…, 3) to world units."""
+        return np.asarray(points * self.cell_size + self.origin)
+
+    def to_grid(self, points: FloatArray) -> FloatArray:
+        """World units (…, 3) to grid space."""
+        return np.asarray((points - self.origin) / self.cell_size)

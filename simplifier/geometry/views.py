@@ -1,0 +1,67 @@
+"""Directions on the sphere and the image axes that belong to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from simplifier.geometry.mesh import FloatArray, TriangleMesh
+
+_GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
+
+
+@dataclass(frozen=True, eq=False)
+class BoundingSphere:
+    """Centre of the bounding box and the largest distance of a vertex from it, world units."""
+
+    centre: FloatArray
+    radius: float
+
+    @classmethod
+    def of(cls, mesh: TriangleMesh) -> BoundingSphere:
+        low, high = mesh.bounds
+        centre = np.asarray(low + (high - low) / 2.0)
+        # In units of the box, so that squares neither overflow nor vanish; by column, for speed.
+        unit = float((high - low).max())
+        squares = np.zeros(len(mesh.vertices))
+        for axis in range(3):
+            squares += ((mesh.vertices[:, axis] - centre[axis]) / unit) ** 2
+        return cls(centre, float(np.sqrt(squares.max())) * unit)
+
+
+def hemisphere_directions(count: int) -> FloatArray:
+    """(count, 3) unit vectors spread evenly over the upper (+z) hemisphere (Fibonacci lattice).
+
+    Directions d and -d give mirror images, so a hemisphere is enough for the occlusion measure.
+    """
+    index = np.arange(count) + 0.5
+    z = 1.0 - index / count
+    radius = np.sqrt(np.maximum(0.0, 1.0 - z * z))
+    angle = _GOLDEN_ANGLE * index
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
+
+
+def random_directions(count: int, seed: int) -> FloatArray:
+    """(count, 3) unit vectors, uniform on the sphere; the same seed gives the same vectors."""
+    generator = np.random.default_rng(seed)
+    z = generator.uniform(-1.0, 1.0, count)
+    angle = generator.uniform(0.0, 2.0 * np.pi, count)
+    radius = np.sqrt(np.maximum(0.0, 1.0 - z * z))
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
+
+
+def image_axes(directions: FloatArray) -> FloatArray:
+    """(n, 3, 3) rows u, v, d for (n, 3) unit directions d: orthonormal, right-handed (u x v = d).
+
+    v is the projected +y axis where d is not nearly parallel to it, else the projected +z axis,
+    so that pictures of y-up assets stand upright.  A viewer who looks along +d with v up sees u
+    to the left.
+    """
+    d = np.asarray(directions, dtype=np.float64)
+    steep = np.abs(d[:, 1]) > 0.999
+    up = np.where(steep[:, None], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0])
+    u = np.cross(up, d)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    v = np.cross(d, u)
+    return np.stack([u, v, d], axis=1)

@@ -1,0 +1,191 @@
+"""What a user can choose, a frozen dataclass a stage.
+
+Every field has its unit, its range and what raising it does.  Defaults are safe.  A value out of
+range raises :class:`~simplifier.errors.OptionError` when the options are made, so no stage checks
+again.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Literal
+
+from simplifier.errors import OptionError
+
+TOLERANCE_VOXELS = 1.0
+"""How far Ramer-Douglas-Peucker may move an outline, in voxels (section 4.3: the voxel size)."""
+
+ERROR_VOXELS = math.sqrt(3.0) + math.sqrt(0.5) + TOLERANCE_VOXELS
+"""The error bound in voxels: a voxel's diagonal (a touched voxel holds a point of the surface),
+half a pixel's diagonal (a pixel counts by its centre) and the tolerance of the outlines."""
+
+MOST_VOXELS = 1024
+"""The finest grid, in voxels along the longest edge."""
+
+Slicing = Literal["cpu", "gl"]
+Trim = Literal["gain", "area"]
+Axis = Literal["x", "y", "z"]
+
+
+@dataclass(frozen=True)
+class SolidOptions:
+    """What counts as inside."""
+
+    resolution: int = 64
+    """Voxels along the longest edge, 1 to 1024.  Raising it tightens the error bound; time and
+    memory grow with its square to cube."""
+
+    up: Axis = "y"
+    """The asset's up axis; with ``ground`` its low end is the ground."""
+
+    ground: bool = False
+    """The asset stands on the ground: nothing enters from below, so an open base is closed."""
+
+    def __post_init__(self) -> None:
+        _whole("resolution", self.resolution, 1, MOST_VOXELS)
+        _one_of("up", self.up, ("x", "y", "z"))
+
+
+@dataclass(frozen=True)
+class SectionOptions:
+    """Where the solid is cut."""
+
+    directions: int = 32
+    """Direction bins over a hemisphere, 1 to 4096, beside the three axes.  More bins find better
+    planes; time grows in proportion."""
+
+    direction_samples: int = 2
+    """Directions tried in each bin, 1 to 64."""
+
+    depths: int = 8
+    """Depth bins a direction, 1 to 1024."""
+
+    depth_step: float = 1.0
+    """Distance of the planes tried in a depth bin, voxels, 0.1 to 64; less finds larger slices."""
+
+    slicer: Slicing = "cpu"
+    """``cpu`` samples the grid; ``gl`` draws the voxel mesh into an OpenGL stencil buffer."""
+
+    def __post_init__(self) -> None:
+        _whole("directions", self.directions, 1, 4096)
+        _whole("direction samples", self.direction_samples, 1, 64)
+        _whole("depths", self.depths, 1, 1024)
+        _within("depth step", self.depth_step, 0.1, 64.0)
+        _one_of("slicer", self.slicer, ("cpu", "gl"))
+
+
+@dataclass(frozen=True)
+class SelectionOptions:
+    """Which polygons make the occluder."""
+
+    budget: int = 64
+    """Most triangles of the occluder, 1 to 100,000."""
+
+    alpha: float = 0.001
+    """The cut is complete when another polygon would raise the occlusion measure by less than this
+    share, 0 to 1."""
+
+    trim: Trim = "gain"
+    """How the budget is met: ``gain`` chooses polygons and levels by measure a triangle and
+    improves them by exchange; ``area`` is the paper's trim by surface area."""
+
+    views: int = 48
+    """Directions that the occlusion measure is averaged over while searching, 1 to 4096."""
+
+    def __post_init__(self) -> None:
+        _whole("budget", self.budget, 1, 100_000)
+        _within("alpha", self.alpha, 0.0, 1.0)
+        _whole("search views", self.views, 1, 4096)
+        _one_of("trim", self.trim, ("gain", "area"))
+
+
+@dataclass(frozen=True)
+class Options:
+    """All of a simplification."""
+
+    solid: SolidOptions = field(default_factory=SolidOptions)
+    sections: SectionOptions = field(default_factory=SectionOptions)
+    selection: SelectionOptions = field(default_factory=SelectionOptions)
+    seed: int = 0
+    """Seed of every random choice, 0 to 2**63 - 1."""
+
+    def __post_init__(self) -> None:
+        _whole("seed", self.seed, 0, 2**63 - 1)
+
+
+def make_options(
+    longest_edge: float,
+    *,
+    budget: int = 64,
+    resolution: int | None = None,
+    error_bound: float | None = None,
+    up: Axis = "y",
+    ground: bool = False,
+    trim: Trim = "gain",
+    slicer: Slicing = "cpu",
+    alpha: float = 0.001,
+    seed: int = 0,
+) -> Options:
+    """The options of a simplification from the names that users type.
+
+    ``longest_edge`` of the mesh's bounding box, world units, turns ``error_bound`` into the least
+    resolution that keeps it.  Raises :class:`~simplifier.errors.OptionError` when a value is out of
+    range, or resolution and error bound are both given.
+    """
+    if error_bound is not None:
+        if resolution is not None:
+            raise OptionError(
+                "cannot be given together with a resolution",
+                where="error bound",
+                remedy="choose one of the two",
+            )
+        resolution = _resolution_for(error_bound, longest_edge)
+    return Options(
+        solid=SolidOptions(64 if resolution is None else resolution, up, ground),
+        sections=SectionOptions(slicer=slicer),
+        selection=SelectionOptions(budget, alpha, trim),
+        seed=seed,
+    )
+
+
+def _resolution_for(error_bound: float, longest_edge: float) -> int:
+    if not math.isfinite(error_bound) or error_bound <= 0.0:
+        raise OptionError(
+            f"{error_bound!r} is not a length",
+            where="error bound",
+            remedy="give a positive length in the units of the mesh",
+        )
+    # One part in a billion of slack: a bound that came from a resolution gives it back.
+    cells = longest_edge * ERROR_VOXELS / error_bound * (1.0 - 1e-9)
+    if cells > MOST_VOXELS:
+        least = longest_edge * ERROR_VOXELS / MOST_VOXELS
+        raise OptionError(
+            f"{error_bound!r} would need more than {MOST_VOXELS} voxels along the longest edge",
+            where="error bound",
+            remedy=f"choose {least:.6g} or more",
+        )
+    return max(1, math.ceil(cells))
+
+
+def _within(name: str, value: float, low: float, high: float) -> None:
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not number or not math.isfinite(value) or not low <= value <= high:
+        raise OptionError(
+            f"{value!r} is out of range", where=name, remedy=f"choose {low:,} to {high:,}"
+        )
+
+
+def _one_of(name: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise OptionError(
+            f"{value!r} is not known", where=name, remedy=f"choose one of {', '.join(choices)}"
+        )
+
+
+def _whole(name: str, value: int, low: int, high: int) -> None:
+    if not isinstance(value, int):
+        raise OptionError(
+            f"{value!r} is not a whole number", where=name, remedy=f"choose {low:,} to {high:,}"
+        )
+    _within(name, value, low, high)

@@ -1,0 +1,108 @@
+"""64 x 64 pixel images as 64 rows of 64 bits: draw polygons, measure occlusion.
+
+Bit c of row r is the pixel in column c; its centre is (c + 0.5, r + 0.5).  The occlusion measure of
+such an image takes 0.2 to 0.4 microseconds, about a hundred times less than a distance transform.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+from numba.extending import intrinsic
+
+from simplifier.kernels.compile import kernel
+
+SIZE = 64
+
+
+@intrinsic
+def popcount(typingctx, word):
+    """Number of ones of a uint64, by the processor's instruction."""
+
+    def generate(context, builder, signature, arguments):
+        return builder.ctpop(arguments[0])
+
+    return types.uint64(types.uint64), generate
+
+
+@kernel
+def draw_edge(x0, y0, x1, y1, image):
+    """Flip, in every row whose centre the edge passes, all pixels with their centre right of it.
+
+    ``image`` (66,) uint64 holds row r at place r + 1: a row of background on either side.
+
+    All edges of a ring, drawn so, leave exactly the pixels inside (even-odd): the scan conversion
+    of polygons by exclusive or.  Edges that run there and back, as bridges to holes do, cancel.
+    """
+    if y0 > y1:
+        x0, y0, x1, y1 = x1, y1, x0, y0
+    first = int(np.ceil(max(y0, 0.0) - 0.5))
+    last = int(np.ceil(min(y1, 64.0) - 0.5))
+    if first < last:
+        slope = (x1 - x0) / (y1 - y0)
+        start = x0 + (0.5 - y0) * slope - 0.5
+        for row in range(max(first, 0), min(last, 64)):
+            column = np.ceil(start + row * slope)
+            if column <= 0.0:
+                image[row + 1] ^= ~np.uint64(0)
+            elif column < 64.0:
+                image[row + 1] ^= ~np.uint64(0) << np.uint64(column)
+
+
+@kernel
+def _erode_cross(source, target):
+    """Keep a pixel when its four neighbours are there; return how many are kept."""
+    one = np.uint64(1)
+    area = np.uint64(0)
+    for row in range(1, 65):
+        word = source[row]
+        word = word & (word << one) & (word >> one) & source[row - 1] & source[row + 1]
+        target[row] = word
+        area += popcount(word)
+    return area
+
+
+@kernel
+def _erode_square(source, target):
+    """Keep a pixel when its eight neighbours are there; return how many are kept."""
+    one = np.uint64(1)
+    area = np.uint64(0)
+    for row in range(1, 65):
+        word = source[row] & source[row - 1] & source[row + 1]
+        word = word & (word << one) & (word >> one)
+        target[row] = word
+        area += popcount(word)
+    return area
+
+
+@kernel
+def measure_twice(here, there):
+    """Twice the occlusion measure of a bit image, as a whole number of pixels.
+
+    Equation (1) of the paper by the trapezoid rule: the areas left after 0, 1, 2, … erosions, the
+    first one counted half.  Erosions alternate the 5-pixel cross and the 3 x 3 square (cross,
+    square, cross, square, cross), whose sum is an octagon, close to a disc of radius one a step.
+
+    ``here``, ``there``  (66,) uint64: the image in rows 1 to 64 of ``here``; the other two rows of
+    both are 0, so outside the image is background.  Both are used up.  All 64 rows are always
+    eroded: loops of fixed length vectorize, and narrowing them to the rows in use is slower.
+    """
+    total = np.uint64(0)
+    for row in range(1, 65):
+        total += popcount(here[row])
+    area = total
+    while area != 0:
+        for _ in range(2):
+            area = _erode_cross(here, there)
+            total += area + area
+            if area == 0:
+                return np.int64(total)
+            area = _erode_square(there, here)
+            total += area + area
+            if area == 0:
+                return np.int64(total)
+        area = _erode_cross(here, there)
+        total += area + area
+        for row in range(1, 65):
+            here[row] = there[row]
+    return np.int64(total)

@@ -1,0 +1,197 @@
+"""Rasterise a triangle soup under many orthographic views, 64 pixels a word.
+
+Pixel (row, column) has its centre at x = column + 0.5, y = row + 0.5.  A triangle covers a centre
+by half-open spans: row y belongs to a triangle when low <= y < high, and on it the columns from the
+left crossing, included, to the right crossing, excluded.  Each crossing is computed from the lower
+to the upper end of its edge, so two triangles that share an edge get the same bits for it: no
+centre falls between them, and a closed mesh has no pinholes.  A centre nearer to an edge than
+rounding (some 1e-12 pixels) may fall on either side of it, but on one side only.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.threads import run_chunks
+
+MaskArray = NDArray[np.uint64]
+
+LARGEST_IMAGE = 65535
+"""Rows or columns: a vertex's row and column are packed into 16 bits each."""
+
+LARGEST_VALUE = 1e100
+"""Of coordinates and projections: crossings then never overflow, so no span leaves its row."""
+
+
+def covered(
+    vertices: NDArray[np.float64],
+    faces: NDArray[np.int32],
+    projections: NDArray[np.float64],
+    rows: int,
+    columns: int,
+) -> MaskArray:
+    """Coverage masks: (V, rows, ceil(columns / 64)) uint64.
+
+    ``vertices``     (n, 3), finite, below 1e100.
+    ``faces``        (m, 3), m may be 0; both windings are drawn.
+    ``projections``  (V, 2, 4): a view's [x, y] in pixels is A p + b with A the first three columns
+                     and b the last; what falls outside of the image is clipped.
+
+    Bit c % 64 of word c // 64 of a row is pixel column c; bits past the last column are 0.  Raises
+    ValueError for wrong shapes, indices out of range, values that are not finite or too large,
+    and images of no pixel or of more than 65535 rows or columns.
+    """
+    points = np.array(np.asarray(vertices).T, dtype=np.float64, order="C")
+    # Copies: a read-only array would be another type, and compile the kernel once more.
+    indices = np.array(faces, dtype=np.int32, order="C")
+    views = np.array(projections, dtype=np.float64, order="C")
+    _check(points, indices, views, rows, columns)
+    masks = np.zeros((len(views), rows, -(-columns // 64)), dtype=np.uint64)
+    if len(indices) > 0:
+        run_chunks(
+            lambda begin, end: draw_views(points, indices, views, columns, begin, end, masks),
+            len(views),
+        )
+    return masks
+
+
+def unpacked(masks: MaskArray, columns: int) -> NDArray[np.bool_]:
+    """(..., rows, columns) bool from bit rows."""
+    octets = np.ascontiguousarray(masks).astype("<u8", copy=False).view(np.uint8)
+    return np.unpackbits(octets, axis=-1, count=columns, bitorder="little").astype(np.bool_)
+
+
+def _check(
+    points: NDArray[np.float64],
+    indices: NDArray[np.int32],
+    views: NDArray[np.float64],
+    rows: int,
+    columns: int,
+) -> None:
+    if points.ndim != 2 or points.shape[0] != 3:
+        raise ValueError("vertices must be (n, 3)")
+    if indices.ndim != 2 or indices.shape[1] != 3:
+        raise ValueError("faces must be (m, 3)")
+    if views.ndim != 3 or views.shape[1:] != (2, 4):
+        raise ValueError("projections must be (V, 2, 4)")
+    if not (1 <= rows <= LARGEST_IMAGE and 1 <= columns <= LARGEST_IMAGE):
+        raise ValueError(f"an image has 1 to {LARGEST_IMAGE} rows and columns")
+    if indices.size and not (indices.min() >= 0 and indices.max() < points.shape[1]):
+        raise ValueError("a face names a vertex that is not there")
+    for values in (points, views):
+        # Written so that NaN fails too.
+        if values.size and not (values.min() > -LARGEST_VALUE and values.max() < LARGEST_VALUE):
+            raise ValueError(f"vertices and projections must be finite, below {LARGEST_VALUE:g}")
+
+
+@kernel
+def draw_views(vertices, faces, projections, columns, begin, end, masks):
+    """Set the covered bits of ``masks[begin:end]``.
+
+    ``vertices`` (3, n) float64, ``faces`` (m, 3) int32, ``projections`` (V, 2, 4) float64,
+    ``masks`` (V, rows, words) uint64.
+    """
+    points = np.empty((vertices.shape[1], 2))
+    cells = np.empty(vertices.shape[1], np.uint32)
+    for view in range(begin, end):
+        _project(vertices, projections[view], masks.shape[1], columns, points, cells)
+        _draw(points, cells, faces, columns, masks[view])
+
+
+@kernel
+def _project(vertices, projection, rows, columns, points, cells):
+    """Image coordinates with pixel centres at the integers, and each vertex's packed cell.
+
+    A cell is (first row at or above y, first column at or right of x), clamped to the image, the
+    row in the upper 16 bits: all that is needed to drop a triangle between pixel centres.
+    """
+    a, b, c, d = projection[0]
+    e, f, g, h = projection[1]
+    d -= 0.5
+    h -= 0.5
+    for i in range(len(cells)):
+        x = a * vertices[0, i] + b * vertices[1, i] + c * vertices[2, i] + d
+        y = e * vertices[0, i] + f * vertices[1, i] + g * vertices[2, i] + h
+        points[i, 0] = x
+        points[i, 1] = y
+        column = np.uint32(np.int32(np.ceil(min(max(x, 0.0), float(columns)))))
+        row = np.uint32(np.int32(np.ceil(min(max(y, 0.0), float(rows)))))
+        cells[i] = (row << np.uint32(16)) | column
+
+
+@inline_kernel
+def _crossing(points, low, high, row):
+    """x where the edge low -> high meets the row; low's row cell is below high's."""
+    x = points[low, 0]
+    y = points[low, 1]
+    return x + (row - y) / (points[high, 1] - y) * (points[high, 0] - x)
+
+
+@inline_kernel
+def _run(first, count):
+    """``count`` (1..64) ones from bit ``first`` on, within one word."""
+    return (~np.uint64(0) >> np.uint64(64 - count)) << np.uint64(first)
+
+
+@kernel
+def _draw(points, cells, faces, columns, mask):
+    low_half = np.uint32(0xFFFF)
+    index_bits = np.uint64(0xFFFFFFFF)
+    for face in range(faces.shape[0]):
+        i = faces[face, 0]
+        j = faces[face, 1]
+        k = faces[face, 2]
+        p = cells[i]
+        q = cells[j]
+        r = cells[k]
+        differ = (p ^ q) | (p ^ r)
+        # No pixel centre in the bounding box: the fate of most triangles of a fine mesh.
+        if (differ & low_half) == 0 or (differ >> np.uint32(16)) == 0:
+            continue
+        left = np.int64(min(p & low_half, q & low_half, r & low_half))
+        right = np.int64(max(p & low_half, q & low_half, r & low_half)) - 1
+        box_word = left >> 6
+        box = np.uint64(0)
+        if box_word == right >> 6:
+            box = _run(left & 63, right - left + 1)
+        # Sorted by row without branches; equal rows may come in any order, their edge is not used.
+        a = (np.uint64(p) << np.uint64(32)) | np.uint64(i)
+        b = (np.uint64(q) << np.uint64(32)) | np.uint64(j)
+        c = (np.uint64(r) << np.uint64(32)) | np.uint64(k)
+        low = min(a, b, c)
+        high = max(a, b, c)
+        middle = a ^ b ^ c ^ low ^ high
+        bottom = np.int64(low >> np.uint64(48))
+        bend = np.int64(middle >> np.uint64(48))
+        top = np.int64(high >> np.uint64(48))
+        low_vertex = np.int64(low & index_bits)
+        middle_vertex = np.int64(middle & index_bits)
+        high_vertex = np.int64(high & index_bits)
+        for row in range(bottom, top):
+            # Behind other triangles: nothing to add.  Halves the work, soups are layered.
+            if box != 0 and (mask[row, box_word] & box) == box:
+                continue
+            x0 = _crossing(points, low_vertex, high_vertex, row)
+            if row < bend:
+                x1 = _crossing(points, low_vertex, middle_vertex, row)
+            else:
+                x1 = _crossing(points, middle_vertex, high_vertex, row)
+            first = np.int64(np.ceil(min(max(min(x0, x1), 0.0), float(columns))))
+            last = np.int64(np.ceil(min(max(max(x0, x1), 0.0), float(columns)))) - 1
+            if first <= last:
+                _set_span(mask, row, first, last)
+
+
+@inline_kernel
+def _set_span(mask, row, first, last):
+    word = first >> 6
+    last_word = last >> 6
+    if word == last_word:
+        mask[row, word] |= _run(first & 63, last - first + 1)
+    else:
+        mask[row, word] |= ~np.uint64(0) << np.uint64(first & 63)
+        for between in range(word + 1, last_word):
+            mask[row, between] = ~np.uint64(0)
+        mask[row, last_word] |= ~np.uint64(0) >> np.uint64(63 - (last & 63))

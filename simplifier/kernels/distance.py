@@ -1,0 +1,205 @@
+"""Exact distances to a solid made of triangles and boxes, and the largest over other triangles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplifier.kernels.bounding_tree import squared_distance_to_box
+from simplifier.kernels.compile import kernel
+
+TRIANGLES_PER_LEAF = 4
+
+_TREE_DEPTH = (
+    64  # entries of a search's stack; a tree over fewer than 2^32 things is at most 33 deep
+)
+
+
+@kernel
+def triangle_boxes(points, faces, begin, end, lows, highs):
+    """Bounding boxes of triangles ``begin`` .. ``end - 1`` into (m, 3) float64 arrays."""
+    for face in range(begin, end):
+        for axis in range(3):
+            a = points[faces[face, 0], axis]
+            b = points[faces[face, 1], axis]
+            c = points[faces[face, 2], axis]
+            lows[face, axis] = min(a, b, c)
+            highs[face, axis] = max(a, b, c)
+
+
+@kernel
+def _squared_to_segment(ax, ay, az, ex, ey, ez):
+    """From the origin to the segment a .. a + e, of any length."""
+    length = ex * ex + ey * ey + ez * ez
+    t = 0.0
+    if length > 0.0:
+        t = min(max(-(ax * ex + ay * ey + az * ez) / length, 0.0), 1.0)
+    x = ax + t * ex
+    y = ay + t * ey
+    z = az + t * ez
+    return x * x + y * y + z * z
+
+
+@kernel
+def squared_distance_to_triangle(px, py, pz, a, b, c):
+    """From a point to the closed triangle with corners ``a``, ``b``, ``c`` ((3,) float64 each).
+
+    The least over the three edges, or the distance to the plane where the foot of the perpendicular
+    lies inside; slivers fall back on their edges, which stay exact.
+    """
+    ax, ay, az = a[0] - px, a[1] - py, a[2] - pz
+    bx, by, bz = b[0] - px, b[1] - py, b[2] - pz
+    cx, cy, cz = c[0] - px, c[1] - py, c[2] - pz
+    ux, uy, uz = bx - ax, by - ay, bz - az
+    vx, vy, vz = cx - bx, cy - by, cz - bz
+    wx, wy, wz = ax - cx, ay - cy, az - cz
+    nx = uy * vz - uz * vy
+    ny = uz * vx - ux * vz
+    nz = ux * vy - uy * vx
+    # The foot is inside when it is left of every edge: sign of n . (edge x (foot - corner)).
+    in_u = nx * (ay * uz - az * uy) + ny * (az * ux - ax * uz) + nz * (ax * uy - ay * ux)
+    in_v = nx * (by * vz - bz * vy) + ny * (bz * vx - bx * vz) + nz * (bx * vy - by * vx)
+    in_w = nx * (cy * wz - cz * wy) + ny * (cz * wx - cx * wz) + nz * (cx * wy - cy * wx)
+    square = nx * nx + ny * ny + nz * nz
+    if square > 0.0 and in_u >= 0.0 and in_v >= 0.0 and in_w >= 0.0:
+        height = ax * nx + ay * ny + az * nz
+        return height * height / square
+    best = _squared_to_segment(ax, ay, az, ux, uy, uz)
+    best = min(best, _squared_to_segment(bx, by, bz, vx, vy, vz))
+    return min(best, _squared_to_segment(cx, cy, cz, wx, wy, wz))
+
+
+@kernel
+def _nearest_squared(px, py, pz, nodes, order, points, faces, best, stop, enough, stack, keys):
+    """Least of ``best`` and the squared distance to the nearest thing of a tree.
+
+    With ``faces`` of no rows the things are the boxes of the leaves themselves (leaf size 1), else
+    triangles, ``TRIANGLES_PER_LEAF`` a leaf.  Exact when above ``enough``; else an upper bound,
+    and ``stop`` or less when the exact value is.  In the middle of a round limb thousands of
+    triangles are nearly as near as the nearest: telling them apart is most of the cost, and only
+    a new record needs it.  ``stack``, ``keys`` are scratch.
+    """
+    leaves = nodes.shape[0] // 2
+    stack[0] = 1
+    keys[0] = squared_distance_to_box(px, py, pz, nodes, 1)
+    top = 1
+    while top > 0 and best > stop:
+        top -= 1
+        node = stack[top]
+        key = keys[top]
+        if key >= best or (best <= enough and key > stop):
+            continue
+        if node >= leaves:
+            if faces.shape[0] == 0:
+                best = key
+                continue
+            first = (node - leaves) * TRIANGLES_PER_LEAF
+            for place in range(first, min(first + TRIANGLES_PER_LEAF, len(order))):
+                face = order[place]
+                a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
+                distance = squared_distance_to_triangle(px, py, pz, points[a], points[b], points[c])
+                best = min(best, distance)
+            continue
+        near = 2 * node
+        far = near + 1
+        near_key = squared_distance_to_box(px, py, pz, nodes, near)
+        far_key = squared_distance_to_box(px, py, pz, nodes, far)
+        if far_key < near_key:
+            near, far = far, near
+            near_key, far_key = far_key, near_key
+        if far_key < best:
+            stack[top] = far
+            keys[top] = far_key
+            top += 1
+        if near_key < best:
+            stack[top] = near
+            keys[top] = near_key
+            top += 1
+    return best
+
+
+@kernel
+def _squared(bound):
+    return bound * bound if bound >= 0.0 else -1.0
+
+
+@kernel
+def _distance(px, py, pz, stop, enough, box_nodes, nodes, order, points, faces, stack, keys):
+    """To the boxes or the triangles, whichever is nearer; exact when above ``enough``.
+
+    ``stop`` and ``enough`` as in :func:`_nearest_squared`, not squared; negative: never.
+    """
+    s = _squared(stop)
+    e = _squared(enough)
+    best = np.inf
+    best = _nearest_squared(
+        px, py, pz, box_nodes, order, points, faces[:0], best, s, e, stack, keys
+    )
+    best = _nearest_squared(px, py, pz, nodes, order, points, faces, best, s, e, stack, keys)
+    return np.sqrt(best)
+
+
+@kernel
+def point_distances(queries, box_nodes, nodes, order, points, faces, begin, end, distances):
+    """Exact distances of ``queries[begin:end]`` to boxes and triangles, into (n,) float64."""
+    stack = np.empty(_TREE_DEPTH, np.int64)
+    keys = np.empty(_TREE_DEPTH)
+    for i in range(begin, end):
+        x, y, z = queries[i]
+        distances[i] = _distance(
+            x, y, z, -1.0, -1.0, box_nodes, nodes, order, points, faces, stack, keys
+        )
+
+
+@kernel
+def piece_distances(
+    pieces, largest, slack, box_nodes, nodes, order, points, faces, begin, end, distances, reaches
+):
+    """Distance of the centroid, and reach, of each of ``pieces[begin:end]`` (n, 3, 3).
+
+    The reach is the distance from the centroid to the furthest corner, so no point of the piece is
+    further away than distance + reach.  With stop = ``largest`` + ``slack`` - reach: the result is
+    at most stop where the distance is; it is the distance where that is above both stop and
+    ``largest``; else it is an upper bound.
+    """
+    stack = np.empty(_TREE_DEPTH, np.int64)
+    keys = np.empty(_TREE_DEPTH)
+    for i in range(begin, end):
+        x = (pieces[i, 0, 0] + pieces[i, 1, 0] + pieces[i, 2, 0]) / 3.0
+        y = (pieces[i, 0, 1] + pieces[i, 1, 1] + pieces[i, 2, 1]) / 3.0
+        z = (pieces[i, 0, 2] + pieces[i, 1, 2] + pieces[i, 2, 2]) / 3.0
+        square = 0.0
+        for corner in range(3):
+            dx = pieces[i, corner, 0] - x
+            dy = pieces[i, corner, 1] - y
+            dz = pieces[i, corner, 2] - z
+            square = max(square, dx * dx + dy * dy + dz * dz)
+        reaches[i] = np.sqrt(square)
+        stop = largest + slack - reaches[i]
+        distances[i] = _distance(
+            x, y, z, stop, largest, box_nodes, nodes, order, points, faces, stack, keys
+        )
+
+
+@kernel
+def cut_pieces(pieces, halves):
+    """Cut each piece at the middle of its longest edge: (n, 3, 3) to (2 n, 3, 3)."""
+    for i in range(pieces.shape[0]):
+        longest = -1.0
+        first = 0
+        for corner in range(3):
+            after = (corner + 1) % 3
+            length = 0.0
+            for axis in range(3):
+                step = pieces[i, after, axis] - pieces[i, corner, axis]
+                length += step * step
+            if length > longest:
+                longest = length
+                first = corner
+        second = (first + 1) % 3
+        for axis in range(3):
+            for corner in range(3):
+                halves[2 * i, corner, axis] = pieces[i, corner, axis]
+                halves[2 * i + 1, corner, axis] = pieces[i, corner, axis]
+            middle = 0.5 * pieces[i, first, axis] + 0.5 * pieces[i, second, axis]
+            halves[2 * i, second, axis] = middle
+            halves[2 * i + 1, first, axis] = middle

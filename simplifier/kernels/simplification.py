@@ -1,0 +1,205 @@
+"""Ramer-Douglas-Peucker on closed loops, repaired until nothing crosses.
+
+All loops of a polygon lie in one array of *paths*: each loop turned to start at its first anchor
+and closed by a copy of that point, so a chord is a pair of rows and never wraps around.  ``keep``
+marks the rows that are left; ``first`` (loops + 1) says where each path begins.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplifier.kernels.compile import kernel
+from simplifier.kernels.crossings import meeting_segments
+from simplifier.kernels.planar import TOUCH, is_inside, magnitude, twice_area
+from simplifier.kernels.touching import part_touching
+
+
+@kernel
+def _farthest_from(points, begin, end, index):
+    """The row of begin..end farthest from a row; the first of several."""
+    best, best_distance = begin, -1.0
+    x, y = points[index, 0], points[index, 1]
+    for other in range(begin, end):
+        distance = (points[other, 0] - x) ** 2 + (points[other, 1] - y) ** 2
+        if distance > best_distance:
+            best, best_distance = other, distance
+    return best
+
+
+@kernel
+def _refine(path, keep, low, high, tolerance, forced, stack):
+    """Keep rows between two kept ones until all lie within ``tolerance`` of their chord.
+
+    ``forced`` splits the chord low..high itself even when it is good enough.
+    """
+    limit = -1.0 if forced else tolerance * tolerance
+    stack[0, 0], stack[0, 1] = low, high
+    depth = 1
+    while depth > 0:
+        depth -= 1
+        low, high = stack[depth, 0], stack[depth, 1]
+        x, y = path[low, 0], path[low, 1]
+        chord_x, chord_y = path[high, 0] - x, path[high, 1] - y
+        squared = chord_x * chord_x + chord_y * chord_y
+        inverse = 1.0 / squared if squared > 0.0 else 0.0
+        best, best_distance = -1, limit
+        for index in range(low + 1, high):
+            dx, dy = path[index, 0] - x, path[index, 1] - y
+            t = (dx * chord_x + dy * chord_y) * inverse
+            t = 0.0 if t < 0.0 else (1.0 if t > 1.0 else t)
+            distance = (dx - t * chord_x) ** 2 + (dy - t * chord_y) ** 2
+            if distance > best_distance:
+                best, best_distance = index, distance
+        if best >= 0:
+            keep[best] = True
+            stack[depth, 0], stack[depth, 1] = low, best
+            stack[depth + 1, 0], stack[depth + 1, 1] = best, high
+            depth += 2
+        limit = tolerance * tolerance
+
+
+@kernel
+def _kept(path, keep, begin, end):
+    """The kept points of the path in rows begin..end (its closing row left out)."""
+    rows = np.empty((end - begin, 2), np.float64)
+    count = 0
+    for index in range(begin, end - 1):
+        if keep[index]:
+            rows[count, 0], rows[count, 1] = path[index, 0], path[index, 1]
+            count += 1
+    return rows[:count].copy()
+
+
+@kernel
+def _chords(keep, first, alive):
+    """(m, 2) rows of the ends of every chord of the loops that are alive."""
+    chords = np.empty((len(keep), 2), np.int64)
+    count = 0
+    for loop in range(len(alive)):
+        if not alive[loop]:
+            continue
+        low = first[loop]
+        for index in range(first[loop] + 1, first[loop + 1]):
+            if keep[index]:
+                chords[count, 0], chords[count, 1] = low, index
+                count += 1
+                low = index
+    return chords[:count]
+
+
+@kernel
+def _split_crossings(path, keep, first, alive, tolerance, slack, stack):
+    """Split every chord that meets another one; whether any was."""
+    chords = _chords(keep, first, alive)
+    segments = np.empty((len(chords), 4), np.float64)
+    for index in range(len(chords)):
+        for end in range(2):
+            segments[index, 2 * end] = path[chords[index, end], 0]
+            segments[index, 2 * end + 1] = path[chords[index, end], 1]
+    crossed = meeting_segments(segments, slack)
+    split = False
+    for index in range(len(chords)):
+        low, high = chords[index, 0], chords[index, 1]
+        if crossed[index] and high - low > 1:
+            _refine(path, keep, low, high, tolerance, True, stack)
+            split = True
+    return split
+
+
+@kernel
+def _drop_strays(path, keep, first, alive):
+    """Drop loops that no longer bound the polygon; they do not cross.
+
+    A sliver turned inside out was passed over entirely, so it may go whatever it was.  A hole that
+    left the outer loop has nothing to cover, one that fell into another hole is part of it.  No
+    hole can swallow the outer loop, as its points lie inside and the anchors are extreme points.
+    """
+    for loop in range(len(alive)):
+        turn = twice_area(_kept(path, keep, first[loop], first[loop + 1]))
+        alive[loop] = alive[loop] and turn != 0.0 and (turn > 0.0) == (loop == 0)
+    for loop in range(1, len(alive)):
+        if not alive[loop]:
+            continue
+        x, y = path[first[loop], 0], path[first[loop], 1]
+        for other in range(len(alive)):
+            if alive[other] and other != loop:
+                wall = _kept(path, keep, first[other], first[other + 1])
+                if is_inside(x, y, wall) != (other == 0):
+                    alive[loop] = False
+                    break
+
+
+@kernel
+def _lay_paths(points, starts):
+    """Paths, first and keep of the loops, with the two anchors of each kept.
+
+    The anchors are found by going to the farthest point twice: nearly the diameter, and the same
+    wherever the loop begins but for ties.
+    """
+    loops = len(starts) - 1
+    path = np.empty((len(points) + loops, 2), np.float64)
+    keep = np.zeros(len(path), np.bool_)
+    first = np.empty(loops + 1, np.int64)
+    for loop in range(loops + 1):
+        first[loop] = starts[loop] + loop
+    for loop in range(loops):
+        begin, end = starts[loop], starts[loop + 1]
+        anchor = _farthest_from(points, begin, end, begin)
+        far = _farthest_from(points, begin, end, anchor)
+        count = end - begin
+        row = anchor
+        for index in range(first[loop], first[loop + 1]):
+            path[index, 0], path[index, 1] = points[row, 0], points[row, 1]
+            row = row + 1 if row + 1 < end else begin
+        keep[first[loop]] = True
+        keep[first[loop] + (far - anchor) % count] = True
+        keep[first[loop] + count] = True
+    return path, first, keep
+
+
+@kernel
+def simplify_loops(points, starts, tolerance):
+    """Simplify a polygon's loops together; see :func:`simplifier.polygon.simplify`.
+
+    ``points`` (n, 2) float64 with the outer loop first, ``starts`` (loops + 1,) int64.  Returns
+    the points and starts of what is left; no loop when the outer one collapsed.
+    """
+    points = part_touching(points, starts)
+    slack = TOUCH * magnitude(points)
+    path, first, keep = _lay_paths(points, starts)
+    loops = len(starts) - 1
+    alive = np.ones(loops, np.bool_)
+    stack = np.empty((len(path) + 2, 2), np.int64)
+    for loop in range(loops):
+        begin, end = first[loop], first[loop + 1] - 1
+        middle = begin + 1
+        while not keep[middle]:
+            middle += 1
+        _refine(path, keep, begin, middle, tolerance, False, stack)
+        _refine(path, keep, middle, end, tolerance, False, stack)
+        small = loop > 0 and abs(twice_area(path[begin:end])) <= 2.0 * tolerance * tolerance
+        alive[loop] = not small and np.sum(keep[begin:end]) > 2
+    if alive[0]:
+        while _split_crossings(path, keep, first, alive, tolerance, slack, stack):
+            pass
+        _drop_strays(path, keep, first, alive)
+    return _collect(path, keep, first, alive)
+
+
+@kernel
+def _collect(path, keep, first, alive):
+    """Points and starts of the loops that are alive; nothing without the outer one."""
+    rows = np.empty((len(path), 2), np.float64)
+    bounds = np.zeros(len(alive) + 1, np.int64)
+    loops, count = 0, 0
+    for loop in range(len(alive)):
+        if not (alive[0] and alive[loop]):
+            continue
+        for index in range(first[loop], first[loop + 1] - 1):
+            if keep[index]:
+                rows[count, 0], rows[count, 1] = path[index, 0], path[index, 1]
+                count += 1
+        loops += 1
+        bounds[loops] = count
+    return rows[:count].copy(), bounds[: loops + 1].copy()

@@ -1,0 +1,177 @@
+"""Mark the voxels that triangles touch."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplifier.kernels.compile import inline_kernel, kernel
+
+# A triangle that touches a voxel's face counts as inside on both sides of it.  Rounding of the
+# transform to grid space must not decide that, so "touches" means "comes within this", in voxels.
+_TOUCH = 1e-9
+
+
+@inline_kernel
+def _edge(ax, ay, bx, by, sign):
+    """Edge a -> b as (nx, ny, offset): n . p + offset >= 0 for unit boxes at p that it admits."""
+    nx = (ay - by) * sign
+    ny = (bx - ax) * sign
+    slack = _TOUCH * (abs(nx) + abs(ny))
+    offset = max(nx, 0.0) + max(ny, 0.0) - (nx * ax + ny * ay) + slack
+    return nx, ny, offset
+
+
+@inline_kernel
+def _span(a, b, c, limit):
+    """First and last of ``limit`` unit intervals that the numbers a, b, c reach, ends included."""
+    # Conversion rounds towards zero, which is down here: the numbers are -1e-9 at the least.
+    first = min(np.int64(max(min(a, b, c) - _TOUCH, 0.0)), limit - 1)
+    last = min(np.int64(max(a, b, c) + _TOUCH), limit - 1)
+    return first, last
+
+
+@kernel
+def _mark_footprint(p, q, r, low, high, strides, touched):
+    """Mark the voxels of the box ``low`` to ``high`` that the triangle touches.
+
+    Axes come in cyclic order u, v, w where w is the dominant axis of the triangle's normal;
+    ``strides`` are those of the flat array ``touched``.
+    """
+    pu, pv, pw = p
+    qu, qv, qw = q
+    ru, rv, rw = r
+    nu = (qv - pv) * (rw - pw) - (qw - pw) * (rv - pv)
+    nv = (qw - pw) * (ru - pu) - (qu - pu) * (rw - pw)
+    nw = (qu - pu) * (rv - pv) - (qv - pv) * (ru - pu)
+    # Edges seen along w (axes u, v), along u (axes v, w), along v (axes w, u): each cyclic
+    # projection keeps the winding, up to the sign of the normal's component along the view.
+    sign_u = 1.0 if nu > 0.0 else -1.0
+    sign_v = 1.0 if nv > 0.0 else -1.0
+    sign_w = 1.0 if nw > 0.0 else -1.0
+    au, av, a = _edge(pu, pv, qu, qv, sign_w)
+    bu, bv, b = _edge(qu, qv, ru, rv, sign_w)
+    cu, cv, c = _edge(ru, rv, pu, pv, sign_w)
+    dv, dw, d = _edge(pv, pw, qv, qw, sign_u)
+    ev, ew, e = _edge(qv, qw, rv, rw, sign_u)
+    fv, fw, f = _edge(rv, rw, pv, pw, sign_u)
+    gw, gu, g = _edge(pw, pu, qw, qu, sign_v)
+    hw, hu, h = _edge(qw, qu, rw, ru, sign_v)
+    iw, iu, i = _edge(rw, ru, pw, pu, sign_v)
+    # Over the unit square at (s, t) the plane's w-coordinate spans base + [drop, rise].
+    slope_u = -nu / nw if nw != 0.0 else 0.0
+    slope_v = -nv / nw if nw != 0.0 else 0.0
+    # The normal of a needle may be noise.  Its plane then misses the corners by so much, and the
+    # edges alone decide, which is exact for a segment.
+    error = max(
+        abs(slope_u * (qu - pu) + slope_v * (qv - pv) - (qw - pw)),
+        abs(slope_u * (ru - pu) + slope_v * (rv - pv) - (rw - pw)),
+    )
+    drop = min(slope_u, 0.0) + min(slope_v, 0.0) - error - _TOUCH
+    rise = max(slope_u, 0.0) + max(slope_v, 0.0) + error + _TOUCH
+    for s in range(low[0], high[0] + 1):
+        for t in range(low[1], high[1] + 1):
+            if au * s + av * t + a < 0.0 or bu * s + bv * t + b < 0.0 or cu * s + cv * t + c < 0.0:
+                continue
+            base = pw + slope_u * (s - pu) + slope_v * (t - pv)
+            first = max(np.int64(np.ceil(base + drop)) - 1, low[2])
+            last = min(np.int64(np.floor(base + rise)), high[2])
+            for k in range(first, last + 1):
+                if (
+                    dv * t + dw * k + d < 0.0
+                    or ev * t + ew * k + e < 0.0
+                    or fv * t + fw * k + f < 0.0
+                    or gw * k + gu * s + g < 0.0
+                    or hw * k + hu * s + h < 0.0
+                    or iw * k + iu * s + i < 0.0
+                ):
+                    continue
+                touched[s * strides[0] + t * strides[1] + k * strides[2]] = True
+
+
+@inline_kernel
+def _all_marked(low, high, strides, touched):
+    for x in range(low[0], high[0] + 1):
+        for y in range(low[1], high[1] + 1):
+            for z in range(low[2], high[2] + 1):
+                if not touched[x * strides[0] + y * strides[1] + z * strides[2]]:
+                    return False
+    return True
+
+
+@inline_kernel
+def _mark_all(low, high, strides, touched):
+    for x in range(low[0], high[0] + 1):
+        for y in range(low[1], high[1] + 1):
+            for z in range(low[2], high[2] + 1):
+                touched[x * strides[0] + y * strides[1] + z * strides[2]] = True
+
+
+@inline_kernel
+def _turned(t, w):
+    """The cyclic rotation of a triple that puts component ``w`` last."""
+    if w == 0:
+        return t[1], t[2], t[0]
+    if w == 1:
+        return t[2], t[0], t[1]
+    return t
+
+
+@inline_kernel
+def _dominant(p, q, r):
+    """The axis along which the triangle's normal is longest."""
+    nx = abs((q[1] - p[1]) * (r[2] - p[2]) - (q[2] - p[2]) * (r[1] - p[1]))
+    ny = abs((q[2] - p[2]) * (r[0] - p[0]) - (q[0] - p[0]) * (r[2] - p[2]))
+    nz = abs((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
+    if nx >= ny and nx >= nz:
+        return 0
+    return 1 if ny >= nz else 2
+
+
+@inline_kernel
+def _in_grid(vertices, index, origin, scale):
+    return (
+        (vertices[index, 0] - origin[0]) * scale,
+        (vertices[index, 1] - origin[1]) * scale,
+        (vertices[index, 2] - origin[2]) * scale,
+    )
+
+
+@kernel
+def mark_triangles(vertices, faces, origin, scale, begin, end, touched):
+    """Set ``touched`` in every voxel that one of ``faces[begin:end]`` touches (closed sets).
+
+    ``(vertices - origin) * scale`` lies in the grid: ``vertices`` (n, 3) float64, ``faces`` (m, 3)
+    int32, ``origin`` (3,) float64, ``scale`` voxels a unit; ``touched`` (nx, ny, nz) bool.
+
+    Separating axes in the form of Schwarz and Seidel, "Fast Parallel Surface and Solid
+    Voxelization" (2010): a box meets a triangle when it meets its plane and, in each of the three
+    axis projections, its three edges.  The plane is solved for the range on the triangle's dominant
+    axis, so a large triangle costs the voxels of its footprint and not those of its bounding box.
+    Threads may share ``touched``: it is only ever set.
+    """
+    sizes = touched.shape
+    strides = (sizes[1] * sizes[2], sizes[2], 1)
+    flat = touched.reshape(-1)
+    for face in range(begin, end):
+        p = _in_grid(vertices, faces[face, 0], origin, scale)
+        q = _in_grid(vertices, faces[face, 1], origin, scale)
+        r = _in_grid(vertices, faces[face, 2], origin, scale)
+        x0, x1 = _span(p[0], q[0], r[0], sizes[0])
+        y0, y1 = _span(p[1], q[1], r[1], sizes[1])
+        z0, z1 = _span(p[2], q[2], r[2], sizes[2])
+        if x0 == x1 and y0 == y1 and z0 == z1:
+            flat[x0 * strides[0] + y0 * strides[1] + z0] = True
+            continue
+        low, high = (x0, y0, z0), (x1, y1, z1)
+        if (x0 == x1) + (y0 == y1) + (z0 == z1) == 2:
+            # One row of voxels: a connected set that spans the row's ends touches all of it.
+            _mark_all(low, high, strides, flat)
+        elif (x1 - x0 + 1) * (y1 - y0 + 1) * (z1 - z0 + 1) > 8 or not _all_marked(
+            low, high, strides, flat
+        ):
+            # Fine meshes mark a voxel many times over; a look at eight is cheaper than the test.
+            w = _dominant(p, q, r)
+            _mark_footprint(
+                _turned(p, w), _turned(q, w), _turned(r, w),
+                _turned(low, w), _turned(high, w), _turned(strides, w), flat,
+            )  # fmt: skip

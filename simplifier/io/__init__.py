@@ -1,0 +1,18 @@
+"""Mesh files in, occluder files out.
+
+One file a format, each a pair of plain functions on bytes; ``formats.py`` is the table from suffix
+to codec.
+"""
+
+from simplifier.io.formats import readable_suffixes, writable_suffixes
+from simplifier.io.load import load_mesh, load_occluder
+from simplifier.io.save import check_writable, save_occluder
+
+__all__ = [
+    "check_writable",
+    "load_mesh",
+    "load_occluder",
+    "readable_suffixes",
+    "save_occluder",
+    "writable_suffixes",
+]

@@ -1,0 +1,35 @@
+"""What the formats that store float32 share."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.errors import OutputError
+from simplifier.geometry.mesh import FloatArray
+
+Float32Array = NDArray[np.float32]
+
+
+def to_float32(values: FloatArray) -> Float32Array:
+    """The nearest float32; raises :class:`OutputError` where it would be infinite."""
+    with np.errstate(over="ignore"):
+        rounded = values.astype(np.float32)
+    if not np.isfinite(rounded).all():
+        raise OutputError(
+            "a coordinate is too large for 32-bit numbers", remedy="write .ply or .obj instead"
+        )
+    return rounded
+
+
+def unit_normals(corners: FloatArray) -> Float32Array:
+    """(m, 3) unit normals of (m, 3, 3) triangles by the right-hand rule, +z where flat."""
+    edges = corners[:, 1:] - corners[:, :1]
+    longest = np.abs(edges).max(axis=(1, 2), initial=0.0, keepdims=True)
+    edges = edges / np.where(longest > 0.0, longest, 1.0)  # areas must not underflow
+    normals = np.cross(edges[:, 0], edges[:, 1])
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    flat = lengths[:, 0] == 0.0
+    normals = normals / np.where(lengths > 0.0, lengths, 1.0)
+    normals[flat] = (0.0, 0.0, 1.0)
+    return normals.astype(np.float32)

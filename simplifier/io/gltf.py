@@ -1,0 +1,85 @@
+"""glTF 2.0, as .glb and .gltf: all meshes of the scene in world coordinates, float64."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.errors import UnreadableMeshError
+from simplifier.geometry.mesh import FloatArray
+from simplifier.io.gltf_buffers import Buffers
+from simplifier.io.gltf_container import open_document
+from simplifier.io.gltf_json import number_or_nan
+from simplifier.io.gltf_primitives import read_gltf_mesh
+from simplifier.io.gltf_scene import Instance, list_instances
+
+IndexArray = NDArray[np.int64]
+
+GENERATOR = "planar-occluder"
+# Instances can multiply a small file beyond any memory.
+_MOST_VERTICES = _MOST_TRIANGLES = 100_000_000
+
+
+def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
+    """Vertices (n, 3) float64 and faces (m, 3) int64, instance by instance in node order.
+
+    Transforms are composed and applied in float64: a building at 5,176,000 m keeps its millimetres,
+    which float32 would round to half a metre.  Under a mirroring transform the winding is turned,
+    as the format asks for.  Quantized, normalized, sparse and interleaved accessors and
+    EXT_mesh_gpu_instancing are understood.  Raises :class:`UnreadableMeshError`.
+    """
+    where = str(path)
+    buffers = Buffers(open_document(data, where), path)
+    instances = list_instances(buffers)
+    meshes = {one.mesh: read_gltf_mesh(buffers, one.mesh) for one in instances}
+    _check_size(instances, meshes, where)
+    vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)]
+    count = 0
+    for instance in instances:
+        points, triangles = meshes[instance.mesh]
+        if np.linalg.det(instance.transform[:3, :3]) < 0.0:
+            triangles = triangles[:, ::-1]
+        vertices.append(_to_world(points, instance.transform))
+        faces.append(triangles + count)
+        count += len(points)
+    return np.concatenate(vertices), np.concatenate(faces)
+
+
+def _check_size(
+    instances: list[Instance], meshes: dict[int, tuple[FloatArray, IndexArray]], where: str
+) -> None:
+    vertices = sum(len(meshes[one.mesh][0]) for one in instances)
+    triangles = sum(len(meshes[one.mesh][1]) for one in instances)
+    if vertices > _MOST_VERTICES or triangles > _MOST_TRIANGLES:
+        raise UnreadableMeshError(
+            f"its {len(instances)} instances add up to {triangles} triangles and {vertices}"
+            f" vertices, more than {_MOST_TRIANGLES}",
+            where=where,
+            remedy="split the scene",
+        )
+
+
+def _to_world(points: FloatArray, transform: FloatArray) -> FloatArray:
+    linear, offset = transform[:3, :3], transform[:3, 3]
+    with np.errstate(invalid="ignore", over="ignore"):
+        if (linear == np.eye(3)).all():
+            return np.asarray(points + offset)
+        return np.asarray(points @ linear.T + offset)
+
+
+def error_bound(data: bytes, path: Path) -> float:
+    """The bound that ``glb_writer.encode`` left in a node's extras; infinite without one.
+
+    The largest one when several occluders were joined into one file.
+    """
+    root = open_document(data, str(path)).root
+    bounds = []
+    for index in range(root.count("nodes")):
+        extras = root.item("nodes", index).members.get("extras")
+        if isinstance(extras, dict) and extras.get("generator") == GENERATOR:
+            bound = number_or_nan(extras.get("error_bound"))
+            bounds.append(bound if bound >= 0.0 else math.inf)
+    return max(bounds, default=math.inf)

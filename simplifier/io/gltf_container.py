@@ -1,0 +1,86 @@
+"""A glTF file as its JSON and its binary chunk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from simplifier.errors import UnreadableMeshError
+from simplifier.io.gltf_json import JsonObject, parse_json
+
+GLB_MAGIC = b"glTF"
+JSON_CHUNK = 0x4E4F534A
+BINARY_CHUNK = 0x004E4942
+_COMPRESSION = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
+
+
+@dataclass(frozen=True, eq=False)
+class GltfDocument:
+    """``binary``: the BIN chunk of a GLB file, None without one."""
+
+    root: JsonObject
+    binary: bytes | None
+
+
+def open_document(data: bytes, where: str) -> GltfDocument:
+    """Either form, told by the first bytes; raises :class:`UnreadableMeshError`."""
+    if data[:4] == GLB_MAGIC:
+        text, binary = _split_chunks(data, where)
+    else:
+        text, binary = data, None
+    root = parse_json(text, where)
+    _check_version(root)
+    required = root.texts("extensionsRequired")
+    for name in _COMPRESSION:
+        if name in required:
+            raise compressed(root, name)
+    return GltfDocument(root, binary)
+
+
+def compressed(where: JsonObject, extension: str) -> UnreadableMeshError:
+    """The error for geometry that only a decompressor can read."""
+    return where.fail(
+        f"the geometry is compressed with {extension}, which is not supported",
+        "save it uncompressed, for example with 'gltf-transform copy' or from Blender",
+    )
+
+
+def _check_version(root: JsonObject) -> None:
+    version = root.child("asset").members.get("version")
+    if not isinstance(version, str) or not version.startswith("2."):
+        raise root.fail(
+            f"asset.version is {str(version)[:20]!r}, but only glTF 2 is supported",
+            "export it as glTF 2.0",
+        )
+
+
+def _split_chunks(data: bytes, where: str) -> tuple[bytes, bytes | None]:
+    """The JSON chunk and the first binary one; others are skipped, as the format asks for."""
+    version, length = (int.from_bytes(data[i : i + 4], "little") for i in (4, 8))
+    if version != 2:
+        raise UnreadableMeshError(
+            f"GLB version {version} is not supported", where=where, remedy="export glTF 2.0"
+        )
+    if len(data) < length or length < 20:
+        raise UnreadableMeshError(
+            f"the file is truncated: {len(data)} of {length} bytes are there",
+            where=where,
+            remedy="copy or export it again",
+        )
+    chunks: dict[int, bytes] = {}
+    position = 12
+    while position + 8 <= length:
+        size, kind = (
+            int.from_bytes(data[position + i : position + i + 4], "little") for i in (0, 4)
+        )
+        position += 8
+        if position + size > length:
+            raise UnreadableMeshError(
+                "the file is damaged: a chunk is longer than the file",
+                where=where,
+                remedy="copy or export it again",
+            )
+        chunks.setdefault(kind, data[position : position + size])
+        position += size
+    if JSON_CHUNK not in chunks:
+        raise UnreadableMeshError("the GLB file has no JSON chunk", where=where)
+    return chunks[JSON_CHUNK], chunks.get(BINARY_CHUNK)

@@ -1,0 +1,109 @@
+"""A checked view of the JSON of a glTF file: every access says where it failed."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+
+from simplifier.errors import UnreadableMeshError
+
+_LARGEST = 2**53  # whole numbers beyond this are not exact in JSON
+
+
+@dataclass(frozen=True)
+class JsonObject:
+    """``where`` is the file and the place inside it, for messages."""
+
+    members: dict[str, object]
+    where: str
+
+    def fail(self, what: str, remedy: str = "") -> UnreadableMeshError:
+        """The error to raise for this object."""
+        return UnreadableMeshError(what, where=self.where, remedy=remedy)
+
+    def has(self, key: str) -> bool:
+        return self.members.get(key) is not None
+
+    def integer(self, key: str, default: int | None = None) -> int:
+        """A whole number from 0 on; ``default`` when absent, an error when that is None."""
+        value = self.members.get(key, default)
+        if isinstance(value, float) and value.is_integer():
+            value = int(value)
+        if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= _LARGEST:
+            raise self.fail(f"'{key}' is not a whole number from 0 on")
+        return value
+
+    def integers(self, key: str) -> list[int]:
+        """An array of whole numbers from 0 on; empty when absent."""
+        values = self._array(key)
+        view = JsonObject({str(i): value for i, value in enumerate(values)}, f"{self.where}.{key}")
+        return [view.integer(str(i)) for i in range(len(values))]
+
+    def numbers(self, key: str, length: int) -> list[float] | None:
+        """An array of ``length`` finite numbers; None when absent."""
+        values = self._array(key)
+        if not self.has(key):
+            return None
+        numbers = [number_or_nan(value) for value in values]
+        if len(numbers) != length or not all(map(math.isfinite, numbers)):
+            raise self.fail(f"'{key}' is not an array of {length} numbers")
+        return numbers
+
+    def texts(self, key: str) -> list[str]:
+        """The texts of an array; empty when absent."""
+        return [value for value in self._array(key) if isinstance(value, str)]
+
+    def child(self, key: str) -> JsonObject:
+        """An object inside this one; without members when absent."""
+        value = self.members.get(key)
+        return self._view({} if value is None else value, key)
+
+    def count(self, key: str) -> int:
+        """Length of an array; 0 when absent."""
+        return len(self._array(key))
+
+    def item(self, key: str, index: int) -> JsonObject:
+        """One object of an array of objects."""
+        values = self._array(key)
+        if index >= len(values):
+            raise self.fail(f"{key}[{index}] is used, but there are {len(values)}")
+        return self._view(values[index], f"{key}[{index}]")
+
+    def _array(self, key: str) -> list[object]:
+        value = self.members.get(key)
+        if value is None:
+            return []
+        if not isinstance(value, list):
+            raise self.fail(f"'{key}' is not an array")
+        return value
+
+    def _view(self, value: object, place: str) -> JsonObject:
+        if not isinstance(value, dict):
+            raise self.fail(f"'{place}' is not an object")
+        return JsonObject(value, f"{self.where}: {place}")
+
+
+def parse_json(data: bytes, where: str) -> JsonObject:
+    """Raises :class:`UnreadableMeshError` for what is not a JSON object."""
+    try:
+        value = json.loads(data.decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise UnreadableMeshError(
+            f"its JSON is damaged ({str(error)[:80]})",
+            where=where,
+            remedy="copy or export it again",
+        ) from None
+    if not isinstance(value, dict):
+        raise UnreadableMeshError("its JSON is not an object", where=where)
+    return JsonObject(value, where)
+
+
+def number_or_nan(value: object) -> float:
+    """NaN for what is no number."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:
+        return math.nan

@@ -1,0 +1,74 @@
+"""The meshes of a glTF file as triangles."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.geometry.mesh import FloatArray
+from simplifier.io.gltf_accessor import read_accessor, read_vectors
+from simplifier.io.gltf_buffers import Buffers
+from simplifier.io.gltf_container import compressed
+from simplifier.io.gltf_json import JsonObject
+from simplifier.io.strips import fan_triangles, strip_triangles
+
+IndexArray = NDArray[np.int64]
+
+_POINTS_AND_LINES = (0, 1, 2, 3)
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+
+
+def read_gltf_mesh(buffers: Buffers, index: int) -> tuple[FloatArray, IndexArray]:
+    """Vertices (n, 3) float64 in the mesh's own space and faces (m, 3) of all its primitives.
+
+    Points and lines are skipped, as are primitives without positions.  Morph targets and skins are
+    not applied: the mesh is taken in its base shape.
+    """
+    mesh = buffers.document.root.item("meshes", index)
+    vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)]
+    count = 0
+    for place in range(mesh.count("primitives")):
+        primitive = mesh.item("primitives", place)
+        if not primitive.child("attributes").has("POSITION"):
+            continue
+        mode = primitive.integer("mode", _TRIANGLES)
+        if mode in _POINTS_AND_LINES:
+            continue
+        points = _read_points(buffers, primitive)
+        faces.append(_read_triangles(buffers, primitive, mode, len(points)) + count)
+        vertices.append(points)
+        count += len(points)
+    return np.concatenate(vertices), np.concatenate(faces)
+
+
+def _read_points(buffers: Buffers, primitive: JsonObject) -> FloatArray:
+    index = primitive.child("attributes").integer("POSITION")
+    draco = "KHR_draco_mesh_compression"
+    # With a fallback, the accessors hold the same geometry uncompressed.
+    if primitive.child("extensions").has(draco):
+        accessor = buffers.document.root.item("accessors", index)
+        if not accessor.has("bufferView"):
+            raise compressed(primitive, draco)
+    return read_vectors(buffers, index, "VEC3")
+
+
+def _read_triangles(buffers: Buffers, primitive: JsonObject, mode: int, count: int) -> IndexArray:
+    if primitive.has("indices"):
+        stored = read_accessor(buffers, primitive.integer("indices"), "SCALAR")
+        if stored.dtype.kind != "u":
+            raise primitive.fail("its indices are not unsigned whole numbers")
+        indices = stored[:, 0].astype(np.int64)
+    else:
+        indices = np.arange(count)
+    if len(indices) and int(indices.max()) >= count:
+        raise primitive.fail(
+            f"names vertex {int(indices.max())}, but there are {count}",
+            "the file is damaged; export it again",
+        )
+    if mode == _TRIANGLES:
+        return indices[: len(indices) // 3 * 3].reshape(-1, 3)
+    if mode == _STRIP:
+        return strip_triangles(indices)
+    if mode == _FAN:
+        return fan_triangles(indices)
+    raise primitive.fail(f"mode {mode} is unknown", "the file is damaged; export it again")

@@ -1,0 +1,59 @@
+"""Files to meshes and occluders."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+
+from simplifier.errors import EmptyMeshError, UnreadableMeshError
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.occluder import Occluder
+from simplifier.io.formats import Codec, codec_for_reading
+from simplifier.io.sniff import foreign_content
+from simplifier.io.source import read_bytes
+
+
+def load_mesh(path: str | Path) -> TriangleMesh:
+    """All meshes of a file as one triangle soup, in the order of the file, nothing merged.
+
+    glTF node transforms are applied in float64.  Raises :class:`UnknownFormatError` for a suffix
+    that is not in ``readable_suffixes()``, :class:`UnreadableMeshError` for a file that is missing,
+    damaged or something else than its suffix says, :class:`EmptyMeshError` when it has no triangle.
+    """
+    path = Path(path)
+    codec, data = _open(path)
+    return TriangleMesh.from_soup(*codec.decode(data, path), where=str(path))
+
+
+def load_occluder(path: str | Path) -> Occluder:
+    """An occluder written by ``save_occluder``, or any other mesh to be used as one.
+
+    The error bound is read back from GLB; elsewhere it is infinite.  A file without a triangle of
+    non-zero area is an occluder that hides nothing, with 0 faces.  Unused vertices and triangles
+    without area are dropped.  Raises as :func:`load_mesh`, except for the empty mesh.
+    """
+    path = Path(path)
+    codec, data = _open(path)
+    vertices, faces = codec.decode(data, path)
+    bound = codec.error_bound(data, path) if codec.error_bound else math.inf
+    try:
+        mesh = TriangleMesh.from_soup(vertices, faces, where=str(path))
+    except EmptyMeshError:
+        return Occluder(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32), bound)
+    return Occluder(mesh.vertices, mesh.faces, bound)
+
+
+def _open(path: Path) -> tuple[Codec, bytes]:
+    """The codec of the suffix and the content, which must not begin like another format."""
+    codec = codec_for_reading(path)
+    data = read_bytes(path)
+    found = foreign_content(data, path.suffix.lower())
+    if found:
+        raise UnreadableMeshError(
+            f"the suffix says {codec.name}, but this is {found}",
+            where=str(path),
+            remedy="give the file its right suffix, or export it again",
+        )
+    return codec, data

@@ -1,0 +1,64 @@
+"""Wavefront OBJ: ``v`` and ``f`` statements; everything else is skipped."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from simplifier.errors import UnreadableMeshError
+from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.occluder import Occluder
+from simplifier.io.polygons import IndexArray, triangulate_polygons
+from simplifier.io.text import line_number, read_statements, shown, without_mark
+from simplifier.kernels.text import count_obj_corners, count_words, read_obj_corners
+
+
+def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
+    """Vertices (n, 3) float64 in file order and triangulated faces (m, 3) int64.
+
+    Understood: ``v``, ``v/vt``, ``v//vn``, ``v/vt/vn``, indices that count back, lines joined by a
+    backslash, comments, any line ending, any bytes in names.  Weights and colours after x y z are
+    skipped.  Raises :class:`UnreadableMeshError`.
+    """
+    where = str(path)
+    data = without_mark(data)
+    vertices = read_statements(data, b"v", 3, where)
+    sizes, corners = _read_corners(data, where)
+    if len(vertices) == 0 and len(sizes) == 0 and _has_words(data):
+        raise UnreadableMeshError(
+            "no vertex and no face statement was found",
+            where=where,
+            remedy="check that this is a Wavefront OBJ file",
+        )
+    return vertices, triangulate_polygons(vertices, sizes, corners, where=where)
+
+
+def _read_corners(data: bytes, where: str) -> tuple[IndexArray, IndexArray]:
+    """Corner count of each face, and the vertex indices of all corners."""
+    text = np.frombuffer(data, dtype=np.uint8)
+    faces, count = count_obj_corners(text)
+    sizes = np.empty(faces, dtype=np.int64)
+    corners = np.empty(count, dtype=np.int64)
+    wrong = read_obj_corners(text, sizes, corners)
+    if wrong >= 0:
+        word = (data[wrong : wrong + 64].split() or [b""])[0]
+        raise UnreadableMeshError(
+            f"line {line_number(data, wrong)}: {shown(word)} is not the index of a vertex",
+            where=where,
+            remedy="indices are whole numbers from 1, or from -1 backwards",
+        )
+    return sizes, corners
+
+
+def _has_words(data: bytes) -> bool:
+    words, _ = count_words(np.frombuffer(data, dtype=np.uint8), 0)
+    return bool(words > 0)
+
+
+def encode(occluder: Occluder) -> bytes:
+    """Text with the shortest digits that give back the same float64."""
+    lines = ["# planar-occluder"]
+    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in occluder.vertices.tolist()]
+    lines += [f"f {a} {b} {c}" for a, b, c in (occluder.faces + 1).tolist()]
+    return "\n".join([*lines, ""]).encode("ascii")

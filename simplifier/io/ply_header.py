@@ -1,0 +1,126 @@
+"""The header of a PLY file: which elements follow, with which properties, in which encoding."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from simplifier.errors import UnreadableMeshError
+from simplifier.io.text import shown
+
+# Both sets of names are in use; the value is numpy's type code without the byte order.
+SCALAR_TYPES = {
+    **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
+    **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
+    **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
+    **{"int64": "i8", "uint64": "u8"},
+}
+ENCODINGS = {b"ascii": "", b"binary_little_endian": "<", b"binary_big_endian": ">"}
+_LONGEST_HEADER = 1 << 20
+
+
+@dataclass(frozen=True)
+class Property:
+    """``kind``: type code of the value or of a list's items; ``count_kind``: empty for a scalar."""
+
+    name: str
+    kind: str
+    count_kind: str = ""
+
+
+@dataclass(frozen=True)
+class Element:
+    name: str
+    count: int
+    properties: tuple[Property, ...]
+
+    def property(self, *names: str) -> Property | None:
+        """The first property that has one of the names."""
+        return next((one for one in self.properties if one.name in names), None)
+
+
+@dataclass(frozen=True)
+class PlyHeader:
+    """``byte_order``: "<", ">" or "" for text; ``end``: where the data begin."""
+
+    byte_order: str
+    elements: tuple[Element, ...]
+    end: int
+
+
+def read_header(data: bytes, where: str) -> PlyHeader:
+    """Raises :class:`UnreadableMeshError` with the line that cannot be understood."""
+    lines, end = _header_lines(data, where)
+    encoding: str | None = None
+    elements: list[Element] = []
+    for line in lines[1:]:
+        words = line.split()
+        if not words or words[0] in (b"comment", b"obj_info"):
+            continue
+        if words[0] == b"format" and len(words) >= 2 and words[1] in ENCODINGS:
+            encoding = ENCODINGS[words[1]]
+        elif words[0] == b"element" and len(words) == 3 and words[2].isdigit():
+            elements.append(Element(_name(words[1]), _count(words[2], where), ()))
+        elif words[0] == b"property" and elements:
+            last = elements[-1]
+            one = _property(line, words, where)
+            if last.property(one.name):
+                raise UnreadableMeshError(
+                    f"'{last.name}' has the property '{one.name}' twice", where=where
+                )
+            elements[-1] = Element(last.name, last.count, (*last.properties, one))
+        else:
+            raise _not_understood(line, where)
+    if encoding is None:
+        raise UnreadableMeshError("the PLY header has no line 'format'", where=where)
+    return PlyHeader(encoding, tuple(elements), end)
+
+
+def _header_lines(data: bytes, where: str) -> tuple[list[bytes], int]:
+    """The lines before ``end_header`` and the place behind it."""
+    if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r", b" ", b"\t"):
+        raise UnreadableMeshError(f"not a PLY file: it begins with {shown(data[:8])}", where=where)
+    newline = _newline(data)
+    mark = data.find(newline + b"end_header", 0, _LONGEST_HEADER)
+    end = data.find(newline, mark + len(newline)) if mark >= 0 else -1
+    if end < 0:
+        raise UnreadableMeshError(
+            "the file is truncated inside its header: no line 'end_header'",
+            where=where,
+            remedy="copy or export it again",
+        )
+    return data[:mark].split(newline), end + len(newline)
+
+
+def _newline(data: bytes) -> bytes:
+    """How the header ends its lines; the data behind it may hold any byte."""
+    first = next((i for i in range(3, min(len(data), 256)) if data[i] in b"\r\n"), 3)
+    if data[first : first + 2] == b"\r\n":
+        return b"\r\n"
+    return data[first : first + 1]
+
+
+def _count(word: bytes, where: str) -> int:
+    if len(word) > 12:
+        raise UnreadableMeshError(f"{shown(word)} elements cannot be", where=where)
+    return int(word)
+
+
+def _property(line: bytes, words: list[bytes], where: str) -> Property:
+    kinds = [SCALAR_TYPES.get(word.decode("latin-1"), "") for word in words]
+    if len(words) == 3 and kinds[1]:
+        return Property(_name(words[2]), kinds[1])
+    if len(words) == 5 and words[1] == b"list" and kinds[2][:1] in ("i", "u") and kinds[3]:
+        return Property(_name(words[4]), kinds[3], kinds[2])
+    raise _not_understood(line, where)
+
+
+def _name(word: bytes) -> str:
+    return word.decode("latin-1")
+
+
+def _not_understood(line: bytes, where: str) -> UnreadableMeshError:
+    return UnreadableMeshError(
+        f"the PLY header line {shown(line)} is not understood",
+        where=where,
+        remedy="the file is damaged or made for another version; export it again",
+    )

@@ -1,0 +1,37 @@
+"""Files that appear whole or not at all."""
+
+from __future__ import annotations
+
+import secrets
+from pathlib import Path
+
+from simplifier.errors import OutputError
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write beside the target and rename, which is atomic within a folder; a link is followed.
+
+    An old file stays until then.  Raises :class:`OutputError` when the folder is not there or
+    cannot be written, the target is no file, or the disk is full; nothing is left behind.
+    """
+    try:
+        target = path.resolve()
+        if target.exists() and not target.is_file():
+            raise OutputError("this is a folder or a device", where=str(path), remedy="name a file")
+        draft = target.with_name(f".occluder-{secrets.token_hex(8)}.tmp")
+        try:
+            draft.write_bytes(data)
+            draft.replace(target)
+        finally:
+            draft.unlink(missing_ok=True)
+    except FileNotFoundError:
+        raise OutputError(
+            f"there is no folder '{path.parent}'", where=str(path), remedy="create it first"
+        ) from None
+    except (OSError, ValueError, RuntimeError) as error:  # no right, a full disk, NUL, link loops
+        reason = getattr(error, "strerror", None) or str(error)
+        raise OutputError(
+            f"the file cannot be written ({reason})",
+            where=str(path),
+            remedy="check the folder's permissions and the free space",
+        ) from None

@@ -1,0 +1,134 @@
+"""Polygons to triangles, against the areas that shapely finds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from simplifier.errors import UnreadableMeshError
+from simplifier.io.polygons import triangulate_polygons
+
+
+def triangulate(points: np.ndarray) -> np.ndarray:
+    corners = np.arange(len(points))
+    return triangulate_polygons(points, np.array([len(points)]), corners, where="test")
+
+
+def flat(points: list[tuple[float, float]]) -> np.ndarray:
+    return np.column_stack([np.array(points, dtype=float), np.zeros(len(points))])
+
+
+def assert_covers(outline: np.ndarray, points: np.ndarray, faces: np.ndarray) -> None:
+    """The triangles fill the outline, overlap nowhere and wind as it does."""
+    polygon = shapely.Polygon(outline)
+    triangles = [shapely.Polygon(outline[face]) for face in faces]
+    assert sum(one.area for one in triangles) == pytest.approx(polygon.area, rel=1e-9)
+    assert shapely.union_all(triangles).symmetric_difference(polygon).area < 1e-9 * polygon.area
+    corners = points[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    newell = np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0)
+    assert ((normals @ newell) >= 0.0).all()
+
+
+ARROW = [(0.0, 0.0), (2.0, -1.0), (1.0, 0.0), (2.0, 1.0)]  # reflex at corner 2
+COMB = [
+    (0, 0),
+    (7, 0),
+    (7, 3),
+    (6, 3),
+    (6, 1),
+    (4, 1),
+    (4, 3),
+    (3, 3),
+    (3, 1),
+    (1, 1),
+    (1, 3),
+    (0, 3),
+]
+
+
+@pytest.mark.parametrize("first", range(4))
+def test_a_quadrilateral_is_cut_at_its_reflex_corner(first: int) -> None:
+    points = flat(ARROW[first:] + ARROW[:first])
+    assert_covers(points[:, :2], points, triangulate(points))
+
+
+@pytest.mark.parametrize("first", range(4))
+def test_a_corner_in_the_middle_of_an_edge(first: int) -> None:
+    outline = [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (1.0, 1.0)]
+    points = flat(outline[first:] + outline[:first])
+    faces = triangulate(points)
+    assert_covers(points[:, :2], points, faces)
+    assert len(faces) == 2
+
+
+@pytest.mark.parametrize("first", range(len(COMB)))
+@pytest.mark.parametrize("turn", [1, -1])
+def test_a_comb(first: int, turn: int) -> None:
+    points = flat((COMB[first:] + COMB[:first])[::turn])
+    faces = triangulate(points)
+    assert_covers(points[:, :2], points, faces)
+    assert len(faces) == len(COMB) - 2
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(4, 12))
+def test_star_shaped_polygons_in_any_plane(seed: int, count: int) -> None:
+    generator = np.random.default_rng(seed)
+    angles = (np.arange(count) + generator.uniform(0.1, 0.9, count)) * (2.0 * np.pi / count)
+    outline = generator.uniform(0.2, 1.0, (count, 1)) * np.column_stack(
+        [np.cos(angles), np.sin(angles)]
+    )
+    frame, _ = np.linalg.qr(generator.normal(size=(3, 3)))
+    points = outline @ frame[:2] + generator.uniform(-5.0, 5.0, 3)
+    assert_covers(outline, points, triangulate(points))
+
+
+@pytest.mark.parametrize("repeated", range(4))
+def test_a_triangle_as_a_quadrilateral_is_not_sent_to_ear_clipping(
+    repeated: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Half a million of them took ten seconds."""
+    monkeypatch.setattr("simplifier.io.polygons._clip_ears", None)
+    corners = [0, 1, 2]
+    corners.insert(repeated, corners[repeated - 1] if repeated else 2)
+    points = flat([(0.0, 0.0), (2.0, 0.0), (0.0, 1.0)])
+    faces = triangulate_polygons(points, np.array([4]), np.array(corners), where="test")
+    a, b, c = np.moveaxis(points[faces], 1, 0)
+    areas = np.cross(b - a, c - a)[:, 2] / 2.0
+    assert sorted(areas.tolist()) == [0.0, 1.0]
+
+
+def test_order_and_sizes_are_mixed() -> None:
+    points = flat([*ARROW, (5.0, 5.0), (6.0, 5.0), (5.0, 6.0)])
+    sizes = np.array([3, 4, 2, 1, 0, 3])
+    corners = np.array([4, 5, 6, 0, 1, 2, 3, 0, 1, 2, 6, 5, 4])
+    faces = triangulate_polygons(points, sizes, corners, where="test")
+    assert faces.tolist() == [[4, 5, 6], [0, 1, 2], [0, 2, 3], [6, 5, 4]]
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e308])
+def test_no_number_still_gives_triangles_to_be_counted(value: float) -> None:
+    points = flat(COMB)
+    points[3, 0] = value
+    points[5, 0] = -value
+    assert 0 < len(triangulate(points)) <= len(COMB) - 2
+
+
+def test_a_polygon_without_area() -> None:
+    points = np.outer(np.arange(5.0), [1.0, 2.0, 3.0])
+    assert triangulate(points).shape == (3, 3)
+
+
+def test_tiny_polygons_do_not_underflow() -> None:
+    points = flat(ARROW) * 1e-150
+    assert_covers(points[:, :2] * 1e150, points * 1e150, triangulate(points))
+
+
+def test_corner_out_of_range_names_the_face() -> None:
+    points = flat(ARROW)
+    with pytest.raises(UnreadableMeshError, match="face 1 names vertex 4"):
+        triangulate_polygons(points, np.array([3, 3]), np.array([0, 1, 2, 0, 4, 1]), where="test")

@@ -1,0 +1,155 @@
+"""A picture that faces are counted into: the drawing side of the stencil slicer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from simplifier.geometry.grid import BoolArray
+from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.section import ImageFrame
+from simplifier.slicing.opengl import open_context
+
+_FACES_VERTEX = """
+#version 330
+uniform mat3 axes;
+uniform vec2 corner;
+uniform vec2 size;
+in vec3 position;
+out float depth;
+flat out float anchor;
+void main() {
+    vec3 seen = position * axes;
+    depth = seen.z;
+    anchor = seen.z;
+    gl_Position = vec4((seen.xy - corner) / size * 2.0 - 1.0, 0.0, 1.0);
+}
+"""
+
+# The depth slope of a face seen edge-on is useless.  Held within reach of one of the face's
+# corners, the fragment still falls into exactly one of the slabs that the face is drawn for.
+_FACES_FRAGMENT = """
+#version 330
+uniform float reach;
+uniform vec2 slab;
+in float depth;
+flat in float anchor;
+void main() {
+    float held = clamp(depth, anchor - reach, anchor + reach);
+    if (held < slab.x || held >= slab.y) discard;
+}
+"""
+
+# One triangle that covers the whole picture.
+_EVERYWHERE_VERTEX = """
+#version 330
+void main() {
+    gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
+}
+"""
+
+_EVERYWHERE_FRAGMENT = """
+#version 330
+void main() {}
+"""
+
+
+class StencilBuffer:
+    """Counts faces into a stencil buffer: +1 for a back face, -1 for a front face.
+
+    ``points`` (n, 3): the vertices of all faces; rounded to float32.  ``most_faces``: the most
+    faces that :meth:`begin` will be given.
+
+    As a context manager it makes its OpenGL context current; all methods but :meth:`close` must be
+    called inside.  Afterwards no OpenGL context is current on the thread.
+    """
+
+    def __init__(self, points: FloatArray, most_faces: int) -> None:
+        self._context, self._stencil = open_context()
+        self._queries: list[Any] = []
+        self._framebuffer: Any = None
+        self._rows, self._columns = 0, 0
+        with self:
+            context = self._context
+            # Looking along +d with u to the right and v upwards mirrors the picture.
+            context.front_face = "cw"
+            self._view = context.program(_FACES_VERTEX, _FACES_FRAGMENT)
+            self._corners = context.buffer(reserve=max(most_faces, 1) * 3 * 4)
+            vertices = context.buffer(points.astype(np.float32).tobytes() or bytes(12))
+            self._faces = context.vertex_array(
+                self._view, [(vertices, "3f", "position")], index_buffer=self._corners
+            )
+            self._everywhere = context.vertex_array(
+                context.program(_EVERYWHERE_VERTEX, _EVERYWHERE_FRAGMENT), []
+            )
+
+    def __enter__(self) -> StencilBuffer:
+        self._context.__enter__()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._context.__exit__(kind, error, trace)
+
+    def close(self) -> None:
+        """Destroy the context and with it all that lives there; closing twice does no harm."""
+        self._context.release()
+
+    def reserve(self, rows: int, columns: int) -> None:
+        """Make room for pictures of up to that size."""
+        if self._framebuffer is not None and rows <= self._rows and columns <= self._columns:
+            return
+        self._rows, self._columns = max(rows, self._rows), max(columns, self._columns)
+        if self._framebuffer is not None:
+            self._framebuffer.release()
+        placeholder = self._context.depth_renderbuffer((self._columns, self._rows))
+        self._framebuffer = self._context.framebuffer(depth_attachment=placeholder)
+        self._framebuffer.use()
+        self._stencil.attach(self._rows, self._columns)
+
+    def begin(self, frame: ImageFrame, centre: FloatArray, reach: float, faces: IntArray) -> None:
+        """Clear the picture and look through ``frame`` at ``faces`` (m, 3) int32.
+
+        ``centre`` (2,): where the frame sees the origin of the points.  ``reach``: no point of a
+        face is further than this from the face's last corner, measured along d.
+        """
+        self._framebuffer.use()
+        self._framebuffer.viewport = (0, 0, frame.columns, frame.rows)
+        self._picture = (frame.rows, frame.columns)
+        self._view["axes"].write(frame.axes.astype(np.float32).tobytes())
+        self._view["corner"] = tuple(frame.corner - centre)
+        self._view["size"] = (frame.columns * frame.pixel, frame.rows * frame.pixel)
+        self._view["reach"] = reach
+        self._corners.write(faces.tobytes())
+        self._stencil.clear()
+
+    def draw(self, first: int, last: int, near: float, far: float) -> None:
+        """Count faces ``first`` to ``last`` (exclusive) where ``near`` <= depth < ``far``."""
+        if last > first:
+            self._stencil.count_faces()
+            self._view["slab"] = (near, far)
+            self._faces.render(vertices=3 * (last - first), first=3 * first)
+
+    def start_count(self, slot: int) -> Callable[[], int]:
+        """Begin to count the pixels that are not 0; the returned function waits for the number.
+
+        A count must be fetched before its ``slot`` (0, 1, ...) is used again.
+        """
+        if slot == len(self._queries):
+            self._queries.append(self._context.query(samples=True))
+        query = self._queries[slot]
+        self._stencil.select_nonzero()
+        with query:
+            self._everywhere.render(vertices=3)
+        return lambda: int(query.samples)
+
+    def read(self) -> BoolArray:
+        """(rows, columns) bool: the pixels that are not 0; row 0 is the lowest along v."""
+        return np.asarray(self._stencil.read(*self._picture) != 0)

@@ -1,0 +1,61 @@
+"""Candidates -> Cut within a budget: choose (polygon, level) pairs by gain, improve by exchange.
+
+Stands in for the paper's two steps (complete cut, then trim by area), whose trim is blind to what
+the measure says; ``docs/decisions`` has the figures of both and of what else was tried.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.geometry.mesh import IntArray
+from simplifier.kernels.cut_search import search_cut
+from simplifier.kernels.threads import run_chunks
+from simplifier.selection.candidates import Candidates
+from simplifier.selection.greedy import Cut
+
+_POWERS = (1.0, 0.85)  # one search each; a lower power likes larger polygons
+_EXCHANGES = 24  # more than that gain little: plain exchange stalls
+_LEVEL_STEPS = 40  # levels grow by a third: those between change little that a search can see
+
+
+def choose_by_gain(candidates: Candidates, budget: int, alpha: float, seed: int = 0) -> Cut:
+    """The best cut that greedy choice and exchange reach within ``budget`` triangles.
+
+    Pairs are added by gain a triangle until the budget is spent or the next would raise the measure
+    by less than ``alpha`` of it.  Then two members at a time are taken out and the freed triangles
+    spent anew, which is kept when the measure rises.  Two such searches weigh the cost of a pair
+    differently; the better result is returned, the first of equals.
+    """
+    if len(candidates) == 0:
+        return np.zeros(0, dtype=np.int32)
+    polygons, levels, firsts = _pairs(candidates.triangles, budget)
+    found: list[tuple[Cut, int]] = [(np.zeros(0, np.int32), -1)] * len(_POWERS)
+
+    def search(begin: int, end: int) -> None:
+        for index in range(begin, end):
+            weights = np.maximum(np.arange(budget + 1.0), 1.0) ** -_POWERS[index]
+            found[index] = search_cut(
+                candidates.points, candidates.lowest, candidates.offsets, candidates.maps,
+                candidates.triangles, polygons, levels, firsts, (budget, alpha, weights),
+                _EXCHANGES, seed + index,
+            )  # fmt: skip
+
+    run_chunks(search, len(_POWERS))
+    return max(found, key=lambda result: result[1])[0]
+
+
+def _pairs(triangles: IntArray, budget: int) -> tuple[IntArray, IntArray, NDArray[np.int64]]:
+    """Polygon and level of each pair, and where each polygon's pairs begin.
+
+    Levels grow by about a third; the last is the full one, if the budget allows it.
+    """
+    steps = np.unique(np.round(np.geomspace(1.0, 1e5, _LEVEL_STEPS)).astype(np.int32))
+    chosen = [np.append(steps[steps < full], full) for full in np.minimum(triangles, budget)]
+    counts = np.array([len(levels) for levels in chosen])
+    return (
+        np.repeat(np.arange(len(triangles)), counts).astype(np.int32),
+        np.concatenate(chosen).astype(np.int32),
+        np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+    )

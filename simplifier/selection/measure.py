@@ -1,0 +1,52 @@
+"""The total occlusion measure (section 3 of the paper), exact and as bits.
+
+The measure of a direction is the integral over the projected shape of the distance to its boundary
+(equation 3), which equals the integral over r of the area left after erosion by a disc of radius r
+(equation 1).  The *exact* form sums the Euclidean distance transform of an image of any size.  The
+*bit* form erodes 64 x 64 images by octagons, about a hundred times faster: searches use it, figures
+and near-ties the exact one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.geometry.grid import BoolArray
+from simplifier.geometry.mesh import FloatArray
+from simplifier.kernels.bit_image import SIZE
+from simplifier.kernels.distance_transform import distance_sum
+from simplifier.kernels.polygon_views import score_images
+from simplifier.kernels.threads import run_chunks
+
+
+def directional_measures(masks: BoolArray, pixel: float = 1.0) -> FloatArray:
+    """(n,) M(d) of (n, rows, columns) masks by equation (3), in cubes of the unit of ``pixel``.
+
+    ``pixel`` is the edge of a pixel.  A disc of radius R has pi R^3 / 3, a square of side a has
+    a^3 / 6.
+    """
+    sums = np.zeros(len(masks))
+
+    def work(begin: int, end: int) -> None:
+        for index in range(begin, end):
+            sums[index] = distance_sum(masks[index])
+
+    run_chunks(work, len(masks))
+    return np.asarray(sums * pixel**3)
+
+
+def bit_measure(image: NDArray[np.uint64], pixel: float = 1.0) -> float:
+    """M(d) of one 64 x 64 bit image (64,) uint64 by equation (1), in cubes of ``pixel``'s unit."""
+    return float(score_images(image.reshape(1, SIZE))) / 2.0 * pixel**3
+
+
+def search_projections(axes: FloatArray, centre: FloatArray, radius: float) -> FloatArray:
+    """(views, 2, 4) affine maps that show a sphere in 64 x 64 images with a one-pixel frame.
+
+    ``axes`` (views, 3, 3) rows u, v, d; the pixel of a point p is ``A[:, :3] @ p + A[:, 3]``.
+    """
+    scale = (SIZE - 2) / (2.0 * radius)
+    linear = axes[:, :2, :] * scale
+    offset = SIZE / 2.0 - linear @ centre
+    return np.ascontiguousarray(np.concatenate([linear, offset[:, :, None]], axis=2))

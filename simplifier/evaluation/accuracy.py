@@ -1,0 +1,233 @@
+"""Precision and recall of an occluder over many views (paper section 6.1).
+
+Views are orthographic, directions uniform on the sphere from a seeded generator, the image a square
+that spans the original's bounding sphere, coverage by the pixel-centre rule.  In every view random
+quads are tested against both silhouettes (:mod:`simplifier.evaluation.quads`), and
+
+    precision = Nt / (Nt + Nf)        recall = Nt / (Nt + Pf)
+
+with the sums taken over all views.  Precision is 1 when nothing was hidden at all (an occluder
+without triangles), recall is 1 when nothing could be hidden (no quad fits in the original).  Quads
+lie in the original's bounding box, so parts of the occluder beyond it, or beyond the image, cost
+nothing here; the deviation tells them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from simplifier.errors import MeshError, OptionError
+from simplifier.evaluation.quads import exact_quad_pixels, sampled_quad_pixels
+from simplifier.geometry.grid import BoolArray
+from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.views import BoundingSphere, image_axes, random_directions
+from simplifier.kernels.coverage import MaskArray, covered, unpacked
+
+QUANTILE_LEVELS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
+"""The shares of views that the report's quantiles stand for."""
+
+_BLOCK_BYTES = 1 << 26  # masks held at once, original and occluder together
+
+
+@dataclass(frozen=True)
+class AccuracyOptions:
+    """How accuracy is measured; two reports compare only when these are equal.
+
+    ``views``  orthographic views, 1..65536.  More narrow the spread by the choice of directions.
+    ``image``  pixels a side, 8..4096.  More resolve thinner parts; time and memory grow as its
+               square.
+    ``quads``  random quads a view, 1..10,000,000.  More lessen the sampling noise; not used when
+               ``exact``.
+    ``seed``   of directions and quads, 0..2^63 - 1.
+    ``exact``  the expectation over all quads in place of a sample: no noise, about the same time.
+
+    Raises :class:`OptionError` for a value out of range.
+    """
+
+    views: int = 256
+    image: int = 256
+    quads: int = 32000
+    seed: int = 0
+    exact: bool = False
+
+    def __post_init__(self) -> None:
+        _check_whole("views", self.views, 1, 65536)
+        _check_whole("image", self.image, 8, 4096)
+        _check_whole("quads", self.quads, 1, 10_000_000)
+        _check_whole("seed", self.seed, 0, 2**63 - 1)
+
+
+@dataclass(frozen=True, eq=False)
+class AccuracyReport:
+    """Precision and recall, over all views and view by view; fractions from 0 to 1.
+
+    ``precision``, ``recall``  from the sums over all views.
+    ``directions``             (V, 3) float64 unit vectors, the lines of sight.
+    ``precision_by_view``, ``recall_by_view``  (V,) float64.
+    ``nt``, ``pf``, ``nf``     (V,) float64: mean pixels a quad that are hidden rightly, missed, and
+                               hidden wrongly.
+    ``options``                how it was measured (``options.views`` is not used where directions
+                               were given).
+    """
+
+    precision: float
+    recall: float
+    directions: FloatArray
+    precision_by_view: FloatArray
+    recall_by_view: FloatArray
+    nt: FloatArray
+    pf: FloatArray
+    nf: FloatArray
+    options: AccuracyOptions
+
+    @property
+    def worst_view(self) -> int:
+        """The view of lowest recall, the first of equals."""
+        return int(np.argmin(self.recall_by_view))
+
+    @property
+    def worst_precision_view(self) -> int:
+        """The view of lowest precision, the first of equals: where most is hidden wrongly."""
+        return int(np.argmin(self.precision_by_view))
+
+    @property
+    def precision_quantiles(self) -> FloatArray:
+        """(7,) float64: precision of the views at :data:`QUANTILE_LEVELS`, lowest first."""
+        return np.quantile(self.precision_by_view, QUANTILE_LEVELS)
+
+    @property
+    def recall_quantiles(self) -> FloatArray:
+        """(7,) float64: recall of the views at :data:`QUANTILE_LEVELS`, lowest first."""
+        return np.quantile(self.recall_by_view, QUANTILE_LEVELS)
+
+
+def evaluate_accuracy(
+    mesh: TriangleMesh,
+    occluder: Occluder,
+    options: AccuracyOptions | None = None,
+    *,
+    directions: FloatArray | None = None,
+) -> AccuracyReport:
+    """Judge an occluder by views that no search has seen; the same on any number of threads.
+
+    ``directions``  (V, 3) unit vectors to use in place of ``options.views`` random ones, for
+                    viewers that cannot be everywhere.
+
+    An occluder without triangles has precision 1 and recall 0.  Raises :class:`MeshError` when the
+    occluder's arrays cannot be drawn and :class:`OptionError` for directions that are not unit
+    vectors.
+    """
+    chosen = options if options is not None else AccuracyOptions()
+    sight = random_directions(chosen.views, chosen.seed) if directions is None else directions
+    lines = _checked_directions(sight)
+    pixels = np.zeros((len(lines), 3))
+    for first, last, original, hidden in _mask_blocks(mesh, occluder, lines, chosen.image):
+        pixels[first:last] = _quad_pixels(original, hidden, chosen, first)
+    nt, pf, nf = np.ascontiguousarray(pixels.T)
+    return AccuracyReport(
+        precision=float(_share(nt.sum(), nf.sum())),
+        recall=float(_share(nt.sum(), pf.sum())),
+        directions=lines,
+        precision_by_view=_share(nt, nf),
+        recall_by_view=_share(nt, pf),
+        nt=nt,
+        pf=pf,
+        nf=nf,
+        options=chosen,
+    )
+
+
+def view_masks(
+    mesh: TriangleMesh, occluder: Occluder, directions: FloatArray, image: int
+) -> tuple[BoolArray, BoolArray]:
+    """Silhouettes of original and occluder: two (V, image, image) bool arrays.
+
+    ``directions`` (V, 3) unit vectors.  Row 0 is the BOTTOM of the picture (v points up), column 0
+    its u-lowest side; flip the rows before showing it as an image.  Raises as
+    :func:`evaluate_accuracy`.
+    """
+    _check_whole("image", image, 8, 4096)
+    original, hidden = _masks(mesh, occluder, _checked_directions(directions), image)
+    return unpacked(original, image), unpacked(hidden, image)
+
+
+def _quad_pixels(
+    original: MaskArray, hidden: MaskArray, options: AccuracyOptions, first_view: int
+) -> FloatArray:
+    if options.exact:
+        return exact_quad_pixels(original, hidden, options.image)
+    return sampled_quad_pixels(
+        original,
+        hidden,
+        options.image,
+        quads=options.quads,
+        seed=options.seed,
+        first_view=first_view,
+    )
+
+
+def _mask_blocks(
+    mesh: TriangleMesh, occluder: Occluder, directions: FloatArray, image: int
+) -> Iterator[tuple[int, int, MaskArray, MaskArray]]:
+    """(first, last, original, occluder) masks of views first .. last - 1, in bounded memory."""
+    bytes_per_view = 2 * image * 8 * -(-image // 64)
+    block = max(4, _BLOCK_BYTES // bytes_per_view)
+    for first in range(0, len(directions), block):
+        last = min(first + block, len(directions))
+        yield first, last, *_masks(mesh, occluder, directions[first:last], image)
+
+
+def _masks(
+    mesh: TriangleMesh, occluder: Occluder, directions: FloatArray, image: int
+) -> tuple[MaskArray, MaskArray]:
+    """Bit rows of both, the image spanning the original's bounding sphere."""
+    sphere = BoundingSphere.of(mesh)
+    projections = np.empty((len(directions), 2, 4))
+    projections[:, :, :3] = image_axes(directions)[:, :2] * (image / 2.0)
+    projections[:, :, 3] = image / 2.0
+
+    # Centred before it is scaled: coordinates of a map keep all their digits.
+    def silhouettes(item: TriangleMesh | Occluder) -> MaskArray:
+        unit = (item.vertices - sphere.centre) / sphere.radius
+        return covered(unit, item.faces, projections, image, image)
+
+    original = silhouettes(mesh)
+    try:
+        hidden = silhouettes(occluder)
+    except ValueError as error:
+        raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error
+    return original, hidden
+
+
+def _share(right: FloatArray, other: FloatArray) -> FloatArray:
+    """right / (right + other), and 1 where both are 0."""
+    total = np.asarray(right + other)
+    return np.divide(right, total, out=np.ones_like(total), where=total > 0.0)
+
+
+def _check_whole(name: str, value: int, least: int, largest: int) -> None:
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not whole or not least <= value <= largest:
+        raise OptionError(
+            f"{value!r} is not a whole number from {least} to {largest}",
+            where=name,
+            remedy="choose one in the range",
+        )
+
+
+def _checked_directions(directions: FloatArray) -> FloatArray:
+    """A copy as (V, 3) float64, at least one row, each of length 1."""
+    lines = np.array(directions, dtype=np.float64)
+    if lines.ndim != 2 or lines.shape[1] != 3 or len(lines) == 0:
+        raise OptionError(
+            f"directions have shape {lines.shape}", where="directions", remedy="pass (V, 3)"
+        )
+    if not (np.abs(np.linalg.norm(lines, axis=1) - 1.0) < 1e-6).all():
+        raise OptionError(
+            "a direction does not have length 1", where="directions", remedy="normalize them"
+        )
+    return lines

@@ -1,0 +1,89 @@
+"""From a triangle soup to a handful of triangles that hide nearly the same.
+
+    import simplifier
+
+    mesh = simplifier.load("castle.glb")
+    occluder = simplifier.simplify(mesh, budget=64, ground=True)
+    report = simplifier.evaluate(mesh, occluder)
+    print(report.precision, report.recall)
+    simplifier.save(occluder, "castle_occluder.glb")
+
+Errors are :class:`simplifier.errors.OccluderError` and its kinds.
+"""
+
+from __future__ import annotations
+
+from simplifier.errors import OccluderError
+from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.occluder import Occluder
+from simplifier.io import load_mesh as load
+from simplifier.io import save_occluder as save
+from simplifier.options import Axis, Slicing, Trim, make_options
+from simplifier.pipeline import simplify_mesh
+from simplifier.progress import Listener
+from simplifier.version import VERSION as __version__
+
+__all__ = [
+    "AccuracyReport",
+    "Occluder",
+    "OccluderError",
+    "TriangleMesh",
+    "__version__",
+    "evaluate",
+    "load",
+    "save",
+    "simplify",
+]
+
+
+def simplify(
+    mesh: TriangleMesh,
+    *,
+    budget: int = 64,
+    resolution: int | None = None,
+    error_bound: float | None = None,
+    up: Axis = "y",
+    ground: bool = False,
+    trim: Trim = "gain",
+    slicer: Slicing = "cpu",
+    seed: int = 0,
+    listener: Listener | None = None,
+) -> Occluder:
+    """Make an occluder of at most ``budget`` triangles, to be drawn double-sided.
+
+    ``mesh``         any soup; from arrays: ``TriangleMesh.from_soup(vertices, faces)``.
+    ``resolution``   voxels along the longest edge, 64 if neither it is given nor
+    ``error_bound``  the largest distance, world units, that the occluder may have from the
+                     original's surface or its filled interior.
+    ``up``, ``ground``  with ``ground`` the asset stands on its low end along ``up``.
+    ``trim``         ``gain``, or ``area`` as published.
+    ``slicer``       ``cpu``, or ``gl`` for the OpenGL stencil buffer.
+    ``listener``     called with each stage's name and the share done; what it raises ends the run.
+
+    The result carries its vertices, faces, error bound and timings.  The same mesh, options and
+    seed give the same bytes on any number of threads.  Raises :class:`OccluderError`.
+    """
+    options = make_options(
+        float(mesh.extent.max()), budget=budget, resolution=resolution,
+        error_bound=error_bound, up=up, ground=ground, trim=trim, slicer=slicer, seed=seed,
+    )  # fmt: skip
+    return simplify_mesh(mesh, options, listener).occluder
+
+
+def evaluate(
+    mesh: TriangleMesh,
+    occluder: Occluder,
+    *,
+    views: int = 256,
+    image: int = 256,
+    quads: int = 32_000,
+    seed: int = 0,
+    exact: bool = False,
+) -> AccuracyReport:
+    """Judge an occluder against its mesh: precision and recall, over all views and by view.
+
+    ``views``, ``image``, ``quads``  how many views, pixels a side and random quads a view.
+    ``exact``  count all quads in place of a sample.
+    """
+    return evaluate_accuracy(mesh, occluder, AccuracyOptions(views, image, quads, seed, exact))

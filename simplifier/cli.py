@@ -1,0 +1,234 @@
+"""The command line: ``occluder``.
+
+Exit status: 0 done, 1 the input or the run failed, 2 wrong usage, 130 interrupted.  A failure is
+one line on standard error that says what, where and what to do; ``--debug`` adds the traceback.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from simplifier.console import print_line, print_report, progress_bar
+from simplifier.errors import OccluderError, OptionError
+from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
+from simplifier.evaluation.page import write_pictures
+from simplifier.evaluation.report import Report, build_report, write_report
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.occluder import Occluder
+from simplifier.io import check_writable, load_mesh, load_occluder, save_occluder
+from simplifier.options import MOST_VOXELS, Axis, Options, Slicing, SolidOptions, Trim, make_options
+from simplifier.pipeline import simplify_mesh, solidify
+from simplifier.progress import Listener, Stopwatch
+from simplifier.version import VERSION
+from simplifier.warmup import warm_up
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False)
+
+Mesh = Annotated[Path, typer.Argument(help="The mesh: glb, gltf, obj, ply, stl or off.")]
+Resolution = Annotated[
+    int | None,
+    typer.Option(min=1, max=MOST_VOXELS, help="Voxels along the longest edge.", show_default="64"),
+]
+Up = Annotated[Axis, typer.Option(help="The mesh's up axis: x, y or z.")]
+Ground = Annotated[
+    bool, typer.Option("--ground", help="The mesh stands on the ground: close its open base.")
+]
+Views = Annotated[int, typer.Option(help="Views that accuracy is measured from.")]
+Image = Annotated[int, typer.Option(help="Pixels a side of each view.")]
+Quads = Annotated[int, typer.Option(help="Random quads in each view.")]
+Exact = Annotated[bool, typer.Option("--exact", help="Count all quads in place of a sample.")]
+Seed = Annotated[int, typer.Option(help="Seed of everything random.")]
+ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the report as JSON.")]
+Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of a failure.")]
+
+
+@app.command()
+def simplify(
+    mesh: Mesh,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="The occluder: glb, obj, ply, stl or tres.")
+    ],
+    budget: Annotated[int, typer.Option(help="Most triangles of the occluder.")] = 64,
+    resolution: Resolution = None,
+    error_bound: Annotated[
+        float | None,
+        typer.Option(help="In place of a resolution: largest deviation, in the mesh's units."),
+    ] = None,
+    up: Up = "y",
+    ground: Ground = False,
+    trim: Annotated[
+        Trim, typer.Option(help="How the budget is met: gain, or area as published.")
+    ] = "gain",
+    alpha: Annotated[
+        float, typer.Option(help="Stop adding polygons that raise the measure by less than this.")
+    ] = 0.001,
+    slicer: Annotated[
+        Slicing, typer.Option(help="cpu, or gl for the OpenGL stencil buffer.")
+    ] = "cpu",
+    seed: Seed = 0,
+    report: ReportFile = None,
+    pictures: Annotated[
+        Path | None, typer.Option(help="Write pictures and an HTML report to this folder.")
+    ] = None,
+    views: Views = 256,
+    image: Image = 256,
+    quads: Quads = 32_000,
+    exact: Exact = False,
+    debug: Debug = False,
+) -> None:
+    """Make an occluder from a mesh and report its precision and recall."""
+
+    def run(listener: Listener) -> Report:
+        accuracy_options = AccuracyOptions(views, image, quads, seed, exact)
+        check_writable(output)
+        watch = Stopwatch(listener)
+        with watch.stage("load"):
+            soup = load_mesh(mesh)
+        options = make_options(
+            float(soup.extent.max()), budget=budget, resolution=resolution,
+            error_bound=error_bound, up=up, ground=ground, trim=trim, slicer=slicer, alpha=alpha,
+            seed=seed,
+        )  # fmt: skip
+        result = simplify_mesh(soup, options, listener)
+        with watch.stage("accuracy"):
+            accuracy = evaluate_accuracy(soup, result.occluder, accuracy_options)
+        with watch.stage("write"):
+            save_occluder(result.occluder, output)
+        summary = build_report(
+            soup, result.occluder, result.solid, accuracy,
+            options=_resolved(options, accuracy_options),
+            timings={**result.occluder.timings, **watch.timings},
+            warnings=result.warnings, seed=seed,
+        )  # fmt: skip
+        _write_extras(summary, report, pictures, mesh.name, (soup, result.occluder, accuracy))
+        return summary
+
+    _run(run, mesh.name, debug=debug)
+
+
+@app.command()
+def evaluate(
+    mesh: Mesh,
+    occluder: Annotated[Path, typer.Argument(help="The occluder to judge.")],
+    resolution: Resolution = None,
+    up: Up = "y",
+    ground: Ground = False,
+    seed: Seed = 0,
+    report: ReportFile = None,
+    pictures: Annotated[
+        Path | None, typer.Option(help="Write pictures and an HTML report to this folder.")
+    ] = None,
+    views: Views = 256,
+    image: Image = 256,
+    quads: Quads = 32_000,
+    exact: Exact = False,
+    debug: Debug = False,
+) -> None:
+    """Judge an occluder, made here or elsewhere, against its mesh.
+
+    Resolution, up and ground say what counts as the mesh's inside, for the deviation alone.
+    """
+
+    def run(listener: Listener) -> Report:
+        accuracy_options = AccuracyOptions(views, image, quads, seed, exact)
+        solid_options = SolidOptions(64 if resolution is None else resolution, up, ground)
+        watch = Stopwatch(listener)
+        with watch.stage("load"):
+            soup, judged = load_mesh(mesh), load_occluder(occluder)
+        solid = solidify(soup, solid_options, watch)
+        with watch.stage("accuracy"):
+            accuracy = evaluate_accuracy(soup, judged, accuracy_options)
+        summary = build_report(
+            soup, judged, solid, accuracy,
+            options={**asdict(solid_options), "accuracy": asdict(accuracy_options)},
+            timings=watch.timings, seed=seed,
+        )  # fmt: skip
+        _write_extras(summary, report, pictures, mesh.name, (soup, judged, accuracy))
+        return summary
+
+    _run(run, f"{mesh.name}, {occluder.name}", debug=debug)
+
+
+@app.command()
+def warmup(debug: Debug = False) -> None:
+    """Compile and cache the kernels, so that the next start need not."""
+    _guarded(warm_up, debug=debug)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(VERSION)
+        raise typer.Exit
+
+
+@app.callback()
+def root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    """Make occluders: a handful of triangles that hide nearly what a mesh hides."""
+
+
+def _run(work: Callable[[Listener], Report], name: str, *, debug: bool) -> None:
+    """Run a command under a progress bar and show its report."""
+
+    def shown() -> None:
+        with progress_bar() as listener:
+            report = work(listener)
+        print_report(report, name)
+
+    _guarded(shown, debug=debug)
+
+
+def _guarded(work: Callable[[], object], *, debug: bool) -> None:
+    """Turn failures into one line and an exit status."""
+    try:
+        work()
+    except OccluderError as error:
+        _fail(str(error), 2 if isinstance(error, OptionError) else 1, debug=debug)
+    except KeyboardInterrupt:
+        _fail("interrupted; nothing was kept", 130, debug=debug)
+    except MemoryError:
+        _fail("out of memory; choose a lower --resolution", 1, debug=debug)
+
+
+def _fail(message: str, status: int, *, debug: bool) -> None:
+    if debug:
+        traceback.print_exc()
+    print_line(f"error: {message}")
+    raise typer.Exit(status)
+
+
+def _write_extras(
+    summary: Report,
+    report: Path | None,
+    pictures: Path | None,
+    name: str,
+    scene: tuple[TriangleMesh, Occluder, AccuracyReport],
+) -> None:
+    if report is not None:
+        write_report(summary, report)
+    if pictures is not None:
+        write_pictures(pictures, *scene, summary, name=name)
+
+
+def _resolved(options: Options, accuracy: AccuracyOptions) -> dict[str, Any]:
+    """Every option that had a part in the result, by the name that users type."""
+    return {
+        **asdict(options.solid),
+        **asdict(options.sections),
+        **asdict(options.selection),
+        "accuracy": asdict(accuracy),
+    }
+
+
+def main() -> None:
+    """The entry point of the ``occluder`` command."""
+    app()

@@ -1,0 +1,81 @@
+"""What the command line shows: progress, the report as a table, an error as one line."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from rich.text import Text
+
+from simplifier.progress import STAGES, Listener
+
+_NAMES = {
+    "load": "reading the mesh",
+    "voxelize": "voxelizing",
+    "fill": "filling the solid",
+    "surface": "meshing the voxels",
+    "sections": "cutting sections",
+    "loops": "tracing outlines",
+    "chains": "simplifying outlines",
+    "cut": "choosing polygons",
+    "accuracy": "measuring accuracy",
+    "write": "writing",
+}
+
+
+@contextmanager
+def progress_bar() -> Iterator[Listener]:
+    """A bar on standard error that follows the stages; nothing where that is not a terminal."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda stage, share: None
+        return
+    columns = (TextColumn("{task.description:<22}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("starting", total=len(STAGES))
+
+        def listen(stage: str, share: float) -> None:
+            done = STAGES.index(stage) + share
+            progress.update(task, description=_NAMES.get(stage, stage), completed=done)
+
+        yield listen
+
+
+def print_report(report: dict[str, Any], name: str) -> None:
+    """The report's headline figures as a table on standard output."""
+    table = Table(title=Text(name), show_header=False, title_justify="left")
+    table.add_column(style="bold")
+    table.add_column(justify="right")
+    for label, value in _rows(report):
+        table.add_row(label, value)
+    Console(soft_wrap=True).print(table)
+    for warning in report["warnings"]:
+        print_line(f"warning: {warning}")
+
+
+def print_line(message: str) -> None:
+    """One line on standard error, as plain text."""
+    print(" ".join(message.split()), file=sys.stderr)
+
+
+def _rows(report: dict[str, Any]) -> list[tuple[str, str]]:
+    worst = report["worst_view"]
+    bound = report["error_bound"]
+    rows = [
+        ("triangles", f"{report['input']['triangles']:,} -> {report['triangles']:,}"),
+        ("precision", f"{report['precision']:.2%}"),
+        ("recall", f"{report['recall']:.2%}"),
+        ("worst view", f"recall {worst['recall']:.2%}, precision {worst['precision']:.2%}"),
+        ("occlusion measure kept", f"{report['occlusion_measure']['ratio']:.2%}"),
+        ("error bound", "none promised" if bound is None else f"{bound:.6g}"),
+        ("deviation", f"{report['deviation']:.6g}"),
+        ("solid", " x ".join(str(n) for n in report["solid"]["resolution"]) + " voxels"),
+    ]
+    timings = {stage: time for stage, time in report["timings"].items() if time > 0.0}
+    rows += [(f"time: {stage}", f"{1000.0 * time:,.0f} ms") for stage, time in timings.items()]
+    return rows

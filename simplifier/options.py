@@ -51,14 +51,14 @@ class SolidOptions:
 class SectionOptions:
     """Where the solid is cut."""
 
-    directions: int = 32
+    directions: int = 128
     """Direction bins over a hemisphere, 1 to 4096, beside the three axes.  More bins find better
     planes; time grows in proportion."""
 
-    direction_samples: int = 2
+    direction_samples: int = 1
     """Directions tried in each bin, 1 to 64."""
 
-    depths: int = 8
+    depths: int = 4
     """Depth bins a direction, 1 to 1024."""
 
     depth_step: float = 1.0

@@ -16,7 +16,7 @@ from simplifier.selection.candidates import Candidates
 from simplifier.selection.greedy import Cut
 
 _POWERS = (1.0, 0.85)  # one search each; a lower power likes larger polygons
-_EXCHANGES = 24  # more than that gain little: plain exchange stalls
+_EXCHANGES = 8  # more than that gain little: plain exchange stalls
 _LEVEL_STEPS = 40  # levels grow by a third: those between change little that a search can see
 
 

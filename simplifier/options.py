@@ -64,6 +64,10 @@ class SectionOptions:
     depth_step: float = 1.0
     """Distance of the planes tried in a depth bin, voxels, 0.1 to 64; less finds larger slices."""
 
+    depth_samples: int = 32
+    """Most planes tried in a depth bin, 1 to 1024.  Up to 128 voxels the step alone counts; past
+    that this keeps the time from growing with the cube of the resolution."""
+
     slicer: Slicing = "cpu"
     """``cpu`` samples the grid; ``gl`` draws the voxel mesh into an OpenGL stencil buffer."""
 
@@ -72,6 +76,7 @@ class SectionOptions:
         _whole("direction samples", self.direction_samples, 1, 64)
         _whole("depths", self.depths, 1, 1024)
         _within("depth step", self.depth_step, 0.1, 64.0)
+        _whole("depth samples", self.depth_samples, 1, 1024)
         _one_of("slicer", self.slicer, ("cpu", "gl"))
 
 

@@ -46,7 +46,8 @@ def plan_sections(grid: VoxelGrid, options: SectionOptions) -> SamplingPlan:
     Directions: the three grid axes, then ``options.directions`` even directions; each even one is
     a bin of ``options.direction_samples`` directions near it.  Depths: the solid's extent along
     each direction in ``options.depths`` bins of equal width, with planes about
-    ``options.depth_step`` voxels apart in each.  The planes of a grid axis run through voxel
+    ``options.depth_step`` voxels apart in each, or further to keep to
+    ``options.depth_samples`` a bin.  The planes of a grid axis run through voxel
     centres, never along faces.
     """
     directions, direction_bin = _directions(options)
@@ -104,6 +105,12 @@ def _frames(
 
 
 def _depths(low: float, high: float, options: SectionOptions, *, aligned: bool) -> FloatArray:
+    most = options.depths * options.depth_samples
     step = 1.0 if aligned else options.depth_step
     count = max(int(np.ceil((high - low) / step - 1e-9)), 1)
+    if aligned and count > most:
+        # Every k-th voxel centre: a plane between two voxels would run along their faces.
+        stride = -(-count // most)
+        return np.asarray(low + np.arange(stride // 2, count, stride) + 0.5)
+    count = min(count, most)
     return np.asarray(low + (np.arange(count) + 0.5) * (high - low) / count)

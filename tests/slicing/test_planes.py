@@ -69,7 +69,7 @@ def test_every_frame_holds_the_grid_with_less_than_a_pixel_to_spare(shape, optio
 @settings(max_examples=60, deadline=None)
 @given(shapes, choices)
 def test_depths_cover_the_solid_evenly_and_no_further_apart_than_asked(shape, options):
-    plan = plan_of(shape, **options)
+    plan = plan_of(shape, **options, depth_samples=1024)
     for index, frame in enumerate(plan.frames):
         depths = plan.depths[plan.frame_of == index]
         reach = corners_of(shape) @ frame.axes[2]
@@ -99,6 +99,18 @@ def test_bins_are_equal_depth_ranges_of_near_directions(shape, options):
     owner = np.array([plan.bin_of[plan.frame_of == i][0] // bins for i in range(len(plan.frames))])
     assert owner[:3].tolist() == [0, 1, 2]
     assert np.array_equal(np.unique(owner), np.arange(owner.max() + 1))
+
+
+@settings(max_examples=60, deadline=None)
+@given(shapes, choices, st.integers(1, 5))
+def test_no_more_planes_than_the_samples_of_the_depth_bins(shape, options, samples):
+    plan = plan_of(shape, **options, depth_samples=samples)
+    for index, frame in enumerate(plan.frames):
+        depths = plan.depths[plan.frame_of == index]
+        reach = corners_of(shape) @ frame.axes[2]
+        assert 1 <= len(depths) <= samples * options["depths"]
+        assert reach.min() < depths.min() <= depths.max() < reach.max()
+        assert index >= 3 or np.array_equal(depths % 1.0, np.full(len(depths), 0.5))
 
 
 @pytest.mark.parametrize("shape", [(1, 1, 1), (5, 1, 8), (16, 31, 2)])

@@ -106,6 +106,31 @@ class SelectionOptions:
 
 
 @dataclass(frozen=True)
+class RefineOptions:
+    """How the chosen triangles are improved."""
+
+    moves: int = 20_000
+    """Moves tried by each search, 0 to 100,000,000; 0 leaves the cut as it is.  More find better
+    occluders; time grows in proportion."""
+
+    searches: int = 2
+    """Independent searches, 1 to 64, of which the best is kept; they share the processors."""
+
+    overcover: float = 12.0
+    """What a pixel outside the original costs, in pixels of distance, 0 to 1,000.  Raising it lifts
+    precision and lowers recall."""
+
+    views: int = 64
+    """Directions that the search looks from, 1 to 4096."""
+
+    def __post_init__(self) -> None:
+        _whole("moves", self.moves, 0, 100_000_000)
+        _whole("searches", self.searches, 1, 64)
+        _within("overcover", self.overcover, 0.0, 1000.0)
+        _whole("refine views", self.views, 1, 4096)
+
+
+@dataclass(frozen=True)
 class Options:
     """All of a simplification."""
 

@@ -31,11 +31,12 @@ def _span(a, b, c, limit):
 
 
 @kernel
-def _mark_footprint(p, q, r, low, high, strides, touched):
-    """Mark the voxels of the box ``low`` to ``high`` that the triangle touches.
+def _visit_footprint(p, q, r, low, high, strides, voxels, mark):
+    """Visit the voxels of the box ``low`` to ``high`` that the triangle touches.
 
-    Axes come in cyclic order u, v, w where w is the dominant axis of the triangle's normal;
-    ``strides`` are those of the flat array ``touched``.
+    Sets them all in ``voxels`` when ``mark`` is true; otherwise ends at the first that is not set.
+    Returns whether none was missing.  Axes come in cyclic order u, v, w where w is the dominant
+    axis of the triangle's normal; ``strides`` are those of the flat array ``voxels``.
     """
     pu, pv, pw = p
     qu, qv, qw = q
@@ -85,7 +86,12 @@ def _mark_footprint(p, q, r, low, high, strides, touched):
                     or iw * k + iu * s + i < 0.0
                 ):
                     continue
-                touched[s * strides[0] + t * strides[1] + k * strides[2]] = True
+                voxel = s * strides[0] + t * strides[1] + k * strides[2]
+                if mark:
+                    voxels[voxel] = True
+                elif not voxels[voxel]:
+                    return False
+    return True
 
 
 @inline_kernel
@@ -171,7 +177,34 @@ def mark_triangles(vertices, faces, origin, scale, begin, end, touched):
         ):
             # Fine meshes mark a voxel many times over; a look at eight is cheaper than the test.
             w = _dominant(p, q, r)
-            _mark_footprint(
+            _visit_footprint(
                 _turned(p, w), _turned(q, w), _turned(r, w),
-                _turned(low, w), _turned(high, w), _turned(strides, w), flat,
+                _turned(low, w), _turned(high, w), _turned(strides, w), flat, True,
             )  # fmt: skip
+
+
+@kernel
+def contained(p, q, r, voxels):
+    """Whether every voxel that the triangle touches is set in ``voxels`` (nx, ny, nz) bool.
+
+    ``p``, ``q``, ``r`` are triples of float64 in grid space.  Outside the grid nothing is set.
+    """
+    sizes = voxels.shape
+    for axis in range(3):
+        if min(p[axis], q[axis], r[axis]) <= _TOUCH:
+            return False
+        if max(p[axis], q[axis], r[axis]) >= sizes[axis] - _TOUCH:
+            return False
+    strides = (sizes[1] * sizes[2], sizes[2], 1)
+    flat = voxels.reshape(-1)
+    x0, x1 = _span(p[0], q[0], r[0], sizes[0])
+    y0, y1 = _span(p[1], q[1], r[1], sizes[1])
+    z0, z1 = _span(p[2], q[2], r[2], sizes[2])
+    low, high = (x0, y0, z0), (x1, y1, z1)
+    if (x0 == x1) + (y0 == y1) + (z0 == z1) >= 2:
+        return _all_marked(low, high, strides, flat)
+    w = _dominant(p, q, r)
+    return _visit_footprint(
+        _turned(p, w), _turned(q, w), _turned(r, w),
+        _turned(low, w), _turned(high, w), _turned(strides, w), flat, False,
+    )  # fmt: skip

@@ -1,0 +1,153 @@
+"""Triangles -> triangles: refine an occluder under the measure, inside its error bound.
+
+The paper ends with the cut.  Its vertices lie on a few planes and were chosen among a few outlines;
+moved freely in space they cover far more.  Each vertex in turn is moved at random, and the move is
+kept when
+
+    sum over views of  M(occluder and original) - overcover * (pixels of occluder outside)
+
+rises, or falls by little while the search is young (simulated annealing).  No triangle may touch a
+voxel outside the allowed solid: the filled grid dilated by one voxel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.geometry.grid import BoolArray
+from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.kernels.refinement import BLOCK, TRIES, all_contained, draw_all, move_vertices
+from simplifier.kernels.threads import run_chunks
+from simplifier.options import RefineOptions
+
+_STEPS = (6.0, 0.3)  # voxels that a move spans at first and at last
+_HEATS = (5e-4, 1e-5)  # losses taken at first and at last, as shares of the score
+_SLICE = 100 * TRIES  # moves between two looks at the clock and the listener
+
+Stop = Callable[[float], bool]
+"""Told the share of the moves that is done; true ends the search with the best so far."""
+
+
+@dataclass(frozen=True, eq=False)
+class RefineViews:
+    """What the search looks at: ``projections`` (V, 2, 4) and the original's bits (V, 64)."""
+
+    projections: FloatArray
+    originals: NDArray[np.uint64]
+
+
+def refine(
+    vertices: FloatArray,
+    faces: IntArray,
+    allowed: BoolArray,
+    views: RefineViews,
+    options: RefineOptions,
+    seed: int,
+    stop: Stop = lambda share: False,
+) -> tuple[FloatArray, IntArray]:
+    """Move the vertices, (n, 3) in grid space; faces (m, 3) stay, less those that cannot.
+
+    ``allowed`` (nx, ny, nz) bool are the voxels that triangles may touch; faces that leave it at
+    the start are pulled in, and left out where that fails.  The result scores no less than that
+    start.  The same arguments give the same result on any number of threads, unless ``stop`` ends
+    the search.
+    """
+    vertices, faces = pulled_in(vertices, faces, allowed)
+    if len(faces) == 0 or options.moves == 0:
+        return vertices, faces
+    searches = [
+        _Search(vertices, faces, allowed, views, options, seed * options.searches + index)
+        for index in range(options.searches)
+    ]
+    for first in range(0, options.moves, _SLICE):
+        last = min(first + _SLICE, options.moves)
+        run_chunks(
+            lambda begin, end, first=first, last=last: [
+                search.run(first, last) for search in searches[begin:end]
+            ],
+            len(searches),
+        )
+        if stop(last / options.moves):
+            break
+    return max(searches, key=lambda search: search.best_score[0]).best, faces
+
+
+class _Search:
+    """One annealing: the arrays that its kernel works on."""
+
+    def __init__(
+        self,
+        vertices: FloatArray,
+        faces: IntArray,
+        allowed: BoolArray,
+        views: RefineViews,
+        options: RefineOptions,
+        seed: int,
+    ) -> None:
+        count = len(views.projections)
+        self._vertices, self._faces, self._allowed = vertices.copy(), faces, allowed
+        self._begins, self._incident = _incidence(faces, len(vertices))
+        self._views, self._moves = views, options.moves
+        self._penalty = round(2.0 * options.overcover)
+        self._images = np.zeros((len(faces), count, 64), dtype=np.uint64)
+        self._blocks = np.zeros((-(-len(faces) // BLOCK), count, 64), dtype=np.uint64)
+        self._scores = np.zeros(count, dtype=np.int64)
+        self._state = np.array([(2 * seed + 1) * 0x9E3779B97F4A7C15 % 2**64], dtype=np.uint64)
+        start = draw_all(
+            self._vertices, faces, views.projections, views.originals, self._penalty,
+            self._images, self._blocks, self._scores,
+        )  # fmt: skip
+        self._heats = (_HEATS[0] * max(float(start), 1.0), _HEATS[1] * max(float(start), 1.0))
+        self.best = vertices.copy()
+        self.best_score = np.array([start], dtype=np.int64)
+
+    def run(self, first: int, last: int) -> None:
+        move_vertices(
+            self._vertices, self._faces, self._begins, self._incident, self._views.projections,
+            self._views.originals, self._allowed, self._penalty, self._images, self._blocks,
+            self._scores, self.best, self.best_score, self._state, first, last, self._moves,
+            _STEPS, self._heats,
+        )  # fmt: skip
+
+
+def pulled_in(
+    vertices: FloatArray, faces: IntArray, allowed: BoolArray
+) -> tuple[FloatArray, IntArray]:
+    """Shrink the faces that leave the allowed voxels towards their centres until they keep to them.
+
+    A face is shrunk with its neighbours' shared vertices; faces that are still outside after that
+    are left out, and so are vertices that none uses.
+    """
+    vertices = vertices.copy()
+    inside = np.zeros(len(faces), dtype=np.bool_)
+    for _ in range(_PULLS):
+        all_contained(vertices, faces, allowed, inside)
+        if inside.all():
+            break
+        outside = faces[~inside]
+        centres = vertices[outside].mean(axis=1)
+        # A vertex of several faces goes towards the mean of their centres.
+        sums, counts = np.zeros_like(vertices), np.zeros(len(vertices))
+        for corner in range(3):
+            np.add.at(sums, outside[:, corner], centres)
+            np.add.at(counts, outside[:, corner], 1.0)
+        moved = counts > 0
+        vertices[moved] += _PULL * (sums[moved] / counts[moved, None] - vertices[moved])
+    all_contained(vertices, faces, allowed, inside)
+    used, renumbered = np.unique(faces[inside], return_inverse=True)
+    return vertices[used], np.ascontiguousarray(renumbered.reshape(-1, 3), dtype=np.int32)
+
+
+_PULLS = 48  # steps, each a sixteenth of the way: a twentieth of the size is left at the end
+_PULL = 1.0 / 16.0
+
+
+def _incidence(faces: IntArray, vertices: int) -> tuple[NDArray[np.int64], IntArray]:
+    """Where each vertex's faces begin, and the faces by vertex."""
+    order = np.argsort(faces.ravel(), kind="stable")
+    begins = np.searchsorted(faces.ravel()[order], np.arange(vertices + 1))
+    return begins.astype(np.int64), (order // 3).astype(np.int32)

@@ -19,7 +19,7 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import load_mesh as load
 from simplifier.io import save_occluder as save
-from simplifier.options import Axis, Slicing, Trim, make_options
+from simplifier.options import Axis, Preset, Slicing, Trim, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Listener
 from simplifier.version import VERSION as __version__
@@ -47,6 +47,8 @@ def simplify(
     ground: bool = False,
     trim: Trim = "gain",
     slicer: Slicing = "cpu",
+    preset: Preset = "balanced",
+    moves: int | None = None,
     seed: int = 0,
     listener: Listener | None = None,
 ) -> Occluder:
@@ -59,6 +61,8 @@ def simplify(
     ``up``, ``ground``  with ``ground`` the asset stands on its low end along ``up``.
     ``trim``         ``gain``, or ``area`` as published.
     ``slicer``       ``cpu``, or ``gl`` for the OpenGL stencil buffer.
+    ``preset``       ``draft``, ``balanced`` or ``best``: how much time to spend;
+    ``moves``        refining moves in place of the preset's, 0 for the cut as it is.
     ``listener``     called with each stage's name and the share done; what it raises ends the run.
 
     The result carries its vertices, faces, error bound and timings.  The same mesh, options and
@@ -66,7 +70,8 @@ def simplify(
     """
     options = make_options(
         float(mesh.extent.max()), budget=budget, resolution=resolution,
-        error_bound=error_bound, up=up, ground=ground, trim=trim, slicer=slicer, seed=seed,
+        error_bound=error_bound, up=up, ground=ground, trim=trim, slicer=slicer,
+        preset=preset, moves=moves, seed=seed,
     )  # fmt: skip
     return simplify_mesh(mesh, options, listener).occluder
 

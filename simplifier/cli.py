@@ -22,7 +22,16 @@ from simplifier.evaluation.report import Report, build_report, write_report
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import check_writable, load_mesh, load_occluder, save_occluder
-from simplifier.options import MOST_VOXELS, Axis, Options, Slicing, SolidOptions, Trim, make_options
+from simplifier.options import (
+    MOST_VOXELS,
+    Axis,
+    Options,
+    Preset,
+    Slicing,
+    SolidOptions,
+    Trim,
+    make_options,
+)
 from simplifier.pipeline import simplify_mesh, solidify
 from simplifier.progress import Listener, Stopwatch
 from simplifier.version import VERSION
@@ -71,6 +80,13 @@ def simplify(
     slicer: Annotated[
         Slicing, typer.Option(help="cpu, or gl for the OpenGL stencil buffer.")
     ] = "cpu",
+    preset: Annotated[
+        Preset, typer.Option(help="How much time to spend: draft, balanced or best.")
+    ] = "balanced",
+    moves: Annotated[
+        int | None,
+        typer.Option(help="Refining moves; 0 leaves the cut as it is.", show_default="by preset"),
+    ] = None,
     seed: Seed = 0,
     report: ReportFile = None,
     pictures: Annotated[
@@ -93,7 +109,7 @@ def simplify(
         options = make_options(
             float(soup.extent.max()), budget=budget, resolution=resolution,
             error_bound=error_bound, up=up, ground=ground, trim=trim, slicer=slicer, alpha=alpha,
-            seed=seed,
+            preset=preset, moves=moves, seed=seed,
         )  # fmt: skip
         result = simplify_mesh(soup, options, listener)
         with watch.stage("accuracy"):
@@ -225,6 +241,7 @@ def _resolved(options: Options, accuracy: AccuracyOptions) -> dict[str, Any]:
         **asdict(options.solid),
         **asdict(options.sections),
         **asdict(options.selection),
+        "refine": asdict(options.refine),
         "accuracy": asdict(accuracy),
     }
 

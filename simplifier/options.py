@@ -8,7 +8,7 @@ again.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from simplifier.errors import OptionError
@@ -16,9 +16,11 @@ from simplifier.errors import OptionError
 TOLERANCE_VOXELS = 1.0
 """How far Ramer-Douglas-Peucker may move an outline, in voxels (section 4.3: the voxel size)."""
 
-ERROR_VOXELS = math.sqrt(3.0) + math.sqrt(0.5) + TOLERANCE_VOXELS
-"""The error bound in voxels: a voxel's diagonal (a touched voxel holds a point of the surface),
-half a pixel's diagonal (a pixel counts by its centre) and the tolerance of the outlines."""
+ERROR_VOXELS = 2.0 * math.sqrt(3.0)
+"""The error bound in voxels.  A refined triangle keeps to voxels that touch the solid, at most a
+voxel's diagonal from one of it, and a touched voxel holds a point of the surface, at most another
+diagonal away.  An outline that is not refined reaches less far: half a pixel's diagonal and the
+tolerance past the solid."""
 
 MOST_VOXELS = 1024
 """The finest grid, in voxels along the longest edge."""
@@ -26,6 +28,30 @@ MOST_VOXELS = 1024
 Slicing = Literal["cpu", "gl"]
 Trim = Literal["gain", "area"]
 Axis = Literal["x", "y", "z"]
+Preset = Literal["draft", "balanced", "best"]
+
+
+def _within(name: str, value: float, low: float, high: float) -> None:
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not number or not math.isfinite(value) or not low <= value <= high:
+        raise OptionError(
+            f"{value!r} is out of range", where=name, remedy=f"choose {low:,} to {high:,}"
+        )
+
+
+def _one_of(name: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise OptionError(
+            f"{value!r} is not known", where=name, remedy=f"choose one of {', '.join(choices)}"
+        )
+
+
+def _whole(name: str, value: int, low: int, high: int) -> None:
+    if not isinstance(value, int):
+        raise OptionError(
+            f"{value!r} is not a whole number", where=name, remedy=f"choose {low:,} to {high:,}"
+        )
+    _within(name, value, low, high)
 
 
 @dataclass(frozen=True)
@@ -98,10 +124,15 @@ class SelectionOptions:
     views: int = 48
     """Directions that the occlusion measure is averaged over while searching, 1 to 4096."""
 
+    exchanges: int = 8
+    """How often two members of the cut are taken out and their triangles spent anew, 0 to 10,000;
+    more gain little."""
+
     def __post_init__(self) -> None:
         _whole("budget", self.budget, 1, 100_000)
         _within("alpha", self.alpha, 0.0, 1.0)
         _whole("search views", self.views, 1, 4096)
+        _whole("exchanges", self.exchanges, 0, 10_000)
         _one_of("trim", self.trim, ("gain", "area"))
 
 
@@ -130,6 +161,14 @@ class RefineOptions:
         _whole("refine views", self.views, 1, 4096)
 
 
+PRESETS: dict[Preset, tuple[SectionOptions, int, int]] = {
+    "draft": (SectionOptions(directions=16, depths=3), 0, 2_000),
+    "balanced": (SectionOptions(directions=32, depths=4), 0, 12_000),
+    "best": (SectionOptions(directions=128, depths=4), 8, 60_000),
+}
+"""Sections, exchanges and refining moves of each preset."""
+
+
 @dataclass(frozen=True)
 class Options:
     """All of a simplification."""
@@ -137,6 +176,7 @@ class Options:
     solid: SolidOptions = field(default_factory=SolidOptions)
     sections: SectionOptions = field(default_factory=SectionOptions)
     selection: SelectionOptions = field(default_factory=SelectionOptions)
+    refine: RefineOptions = field(default_factory=RefineOptions)
     seed: int = 0
     """Seed of every random choice, 0 to 2**63 - 1."""
 
@@ -155,10 +195,13 @@ def make_options(
     trim: Trim = "gain",
     slicer: Slicing = "cpu",
     alpha: float = 0.001,
+    preset: Preset = "balanced",
+    moves: int | None = None,
     seed: int = 0,
 ) -> Options:
     """The options of a simplification from the names that users type.
 
+    ``preset`` says how much time to spend, and ``moves`` replaces its number of refining moves.
     ``longest_edge`` of the mesh's bounding box, world units, turns ``error_bound`` into the least
     resolution that keeps it.  Raises :class:`~simplifier.errors.OptionError` when a value is out of
     range, or resolution and error bound are both given.
@@ -171,10 +214,13 @@ def make_options(
                 remedy="choose one of the two",
             )
         resolution = _resolution_for(error_bound, longest_edge)
+    _one_of("preset", preset, tuple(PRESETS))
+    sections, exchanges, preset_moves = PRESETS[preset]
     return Options(
         solid=SolidOptions(64 if resolution is None else resolution, up, ground),
-        sections=SectionOptions(slicer=slicer),
-        selection=SelectionOptions(budget, alpha, trim),
+        sections=replace(sections, slicer=slicer),
+        selection=SelectionOptions(budget, alpha, trim, exchanges=exchanges),
+        refine=RefineOptions(preset_moves if moves is None else moves),
         seed=seed,
     )
 
@@ -196,26 +242,3 @@ def _resolution_for(error_bound: float, longest_edge: float) -> int:
             remedy=f"choose {least:.6g} or more",
         )
     return max(1, math.ceil(cells))
-
-
-def _within(name: str, value: float, low: float, high: float) -> None:
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not number or not math.isfinite(value) or not low <= value <= high:
-        raise OptionError(
-            f"{value!r} is out of range", where=name, remedy=f"choose {low:,} to {high:,}"
-        )
-
-
-def _one_of(name: str, value: str, choices: tuple[str, ...]) -> None:
-    if value not in choices:
-        raise OptionError(
-            f"{value!r} is not known", where=name, remedy=f"choose one of {', '.join(choices)}"
-        )
-
-
-def _whole(name: str, value: int, low: int, high: int) -> None:
-    if not isinstance(value, int):
-        raise OptionError(
-            f"{value!r} is not a whole number", where=name, remedy=f"choose {low:,} to {high:,}"
-        )
-    _within(name, value, low, high)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.polygon import Chain, Polygon
 from simplifier.geometry.section import Section
@@ -30,7 +30,8 @@ from simplifier.progress import Listener, Stopwatch
 from simplifier.selection.candidates import Candidates
 from simplifier.selection.exchange import choose_by_gain
 from simplifier.selection.greedy import Cut, greedy_cut
-from simplifier.selection.measure import search_projections
+from simplifier.selection.measure import search_projections, silhouettes
+from simplifier.selection.refine import RefineViews, refine
 from simplifier.selection.trim import trim_by_area
 from simplifier.slicing.loops import edge_loops
 from simplifier.slicing.planes import plan_sections
@@ -39,6 +40,7 @@ from simplifier.slicing.sections import Slicer, best_sections
 from simplifier.slicing.stencil import StencilSlicer
 from simplifier.voxel.fill import Side, fill
 from simplifier.voxel.leaks import leaks
+from simplifier.voxel.morphology import dilated
 from simplifier.voxel.surface import voxel_mesh
 from simplifier.voxel.voxelize import voxelize
 
@@ -69,7 +71,13 @@ def simplify_mesh(
         chains = _chains(sections, polygons)
     with watch.stage("cut"):
         cut = _cut(chains, mesh, solid, options.selection)
-    occluder = _assembled(chains, cut, solid, watch)
+    vertices, faces = _triangles(chains, cut)
+    with watch.stage("refine"):
+        vertices, faces = _refined(vertices, faces, mesh, solid, options, watch)
+    occluder = Occluder(
+        solid.filled.to_world(vertices), faces, ERROR_VOXELS * solid.filled.cell_size,
+        dict(watch.timings),
+    )  # fmt: skip
     return Simplification(occluder, solid, _warnings(mesh, solid, occluder))
 
 
@@ -116,19 +124,15 @@ def _chains(sections: Sequence[Section], polygons: Sequence[Sequence[Polygon]]) 
 def _cut(
     chains: Sequence[Chain], mesh: TriangleMesh, solid: Solid, options: SelectionOptions
 ) -> Cut:
-    sphere = BoundingSphere.of(mesh)
-    projections = search_projections(
-        image_axes(hemisphere_directions(options.views)),
-        solid.filled.to_grid(sphere.centre),
-        sphere.radius / solid.filled.cell_size,
-    )
+    projections = _search_views(mesh, solid, options.views)
     candidates = Candidates.from_chains(chains, projections)
     if options.trim == "area":
         return trim_by_area(candidates, greedy_cut(candidates, options.alpha), options.budget)
-    return choose_by_gain(candidates, options.budget, options.alpha)
+    return choose_by_gain(candidates, options.budget, options.alpha, options.exchanges)
 
 
-def _assembled(chains: Sequence[Chain], cut: Cut, solid: Solid, watch: Stopwatch) -> Occluder:
+def _triangles(chains: Sequence[Chain], cut: Cut) -> tuple[FloatArray, IntArray]:
+    """Vertices in grid space and faces of the polygons that the cut names."""
     vertices, faces, count = [np.empty((0, 3))], [np.empty((0, 3), np.int32)], 0
     for chain, level in zip(chains, cut, strict=True):
         if level == 0:
@@ -137,11 +141,42 @@ def _assembled(chains: Sequence[Chain], cut: Cut, solid: Solid, watch: Stopwatch
         vertices.append(chain.plane.to_space(ring))
         faces.append(triangulate(ring) + np.int32(count))
         count += len(ring)
-    return Occluder(
-        solid.filled.to_world(np.concatenate(vertices)),
-        np.ascontiguousarray(np.concatenate(faces), dtype=np.int32),
-        ERROR_VOXELS * solid.filled.cell_size,
-        dict(watch.timings),
+    return np.concatenate(vertices), np.ascontiguousarray(np.concatenate(faces), dtype=np.int32)
+
+
+def _refined(
+    vertices: FloatArray,
+    faces: IntArray,
+    mesh: TriangleMesh,
+    solid: Solid,
+    options: Options,
+    watch: Stopwatch,
+) -> tuple[FloatArray, IntArray]:
+    """Move the vertices within the solid dilated by a voxel, which keeps the error bound."""
+    if options.refine.moves == 0 or len(faces) == 0:
+        return vertices, faces
+    allowed, margin = dilated(solid.filled)
+    projections = _search_views(mesh, solid, options.refine.views, margin)
+    originals = silhouettes(solid.filled.to_grid(mesh.vertices) + margin, mesh.faces, projections)
+
+    def tell(share: float) -> bool:
+        watch.tell("refine", share)
+        return False
+
+    moved, kept = refine(
+        vertices + margin, faces, allowed, RefineViews(projections, originals), options.refine,
+        options.seed, tell,
+    )  # fmt: skip
+    return moved - margin, kept
+
+
+def _search_views(mesh: TriangleMesh, solid: Solid, count: int, margin: float = 0.0) -> FloatArray:
+    """(count, 2, 4) maps from grid space, shifted by ``margin``, to the search's pictures."""
+    sphere = BoundingSphere.of(mesh)
+    return search_projections(
+        image_axes(hemisphere_directions(count)),
+        solid.filled.to_grid(sphere.centre) + margin,
+        sphere.radius / solid.filled.cell_size,
     )
 
 

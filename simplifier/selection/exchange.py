@@ -16,16 +16,17 @@ from simplifier.selection.candidates import Candidates
 from simplifier.selection.greedy import Cut
 
 _POWERS = (1.0, 0.85)  # one search each; a lower power likes larger polygons
-_EXCHANGES = 8  # more than that gain little: plain exchange stalls
 _LEVEL_STEPS = 40  # levels grow by a third: those between change little that a search can see
 
 
-def choose_by_gain(candidates: Candidates, budget: int, alpha: float, seed: int = 0) -> Cut:
+def choose_by_gain(
+    candidates: Candidates, budget: int, alpha: float, exchanges: int = 8, seed: int = 0
+) -> Cut:
     """The best cut that greedy choice and exchange reach within ``budget`` triangles.
 
     Pairs are added by gain a triangle until the budget is spent or the next would raise the measure
-    by less than ``alpha`` of it.  Then two members at a time are taken out and the freed triangles
-    spent anew, which is kept when the measure rises.  Two such searches weigh the cost of a pair
+    by less than ``alpha`` of it.  Then, ``exchanges`` times, two members are taken out and the
+    freed triangles spent anew, which is kept when the measure rises.  Two such searches weigh the cost of a pair
     differently; the better result is returned, the first of equals.
     """
     if len(candidates) == 0:
@@ -39,7 +40,7 @@ def choose_by_gain(candidates: Candidates, budget: int, alpha: float, seed: int 
             found[index] = search_cut(
                 candidates.points, candidates.lowest, candidates.offsets, candidates.maps,
                 candidates.triangles, polygons, levels, firsts, (budget, alpha, weights),
-                _EXCHANGES, seed + index,
+                exchanges, seed + index,
             )  # fmt: skip
 
     run_chunks(search, len(_POWERS))

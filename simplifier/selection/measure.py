@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.grid import BoolArray
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.kernels.bit_image import SIZE
+from simplifier.kernels.coverage import covered
 from simplifier.kernels.distance_transform import distance_sum
 from simplifier.kernels.polygon_views import score_images
 from simplifier.kernels.threads import run_chunks
@@ -39,6 +40,13 @@ def directional_measures(masks: BoolArray, pixel: float = 1.0) -> FloatArray:
 def bit_measure(image: NDArray[np.uint64], pixel: float = 1.0) -> float:
     """M(d) of one 64 x 64 bit image (64,) uint64 by equation (1), in cubes of ``pixel``'s unit."""
     return float(score_images(image.reshape(1, SIZE))) / 2.0 * pixel**3
+
+
+def silhouettes(
+    vertices: FloatArray, faces: IntArray, projections: FloatArray
+) -> NDArray[np.uint64]:
+    """(views, 64) uint64 bit images of a triangle soup; ``projections`` (views, 2, 4)."""
+    return np.ascontiguousarray(covered(vertices, faces, projections, SIZE, SIZE)[:, :, 0])
 
 
 def search_projections(axes: FloatArray, centre: FloatArray, radius: float) -> FloatArray:

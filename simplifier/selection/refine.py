@@ -65,15 +65,18 @@ def refine(
     ]
     for first in range(0, options.moves, _SLICE):
         last = min(first + _SLICE, options.moves)
-        run_chunks(
-            lambda begin, end, first=first, last=last: [
-                search.run(first, last) for search in searches[begin:end]
-            ],
-            len(searches),
-        )
+        _run(searches, first, last)
         if stop(last / options.moves):
             break
     return max(searches, key=lambda search: search.best_score[0]).best, faces
+
+
+def _run(searches: list[_Search], first: int, last: int) -> None:
+    def work(begin: int, end: int) -> None:
+        for search in searches[begin:end]:
+            search.run(first, last)
+
+    run_chunks(work, len(searches))
 
 
 class _Search:

@@ -1,38 +1,53 @@
-"""What the choice under a budget gains from each of its parts: ``python -m bench.choices``.
+"""What each part of the search gives: ``python -m bench.choices``.
 
-One row a variant, the paper's three statues as columns: recall, the share of the original's
-occlusion measure, and the time of the cut.  ``docs/decisions/0002-choice-under-a-budget.md`` draws
-its conclusions from this table.
+One row a variant, the paper's three statues as columns: recall at precision, the share of the
+original's occlusion measure, and the time from mesh to occluder.  The notes in ``docs/decisions``
+draw their conclusions from this table.
 """
 
 from __future__ import annotations
 
 from contextlib import ExitStack
 from dataclasses import replace
+from typing import Any
 from unittest.mock import patch
 
 import simplifier
 from bench.meshes import STAND_INS, load_stand_in
 from simplifier.evaluation.occlusion import occlusion_measures
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.options import Options, SectionOptions, make_options
+from simplifier.options import Options, RefineOptions, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.selection import exchange
+from simplifier.selection import refine as refinement
 
-VARIANTS: dict[str, dict[str, object]] = {
-    "as shipped": {},
-    "published: greedy, trim by area": {"selection": {"trim": "area"}},
-    "no exchange": {"_EXCHANGES": 0},
-    "50 exchanges": {"_EXCHANGES": 50},
-    "200 exchanges": {"_EXCHANGES": 200},
-    "one search, gain a triangle": {"_POWERS": (1.0,)},
-    "one search, cost to the 0.5": {"_POWERS": (0.5,)},
-    "24 views": {"selection": {"views": 24}},
-    "96 views": {"selection": {"views": 96}},
-    "32 directions, 8 depths": {"sections": {"directions": 32, "depths": 8}},
-    "64 directions, 8 depths": {"sections": {"directions": 64, "depths": 8}},
-    "128 directions, 2 depths": {"sections": {"directions": 128, "depths": 2}},
-    "256 directions, 4 depths": {"sections": {"directions": 256, "depths": 4}},
+CUT_ONLY = {"preset": "best", "moves": 0}
+
+VARIANTS: dict[str, dict[str, Any]] = {
+    "cut as published: greedy, trim by area": {**CUT_ONLY, "trim": "area"},
+    "cut by gain, 8 exchanges (best)": CUT_ONLY,
+    "cut, no exchange": {**CUT_ONLY, "selection": {"exchanges": 0}},
+    "cut, 50 exchanges": {**CUT_ONLY, "selection": {"exchanges": 50}},
+    "cut, gain a triangle only": {**CUT_ONLY, "_POWERS": (1.0,)},
+    "cut, cost to the power 0.5": {**CUT_ONLY, "_POWERS": (0.5,)},
+    "cut, 24 views": {**CUT_ONLY, "selection": {"views": 24}},
+    "cut, 96 views": {**CUT_ONLY, "selection": {"views": 96}},
+    "cut, 32 directions, 8 depths": {**CUT_ONLY, "sections": {"directions": 32, "depths": 8}},
+    "cut, 64 directions, 8 depths": {**CUT_ONLY, "sections": {"directions": 64, "depths": 8}},
+    "cut, 256 directions, 4 depths": {**CUT_ONLY, "sections": {"directions": 256, "depths": 4}},
+    "refined, draft": {"preset": "draft"},
+    "refined, balanced": {},
+    "refined, start of best": {"preset": "best", "moves": 12_000},
+    "refined, one search": {"refine": {"searches": 1}},
+    "refined, four searches": {"refine": {"searches": 4}},
+    "refined, 32 views": {"refine": {"views": 32}},
+    "refined, 128 views": {"refine": {"views": 128}},
+    "refined, overcover 4": {"refine": {"overcover": 4.0}},
+    "refined, overcover 8": {"refine": {"overcover": 8.0}},
+    "refined, overcover 20": {"refine": {"overcover": 20.0}},
+    "refined, hill climbing": {"_HEATS": (1e-12, 1e-12)},
+    "refined, four times as hot": {"_HEATS": (2e-3, 4e-5)},
+    "refined, best": {"preset": "best"},
 }
 
 
@@ -43,30 +58,35 @@ def main() -> None:
     print("| variant | " + " | ".join(item.name for item, _ in meshes) + " |")
     print("|---" * (len(meshes) + 1) + "|")
     for name, changes in VARIANTS.items():
-        cells = []
-        for stand_in, mesh in meshes:
-            options = make_options(
-                float(mesh.extent.max()), budget=stand_in.budget, up=stand_in.up,
-                ground=stand_in.ground,
-            )  # fmt: skip
-            cells.append(_cell(mesh, options, changes))
+        cells = [_cell(mesh, stand_in.options, changes) for stand_in, mesh in meshes]
         print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
 
 
-def _cell(mesh: TriangleMesh, options: Options, changes: dict[str, object]) -> str:
+def _cell(mesh: TriangleMesh, typed: dict[str, Any], changes: dict[str, Any]) -> str:
     with ExitStack() as stack:
-        for constant, value in changes.items():
-            if constant.startswith("_"):
-                stack.enter_context(patch.object(exchange, constant, value))
-        sections = replace(SectionOptions(), **changes.get("sections", {}))  # type: ignore[arg-type]
-        selection = replace(options.selection, **changes.get("selection", {}))  # type: ignore[arg-type]
-        varied = replace(options, sections=sections, selection=selection)
+        for constant in ("_POWERS", "_HEATS"):
+            if constant in changes:
+                module = exchange if constant == "_POWERS" else refinement
+                stack.enter_context(patch.object(module, constant, changes[constant]))
+        varied = _options(mesh, typed, changes)
         simplify_mesh(mesh, varied)
         occluder = simplify_mesh(mesh, varied).occluder
     report = simplifier.evaluate(mesh, occluder, exact=True)
     ratio = occlusion_measures(mesh, occluder).ratio
-    seconds = occluder.timings["cut"]
-    return f"{report.recall:.1%}, M {ratio:.1%}, {1000.0 * seconds:.0f} ms"
+    seconds = sum(occluder.timings.values())
+    return f"{report.recall:.1%} at {report.precision:.2%}, M {ratio:.1%}, {seconds:.2f} s"
+
+
+def _options(mesh: TriangleMesh, typed: dict[str, Any], changes: dict[str, Any]) -> Options:
+    named = {key: changes[key] for key in ("preset", "moves", "trim") if key in changes}
+    options = make_options(float(mesh.extent.max()), **typed, **named)
+    refine: RefineOptions = replace(options.refine, **changes.get("refine", {}))
+    return replace(
+        options,
+        sections=replace(options.sections, **changes.get("sections", {})),
+        selection=replace(options.selection, **changes.get("selection", {})),
+        refine=refine,
+    )
 
 
 if __name__ == "__main__":

@@ -228,24 +228,28 @@ def move_vertices(
             dz = (_unit(random) - 0.5) * step
         again = False
         place = (vertices[vertex, 0] + dx, vertices[vertex, 1] + dy, vertices[vertex, 2] + dz)
-        inside = True
-        for i in range(begin, end):
-            p, q, r = _corners(vertices, faces, incident[i], vertex, place)
-            inside = inside and contained(p, q, r, allowed)
-        if not inside:
+        if not contained(place, place, place, allowed):
             continue
         random = _random(random)
         least = heats[0] * (heats[1] / heats[0]) ** share * np.log(_unit(random) + 1e-300)
         change = np.int64(0)
+        promising = True
         for phase in range(_STRIDE):
             change += _try_views(
                 vertices, faces, incident, begin, end, vertex, place, projections, originals,
                 penalty, rest, phase, drawn, scores, trial, here, there,
             )  # fmt: skip
-            # A quarter of the views that loses this much is hardly made good by the others.
-            if phase == 0 and 2 * change < least:
+            if phase > 0:
+                continue
+            # A quarter of the views that loses this much is hardly made good by the others.  It is
+            # cheaper than the exact test of large triangles in fine grids, which so comes after it.
+            promising = 2 * change >= least
+            for i in range(begin, end):
+                p, q, r = _corners(vertices, faces, incident[i], vertex, place)
+                promising = promising and contained(p, q, r, allowed)
+            if not promising:
                 break
-        if change < least or (phase == 0 and 2 * change < least):
+        if not promising or change < least:
             continue
         _accept(incident, begin, end, drawn, trial, images, blocks, scores)
         total += change

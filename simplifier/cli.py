@@ -6,6 +6,7 @@ one line on standard error that says what, where and what to do; ``--debug`` add
 
 from __future__ import annotations
 
+import sys
 import traceback
 from collections.abc import Callable
 from dataclasses import asdict
@@ -14,8 +15,8 @@ from typing import Annotated, Any
 
 import typer
 
-from simplifier.console import print_line, print_report, progress_bar
-from simplifier.errors import OccluderError, OptionError
+from simplifier.console import accept_any_text, print_line, print_report, progress_bar
+from simplifier.errors import OccluderError, OptionError, OutputError
 from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
 from simplifier.evaluation.page import write_pictures
 from simplifier.evaluation.report import Report, build_report, write_report
@@ -103,6 +104,7 @@ def simplify(
     def run(listener: Listener) -> Report:
         accuracy_options = AccuracyOptions(views, image, quads, seed, exact)
         check_writable(output)
+        _check_extras(report, pictures)
         watch = Stopwatch(listener)
         with watch.stage("load"):
             soup = load_mesh(mesh)
@@ -154,6 +156,7 @@ def evaluate(
     def run(listener: Listener) -> Report:
         accuracy_options = AccuracyOptions(views, image, quads, seed, exact)
         solid_options = SolidOptions(64 if resolution is None else resolution, up, ground)
+        _check_extras(report, pictures)
         watch = Stopwatch(listener)
         with watch.stage("load"):
             soup, judged = load_mesh(mesh), load_occluder(occluder)
@@ -213,6 +216,11 @@ def _guarded(work: Callable[[], object], *, debug: bool) -> None:
         _fail("interrupted; nothing was kept", 130, debug=debug)
     except MemoryError:
         _fail("out of memory; choose a lower --resolution", 1, debug=debug)
+    except BrokenPipeError:  # nobody reads any more: typer ends the run without a word
+        raise
+    except Exception as error:
+        what = f"unexpected {type(error).__name__}: {error}"
+        _fail(f"{what}; run it again with --debug and report what it says", 1, debug=debug)
 
 
 def _fail(message: str, status: int, *, debug: bool) -> None:
@@ -220,6 +228,18 @@ def _fail(message: str, status: int, *, debug: bool) -> None:
         traceback.print_exc()
     print_line(f"error: {message}")
     raise typer.Exit(status)
+
+
+def _check_extras(report: Path | None, pictures: Path | None) -> None:
+    """Refuse now what could not be written after all the work."""
+    if report is not None and not report.resolve().parent.is_dir():
+        raise OutputError(
+            f"there is no folder '{report.parent}'", where=str(report), remedy="create it first"
+        )
+    if pictures is not None and pictures.exists() and not pictures.is_dir():
+        raise OutputError(
+            "this is no folder", where=str(pictures), remedy="name one for the pictures"
+        )
 
 
 def _write_extras(
@@ -246,6 +266,19 @@ def _resolved(options: Options, accuracy: AccuracyOptions) -> dict[str, Any]:
     }
 
 
+_UsageError: Any = typer.BadParameter.__bases__[0]
+"""Wrong usage in general: click's class, or that of the copy that newer typers bring along."""
+
+
 def main() -> None:
     """The entry point of the ``occluder`` command."""
-    app()
+    accept_any_text()
+    try:
+        status = app(standalone_mode=False)
+    except _UsageError as error:
+        message = error.format_message().rstrip(".")
+        if message:  # else the help has been shown, for want of arguments
+            command = error.ctx.command_path if error.ctx else "occluder"
+            print_line(f"error: {message}; see '{command} --help'")
+        status = error.exit_code
+    sys.exit(status)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import TextIOWrapper
 from typing import Any
 
 from rich.console import Console
@@ -23,6 +24,7 @@ _NAMES = {
     "loops": "tracing outlines",
     "chains": "simplifying outlines",
     "cut": "choosing polygons",
+    "refine": "refining triangles",
     "accuracy": "measuring accuracy",
     "write": "writing",
 }
@@ -48,7 +50,7 @@ def progress_bar() -> Iterator[Listener]:
 
 def print_report(report: dict[str, Any], name: str) -> None:
     """The report's headline figures as a table on standard output."""
-    table = Table(title=Text(name), show_header=False, title_justify="left")
+    table = Table(title=Text(_printable(name)), show_header=False, title_justify="left")
     table.add_column(style="bold")
     table.add_column(justify="right")
     for label, value in _rows(report):
@@ -60,7 +62,19 @@ def print_report(report: dict[str, Any], name: str) -> None:
 
 def print_line(message: str) -> None:
     """One line on standard error, as plain text."""
-    print(" ".join(message.split()), file=sys.stderr)
+    print(_printable(message), file=sys.stderr)
+
+
+def accept_any_text() -> None:
+    """Let standard output escape what its encoding lacks: a file name must not end a run."""
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")
+
+
+def _printable(text: str) -> str:
+    """One line without what a terminal would obey: file names hold any byte but NUL and slash."""
+    line = " ".join(text.split())
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
 
 
 def _rows(report: dict[str, Any]) -> list[tuple[str, str]]:

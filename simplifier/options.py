@@ -32,8 +32,9 @@ Preset = Literal["draft", "balanced", "best"]
 
 
 def _within(name: str, value: float, low: float, high: float) -> None:
+    # NaN fails the comparison; a whole number too large for a float must not meet one.
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not number or not math.isfinite(value) or not low <= value <= high:
+    if not number or not low <= value <= high:
         raise OptionError(
             f"{value!r} is out of range", where=name, remedy=f"choose {low:,} to {high:,}"
         )
@@ -226,7 +227,7 @@ def make_options(
 
 
 def _resolution_for(error_bound: float, longest_edge: float) -> int:
-    if not math.isfinite(error_bound) or error_bound <= 0.0:
+    if not isinstance(error_bound, (int, float)) or not 0.0 < error_bound < math.inf:
         raise OptionError(
             f"{error_bound!r} is not a length",
             where="error bound",

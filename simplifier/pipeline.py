@@ -70,7 +70,7 @@ def simplify_mesh(
     with watch.stage("chains"):
         chains = _chains(sections, polygons)
     with watch.stage("cut"):
-        cut = _cut(chains, mesh, solid, options.selection)
+        cut = _cut(chains, mesh, solid, options.selection, options.seed)
     vertices, faces = _triangles(chains, cut)
     with watch.stage("refine"):
         vertices, faces = _refined(vertices, faces, mesh, solid, options, watch)
@@ -122,13 +122,14 @@ def _chains(sections: Sequence[Section], polygons: Sequence[Sequence[Polygon]]) 
 
 
 def _cut(
-    chains: Sequence[Chain], mesh: TriangleMesh, solid: Solid, options: SelectionOptions
+    chains: Sequence[Chain], mesh: TriangleMesh, solid: Solid, options: SelectionOptions, seed: int
 ) -> Cut:
     projections = _search_views(mesh, solid, options.views)
     candidates = Candidates.from_chains(chains, projections)
     if options.trim == "area":
         return trim_by_area(candidates, greedy_cut(candidates, options.alpha), options.budget)
-    return choose_by_gain(candidates, options.budget, options.alpha, options.exchanges)
+    room = seed % 2**62  # each search adds its number, and the kernel takes 64 bits
+    return choose_by_gain(candidates, options.budget, options.alpha, options.exchanges, room)
 
 
 def _triangles(chains: Sequence[Chain], cut: Cut) -> tuple[FloatArray, IntArray]:
@@ -182,8 +183,10 @@ def _search_views(mesh: TriangleMesh, solid: Solid, count: int, margin: float = 
 
 def _warnings(mesh: TriangleMesh, solid: Solid, occluder: Occluder) -> tuple[str, ...]:
     warnings = []
-    if mesh.dropped.total:
-        warnings.append(f"{mesh.dropped.total} unusable triangles of the input were left out")
+    dropped = mesh.dropped.total
+    if dropped:
+        noun = "triangle of the input was" if dropped == 1 else "triangles of the input were"
+        warnings.append(f"{dropped} unusable {noun} left out")
     if leaks(solid.touched, solid.filled):
         warnings.append(
             "the surface is open at this resolution, so almost nothing is inside; if the asset "

@@ -1,46 +1,92 @@
-"""Run everything once on a small mesh, so that every kernel is compiled and cached."""
+"""Run everything once on small meshes, so that every kernel is compiled and cached."""
 
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
-from typing import cast, get_args
+from typing import get_args
 
 import numpy as np
 
+from simplifier.errors import BackendUnavailableError
 from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.evaluation.report import build_report
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.io import load_occluder, save_occluder
-from simplifier.options import Trim, make_options
+from simplifier.geometry.occluder import Occluder
+from simplifier.io import load_mesh, load_occluder, save_occluder, writable_suffixes
+from simplifier.options import Options, SectionOptions, Trim, make_options
 from simplifier.pipeline import simplify_mesh
+
+_HEADER = """ply
+format {} 1.0
+element vertex 4
+property float x
+property float y
+property float z
+element face 2
+property list uchar int vertex_indices
+end_header
+"""
+_POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 1]], dtype="<f4")
+_MIXED = ((3, 0, 1, 2), (4, 0, 1, 2, 3))  # faces of unequal size are read row by row
 
 
 def warm_up() -> None:
     """Fill the cache; a later process of the same user on the same processor compiles nothing."""
-    mesh = _nested_boxes()
+    mesh = _frame()
+    little = make_options(1.0, budget=8, resolution=16, preset="draft", moves=100)
     for trim, exact in product(get_args(Trim), (False, True)):
-        options = make_options(1.0, budget=8, resolution=16, trim=cast(Trim, trim))
-        result = simplify_mesh(mesh, options)
-        accuracy = evaluate_accuracy(
-            mesh, result.occluder, AccuracyOptions(views=4, image=32, quads=64, exact=exact)
-        )
-        build_report(mesh, result.occluder, result.solid, accuracy, options={}, timings={})
+        selection = replace(little.selection, trim=trim)
+        occluder = _judged(mesh, replace(little, selection=selection), exact=exact)
+    with suppress(BackendUnavailableError):
+        stencil = SectionOptions(directions=2, depths=1, slicer="gl")
+        _judged(mesh, replace(little, sections=stencil), exact=False)
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "occluder.glb"
-        save_occluder(result.occluder, path)
-        load_occluder(path)
+        for path in _files(Path(folder), occluder):
+            load_mesh(path)
+            load_occluder(path)
 
 
-def _nested_boxes() -> TriangleMesh:
-    """An open box around a box: its sections have holes, so bridging is compiled too."""
-    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+def _judged(mesh: TriangleMesh, options: Options, *, exact: bool) -> Occluder:
+    """Simplify, judge and report."""
+    result = simplify_mesh(mesh, options)
+    accuracy = evaluate_accuracy(
+        mesh, result.occluder, AccuracyOptions(views=4, image=32, quads=64, exact=exact)
+    )
+    build_report(mesh, result.occluder, result.solid, accuracy, options={}, timings={})
+    return result.occluder
+
+
+def _files(folder: Path, occluder: Occluder) -> Iterator[Path]:
+    """A file of every format, and of PLY those kinds that are not written here."""
+    for suffix in writable_suffixes():
+        path = folder / f"mesh{suffix}"
+        save_occluder(occluder, path)
+        yield path
+    rows = "\n".join(" ".join(map(str, row)) for row in (*_POINTS.tolist(), *_MIXED))
+    text = folder / "text.ply"
+    text.write_text(_HEADER.format("ascii") + rows + "\n")
+    yield text
+    faces = b"".join(bytes([row[0]]) + np.array(row[1:], "<i4").tobytes() for row in _MIXED)
+    binary = folder / "binary.ply"
+    binary.write_bytes(_HEADER.format("binary_little_endian").encode() + _POINTS.tobytes() + faces)
+    yield binary
+
+
+def _frame() -> TriangleMesh:
+    """A square frame of four boxes: its sections have a hole, so bridging is compiled too."""
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)])
     quads = np.array(
         [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     )
     faces = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    outer, inner = faces[(faces != 7).all(axis=1)], faces + 8
+    bars = ((3, 1, 0, 0), (3, 1, 0, 2), (1, 3, 0, 0), (1, 3, 2, 0))  # width, height, low corner
+    vertices = [corners * (w, h, 1) + (x, y, 0) for w, h, x, y in bars]
+    starts = range(0, 8 * len(bars), 8)
     return TriangleMesh.from_soup(
-        np.concatenate([corners, 0.4 * corners]), np.concatenate([outer, inner])
+        np.concatenate(vertices), np.concatenate([faces + start for start in starts])
     )

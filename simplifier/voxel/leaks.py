@@ -4,28 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.geometry.grid import BoolArray, VoxelGrid
+from simplifier.geometry.grid import VoxelGrid
 
 _ENCLOSED = 0.02  # enclosed voxels, as a share of the touched ones, below which little is inside
-_HULL = 1.0  # free voxels between surfaces along every axis, likewise, above which much should be
+_SIDES = 5  # of six, that have the surface in sight: one may be what is open
+_HOLLOW = 0.5  # free voxels with that many, likewise, above which much should be inside
 
 
 def leaks(touched: VoxelGrid, filled: VoxelGrid) -> bool:
-    """True when the fill found next to nothing inside though the shape's hull is large.
+    """True when the fill found next to nothing inside though the shape is hollow.
 
-    The hull counts free voxels that have the surface on both sides along all three axes: an open
-    box has many, a flat sheet or a terrain few.
+    A voxel counts as hollow when it is free and sees the surface along at least five of the six
+    axis directions: a box without a lid has many, a flat sheet or a terrain few.
     """
     enclosed = filled.count - touched.count
     if enclosed > _ENCLOSED * touched.count:
         return False
-    hull = ~touched.inside
+    seen = np.zeros(touched.shape, dtype=np.uint8)
     for axis in range(3):
-        hull &= _between(touched.inside, axis)
-    return bool(np.count_nonzero(hull) > _HULL * touched.count)
-
-
-def _between(inside: BoolArray, axis: int) -> BoolArray:
-    below = np.logical_or.accumulate(inside, axis=axis)
-    above = np.flip(np.logical_or.accumulate(np.flip(inside, axis), axis=axis), axis)
-    return np.asarray(below & above)
+        seen += np.logical_or.accumulate(touched.inside, axis=axis)
+        backwards = np.flip(touched.inside, axis)
+        seen += np.flip(np.logical_or.accumulate(backwards, axis=axis), axis)
+    hollow = ~touched.inside & (seen >= _SIDES)
+    return bool(np.count_nonzero(hollow) > _HOLLOW * touched.count)

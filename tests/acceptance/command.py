@@ -1,0 +1,27 @@
+"""The real command line, as users run it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+OCCLUDER = (sys.executable, "-m", "simplifier")
+
+
+def environment(**changes):
+    """This process's, with the package on the path; None takes a variable out."""
+    paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
+    merged = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), **changes}
+    return {name: value for name, value in merged.items() if value is not None}
+
+
+def occluder(*arguments, cwd=None, timeout=120, **changes):
+    """Run the command; its exit status, output and errors as text."""
+    return subprocess.run(
+        [*OCCLUDER, *map(os.fspath, arguments)],
+        cwd=cwd, env=environment(**changes), timeout=timeout,
+        capture_output=True, text=True, errors="surrogateescape", check=False,
+    )  # fmt: skip

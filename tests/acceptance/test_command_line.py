@@ -1,0 +1,467 @@
+"""The real command: every format, its reports, its exit statuses, its manners."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+import simplifier
+from simplifier import cli
+from simplifier.io import writable_suffixes
+from tests.acceptance.command import OCCLUDER, environment, occluder
+from tests.schema import check_report
+from tests.solids import box, joined
+
+QUICK = ("--resolution", "12", "--preset", "draft", "--moves", "100")
+FEW_VIEWS = ("--views", "4", "--image", "32", "--quads", "50")
+
+OPEN_BOX = """# made elsewhere: quads, texture indices, negative indices, a group
+g walls
+v 0 0 0
+v 1 0 0
+v 1 1 0
+v 0 1 0
+v 0 0 1
+v 1 0 1
+v 1 1 1
+v 0 1 1
+vt 0 0
+f 1/1 2/1 3/1 4/1
+f 5 6 7 8
+f -5 -6 -2 -1
+f 2 3 7 6
+f 4 1 5 8
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Two meshes: a closed box with a smaller one beside it, and an open box."""
+    place = tmp_path_factory.mktemp("meshes")
+    mesh = joined(box(), box((0.5, 0.5, 0.5), (1.5, 0.0, 0.0)))
+    simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), place / "boxes.ply")
+    (place / "open.obj").write_text(OPEN_BOX)
+    return place
+
+
+def one_line(text):
+    """The line that a failure writes."""
+    assert text.startswith("error: ")
+    assert text.count("\n") == 1
+    assert text.endswith("\n")
+    assert "Traceback" not in text
+    return text
+
+
+# In a process of its own: formats, reports, pictures.
+
+
+@pytest.mark.parametrize("suffix", [".glb", ".tres"])
+def test_simplify_writes_an_occluder_and_a_table(folder, tmp_path, suffix):
+    done = occluder(
+        "simplify", folder / "boxes.ply", "-o", tmp_path / f"out{suffix}", "--budget", "20",
+        *QUICK, *FEW_VIEWS,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "24 -> " in done.stdout
+    assert "recall" in done.stdout
+    assert 0 < len(simplifier.load(tmp_path / f"out{suffix}").faces) <= 20
+    assert [path.name for path in tmp_path.iterdir()] == [f"out{suffix}"]
+
+
+def test_report_and_pictures(folder, tmp_path):
+    done = occluder(
+        "simplify", folder / "boxes.ply", "-o", tmp_path / "out.obj", "--report",
+        tmp_path / "report.json", "--pictures", tmp_path / "pictures", "--seed", "4", *QUICK,
+        *FEW_VIEWS,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    report = json.loads((tmp_path / "report.json").read_text(), parse_constant=pytest.fail)
+    check_report(report)
+    assert report["triangles"] == len(simplifier.load(tmp_path / "out.obj").faces)
+    assert report["input"]["triangles"] == 24
+    assert report["options"]["resolution"] == 12
+    assert report["options"]["accuracy"]["views"] == len(report["by_view"]) == 4
+    assert report["seed"] == report["options"]["accuracy"]["seed"] == 4
+    assert report["deviation"] <= report["error_bound"]
+    ran = {stage for stage, seconds in report["timings"].items() if seconds > 0.0}
+    assert ran >= {"load", "voxelize", "fill", "sections", "cut", "refine", "accuracy", "write"}
+    pictures = {path.name: path.read_bytes() for path in (tmp_path / "pictures").iterdir()}
+    assert {"report.html", "silhouettes.png", "recall.png", "precision.png"} <= set(pictures)
+    assert sum(name.startswith("view_") for name in pictures) == 4
+    assert all(data[:4] == b"\x89PNG" for name, data in pictures.items() if name[-4:] == ".png")
+    assert b"boxes.ply" in pictures["report.html"]
+
+
+def test_evaluate_an_obj_made_elsewhere(folder, tmp_path):
+    (tmp_path / "hand_made.obj").write_text("v .1 .1 .5\nv .9 .1 .5\nv .9 .9 .5\nf 1 2 3\n")
+    done = occluder(
+        "evaluate", folder / "open.obj", tmp_path / "hand_made.obj", "--ground", "--exact",
+        "--resolution", "16", "--report", tmp_path / "report.json",
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "none promised" in done.stdout
+    report = json.loads((tmp_path / "report.json").read_text())
+    check_report(report)
+    assert report["error_bound"] is None
+    assert report["triangles"] == 1
+    assert report["precision"] > 0.9
+    assert 0.0 < report["recall"] < 0.5
+    assert report["options"]["accuracy"] == {
+        "views": 256, "image": 256, "quads": 32000, "seed": 0, "exact": True,
+    }  # fmt: skip
+
+
+# In this process, through the same entry point: quick enough for many cases.
+
+
+@pytest.fixture
+def command(monkeypatch, capfd):
+    """``command("simplify", …)``: exit status, standard output, standard error."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["occluder", *map(os.fspath, arguments)])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        shown = capfd.readouterr()
+        return end.value.code or 0, shown.out, shown.err
+
+    return run
+
+
+@pytest.mark.parametrize("suffix", writable_suffixes())
+def test_every_output_format_can_be_judged(command, folder, tmp_path, suffix):
+    target = tmp_path / f"out{suffix}"
+    report = tmp_path / "report.json"
+    status, _, errors = command(
+        "simplify", folder / "boxes.ply", "-o", target, "--report", report, *QUICK, *FEW_VIEWS
+    )
+    assert (status, errors) == (0, "")
+    made = json.loads(report.read_text())
+    status, _, errors = command(
+        "evaluate", folder / "boxes.ply", target, "--report", report, "--resolution", "12",
+        *FEW_VIEWS,
+    )  # fmt: skip
+    assert (status, errors) == (0, "")
+    judged = json.loads(report.read_text())
+    check_report(judged)
+    assert judged["triangles"] == made["triangles"]
+    assert judged["recall"] == pytest.approx(made["recall"], abs=0.02)
+    # Only GLB has a place for the promise, in float64.
+    expected = pytest.approx(made["error_bound"]) if suffix == ".glb" else None
+    assert judged["error_bound"] == expected
+
+
+@pytest.mark.parametrize(
+    "option",
+    [
+        ("--trim", "area"),
+        ("--preset", "best"),
+        ("--alpha", "0.1"),
+        ("--exact",),
+        ("--error-bound", "0.5"),
+        ("--ground", "--up", "z"),
+    ],
+)
+def test_options_are_understood(command, folder, tmp_path, option):
+    size = () if option[0] == "--error-bound" else ("--resolution", "10")
+    status, _, errors = command(
+        "simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb", "--moves", "50", *size,
+        *FEW_VIEWS, *option, "--report", tmp_path / "r.json",
+    )  # fmt: skip
+    assert (status, errors) == (0, "")
+    check_report(json.loads((tmp_path / "r.json").read_text()))
+
+
+def test_warnings_go_to_standard_error(command, folder, tmp_path):
+    status, output, errors = command(
+        "simplify", folder / "open.obj", "-o", tmp_path / "o.glb", "--resolution", "24",
+        "--preset", "draft", *FEW_VIEWS,
+    )  # fmt: skip
+    assert status == 0
+    assert errors.startswith("warning: the surface is open at this resolution")
+    assert errors.count("\n") == 1
+    assert "warning" not in output
+
+
+BOXES, OUT = "{folder}/boxes.ply", "{tmp}/out.glb"
+
+WRONG_USAGE = {
+    "no output": ("simplify", BOXES),
+    "no mesh": ("simplify",),
+    "unknown option": ("simplify", BOXES, "-o", OUT, "--speed", "9"),
+    "unknown command": ("simplifi", BOXES),
+    "unknown choice": ("simplify", BOXES, "-o", OUT, "--trim", "luck"),
+    "unknown axis": ("simplify", BOXES, "-o", OUT, "--up", "w"),
+    "unknown preset": ("simplify", BOXES, "-o", OUT, "--preset", "turbo"),
+    "no number": ("simplify", BOXES, "-o", OUT, "--budget", "many"),
+    "a fraction": ("simplify", BOXES, "-o", OUT, "--budget", "1.5"),
+    "budget 0": ("simplify", BOXES, "-o", OUT, "--budget", "0"),
+    "budget below 0": ("simplify", BOXES, "-o", OUT, "--budget", "-3"),
+    "budget too large": ("simplify", BOXES, "-o", OUT, "--budget", "100001"),
+    "budget of 400 digits": ("simplify", BOXES, "-o", OUT, "--budget", "9" * 400),
+    "resolution 0": ("simplify", BOXES, "-o", OUT, "--resolution", "0"),
+    "resolution too large": ("simplify", BOXES, "-o", OUT, "--resolution", "1025"),
+    "resolution and bound": (
+        "simplify", BOXES, "-o", OUT, "--resolution", "9", "--error-bound", "1",
+    ),
+    "bound 0": ("simplify", BOXES, "-o", OUT, "--error-bound", "0"),
+    "bound NaN": ("simplify", BOXES, "-o", OUT, "--error-bound", "nan"),
+    "bound too fine": ("simplify", BOXES, "-o", OUT, "--error-bound", "1e-9"),
+    "alpha": ("simplify", BOXES, "-o", OUT, "--alpha", "2"),
+    "moves": ("simplify", BOXES, "-o", OUT, "--moves", "-1"),
+    "seed": ("simplify", BOXES, "-o", OUT, "--seed", "-1"),
+    "views": ("evaluate", BOXES, BOXES, "--views", "0"),
+    "image": ("evaluate", BOXES, BOXES, "--image", "7"),
+    "quads": ("evaluate", BOXES, BOXES, "--quads", "0"),
+    "no occluder": ("evaluate", BOXES),
+}  # fmt: skip
+
+
+def filled(arguments, folder, tmp_path):
+    return [
+        word.replace("{folder}", str(folder)).replace("{tmp}", str(tmp_path)) for word in arguments
+    ]
+
+
+@pytest.mark.parametrize("name", WRONG_USAGE)
+def test_wrong_usage(command, folder, tmp_path, name):
+    status, output, errors = command(*filled(WRONG_USAGE[name], folder, tmp_path))
+    assert (status, output) == (2, "")
+    assert "; " in one_line(errors)
+    assert list(tmp_path.iterdir()) == []
+
+
+FAILURES = {
+    "missing mesh": (("simplify", "{tmp}/none.obj", "-o", OUT), "none.obj"),
+    "unknown format": (("simplify", "{tmp}/mesh.xyz", "-o", OUT), "use one of"),
+    "no suffix": (("simplify", "{tmp}", "-o", OUT), "no suffix"),
+    "damaged": (("simplify", "{tmp}/damaged.glb", "-o", OUT), "damaged.glb"),
+    "something else": (("simplify", "{tmp}/really.obj", "-o", OUT), "the suffix says"),
+    "no triangles": (("simplify", "{tmp}/points.obj", "-o", OUT), "no triangle"),
+    "a folder": (("simplify", "{tmp}/folder.obj", "-o", OUT), "folder.obj"),
+    "missing output folder": (("simplify", BOXES, "-o", "{tmp}/no/o.glb"), "create it first"),
+    "unknown output": (("simplify", BOXES, "-o", "{tmp}/o.fbx"), "cannot be written"),
+    "missing report folder": (
+        ("simplify", BOXES, "-o", OUT, "--report", "{tmp}/no/r.json"), "create it first",
+    ),
+    "pictures into a file": (
+        ("simplify", BOXES, "-o", OUT, "--pictures", "{tmp}/points.obj"), "this is no folder",
+    ),
+    "missing occluder": (("evaluate", BOXES, "{tmp}/none.glb"), "none.glb"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FAILURES)
+def test_failures(command, folder, tmp_path, name):
+    (tmp_path / "damaged.glb").write_bytes(b"glTF\2\0\0\0\xff\xff\0\0JSON")
+    (tmp_path / "really.obj").write_bytes(b"\x89PNG\r\n\x1a\n0000")
+    (tmp_path / "points.obj").write_text("v 0 0 0\nv 1 0 0\n")
+    (tmp_path / "folder.obj").mkdir()
+    before = sorted(tmp_path.iterdir())
+    arguments, words = FAILURES[name]
+    status, output, errors = command(*filled(arguments, folder, tmp_path))
+    assert (status, output) == (1, "")
+    assert words in one_line(errors)
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_debug_adds_the_traceback(command, tmp_path):
+    arguments = ("simplify", tmp_path / "none.obj", "-o", tmp_path / "o.glb")
+    plain = command(*arguments)
+    debugged = command(*arguments, "--debug")
+    assert plain[0] == debugged[0] == 1
+    assert debugged[2].startswith("Traceback (most recent call last):")
+    assert debugged[2].endswith(plain[2])
+
+
+def test_bugs_are_one_line_too(command, folder, tmp_path, monkeypatch):
+    def broken(*_):
+        raise ZeroDivisionError("a bug\nin two lines")
+
+    monkeypatch.setattr(cli, "simplify_mesh", broken)
+    arguments = ("simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb")
+    status, _, errors = command(*arguments)
+    assert status == 1
+    assert "unexpected ZeroDivisionError: a bug in two lines; run it again" in one_line(errors)
+    assert "Traceback" in command(*arguments, "--debug")[2]
+
+
+def test_too_little_memory(command, folder, tmp_path, monkeypatch):
+    def greedy(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(cli, "simplify_mesh", greedy)
+    status, _, errors = command("simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb")
+    assert status == 1
+    assert "choose a lower --resolution" in one_line(errors)
+
+
+def test_without_opengl(command, folder, tmp_path, monkeypatch):
+    glcontext = pytest.importorskip("glcontext")
+
+    def broken(name):
+        raise RuntimeError("no EGL here")
+
+    monkeypatch.setattr(glcontext, "get_backend_by_name", broken)
+    status, _, errors = command(
+        "simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb", "--slicer", "gl"
+    )
+    assert status == 1
+    assert "or use the cpu slicer" in one_line(errors)
+
+
+def test_version_and_help(command):
+    status, output, errors = command("--version")
+    assert (status, output, errors) == (0, f"{simplifier.__version__}\n", "")
+    status, output, errors = command("--help")
+    assert (status, errors) == (0, "")
+    for name in ("simplify", "evaluate", "warmup"):
+        assert name in output
+        status, help_text, errors = command(name, "--help")
+        assert (status, errors) == (0, "")
+        assert "--debug" in help_text
+    status, output, _ = command()
+    assert status == 2
+    assert "simplify" in output
+
+
+def test_every_option_of_simplify_is_in_its_help(command):
+    output = command("simplify", "--help")[1]
+    for name in ("budget", "error-bound", "resolution", "ground", "preset", "pictures", "seed"):
+        assert f"--{name}" in output
+
+
+# Names.
+
+HOSTILE = b"two\nlines\x1b[31m\x07 \xff\xfe.obj"
+
+NAMES = [
+    "schloß 城 Ωmega.obj",
+    "-o.obj",
+    "[bold]red $(id) ; & 'x' \".obj",
+    "rtl \u202etab.obj",
+    os.fsdecode(HOSTILE),
+]
+
+
+@pytest.mark.parametrize("name", NAMES, ids=range(len(NAMES)))
+def test_any_file_name(command, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    source, target = tmp_path / name, tmp_path / f"out {name}"
+    source.write_text(OPEN_BOX)
+    status, output, errors = command(
+        "simplify", "-o", target.name, "--ground", "--report", "report.json", "--pictures", "p",
+        *QUICK, *FEW_VIEWS, "--", name,
+    )  # fmt: skip
+    assert (status, errors) == (0, "")
+    assert output.splitlines()[0].isprintable()
+    assert len(simplifier.load(target).faces) > 0
+    check_report(json.loads((tmp_path / "report.json").read_text()))
+    status, _, errors = command("simplify", "-o", target.name, "--", f"no {name}")
+    assert status == 1
+    assert one_line(errors)[:-1].isprintable()
+
+
+def test_a_hostile_name_in_a_process_of_its_own(tmp_path):
+    source = tmp_path / os.fsdecode(HOSTILE)
+    source.write_text(OPEN_BOX)
+    done = occluder(
+        "simplify", source.name, "-o", "o.obj", "--ground", *QUICK, *FEW_VIEWS, cwd=tmp_path
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "two lines\\x1b[31m\\x07 \\udcff\\udcfe.obj" in done.stdout
+
+
+def test_a_locale_without_the_letters(folder, tmp_path):
+    source = tmp_path / "schloß.obj"
+    source.write_text(OPEN_BOX)
+    done = occluder(
+        "simplify", source, "-o", tmp_path / "o.obj", "--ground", *QUICK, *FEW_VIEWS,
+        PYTHONIOENCODING="ascii",
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "schlo" in done.stdout
+
+
+# Terminals, pipes, signals.
+
+
+def test_a_bar_on_a_terminal(folder, tmp_path):
+    controller, terminal = pty.openpty()
+    with subprocess.Popen(
+        [*OCCLUDER, "simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb", "--moves", "15000"],
+        stderr=terminal, stdout=subprocess.PIPE,
+        env=environment(TERM="xterm-256color", COLUMNS="100", NO_COLOR=None),
+    ) as process:  # fmt: skip
+        os.close(terminal)
+        shown = read_all(controller)
+        output = process.stdout.read()
+    os.close(controller)
+    assert process.returncode == 0
+    assert b"refining" in shown
+    assert b"\x1b[2K" in shown  # and wiped away
+    assert b"\x1b" not in output
+    assert b"recall" in output
+
+
+def read_all(descriptor):
+    """What is written to a pseudo-terminal until its other end is closed."""
+    parts = []
+    while True:
+        try:
+            part = os.read(descriptor, 65536)
+        except OSError:
+            part = b""
+        if not part:
+            return b"".join(parts)
+        parts.append(part)
+
+
+@pytest.mark.parametrize("arguments", [("--help",), ("evaluate", "{0}", "{0}", *FEW_VIEWS)])
+def test_nobody_reads(folder, arguments):
+    mesh = str(folder / "boxes.ply")
+    reader, writer = os.pipe()
+    os.close(reader)
+    with os.fdopen(writer, "wb") as closed:
+        done = subprocess.run(
+            [*OCCLUDER, *(word.format(mesh) for word in arguments)],
+            stdout=closed, stderr=subprocess.PIPE, env=environment(), timeout=60, check=False,
+        )  # fmt: skip
+    assert b"Traceback" not in done.stderr
+    assert b"BrokenPipeError" not in done.stderr
+    assert done.returncode in (0, 1)
+
+
+def test_interrupt(folder, tmp_path):
+    """Ctrl-C in the middle of refining: 130, one line, and the old file as it was."""
+    target = tmp_path / "out.glb"
+    target.write_bytes(b"old")
+    controller, terminal = pty.openpty()
+    with subprocess.Popen(
+        [
+            *OCCLUDER, "simplify", folder / "boxes.ply", "-o", target, "--moves", "100000000",
+            "--resolution", "24", "--report", tmp_path / "report.json",
+        ],
+        stderr=terminal, stdout=subprocess.PIPE, env=environment(TERM="dumb"),
+    ) as process:  # fmt: skip
+        os.close(terminal)
+        time.sleep(5.0)  # imports take two seconds at most, the stages before refining one
+        assert process.poll() is None
+        process.send_signal(signal.SIGINT)
+        shown = read_all(controller).decode()
+        output = process.stdout.read()
+    os.close(controller)
+    assert process.returncode == 130
+    assert "error: interrupted; nothing was kept" in shown
+    assert "Traceback" not in shown
+    assert output == b""
+    assert target.read_bytes() == b"old"
+    assert [path.name for path in tmp_path.iterdir()] == ["out.glb"]

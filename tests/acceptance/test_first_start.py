@@ -1,0 +1,153 @@
+"""After ``warmup`` nothing is compiled any more, whatever the first command is."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import simplifier
+from simplifier import cli, kernels
+from simplifier.io import writable_suffixes
+from simplifier.warmup import warm_up
+from tests.acceptance.command import environment, occluder
+from tests.solids import box, joined
+
+FEW = ("--resolution", "10", "--moves", "50", "--views", "3", "--image", "24", "--quads", "20")
+
+POINTS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1)]
+FACES = [(0, 1, 2, 3), (0, 1, 5), (0, 5, 4), (1, 2, 6, 5), (2, 3, 4, 5, 6)]
+
+HEADER = """ply
+format {} 1.0
+element vertex 7
+property double x
+property double y
+property double z
+element face 5
+property list uchar int vertex_indices
+end_header
+"""
+
+
+def hand_made(folder):
+    """Files as others write them: mixed faces, text and either byte order, comments, indices."""
+    words = [" ".join(map(str, row)) for row in POINTS]
+    rows = [*words, *(f"{len(face)} {' '.join(map(str, face))}" for face in FACES)]
+    yield write(folder / "mixed.ply", HEADER.format("ascii") + "\n".join(rows) + "\n")
+    for name, order in (("little", "<"), ("big", ">")):
+        data = np.array(POINTS, f"{order}f8").tobytes() + b"".join(
+            bytes([len(face)]) + np.array(face, f"{order}i4").tobytes() for face in FACES
+        )
+        path = folder / f"{name}.ply"
+        path.write_bytes(HEADER.format(f"binary_{name}_endian").encode() + data)
+        yield path
+    corners = (" ".join(f"{i + 1}//1" for i in face) for face in FACES)
+    obj = [*(f"v {word}" for word in words), "vn 0 0 1", *(f"f {line}" for line in corners)]
+    yield write(folder / "quads.obj", "# comment\n" + "\n".join(obj) + "\n")
+    yield write(folder / "mixed.off", "OFF\n7 5 0\n" + "\n".join(rows) + "\n")
+    facets = "".join(
+        "facet normal 0 0 0\nouter loop\n"
+        + "".join(f"vertex {words[i]}\n" for i in face[:3])
+        + "endloop\nendfacet\n"
+        for face in FACES
+    )
+    yield write(folder / "text.stl", f"solid x\n{facets}endsolid x\n")
+
+
+def write(path, text):
+    path.write_text(text)
+    return path
+
+
+@pytest.fixture(scope="module")
+def meshes(tmp_path_factory):
+    """A file of every format and kind."""
+    folder = tmp_path_factory.mktemp("meshes")
+    mesh = joined(
+        box(), box((0.5, 0.5, 0.5), (0.2, 0.2, 0.2)), box((1, 1, 1), (2, 0, 0), without=[2])
+    )
+    paths = []
+    for suffix in writable_suffixes():
+        paths.append(folder / f"boxes{suffix}")
+        simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), paths[-1])
+    return [*paths, *hand_made(folder)]
+
+
+def commands(meshes, folder):
+    """What users may begin with, each the words of one command."""
+    for path in meshes:
+        target = str(folder / f"{path.stem}{path.suffix}")
+        yield ["simplify", str(path), "-o", target, "--preset", "draft", *FEW]
+        yield ["evaluate", str(path), target, *FEW[:2], *FEW[4:]]
+    first, last = str(meshes[0]), str(folder / "last.glb")
+    for more in (
+        ["--trim", "area"],
+        ["--preset", "best", "--exact"],
+        ["--ground", "--up", "z", "--seed", str(2**63 - 1)],
+        ["--pictures", str(folder / "pictures"), "--report", str(folder / "report.json")],
+        ["--budget", "1"],
+    ):
+        yield ["simplify", first, "-o", last, *FEW, *more]
+
+
+def signatures():
+    """The signatures of every kernel that Python has called, by name."""
+    found = {}
+    for module in pkgutil.iter_modules(kernels.__path__):
+        for name, value in vars(
+            importlib.import_module(f"{kernels.__name__}.{module.name}")
+        ).items():
+            if hasattr(value, "nopython_signatures"):
+                found[f"{module.name}.{name}"] = {str(one) for one in value.nopython_signatures}
+    return found
+
+
+def check_signatures(folder):
+    """Run in a fresh process: warm up, then see that no command needs another signature."""
+    warm_up()
+    warm = signatures()
+    paths = sorted(path for path in Path(folder).iterdir() if path.is_file())
+    target = Path(folder) / "out"
+    target.mkdir()
+    for words in commands(paths, target):
+        sys.argv = ["occluder", *words]
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        assert not end.value.code, words
+        new = {name: found - warm[name] for name, found in signatures().items()}
+        assert not any(new.values()), (words, {name: found for name, found in new.items() if found})
+
+
+def test_warm_up_calls_every_kernel_as_the_commands_do(meshes):
+    """Whether they came from the cache or were compiled does not matter here, so this is quick."""
+    code = f"from {__name__} import check_signatures; check_signatures({str(meshes[0].parent)!r})"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=environment(), capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.slow
+def test_nothing_is_compiled_after_warm_up(meshes, tmp_path):
+    """With an empty cache: a minute or two of compilation, then none at all."""
+    cache = str(tmp_path / "cache")
+    done = occluder("warmup", timeout=600, NUMBA_CACHE_DIR=cache)
+    assert (done.returncode, done.stderr) == (0, "")
+    target = tmp_path / "out"
+    target.mkdir()
+    words = [word for command in commands(meshes, target) for word in (*command, "+")]
+    found = subprocess.run(
+        [sys.executable, "-m", "tests.acceptance.compilations", *words[:-1]],
+        env=environment(NUMBA_CACHE_DIR=cache), capture_output=True, text=True, timeout=300,
+        check=False,
+    )  # fmt: skip
+    assert found.returncode == 0, found.stderr
+    assert found.stdout.endswith("done\n")
+    assert [line for line in found.stdout.splitlines() if line.startswith("compiled")] == []

@@ -1,0 +1,149 @@
+"""TriangleMesh: what is dropped, what is refused, and that nothing can be changed later."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from simplifier.errors import EmptyMeshError, MeshError
+from simplifier.geometry.mesh import DroppedTriangles, TriangleMesh
+
+SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+NAN, INF = float("nan"), float("inf")
+
+
+def test_copies_and_freezes():
+    vertices, faces = np.array(SQUARE, dtype=np.float64), np.array([[0, 1, 2]], dtype=np.int32)
+    mesh = TriangleMesh.from_soup(vertices, faces)
+    vertices[:], faces[:] = 9.0, 3
+    assert mesh.vertices.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0]]
+    assert mesh.faces.tolist() == [[0, 1, 2]]
+    for array in (mesh.vertices, mesh.faces):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0, 0] = 1
+    with pytest.raises(AttributeError):
+        mesh.vertices = vertices
+
+
+@pytest.mark.parametrize("number", [np.float32, np.float64, np.int16, np.uint8, int])
+@pytest.mark.parametrize("index", [np.uint16, np.int64, np.uint32, int])
+def test_any_real_dtype(number, index):
+    mesh = TriangleMesh.from_soup(np.array(SQUARE, number), np.array([[0, 1, 2]], index))
+    assert mesh.vertices.dtype == np.float64
+    assert mesh.faces.dtype == np.int32
+    assert mesh.faces.flags.c_contiguous
+
+
+def test_lists_and_other_orders():
+    mesh = TriangleMesh.from_soup(np.asfortranarray(SQUARE), [[0, 1, 2], [0, 2, 3]])
+    assert mesh.vertices.flags.c_contiguous
+    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+
+
+def test_unused_vertices_go():
+    stray = [*SQUARE[:1], [1e9, 1e9, 1e9], *SQUARE[1:], [NAN, 0, 0]]
+    mesh = TriangleMesh.from_soup(stray, [[0, 2, 3], [0, 3, 4]])
+    assert mesh.vertices.tolist() == SQUARE
+    assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3]]
+    assert mesh.dropped == DroppedTriangles()
+
+
+@pytest.mark.parametrize("value", [NAN, INF, -INF, 1e150, -1e300])
+@pytest.mark.parametrize("place", [(0, 0), (1, 1), (2, 2)])
+def test_non_finite_triangles_are_counted(value, place):
+    vertices = np.array([*SQUARE, *SQUARE], dtype=np.float64)
+    vertices[place] = value
+    mesh = TriangleMesh.from_soup(vertices, [[0, 1, 2], [4, 5, 6]])
+    assert mesh.dropped == DroppedTriangles(non_finite=1)
+    assert len(mesh.faces) == 1
+
+
+@pytest.mark.parametrize("face", [[0, 0, 1], [0, 1, 0], [1, 0, 0], [2, 2, 2]])
+def test_repeated_indices_are_counted(face):
+    mesh = TriangleMesh.from_soup(SQUARE, [face, [0, 1, 2]])
+    assert mesh.dropped == DroppedTriangles(repeated_index=1)
+
+
+@pytest.mark.parametrize("scale", [1e-140, 1e-30, 1.0, 1e30, 1e140])
+@pytest.mark.parametrize(
+    "corners",
+    [
+        [[0, 0, 0], [1, 1, 1], [2, 2, 2]],
+        [[0, 0, 0], [0, 0, 0], [1, 0, 0]],
+        [[1, 2, 3], [1, 2, 3], [1, 2, 3]],
+        [[0, 0, 0], [2, 0, 0], [1, 0, 0]],
+    ],
+)
+def test_triangles_without_area_are_counted(corners, scale):
+    vertices = np.array([*SQUARE, *corners]) * scale
+    mesh = TriangleMesh.from_soup(vertices, [[0, 1, 2], [4, 5, 6]])
+    assert mesh.dropped == DroppedTriangles(zero_area=1)
+    assert mesh.vertices == pytest.approx(np.array(SQUARE[:3]) * scale, abs=0.0)
+
+
+@pytest.mark.parametrize("height", [1e-12, 1e-100])
+def test_slivers_stay(height):
+    mesh = TriangleMesh.from_soup([[0, 0, 0], [1, 0, 0], [0.5, height, 0]], [[0, 1, 2]])
+    assert mesh.dropped.total == 0
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    arrays(np.float64, (6, 3), elements=st.floats(-2, 2) | st.sampled_from([NAN, INF, 0.0])),
+    arrays(np.int64, (8, 3), elements=st.integers(0, 5)),
+)
+def test_every_triangle_is_kept_or_counted(vertices, faces):
+    try:
+        mesh = TriangleMesh.from_soup(vertices, faces)
+    except EmptyMeshError:
+        return
+    assert len(mesh.faces) + mesh.dropped.total == len(faces)
+    assert np.isfinite(mesh.vertices).all()
+    corners = [vertices[face].tolist() for face in faces]
+    assert all(triangle.tolist() in corners for triangle in mesh.vertices[mesh.faces])
+    assert len(np.unique(mesh.faces)) == len(mesh.vertices)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces"),
+    [([], []), (SQUARE, []), (np.empty((0, 3)), np.empty((0, 3), int)), ([], [[0, 1, 2]])],
+)
+def test_no_triangle_at_all(vertices, faces):
+    with pytest.raises(EmptyMeshError, match=r"^scene\.obj: the mesh has no triangle; export"):
+        TriangleMesh.from_soup(vertices, faces, where="scene.obj")
+
+
+def test_none_left():
+    with pytest.raises(EmptyMeshError, match="none of the 2 triangles has a finite, non-zero area"):
+        TriangleMesh.from_soup([*SQUARE, [NAN, 0, 0]], [[0, 1, 1], [0, 1, 4]])
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "words"),
+    [
+        (np.zeros((4, 2)), [[0, 1, 2]], "vertices have shape"),
+        (np.zeros((2, 4, 3)), [[0, 1, 2]], "vertices have shape"),
+        (SQUARE, [[0, 1, 2, 3]], "faces have shape"),
+        (SQUARE, [0, 1], "faces have shape"),
+        (SQUARE, [[0, 1, 4]], "face 0 names vertex 4, but there are 4 vertices"),
+        (SQUARE, [[0, 1, 2], [-1, 1, 2]], "face 1 names vertex -1"),
+    ],
+)
+def test_wrong_arrays_are_refused(vertices, faces, words):
+    with pytest.raises(MeshError, match=words):
+        TriangleMesh.from_soup(vertices, faces)
+
+
+def test_bounds_and_extent():
+    mesh = TriangleMesh.from_soup([[1, -2, 3], [4, 5, -6], [0, 0, 0]], [[0, 1, 2]])
+    assert mesh.bounds.tolist() == [[0, -2, -6], [4, 5, 3]]
+    assert mesh.extent.tolist() == [4, 7, 9]
+
+
+def test_counts_add_up():
+    total = DroppedTriangles(1, 2, 3) + DroppedTriangles(10, 20, 30)
+    assert total == DroppedTriangles(11, 22, 33)
+    assert total.total == 66

@@ -1,0 +1,93 @@
+"""Chunks cover the range once, on any number of threads, and exceptions come back."""
+
+from __future__ import annotations
+
+import os
+import threading
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from simplifier.kernels.threads import run_chunks, thread_count
+
+sizes = st.integers(0, 200)
+
+
+@settings(max_examples=80, deadline=None)
+@given(sizes, st.integers(0, 50), st.integers(1, 8), st.integers(1, 9))
+def test_each_place_is_visited_once(count, least, per_thread, threads):
+    visits = np.zeros(count, dtype=np.int64)
+    chunks = []
+
+    def work(begin, end):
+        chunks.append((begin, end))
+        visits[begin:end] += 1
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("OCCLUDER_THREADS", str(threads))
+        run_chunks(work, count, least=least, chunks_per_thread=per_thread)
+    assert (visits == 1).all()
+    assert all(begin < end for begin, end in chunks)
+    assert len(chunks) <= max(threads * per_thread, 1)
+    assert len(chunks) == 1 or all(end - begin >= least for begin, end in chunks) or count == 0
+
+
+def test_one_thread_is_the_caller(monkeypatch):
+    monkeypatch.setenv("OCCLUDER_THREADS", "1")
+    seen = []
+    run_chunks(lambda begin, end: seen.append((begin, end, threading.current_thread())), 100)
+    assert seen == [(0, 100, threading.current_thread())]
+
+
+def test_chunks_run_at_the_same_time(monkeypatch):
+    # Each waits for all others: with fewer threads than chunks the barrier would break.
+    monkeypatch.setenv("OCCLUDER_THREADS", "4")
+    together = threading.Barrier(4, timeout=20.0)
+    run_chunks(lambda begin, end: together.wait(), 4, chunks_per_thread=1)
+
+
+def test_nothing_to_do(monkeypatch):
+    for threads in ("1", "3"):
+        monkeypatch.setenv("OCCLUDER_THREADS", threads)
+        run_chunks(lambda begin, end: pytest.fail("called"), 0)
+
+
+@pytest.mark.parametrize("threads", ["1", "3"])
+def test_the_first_exception_comes_back(monkeypatch, threads):
+    monkeypatch.setenv("OCCLUDER_THREADS", threads)
+
+    def work(begin, end):
+        raise KeyError(begin)
+
+    with pytest.raises(KeyError) as caught:
+        run_chunks(work, 30)
+    assert caught.value.args == (0,)
+
+
+def test_other_chunks_still_end(monkeypatch):
+    monkeypatch.setenv("OCCLUDER_THREADS", "3")
+    done = np.zeros(60, dtype=np.bool_)
+
+    def work(begin, end):
+        if begin == 0:
+            raise ValueError
+        done[begin:end] = True
+
+    with pytest.raises(ValueError):
+        run_chunks(work, 60)
+    assert done[-1]
+
+
+@pytest.mark.parametrize("setting", ["", "0", "-2", "many", "1.5", " "])
+def test_settings_that_are_no_count_are_passed_over(monkeypatch, setting):
+    monkeypatch.setenv("OCCLUDER_THREADS", setting)
+    assert thread_count() == len(os.sched_getaffinity(0))
+
+
+def test_the_setting_counts(monkeypatch):
+    monkeypatch.setenv("OCCLUDER_THREADS", "7")
+    assert thread_count() == 7
+    monkeypatch.delenv("OCCLUDER_THREADS")
+    assert thread_count() >= 1

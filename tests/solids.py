@@ -1,0 +1,59 @@
+"""Small generated meshes whose inside, outside and best occluder are known."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplifier.geometry.mesh import TriangleMesh
+
+CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
+QUADS = np.array(
+    [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+)
+"""Corners of the sides -x, +x, -y, +y, -z, +z of the unit cube, wound outwards."""
+
+
+def triangles_of(quads):
+    return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def box(extent=(1.0, 1.0, 1.0), low=(0.0, 0.0, 0.0), *, without=()):
+    """A box of 12 triangles less the sides ``without`` (0 to 5: -x, +x, -y, +y, -z, +z)."""
+    sides = [side for side in range(6) if side not in without]
+    return TriangleMesh.from_soup(CORNERS * extent + low, triangles_of(QUADS[sides]))
+
+
+def sphere(radius=1.0, rings=16):
+    """A closed sphere of latitudes and longitudes around the origin."""
+    around = 2 * rings
+    latitude = np.pi * np.arange(rings + 1) / rings
+    longitude = 2.0 * np.pi * np.arange(around) / around
+    ring, turn = np.meshgrid(latitude, longitude, indexing="ij")
+    points = np.stack(
+        [np.sin(ring) * np.cos(turn), np.cos(ring), np.sin(ring) * np.sin(turn)], axis=-1
+    )
+    i, j = np.meshgrid(np.arange(rings), np.arange(around), indexing="ij")
+    i, j, k = i.ravel(), j.ravel(), (j.ravel() + 1) % around
+    quads = np.stack(
+        [i * around + j, i * around + k, (i + 1) * around + k, (i + 1) * around + j], axis=1
+    )
+    points, faces = radius * points.reshape(-1, 3), triangles_of(quads)
+    # At a pole one of a quad's two triangles has no area.
+    first, second = (points[faces[:, k]] - points[faces[:, 0]] for k in (1, 2))
+    area = np.linalg.norm(np.cross(first, second), axis=1)
+    return TriangleMesh.from_soup(points, faces[area > 1e-12 * radius**2])
+
+
+def joined(*meshes):
+    """All triangles in one mesh."""
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    return TriangleMesh.from_soup(
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]),
+    )
+
+
+def table():
+    """A top on four legs: parts that touch, thin from most sides."""
+    legs = [box((0.1, 0.7, 0.1), (x, 0.0, z)) for x in (0.0, 1.4) for z in (0.0, 0.7)]
+    return joined(box((1.5, 0.1, 0.8), (0.0, 0.7, 0.0)), *legs)

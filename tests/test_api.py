@@ -1,0 +1,113 @@
+"""The four names that a script uses."""
+
+from __future__ import annotations
+
+import inspect
+import math
+
+import numpy as np
+import pytest
+
+import simplifier
+from simplifier.errors import (
+    BackendUnavailableError,
+    CancelledError,
+    EmptyMeshError,
+    MeshError,
+    OptionError,
+    OutputError,
+    UnknownFormatError,
+    UnreadableMeshError,
+)
+from simplifier.options import make_options
+from tests.solids import box
+
+FAST = {"resolution": 12, "budget": 12, "preset": "draft", "moves": 200}
+
+
+def test_from_arrays_to_a_file_and_back(tmp_path):
+    mesh = simplifier.TriangleMesh.from_soup(box().vertices.tolist(), box().faces.tolist())
+    occluder = simplifier.simplify(mesh, **FAST)
+    assert isinstance(occluder, simplifier.Occluder)
+    assert occluder.vertices.dtype == np.float64
+    assert occluder.faces.dtype == np.int32
+    assert 0 < len(occluder.faces) <= 12
+    path = tmp_path / "box.glb"
+    simplifier.save(occluder, path)
+    again = simplifier.load(path)
+    assert again.vertices[again.faces] == pytest.approx(occluder.vertices[occluder.faces], abs=1e-6)
+    report = simplifier.evaluate(mesh, occluder, views=16, image=64, exact=True)
+    assert isinstance(report, simplifier.AccuracyReport)
+    assert report.recall > 0.8
+    assert report.options.views == 16
+
+
+def test_paths_may_be_text(tmp_path):
+    simplifier.save(simplifier.Occluder(box().vertices, box().faces), str(tmp_path / "a.obj"))
+    assert len(simplifier.load(str(tmp_path / "a.obj")).faces) == 12
+
+
+def test_results_are_read_only():
+    occluder = simplifier.simplify(box(), **FAST)
+    for array in (occluder.vertices, occluder.faces):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0, 0] = 1
+
+
+def test_an_error_bound_in_place_of_a_resolution():
+    occluder = simplifier.simplify(box(), error_bound=0.3, budget=12, preset="draft", moves=200)
+    assert 0.2 < occluder.error_bound <= 0.3
+    with pytest.raises(OptionError):
+        simplifier.simplify(box(), error_bound=0.3, resolution=8)
+
+
+def test_simplify_and_make_options_have_the_same_defaults():
+    here = inspect.signature(simplifier.simplify).parameters
+    there = inspect.signature(make_options).parameters
+    shared = set(here) & set(there)
+    assert {"budget", "resolution", "error_bound", "up", "ground", "trim", "seed"} <= shared
+    assert all(here[name].default == there[name].default for name in shared)
+    assert set(here) - shared == {"mesh", "listener"}
+
+
+def test_every_error_is_an_occluder_error():
+    kinds = (
+        BackendUnavailableError, CancelledError, EmptyMeshError, MeshError, OptionError,
+        OutputError, UnknownFormatError, UnreadableMeshError,
+    )  # fmt: skip
+    assert all(issubclass(kind, simplifier.OccluderError) for kind in kinds)
+    error = MeshError("it is broken", where="a.obj", remedy="mend it")
+    assert str(error) == "a.obj: it is broken; mend it"
+    assert str(MeshError("it is broken")) == "it is broken"
+
+
+@pytest.mark.parametrize(
+    ("kind", "call"),
+    [
+        (UnreadableMeshError, lambda: simplifier.load("nowhere.obj")),
+        (UnknownFormatError, lambda: simplifier.load("mesh.xyz")),
+        (OptionError, lambda: simplifier.simplify(box(), budget=0)),
+        (OptionError, lambda: simplifier.simplify(box(), up="w")),
+        (OptionError, lambda: simplifier.evaluate(box(), no_occluder(), views=0)),
+        (OutputError, lambda: simplifier.save(no_occluder(), "occluder.xyz")),
+    ],
+)
+def test_what_is_raised(kind, call):
+    with pytest.raises(kind):
+        call()
+
+
+def no_occluder():
+    return simplifier.Occluder(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))
+
+
+def test_an_occluder_made_elsewhere_promises_nothing():
+    assert math.isinf(no_occluder().error_bound)
+    report = simplifier.evaluate(box(), no_occluder(), views=4, image=32, quads=100)
+    assert (report.precision, report.recall) == (1.0, 0.0)
+
+
+def test_what_is_exported():
+    assert set(simplifier.__all__) >= {"load", "simplify", "evaluate", "save", "OccluderError"}
+    assert all(hasattr(simplifier, name) for name in simplifier.__all__)
+    assert simplifier.__version__

@@ -1,0 +1,163 @@
+"""Options: ranges checked once, names as users type them, the resolution that a bound needs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import FrozenInstanceError, replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from simplifier.errors import OptionError
+from simplifier.options import (
+    ERROR_VOXELS,
+    MOST_VOXELS,
+    PRESETS,
+    Options,
+    RefineOptions,
+    SectionOptions,
+    SelectionOptions,
+    SolidOptions,
+    make_options,
+)
+
+NAN, INF = math.nan, math.inf
+
+RANGES = [
+    (SolidOptions, "resolution", 1, 1024),
+    (SectionOptions, "directions", 1, 4096),
+    (SectionOptions, "direction_samples", 1, 64),
+    (SectionOptions, "depths", 1, 1024),
+    (SectionOptions, "depth_step", 0.1, 64.0),
+    (SectionOptions, "depth_samples", 1, 1024),
+    (SelectionOptions, "budget", 1, 100_000),
+    (SelectionOptions, "alpha", 0.0, 1.0),
+    (SelectionOptions, "views", 1, 4096),
+    (SelectionOptions, "exchanges", 0, 10_000),
+    (RefineOptions, "moves", 0, 100_000_000),
+    (RefineOptions, "searches", 1, 64),
+    (RefineOptions, "overcover", 0.0, 1000.0),
+    (RefineOptions, "views", 1, 4096),
+    (Options, "seed", 0, 2**63 - 1),
+]
+
+
+@pytest.mark.parametrize(("kind", "name", "low", "high"), RANGES)
+def test_ranges(kind, name, low, high):
+    for value in (low, high):
+        assert getattr(kind(**{name: value}), name) == value
+    step = 1 if isinstance(low, int) else 1e-9
+    # A number of 400 digits is too large for a float: it once ended in an OverflowError.
+    for value in (low - step, high + step, NAN, INF, -INF, -(10**400), 10**400):
+        with pytest.raises(OptionError, match=r"out of range|not a whole number"):
+            kind(**{name: value})
+    for value in ("7", None, True, [1]):
+        with pytest.raises(OptionError):
+            kind(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "low"), [row[:3] for row in RANGES if isinstance(row[3], int)]
+)
+def test_whole_numbers_stay_whole(kind, name, low):
+    with pytest.raises(OptionError, match="not a whole number; choose"):
+        kind(**{name: float(low)})
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "choices"),
+    [
+        (SolidOptions, "up", ("x", "y", "z")),
+        (SectionOptions, "slicer", ("cpu", "gl")),
+        (SelectionOptions, "trim", ("gain", "area")),
+    ],
+)
+def test_choices(kind, name, choices):
+    for choice in choices:
+        assert getattr(kind(**{name: choice}), name) == choice
+    for value in ("", "X", "cuda", None, 1):
+        with pytest.raises(OptionError, match=f"choose one of {', '.join(choices)}"):
+            kind(**{name: value})
+
+
+def test_messages_name_the_option_the_value_and_the_range():
+    with pytest.raises(OptionError, match=r"^budget: 0 is out of range; choose 1 to 100,000$"):
+        make_options(1.0, budget=0)
+    with pytest.raises(OptionError, match=r"^preset: 'fast' is not known; choose one of draft, "):
+        make_options(1.0, preset="fast")
+
+
+def test_defaults_are_safe_and_frozen():
+    options = Options()
+    assert options.solid == SolidOptions(64, "y", ground=False)
+    assert options.selection.budget == 64
+    assert options.seed == 0
+    with pytest.raises(FrozenInstanceError):
+        options.seed = 1
+    with pytest.raises(OptionError):
+        replace(options.selection, budget=-1)
+
+
+def test_names_reach_their_stages():
+    options = make_options(
+        2.0, budget=7, resolution=33, up="z", ground=True, trim="area", slicer="gl", alpha=0.25,
+        moves=11, seed=5,
+    )  # fmt: skip
+    assert options.solid == SolidOptions(33, "z", ground=True)
+    assert options.sections.slicer == "gl"
+    selection = options.selection
+    assert (selection.budget, selection.alpha, selection.trim) == (7, 0.25, "area")
+    assert options.refine.moves == 11
+    assert options.seed == 5
+
+
+def test_presets_spend_more_and_more():
+    made = [make_options(1.0, preset=preset) for preset in ("draft", "balanced", "best")]
+    assert list(PRESETS) == ["draft", "balanced", "best"]
+    work = [(o.sections.directions, o.selection.exchanges, o.refine.moves) for o in made]
+    assert work == sorted(work)
+    assert work[0] < work[1] < work[2]
+    assert make_options(1.0) == made[1]
+
+
+lengths = st.floats(1e-6, 1e6)
+
+
+@settings(max_examples=100, deadline=None)
+@given(lengths, st.floats(2e-2, 1e3))
+def test_error_bound_takes_the_least_resolution_that_keeps_it(longest, share):
+    bound = longest * share
+    resolution = make_options(longest, error_bound=bound).solid.resolution
+    assert ERROR_VOXELS * longest / resolution <= bound * (1.0 + 1e-8)
+    if resolution > 1:
+        assert ERROR_VOXELS * longest / (resolution - 1) > bound
+
+
+@settings(max_examples=60, deadline=None)
+@given(lengths, st.integers(1, MOST_VOXELS))
+def test_a_bound_that_came_from_a_resolution_gives_it_back(longest, resolution):
+    bound = ERROR_VOXELS * (longest / resolution)
+    assert make_options(longest, error_bound=bound).solid.resolution == resolution
+
+
+def test_a_bound_too_fine_says_what_would_do():
+    with pytest.raises(
+        OptionError, match=r"more than 1024 voxels .*; choose ([\d.e-]+) or more"
+    ) as e:
+        make_options(10.0, error_bound=1e-3)
+    least = float(e.value.remedy.split()[1])
+    assert make_options(10.0, error_bound=least * 1.0001).solid.resolution == MOST_VOXELS
+    with pytest.raises(OptionError):
+        make_options(1e300, error_bound=1e-300)
+
+
+@pytest.mark.parametrize("bound", [0.0, -1.0, NAN, INF, -INF, "1", None.__class__])
+def test_bounds_that_are_no_length(bound):
+    with pytest.raises(OptionError, match=r"error bound: .* is not a length; give a positive"):
+        make_options(1.0, error_bound=bound)
+
+
+def test_one_of_bound_and_resolution():
+    with pytest.raises(OptionError, match="cannot be given together with a resolution"):
+        make_options(1.0, resolution=64, error_bound=0.5)

@@ -1,5 +1,6 @@
 # make demo   install, make an occluder for a generated castle, write everything to out/demo
 # make test   format, lint, types, import contracts, tests
+# make test-slow  what takes minutes: a start with an empty kernel cache
 # make bench  speed and quality on the real assets (long)
 
 PYTHON ?= python3
@@ -7,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test check bench clean
+.PHONY: demo test test-slow check bench clean
 
 demo: $(READY)
 	mkdir -p out/demo
@@ -18,6 +19,10 @@ demo: $(READY)
 
 test: $(READY) check
 	$(BIN)/python -m pytest -n 2 --dist loadfile
+
+# A first start with an empty kernel cache: minutes.
+test-slow: $(READY)
+	$(BIN)/python -m pytest -m slow
 
 check: $(READY)
 	$(BIN)/ruff format --check .

@@ -26,8 +26,8 @@ def choose_by_gain(
 
     Pairs are added by gain a triangle until the budget is spent or the next would raise the measure
     by less than ``alpha`` of it.  Then, ``exchanges`` times, two members are taken out and the
-    freed triangles spent anew, which is kept when the measure rises.  Two such searches weigh the cost of a pair
-    differently; the better result is returned, the first of equals.
+    freed triangles spent anew, which is kept when the measure rises.  Two such searches weigh the
+    cost of a pair differently; the better result is returned, the first of equals.
     """
     if len(candidates) == 0:
         return np.zeros(0, dtype=np.int32)

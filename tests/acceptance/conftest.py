@@ -1,4 +1,4 @@
-"""Slow tests run only when they are asked for: ``pytest -m slow``."""
+"""Slow tests run only when they are asked for: ``make test-slow``."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import pytest
 
 
 def pytest_configure(config):
-    config.addinivalue_line("markers", "slow: takes minutes; run by `pytest -m slow`")
+    config.addinivalue_line("markers", "slow: takes minutes; run by `make test-slow`")
 
 
 def pytest_collection_modifyitems(config, items):
@@ -14,4 +14,4 @@ def pytest_collection_modifyitems(config, items):
         return
     for item in items:
         if item.get_closest_marker("slow"):
-            item.add_marker(pytest.mark.skip(reason="takes minutes; `pytest -m slow` runs it"))
+            item.add_marker(pytest.mark.skip(reason="takes minutes; `make test-slow` runs it"))

@@ -104,6 +104,7 @@ def simplify(
     def run(listener: Listener) -> Report:
         accuracy_options = AccuracyOptions(views, image, quads, seed, exact)
         check_writable(output)
+        _check_distinct(mesh, output)
         _check_extras(report, pictures)
         watch = Stopwatch(listener)
         with watch.stage("load"):
@@ -228,6 +229,16 @@ def _fail(message: str, status: int, *, debug: bool) -> None:
         traceback.print_exc()
     print_line(f"error: {message}")
     raise typer.Exit(status)
+
+
+def _check_distinct(mesh: Path, output: Path) -> None:
+    """The mesh is not to be lost by a slip of the keyboard."""
+    if mesh.resolve() == output.resolve():
+        raise OutputError(
+            "this is the mesh itself",
+            where=str(output),
+            remedy="name another file for the occluder",
+        )
 
 
 def _check_extras(report: Path | None, pictures: Path | None) -> None:

@@ -40,9 +40,10 @@ def draw_edge(x0, y0, x1, y1, image):
     last = int(np.ceil(min(y1, 64.0) - 0.5))
     if first < last:
         slope = (x1 - x0) / (y1 - y0)
-        start = x0 + (0.5 - y0) * slope - 0.5
+        start = x0 - 0.5
         for row in range(max(first, 0), min(last, 64)):
-            column = np.ceil(start + row * slope)
+            # From the end of the edge: the slope of a nearly level one is huge.
+            column = np.ceil(start + (row + 0.5 - y0) * slope)
             if column <= 0.0:
                 image[row + 1] ^= ~np.uint64(0)
             elif column < 64.0:

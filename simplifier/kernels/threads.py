@@ -16,9 +16,11 @@ from concurrent.futures import ThreadPoolExecutor
 def thread_count() -> int:
     """Threads to use: ``OCCLUDER_THREADS``, else the processors that this process may use."""
     setting = os.environ.get("OCCLUDER_THREADS", "")
-    if setting.isdigit() and int(setting) > 0:
+    if setting.isdecimal() and int(setting) > 0:
         return int(setting)
-    return len(os.sched_getaffinity(0))
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def run_chunks(

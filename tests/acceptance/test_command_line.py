@@ -465,3 +465,13 @@ def test_interrupt(folder, tmp_path):
     assert output == b""
     assert target.read_bytes() == b"old"
     assert [path.name for path in tmp_path.iterdir()] == ["out.glb"]
+
+
+def test_the_mesh_is_not_overwritten_by_its_occluder(tmp_path):
+    mesh = tmp_path / "castle.obj"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    before = mesh.read_bytes()
+    done = occluder("simplify", str(mesh), "-o", str(mesh))
+    assert done.returncode == 1
+    assert "this is the mesh itself" in done.stderr
+    assert mesh.read_bytes() == before

@@ -141,7 +141,7 @@ class SelectionOptions:
 class RefineOptions:
     """How the chosen triangles are improved."""
 
-    moves: int = 20_000
+    moves: int = 8_000
     """Moves tried by each search, 0 to 100,000,000; 0 leaves the cut as it is.  More find better
     occluders; time grows in proportion."""
 
@@ -164,7 +164,7 @@ class RefineOptions:
 
 PRESETS: dict[Preset, tuple[SectionOptions, int, int]] = {
     "draft": (SectionOptions(directions=16, depths=3), 0, 2_000),
-    "balanced": (SectionOptions(directions=32, depths=4), 0, 12_000),
+    "balanced": (SectionOptions(directions=32, depths=4), 0, 8_000),
     "best": (SectionOptions(directions=128, depths=4), 8, 60_000),
 }
 """Sections, exchanges and refining moves of each preset."""

@@ -1,4 +1,8 @@
-"""Fixtures that all tests share: where the real assets are, and a skip that says why."""
+"""What all tests share: where the real assets are, and how properties are searched.
+
+Properties are tried on the same examples in every run, so that a red run says something about the
+change and not about luck.  ``HYPOTHESIS_PROFILE=search`` looks at new ones each time.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +11,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 ASSETS = Path(os.environ.get("OCCLUDER_ASSETS", Path(__file__).parents[2] / "shared" / "assets"))
+
+settings.register_profile("steady", derandomize=True, deadline=None)
+settings.register_profile("search", deadline=None)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "steady"))
 
 
 @pytest.fixture(scope="session")

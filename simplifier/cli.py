@@ -23,6 +23,7 @@ from simplifier.evaluation.report import Report, build_report, write_report
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import check_writable, load_mesh, load_occluder, save_occluder
+from simplifier.io.whole import check_folder
 from simplifier.options import (
     MOST_VOXELS,
     Axis,
@@ -243,10 +244,8 @@ def _check_distinct(mesh: Path, output: Path) -> None:
 
 def _check_extras(report: Path | None, pictures: Path | None) -> None:
     """Refuse now what could not be written after all the work."""
-    if report is not None and not report.resolve().parent.is_dir():
-        raise OutputError(
-            f"there is no folder '{report.parent}'", where=str(report), remedy="create it first"
-        )
+    if report is not None:
+        check_folder(report)
     if pictures is not None and pictures.exists() and not pictures.is_dir():
         raise OutputError(
             "this is no folder", where=str(pictures), remedy="name one for the pictures"

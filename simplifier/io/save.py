@@ -9,7 +9,7 @@ import numpy as np
 from simplifier.errors import OutputError
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.formats import CODECS, Codec, writable_suffixes
-from simplifier.io.whole import write_whole
+from simplifier.io.whole import check_folder, write_whole
 
 
 def save_occluder(occluder: Occluder, path: str | Path) -> None:
@@ -33,10 +33,7 @@ def check_writable(path: str | Path) -> None:
     """Raise :class:`OutputError` now for what would keep an occluder from being written later."""
     path = Path(path)
     _codec_for_writing(path)
-    if not path.resolve().parent.is_dir():
-        raise OutputError(
-            f"there is no folder '{path.parent}'", where=str(path), remedy="create it first"
-        )
+    check_folder(path)
 
 
 def _codec_for_writing(path: Path) -> Codec:

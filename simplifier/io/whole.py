@@ -8,6 +8,18 @@ from pathlib import Path
 from simplifier.errors import OutputError
 
 
+def check_folder(path: Path) -> None:
+    """Raise :class:`OutputError` when the folder that ``path`` would be written to is not there."""
+    if not path.resolve().parent.is_dir():
+        raise _no_folder(path)
+
+
+def _no_folder(path: Path) -> OutputError:
+    return OutputError(
+        f"there is no folder '{path.parent}'", where=str(path), remedy="create it first"
+    )
+
+
 def write_whole(path: Path, data: bytes) -> None:
     """Write beside the target and rename, which is atomic within a folder; a link is followed.
 
@@ -25,9 +37,7 @@ def write_whole(path: Path, data: bytes) -> None:
         finally:
             draft.unlink(missing_ok=True)
     except FileNotFoundError:
-        raise OutputError(
-            f"there is no folder '{path.parent}'", where=str(path), remedy="create it first"
-        ) from None
+        raise _no_folder(path) from None
     except (OSError, ValueError, RuntimeError) as error:  # no right, a full disk, NUL, link loops
         reason = getattr(error, "strerror", None) or str(error)
         raise OutputError(

@@ -11,7 +11,7 @@ import numpy as np
 
 from simplifier.kernels.bit_image import measure_twice
 from simplifier.kernels.compile import kernel
-from simplifier.kernels.polygon_views import draw_ring, gather_ring
+from simplifier.kernels.polygon_views import draw_polygon, draw_ring, gather_ring
 
 _STRIDE = 4  # a coarse score looks at every fourth view
 _DOUBT = 0.75  # and may fall short of the true one by this factor
@@ -52,19 +52,9 @@ def _refreshed(shapes, polygon, level, union, view_scores, need, scratch):
 
 
 @kernel
-def _draw_member(shapes, polygon, level, images, scratch):
-    points, lowest, offsets, maps = shapes
-    ring, here, _ = scratch
-    count = gather_ring(points, lowest, offsets[polygon], offsets[polygon + 1], level, ring)
-    for view in range(images.shape[1]):
-        draw_ring(ring, count, maps[polygon, view], here)
-        for row in range(64):
-            images[polygon, view, row] = here[row + 1]
-
-
-@kernel
 def _unite(shapes, taken, drawn, images, union, view_scores, scratch):
     """Rebuild union and scores from the members; redraw those whose level changed."""
+    points, lowest, offsets, maps = shapes
     _, here, there = scratch
     views = union.shape[0]
     for view in range(views):
@@ -73,7 +63,9 @@ def _unite(shapes, taken, drawn, images, union, view_scores, scratch):
     for polygon in range(len(taken)):
         if taken[polygon] > 0:
             if drawn[polygon] != taken[polygon]:
-                _draw_member(shapes, polygon, taken[polygon], images, scratch)
+                draw_polygon(
+                    points, lowest, offsets, maps, polygon, taken[polygon], images[polygon]
+                )
                 drawn[polygon] = taken[polygon]
             for view in range(views):
                 for row in range(64):

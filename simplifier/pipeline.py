@@ -160,7 +160,7 @@ def _refined(
     projections = _search_views(mesh, solid, options.refine.views, margin)
     originals = silhouettes(solid.filled.to_grid(mesh.vertices) + margin, mesh.faces, projections)
 
-    def tell(share: float) -> bool:
+    def tell(share: float, score: int) -> bool:
         watch.tell("refine", share)
         return False
 

@@ -51,4 +51,8 @@ class Deadline:
 
     def rest(self) -> Deadline:
         """The same moment, its share counted from now."""
-        return Deadline.after(self.left, self.clock)
+        return self.part(1.0)
+
+    def part(self, share: float) -> Deadline:
+        """That share of what is left, from now."""
+        return Deadline.after(share * self.left, self.clock)

@@ -154,16 +154,20 @@ class SelectionOptions:
 class RefineOptions:
     """How the chosen triangles are improved."""
 
-    moves: int = 8_000
+    moves: int = 60_000
     """Moves tried by each search, 0 to 100,000,000; 0 leaves the cut as it is.  More find better
     occluders; time grows in proportion."""
 
     searches: int = 2
-    """Independent searches, 1 to 64, of which the best is kept; they share the processors."""
+    """Searches side by side, 1 to 64, that share the processors and go on from the best."""
 
-    overcover: float = 12.0
-    """What a pixel outside the original costs, in pixels of distance, 0 to 1,000.  Raising it lifts
-    precision and lowers recall."""
+    overcover: float = 0.5
+    """What a measure that is hidden wrongly costs beside one hidden rightly, 0 to 100.  Raising it
+    lifts precision and lowers recall."""
+
+    precision: float = 0.99
+    """Precision that the search aims for at least, 0 to 1: where its own views show less, it raises
+    the cost of what is hidden wrongly."""
 
     views: int = 64
     """Directions that the search looks from, 1 to 4096."""
@@ -171,7 +175,8 @@ class RefineOptions:
     def __post_init__(self) -> None:
         _whole("moves", self.moves, 0, 100_000_000)
         _whole("searches", self.searches, 1, 64)
-        _within("overcover", self.overcover, 0.0, 1000.0)
+        _within("overcover", self.overcover, 0.0, 100.0)
+        _within("min precision", self.precision, 0.0, 1.0)
         _whole("refine views", self.views, 1, 4096)
 
 

@@ -22,7 +22,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.polygon import Chain, Polygon
 from simplifier.geometry.section import Section
 from simplifier.geometry.solid import Closing, Solid
-from simplifier.geometry.views import BoundingSphere, hemisphere_directions, image_axes
+from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.options import (
     ERROR_VOXELS,
     TOLERANCE_VOXELS,
@@ -36,11 +36,12 @@ from simplifier.polygon.chain import simplification_chain
 from simplifier.polygon.simplify import simplify_polygon
 from simplifier.polygon.triangulate import triangulate
 from simplifier.progress import Cancel, Listener, Stopwatch, Tell
-from simplifier.selection.candidates import Candidates, score
+from simplifier.selection.annealing import RefineViews
+from simplifier.selection.candidates import Candidates
 from simplifier.selection.exchange import choose_by_gain
 from simplifier.selection.greedy import Cut, greedy_cut
-from simplifier.selection.measure import search_projections, silhouettes
-from simplifier.selection.refine import RefineViews, refine
+from simplifier.selection.measure import fitted_projections, silhouettes
+from simplifier.selection.refine import refine
 from simplifier.selection.trim import trim_by_area
 from simplifier.slicing.loops import edge_loops
 from simplifier.slicing.planes import plan_sections
@@ -52,6 +53,8 @@ from simplifier.voxel.leaks import leaks
 from simplifier.voxel.morphology import dilated
 from simplifier.voxel.surface import voxel_mesh
 from simplifier.voxel.voxelize import voxelize
+
+_SEEN = 1.5  # voxels about a voxel's centre that pictures show: triangles may reach that far
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,7 +220,7 @@ def _cut(
     seed: int,
     tell: Tell,
 ) -> Cut:
-    projections = _search_views(mesh, solid, options.views)
+    projections = _search_views(solid, options.views)
     candidates = Candidates.from_chains(chains, projections)
     if options.trim == "area":
         return trim_by_area(candidates, greedy_cut(candidates, options.alpha), options.budget)
@@ -255,17 +258,17 @@ def _refined(
         views = _views(mesh, solid, options.refine.views, margin, watch, deadline)
     except _StoppedError:
         return vertices, faces
-    whole = max(score(views.originals), 1)
 
-    def stop(share: float, best: int) -> bool:
-        watch.tell("refine", share, max(best / whole, 0.0))
+    def stop(share: float, measure: float) -> bool:
+        watch.tell("refine", share, measure)
         return watch.cancelled
 
-    moved, kept = refine(
-        vertices + margin, faces, allowed, views, options.refine, options.seed, stop,
-        deadline if deadline.limited else None,
+    triangles = refine(
+        [vertices[faces] + margin], allowed, views, options.selection.budget, options.refine,
+        options.seed, stop, deadline if deadline.limited else None,
     )  # fmt: skip
-    return moved - margin, kept
+    corners = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    return triangles.reshape(-1, 3) - margin, corners
 
 
 def _views(
@@ -288,7 +291,7 @@ def _views(
     vertices = solid.filled.to_grid(mesh.vertices) + margin
 
     def drawn(count: int) -> RefineViews:
-        projections = _search_views(mesh, solid, count, margin)
+        projections = _search_views(solid, count, margin)
         return RefineViews(projections, silhouettes(vertices, mesh.faces, projections, tell))
 
     tell(0.0)
@@ -301,14 +304,10 @@ def _views(
     return drawn(more) if more > count else few
 
 
-def _search_views(mesh: TriangleMesh, solid: Solid, count: int, margin: float = 0.0) -> FloatArray:
+def _search_views(solid: Solid, count: int, margin: float = 0.0) -> FloatArray:
     """(count, 2, 4) maps from grid space, shifted by ``margin``, to the search's pictures."""
-    sphere = BoundingSphere.of(mesh)
-    return search_projections(
-        image_axes(hemisphere_directions(count)),
-        solid.filled.to_grid(sphere.centre) + margin,
-        sphere.radius / solid.filled.cell_size,
-    )
+    axes = image_axes(hemisphere_directions(count))
+    return fitted_projections(axes, solid.filled.column_ends() + margin, _SEEN)
 
 
 def _warnings(mesh: TriangleMesh, solid: Solid) -> list[str]:

@@ -285,13 +285,13 @@ def _views(
         if watch.cancelled or deadline.is_up:
             raise _StoppedError
 
-    vertices = solid.filled.to_grid(mesh.vertices) + margin
-
     def drawn(count: int) -> RefineViews:
+        tell(0.0)
         projections = _search_views(mesh, solid, count, margin)
+        tell(0.0)
+        vertices = solid.filled.to_grid(mesh.vertices) + margin
         return RefineViews(projections, silhouettes(vertices, mesh.faces, projections, tell))
 
-    tell(0.0)
     if not deadline.limited:
         return drawn(most)
     before = deadline.left

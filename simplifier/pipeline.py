@@ -290,7 +290,14 @@ def _views(
         projections = _search_views(mesh, solid, count, margin)
         tell(0.0)
         vertices = solid.filled.to_grid(mesh.vertices) + margin
-        return RefineViews(projections, silhouettes(vertices, mesh.faces, projections, tell))
+        drawing = deadline.rest()
+
+        def keep_pace(share: float) -> None:
+            tell(share)
+            if 0.0 < 2.0 * share < drawing.share:  # it would take twice the time that is left
+                raise _StoppedError
+
+        return RefineViews(projections, silhouettes(vertices, mesh.faces, projections, keep_pace))
 
     if not deadline.limited:
         return drawn(most)

@@ -294,7 +294,7 @@ def _views(
 
         def keep_pace(share: float) -> None:
             tell(share)
-            if 0.0 < 2.0 * share < drawing.share:  # it would take twice the time that is left
+            if share < 0.5 < drawing.share:  # so slow that nothing would be left for refining
                 raise _StoppedError
 
         return RefineViews(projections, silhouettes(vertices, mesh.faces, projections, keep_pace))
@@ -305,7 +305,10 @@ def _views(
     few = drawn(min(FEW_VIEWS, most))
     count = len(few.projections)
     more = affordable_views(most, count, before - deadline.left, deadline.left)
-    return drawn(more) if more > count else few
+    if more > count:
+        with suppress(_StoppedError):
+            return drawn(more)
+    return few
 
 
 def _search_views(mesh: TriangleMesh, solid: Solid, count: int, margin: float = 0.0) -> FloatArray:

@@ -288,20 +288,30 @@ def _views(
         if watch.cancelled or deadline.is_up:
             raise _StoppedError
 
-    vertices = solid.filled.to_grid(mesh.vertices) + margin
-
     def drawn(count: int) -> RefineViews:
+        tell(0.0)
         projections = _search_views(solid, count, margin)
-        return RefineViews(projections, silhouettes(vertices, mesh.faces, projections, tell))
+        tell(0.0)
+        vertices = solid.filled.to_grid(mesh.vertices) + margin
+        drawing = deadline.rest()
 
-    tell(0.0)
+        def keep_pace(share: float) -> None:
+            tell(share)
+            if share < 0.5 < drawing.share:  # so slow that nothing would be left for refining
+                raise _StoppedError
+
+        return RefineViews(projections, silhouettes(vertices, mesh.faces, projections, keep_pace))
+
     if not deadline.limited:
         return drawn(most)
     before = deadline.left
     few = drawn(min(FEW_VIEWS, most))
     count = len(few.projections)
     more = affordable_views(most, count, before - deadline.left, deadline.left)
-    return drawn(more) if more > count else few
+    if more > count:
+        with suppress(_StoppedError):
+            return drawn(more)
+    return few
 
 
 def _search_views(solid: Solid, count: int, margin: float = 0.0) -> FloatArray:

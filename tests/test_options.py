@@ -161,3 +161,19 @@ def test_bounds_that_are_no_length(bound):
 def test_one_of_bound_and_resolution():
     with pytest.raises(OptionError, match="cannot be given together with a resolution"):
         make_options(1.0, resolution=64, error_bound=0.5)
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, NAN, INF, -INF, 10**400, "1", True, 1e7])
+def test_times_that_are_no_limit(seconds):
+    with pytest.raises(OptionError, match=r"time limit: .* is no time; give seconds, above 0"):
+        make_options(1.0, time_limit=seconds)
+
+
+@pytest.mark.parametrize("seconds", [1e-6, 2, 1e6])
+def test_time_limits(seconds):
+    assert make_options(1.0, time_limit=seconds).time_limit == seconds
+
+
+def test_one_of_moves_and_time_limit():
+    with pytest.raises(OptionError, match="time limit: cannot be given together with moves"):
+        make_options(1.0, moves=0, time_limit=1.0)

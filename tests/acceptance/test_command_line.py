@@ -5,17 +5,15 @@ from __future__ import annotations
 import json
 import os
 import pty
-import signal
 import subprocess
 import sys
-import time
 
 import pytest
 
 import simplifier
 from simplifier import cli
 from simplifier.io import writable_suffixes
-from tests.acceptance.command import OCCLUDER, environment, occluder
+from tests.acceptance.command import OCCLUDER, environment, occluder, read_all
 from tests.schema import check_report
 from tests.solids import box, joined
 
@@ -168,16 +166,20 @@ def test_every_output_format_can_be_judged(command, folder, tmp_path, suffix):
         ("--exact",),
         ("--error-bound", "0.5"),
         ("--ground", "--up", "z"),
+        ("--time-limit", "0.05"),
     ],
 )
 def test_options_are_understood(command, folder, tmp_path, option):
     size = () if option[0] == "--error-bound" else ("--resolution", "10")
+    moves = () if option[0] == "--time-limit" else ("--moves", "50")
     status, _, errors = command(
-        "simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb", "--moves", "50", *size,
+        "simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb", *size, *moves,
         *FEW_VIEWS, *option, "--report", tmp_path / "r.json",
     )  # fmt: skip
     assert (status, errors) == (0, "")
-    check_report(json.loads((tmp_path / "r.json").read_text()))
+    report = json.loads((tmp_path / "r.json").read_text())
+    check_report(report)
+    assert report["options"]["time_limit"] == (None if moves else 0.05)
 
 
 def test_warnings_go_to_standard_error(command, folder, tmp_path):
@@ -217,6 +219,11 @@ WRONG_USAGE = {
     "bound too fine": ("simplify", BOXES, "-o", OUT, "--error-bound", "1e-9"),
     "alpha": ("simplify", BOXES, "-o", OUT, "--alpha", "2"),
     "moves": ("simplify", BOXES, "-o", OUT, "--moves", "-1"),
+    "time limit 0": ("simplify", BOXES, "-o", OUT, "--time-limit", "0"),
+    "time limit NaN": ("simplify", BOXES, "-o", OUT, "--time-limit", "nan"),
+    "moves and time limit": (
+        "simplify", BOXES, "-o", OUT, "--time-limit", "1", "--moves", "9",
+    ),
     "seed": ("simplify", BOXES, "-o", OUT, "--seed", "-1"),
     "views": ("evaluate", BOXES, BOXES, "--views", "0"),
     "image": ("evaluate", BOXES, BOXES, "--image", "7"),
@@ -412,19 +419,6 @@ def test_a_bar_on_a_terminal(folder, tmp_path):
     assert b"recall" in output
 
 
-def read_all(descriptor):
-    """What is written to a pseudo-terminal until its other end is closed."""
-    parts = []
-    while True:
-        try:
-            part = os.read(descriptor, 65536)
-        except OSError:
-            part = b""
-        if not part:
-            return b"".join(parts)
-        parts.append(part)
-
-
 @pytest.mark.parametrize("arguments", [("--help",), ("evaluate", "{0}", "{0}", *FEW_VIEWS)])
 def test_nobody_reads(folder, arguments):
     mesh = str(folder / "boxes.ply")
@@ -438,33 +432,6 @@ def test_nobody_reads(folder, arguments):
     assert b"Traceback" not in done.stderr
     assert b"BrokenPipeError" not in done.stderr
     assert done.returncode in (0, 1)
-
-
-def test_interrupt(folder, tmp_path):
-    """Ctrl-C in the middle of refining: 130, one line, and the old file as it was."""
-    target = tmp_path / "out.glb"
-    target.write_bytes(b"old")
-    controller, terminal = pty.openpty()
-    with subprocess.Popen(
-        [
-            *OCCLUDER, "simplify", folder / "boxes.ply", "-o", target, "--moves", "100000000",
-            "--resolution", "24", "--report", tmp_path / "report.json",
-        ],
-        stderr=terminal, stdout=subprocess.PIPE, env=environment(TERM="dumb"),
-    ) as process:  # fmt: skip
-        os.close(terminal)
-        time.sleep(5.0)  # imports take two seconds at most, the stages before refining one
-        assert process.poll() is None
-        process.send_signal(signal.SIGINT)
-        shown = read_all(controller).decode()
-        output = process.stdout.read()
-    os.close(controller)
-    assert process.returncode == 130
-    assert "error: interrupted; nothing was kept" in shown
-    assert "Traceback" not in shown
-    assert output == b""
-    assert target.read_bytes() == b"old"
-    assert [path.name for path in tmp_path.iterdir()] == ["out.glb"]
 
 
 def test_the_mesh_is_not_overwritten_by_its_occluder(tmp_path):

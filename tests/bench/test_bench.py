@@ -146,6 +146,16 @@ def test_occluder_times_skip_what_is_absent(tiny_stand_in, tmp_path, monkeypatch
     assert all(row["note"].startswith("skipped: ") for row in rows[2:])
 
 
+def test_limits_tell_time_and_recall(tiny_stand_in, tmp_path, monkeypatch):
+    monkeypatch.setattr(times, "LIMITS", (0.001, 0.1))
+    rows = check_table(speed.run_part("limits", times.limit_times, 1, tmp_path, "me"), "me")
+    assert [row["limit_s"] for row in rows[:2]] == ["0.001", "0.1"]
+    assert rows[0]["limit"] == "met"  # by what it took itself
+    assert all(float(row["allowed_s"]) >= float(row["limit_s"]) for row in rows[:2])
+    assert all(0.0 < float(row["recall"]) <= 1.0 for row in rows[:2])
+    assert all(row["note"].startswith("skipped: ") for row in rows[2:])
+
+
 def test_starts_count_compilations(tmp_path):
     cache = tmp_path / "kernels"
     cache.mkdir()

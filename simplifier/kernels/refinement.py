@@ -20,7 +20,7 @@ from simplifier.kernels.voxels import contained
 TRIES = 6
 """Moves tried at a triangle before another is drawn; they share the picture of all the rest."""
 
-_STRIDE = 4  # a move is judged on every fourth view first
+_GLANCE = 16  # views that a move is judged on first; then on four times as many, and so on
 _POOR = 0.1  # of the mean score a triangle: one that adds less may be put elsewhere
 _ELSEWHERE = 0.5  # how often it is
 _REACH = 0.3  # how far the corners of a new triangle reach, as a share of the grid
@@ -70,16 +70,21 @@ def _place_elsewhere(triangles, places, reach, state, trial):
 
 
 @kernel
-def _try_views(p, q, r, index, first, views, images, others, scores, drawn, trial, union, scratch):
-    """Score every ``_STRIDE``-th view from ``first`` with the triangle p, q, r at ``index``.
+def _try_views(
+    p, q, r, index, stride, seen, views, images, others, scores, drawn, trial, union, scratch
+):
+    """Score every ``stride``-th view with the triangle p, q, r at ``index``; return the change.
 
-    Writes ``drawn`` (V, 64) and ``trial`` (V,) in those views and returns the change.  Most moves
-    leave most unions as they are, behind other triangles: those views keep their score.
+    Writes ``drawn`` (V, 64) and ``trial`` (V,) in those views, less every ``seen``-th, which has
+    been done (0 for none).  Most moves leave most unions as they are, behind other triangles: those
+    views keep their score.
     """
     projections, originals, price = views
     image = scratch[1]
     change = np.int64(0)
-    for view in range(first, len(projections), _STRIDE):
+    for view in range(0, len(projections), stride):
+        if seen != 0 and view % seen == 0:
+            continue
         draw_triangle(p, q, r, projections[view], image)
         differs = np.uint64(0)
         for row in range(64):
@@ -121,6 +126,9 @@ def anneal(
     trial = np.zeros((3, 3))
     delta = np.zeros(3)
     reach = _REACH * max(allowed.shape[0], allowed.shape[1], allowed.shape[2])
+    widest = 1  # of the strides: a power of two
+    while widest * 2 * _GLANCE <= len(scores):
+        widest *= 2
     total = np.sum(scores)
     index, moved = 0, 0
     again, poor = False, False
@@ -156,19 +164,22 @@ def anneal(
         if not contained(r, r, r, allowed):
             continue
         least = heats[0] * (heats[1] / heats[0]) ** share * np.log(_random(state) + 1e-300)
-        change = _try_views(
-            p, q, r, index, 0, views, images, others, scores, drawn, trial_scores, union, scratch
-        )
-        # A quarter of the views that loses this much is hardly made good by the others.  It is
-        # cheaper than the exact test of large triangles in fine grids, which so comes after it.
-        if 2 * change < least or not contained(p, q, r, allowed):
-            continue
-        for first in range(1, _STRIDE):
+        change = np.int64(0)
+        stride, seen = widest, 0
+        taken = True
+        while taken:
             change += _try_views(
-                p, q, r, index, first, views, images, others, scores, drawn, trial_scores, union,
-                scratch,
+                p, q, r, index, stride, seen, views, images, others, scores, drawn, trial_scores,
+                union, scratch,
             )  # fmt: skip
-        if change < least:
+            # A few views that lose this much are hardly made good by the others.
+            taken = change * stride >= 2 * least if stride > 1 else change >= least
+            # Dearer than a few views for large triangles in fine grids, so it comes after them.
+            taken = taken and (seen != 0 or contained(p, q, r, allowed))
+            if stride == 1:
+                break
+            stride, seen = max(stride // 4, 1), stride
+        if not taken:
             continue
         for view in range(len(scores)):
             scores[view] = trial_scores[view]

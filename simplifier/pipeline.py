@@ -12,14 +12,18 @@ from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.polygon import Chain, Polygon
 from simplifier.geometry.section import Section
-from simplifier.geometry.solid import Closing, Solid
-from simplifier.geometry.views import BoundingSphere, hemisphere_directions, image_axes
+from simplifier.geometry.solid import Solid
+from simplifier.geometry.views import (
+    BoundingSphere,
+    from_above,
+    hemisphere_directions,
+    image_axes,
+)
 from simplifier.options import (
     ERROR_VOXELS,
     TOLERANCE_VOXELS,
     Options,
     SectionOptions,
-    SelectionOptions,
     SolidOptions,
 )
 from simplifier.polygon.bridge import bridge_holes
@@ -38,9 +42,12 @@ from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler
 from simplifier.slicing.sections import Slicer, best_sections
 from simplifier.slicing.stencil import StencilSlicer
-from simplifier.voxel.fill import Side, fill
+from simplifier.voxel.core import core, deepest
+from simplifier.voxel.enclose import enclose
+from simplifier.voxel.fill import Side
 from simplifier.voxel.leaks import leaks
 from simplifier.voxel.morphology import dilated
+from simplifier.voxel.remedies import leak_warning
 from simplifier.voxel.surface import voxel_mesh
 from simplifier.voxel.voxelize import voxelize
 
@@ -70,15 +77,14 @@ def simplify_mesh(
     with watch.stage("chains"):
         chains = _chains(sections, polygons)
     with watch.stage("cut"):
-        cut = _cut(chains, mesh, solid, options.selection, options.seed)
+        cut = _cut(chains, mesh, solid, options)
     vertices, faces = _triangles(chains, cut)
     with watch.stage("refine"):
         vertices, faces = _refined(vertices, faces, mesh, solid, options, watch)
-    occluder = Occluder(
-        solid.filled.to_world(vertices), faces, ERROR_VOXELS * solid.filled.cell_size,
-        dict(watch.timings),
-    )  # fmt: skip
-    return Simplification(occluder, solid, _warnings(mesh, solid, occluder))
+    # A voxel of a core that is not to be left is interior, at no distance at all.
+    bound = ERROR_VOXELS * solid.core.cell_size if solid.reach > 0 else 0.0
+    occluder = Occluder(solid.core.to_world(vertices), faces, bound, dict(watch.timings))
+    return Simplification(occluder, solid, _warnings(mesh, solid, occluder, options.solid))
 
 
 def solidify(mesh: TriangleMesh, options: SolidOptions, watch: Stopwatch) -> Solid:
@@ -86,16 +92,21 @@ def solidify(mesh: TriangleMesh, options: SolidOptions, watch: Stopwatch) -> Sol
     with watch.stage("voxelize"):
         touched = voxelize(mesh, options.resolution)
     with watch.stage("fill"):
-        filled = fill(touched)
-        if not options.ground:
-            return Solid(touched, filled)
-        ground: Side = ("xyz".index(options.up), 0)
-        grounded = fill(touched, frozenset({ground}))
-        return Solid(touched, grounded, (Closing("ground", grounded.count - filled.count),))
+        sides = _closed_sides(options)
+        filled, closed_by = enclose(touched, sides, touched.in_voxels(options.smallest_hole))
+        if not options.wholly_inside:
+            return Solid(touched, filled, filled, 1, closed_by)
+        shrink, lowest = touched.in_voxels(options.shrink), touched.to_grid(mesh.bounds[0])
+        inner = core(touched, filled, shrink, lowest, sides)
+        return Solid(touched, filled, inner, 0, closed_by)
+
+
+def _closed_sides(options: SolidOptions) -> frozenset[Side]:
+    return frozenset({("xyz".index(options.up), 0)} if options.ground else ())
 
 
 def _sections(solid: Solid, options: SectionOptions, watch: Stopwatch) -> list[Section]:
-    plan = plan_sections(solid.filled, options)
+    plan = plan_sections(solid.core, options)
     with _slicer(solid, options, watch) as slicer, watch.stage("sections"):
         return best_sections(plan, slicer)
 
@@ -103,11 +114,11 @@ def _sections(solid: Solid, options: SectionOptions, watch: Stopwatch) -> list[S
 @contextmanager
 def _slicer(solid: Solid, options: SectionOptions, watch: Stopwatch) -> Iterator[Slicer]:
     if options.slicer == "cpu":
-        yield GridSampler(solid.filled)
+        yield GridSampler(solid.core)
         return
     with watch.stage("surface"):
-        vertices, faces = voxel_mesh(solid.filled)
-    with StencilSlicer(vertices, faces, solid.filled.shape) as slicer:
+        vertices, faces = voxel_mesh(solid.core)
+    with StencilSlicer(vertices, faces, solid.core.shape) as slicer:
         yield slicer
 
 
@@ -121,15 +132,14 @@ def _chains(sections: Sequence[Section], polygons: Sequence[Sequence[Polygon]]) 
     return chains
 
 
-def _cut(
-    chains: Sequence[Chain], mesh: TriangleMesh, solid: Solid, options: SelectionOptions, seed: int
-) -> Cut:
-    projections = _search_views(mesh, solid, options.views)
+def _cut(chains: Sequence[Chain], mesh: TriangleMesh, solid: Solid, options: Options) -> Cut:
+    chosen = options.selection
+    projections = _search_views(mesh, solid, options, chosen.views)
     candidates = Candidates.from_chains(chains, projections)
-    if options.trim == "area":
-        return trim_by_area(candidates, greedy_cut(candidates, options.alpha), options.budget)
-    room = seed % 2**62  # each search adds its number, and the kernel takes 64 bits
-    return choose_by_gain(candidates, options.budget, options.alpha, options.exchanges, room)
+    if chosen.trim == "area":
+        return trim_by_area(candidates, greedy_cut(candidates, chosen.alpha), chosen.budget)
+    room = options.seed % 2**62  # each search adds its number, and the kernel takes 64 bits
+    return choose_by_gain(candidates, chosen.budget, chosen.alpha, chosen.exchanges, room)
 
 
 def _triangles(chains: Sequence[Chain], cut: Cut) -> tuple[FloatArray, IntArray]:
@@ -153,12 +163,12 @@ def _refined(
     options: Options,
     watch: Stopwatch,
 ) -> tuple[FloatArray, IntArray]:
-    """Move the vertices within the solid dilated by a voxel, which keeps the error bound."""
-    if options.refine.moves == 0 or len(faces) == 0:
+    """Move the vertices within the core and its reach, which keeps the error bound."""
+    if len(faces) == 0 or (options.refine.moves == 0 and solid.reach > 0):
         return vertices, faces
-    allowed, margin = dilated(solid.filled)
-    projections = _search_views(mesh, solid, options.refine.views, margin)
-    originals = silhouettes(solid.filled.to_grid(mesh.vertices) + margin, mesh.faces, projections)
+    allowed, margin = dilated(solid.core, solid.reach)
+    projections = _search_views(mesh, solid, options, options.refine.views, margin)
+    originals = silhouettes(solid.core.to_grid(mesh.vertices) + margin, mesh.faces, projections)
 
     def tell(share: float) -> bool:
         watch.tell("refine", share)
@@ -171,27 +181,46 @@ def _refined(
     return moved - margin, kept
 
 
-def _search_views(mesh: TriangleMesh, solid: Solid, count: int, margin: float = 0.0) -> FloatArray:
+def _search_views(
+    mesh: TriangleMesh, solid: Solid, options: Options, count: int, margin: float = 0.0
+) -> FloatArray:
     """(count, 2, 4) maps from grid space, shifted by ``margin``, to the search's pictures."""
     sphere = BoundingSphere.of(mesh)
+    directions = hemisphere_directions(count)
+    if options.viewers == "above":
+        directions = from_above(directions, "xyz".index(options.solid.up))
     return search_projections(
-        image_axes(hemisphere_directions(count)),
-        solid.filled.to_grid(sphere.centre) + margin,
-        sphere.radius / solid.filled.cell_size,
+        image_axes(directions),
+        solid.core.to_grid(sphere.centre) + margin,
+        sphere.radius / solid.core.cell_size,
     )
 
 
-def _warnings(mesh: TriangleMesh, solid: Solid, occluder: Occluder) -> tuple[str, ...]:
+def _warnings(
+    mesh: TriangleMesh, solid: Solid, occluder: Occluder, options: SolidOptions
+) -> tuple[str, ...]:
     warnings = []
     dropped = mesh.dropped.total
     if dropped:
         noun = "triangle of the input was" if dropped == 1 else "triangles of the input were"
         warnings.append(f"{dropped} unusable {noun} left out")
     if leaks(solid.touched, solid.filled):
-        warnings.append(
-            "the surface is open at this resolution, so almost nothing is inside; if the asset "
-            "stands on the ground try --ground, else a lower --resolution"
-        )
-    if len(occluder.faces) == 0:
+        hole = solid.touched.in_voxels(options.smallest_hole)
+        warnings.append(leak_warning(solid.touched, solid.filled, _closed_sides(options), hole))
+    if solid.core.count == 0:
+        warnings.append(_empty_warning(solid, options))
+    elif len(occluder.faces) == 0:
         warnings.append("no section is large enough to hide anything; raise --resolution")
     return tuple(warnings)
+
+
+def _empty_warning(solid: Solid, options: SolidOptions) -> str:
+    """Why the occluder has no triangle, and what would give it some."""
+    if options.shrink == 0.0:
+        return "no voxel lies wholly inside, so the occluder is empty; raise --resolution"
+    depth = deepest(solid.touched, solid.filled, _closed_sides(options)) * solid.core.cell_size
+    smaller = f"choose at most {depth:.3g}" if depth > 0.0 else "leave it out"
+    return (
+        f"no voxel is as deep inside as --shrink {options.shrink:g}, so the occluder is empty; "
+        f"{smaller}, or raise --resolution"
+    )

@@ -51,3 +51,7 @@ class VoxelGrid:
     def to_grid(self, points: FloatArray) -> FloatArray:
         """World units (…, 3) to grid space."""
         return np.asarray((points - self.origin) / self.cell_size)
+
+    def in_voxels(self, length: float) -> float:
+        """A length in world units as voxels."""
+        return length / self.cell_size

@@ -66,7 +66,7 @@ def holds(grid, turn, point):
 @pytest.mark.parametrize("turn", TURNS)
 @pytest.mark.parametrize("kind", ["slot", "hole"])
 @pytest.mark.parametrize("offset", OFFSETS)
-@pytest.mark.parametrize("width", [0.6, 3.0, 5.7])
+@pytest.mark.parametrize("width", [0.6, 1.2, 3.2, 5.2, 5.7])
 def test_narrower_openings_are_closed(width, offset, kind, turn):
     cell = float(turned(box(), TURNS[turn]).extent.max()) / RESOLUTION
     touched = voxelize(turned(pierced(0.999 * width * cell, kind, offset), TURNS[turn]), RESOLUTION)
@@ -82,7 +82,7 @@ def test_narrower_openings_are_closed(width, offset, kind, turn):
 @pytest.mark.parametrize("turn", TURNS)
 @pytest.mark.parametrize("kind", ["slot", "hole"])
 @pytest.mark.parametrize("offset", OFFSETS)
-@pytest.mark.parametrize("width", [0.6, 3.0, 5.7])
+@pytest.mark.parametrize("width", [0.6, 1.2, 3.2, 5.2, 5.7])
 def test_wider_openings_stay_open(width, offset, kind, turn):
     cell = float(turned(box(), TURNS[turn]).extent.max()) / RESOLUTION
     opening = 1.001 * (width + OPEN_ABOVE) * cell

@@ -43,6 +43,8 @@ def warm_up() -> None:
         selection = replace(little.selection, trim=trim)
         occluder = _judged(mesh, replace(little, selection=selection), exact=exact)
     simplify_mesh(TriangleMesh.from_soup(_POINTS[:3], [[0, 1, 2]]), little)  # nothing inside
+    closed = replace(little.solid, smallest_hole=0.1, conservative=True)
+    _judged(mesh, replace(little, solid=closed), exact=False)
     with suppress(BackendUnavailableError):
         stencil = SectionOptions(directions=2, depths=1, slicer="gl")
         _judged(mesh, replace(little, sections=stencil), exact=False)

@@ -69,6 +69,7 @@ def test_whole_numbers_stay_whole(kind, name, low):
     ("kind", "name", "choices"),
     [
         (SolidOptions, "up", ("x", "y", "z")),
+        (Options, "viewers", ("all", "above")),
         (SectionOptions, "slicer", ("cpu", "gl")),
         (SelectionOptions, "trim", ("gain", "area")),
     ],
@@ -119,6 +120,35 @@ def test_presets_spend_more_and_more():
     assert work == sorted(work)
     assert work[0] < work[1] < work[2]
     assert make_options(1.0) == made[1]
+
+
+@pytest.mark.parametrize("name", ["smallest_hole", "shrink"])
+def test_lengths_of_the_scene(name):
+    words = name.replace("_", " ")
+    for value in (0, 0.0, 1e-300, 0.5, 2):
+        assert getattr(make_options(10.0, **{name: value}).solid, name) == value
+    for value in (-1e-9, NAN, INF, "1", None, True):
+        with pytest.raises(OptionError, match=rf"^{words}: .* is not a length; give 0 or a pos"):
+            make_options(10.0, **{name: value})
+
+
+def test_a_hole_longer_than_the_mesh():
+    assert make_options(2.0, smallest_hole=2.0).solid.smallest_hole == 2.0
+    with pytest.raises(OptionError, match=r"^smallest hole: 2.1 is longer than the mesh; .* to 2$"):
+        make_options(2.0, smallest_hole=2.1)
+
+
+def test_what_implies_what():
+    plain = make_options(1.0)
+    assert plain.solid == SolidOptions()
+    assert not plain.solid.wholly_inside
+    above = make_options(1.0, viewers="above", up="z")
+    assert (above.viewers, above.solid.ground, above.solid.up) == ("above", True, "z")
+    shrunk = make_options(1.0, shrink=0.1).solid
+    assert shrunk.conservative
+    assert shrunk.wholly_inside
+    assert SolidOptions(shrink=0.1).wholly_inside
+    assert make_options(1.0, conservative=True).solid == SolidOptions(conservative=True)
 
 
 lengths = st.floats(1e-6, 1e6)

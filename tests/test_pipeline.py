@@ -16,8 +16,9 @@ from simplifier.errors import BackendUnavailableError, CancelledError
 from simplifier.evaluation.deviation import deviation
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.options import ERROR_VOXELS, make_options
-from simplifier.pipeline import simplify_mesh, solidify
+from simplifier.pipeline import simplify_mesh
 from simplifier.progress import STAGES, Stopwatch
+from simplifier.solidify import solidify
 from tests.conftest import ASSETS
 from tests.solids import box, joined, sphere, table
 

@@ -52,6 +52,10 @@ class VoxelGrid:
         """World units (…, 3) to grid space."""
         return np.asarray((points - self.origin) / self.cell_size)
 
+    def in_voxels(self, length: float) -> float:
+        """A length in world units as voxels."""
+        return length / self.cell_size
+
     def column_ends(self) -> FloatArray:
         """(n, 3) grid space: centres of the first and last inside voxel of each column along z.
 

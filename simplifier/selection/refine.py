@@ -59,11 +59,11 @@ def refine(
     The same arguments give the same result on any number of threads, unless ``stop`` ends the
     search or a deadline does.
     """
+    soups = [pulled_in(start, allowed)[:budget] for start in starts]
+    soups = [_filled_up(soup, budget) for soup in soups if len(soup) > 0]
+    if not soups:
+        return np.empty((0, 3, 3))
     room = Room.of(allowed)
-    soups = [_filled_up(pulled_in(start, allowed)[:budget], budget) for start in starts]
-    soups = [soup for soup in soups if len(soup) > 0]
-    if not soups or options.moves == 0:
-        return soups[0] if soups else np.empty((0, 3, 3))
     price = _Price(options)
     searches = [
         Annealing(soups[i % len(soups)], room, views, price.now, seed * options.searches + i)

@@ -11,7 +11,19 @@ import pytest
 import trimesh
 
 import simplifier
-from bench import growth, kernels, meshes, methods, point, quality, record, speed, starts, times
+from bench import (
+    growth,
+    kernels,
+    meshes,
+    methods,
+    point,
+    quality,
+    record,
+    scene,
+    speed,
+    starts,
+    times,
+)
 from bench.methods import OURS
 from bench.peers import PEERS, occluder_from, prepared
 
@@ -207,3 +219,15 @@ def test_peers_keep_the_place_and_size_of_the_mesh(name):
     assert 0 < len(occluder.faces) <= 100
     assert np.allclose(occluder.vertices.mean(axis=0), mesh.vertices.mean(axis=0), atol=10.0)
     assert np.ptp(occluder.vertices, axis=0) == pytest.approx(mesh.extent, rel=0.3)
+
+
+def test_scene(tiny_stand_in, monkeypatch, capsys):
+    small = {"resolution": 12, "preset": "draft"}
+    names = ("conservative, exact outlines", "shrink by a fiftieth")
+    variants = {name: {**scene.VARIANTS[name], **small} for name in names}
+    monkeypatch.setattr(scene, "VARIANTS", variants)
+    scene.main(resolutions=(8,))
+    recalls, times = capsys.readouterr().out.strip().split("\n\n")
+    assert [row.count("at 100.00%") for row in recalls.splitlines()] == [0, 0, 2, 2]
+    assert recalls.splitlines()[0] == "| variant | bumpy sphere | bunny_4968 |"
+    assert times.splitlines()[-1].startswith("| 8 | ")

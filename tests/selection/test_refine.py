@@ -181,7 +181,7 @@ def test_the_price_follows_the_precision():
     assert base == UNIT // 2
     for _ in range(3):
         before = price.now
-        price.follow(0.98)
+        price.follow(0.97)
         assert price.now > before
     for _ in range(50):
         price.follow(0.995)

@@ -13,7 +13,7 @@ import trimesh
 import simplifier
 from bench import growth, kernels, meshes, methods, point, quality, record, speed, starts, times
 from bench.methods import OURS
-from bench.peers import PEERS, occluder_from, prepared
+from bench.peers import PEERS, SLOW_PEERS, occluder_from, prepared
 
 HEADER = ("command: ", "machine: ", "versions: ", "on: ")
 
@@ -192,8 +192,10 @@ def test_peers_keep_the_place_and_size_of_the_mesh(name):
     ball = meshes.bumpy_sphere(2000)
     mesh = replace(ball, vertices=ball.vertices * 30.0 + 1000.0)
     ready = prepared(mesh)
-    made = PEERS[name](ready.vertices.copy(), ready.faces.astype(np.int64), 100)
+    budget = 12 if name in SLOW_PEERS else 100
+    made = PEERS[name](ready.vertices.copy(), ready.faces.astype(np.int64), budget)
     occluder = occluder_from(made, mesh)
-    assert 0 < len(occluder.faces) <= 100
+    assert 0 < len(occluder.faces) <= budget
     assert np.allclose(occluder.vertices.mean(axis=0), mesh.vertices.mean(axis=0), atol=10.0)
-    assert np.ptp(occluder.vertices, axis=0) == pytest.approx(mesh.extent, rel=0.3)
+    turned = 0.7 if name in SLOW_PEERS else 0.3  # the box of a ball may stand on a corner
+    assert np.ptp(occluder.vertices, axis=0) == pytest.approx(mesh.extent, rel=turned)

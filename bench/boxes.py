@@ -65,7 +65,7 @@ def convex_boxes(
 def boxes_of(parts: list[FloatArray], most: int) -> tuple[FloatArray, Faces]:
     """The oriented bounding boxes of point sets (n, 3), the ``most`` largest, largest first."""
     boxes = [_box(part) for part in parts]
-    kept = sorted(boxes, key=lambda box: -float(box.volume))[:most]
+    kept = sorted(boxes, key=lambda box: -float(np.prod(box.extents)))[:most]
     if not kept:
         return np.empty((0, 3)), np.empty((0, 3), np.int64)
     starts = np.cumsum([0, *(len(box.vertices) for box in kept[:-1])])

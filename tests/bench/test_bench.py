@@ -11,7 +11,19 @@ import pytest
 import trimesh
 
 import simplifier
-from bench import growth, kernels, meshes, methods, point, quality, record, speed, starts, times
+from bench import (
+    decimated,
+    growth,
+    kernels,
+    meshes,
+    methods,
+    point,
+    quality,
+    record,
+    speed,
+    starts,
+    times,
+)
 from bench.methods import OURS
 from bench.peers import PEERS, SLOW_PEERS, occluder_from, prepared
 
@@ -199,3 +211,16 @@ def test_peers_keep_the_place_and_size_of_the_mesh(name):
     assert np.allclose(occluder.vertices.mean(axis=0), mesh.vertices.mean(axis=0), atol=10.0)
     turned = 0.7 if name in SLOW_PEERS else 0.3  # the box of a ball may stand on a corner
     assert np.ptp(occluder.vertices, axis=0) == pytest.approx(mesh.extent, rel=turned)
+
+
+def test_decimated_starts_of_a_tiny_stand_in(tiny_stand_in, monkeypatch, capsys):
+    monkeypatch.setattr(decimated, "BUDGETS", (4,))
+    monkeypatch.setattr(decimated, "MOVES", (60,))
+    options = {"up": "y", "ground": True}
+    scenes = [decimated.Scene.load(tiny_stand_in.path, options)]
+    decimated.decimators(scenes)
+    decimated.starts(scenes)
+    lines = capsys.readouterr().out.splitlines()
+    rows = [line.split(" | ") for line in lines if line.startswith("| bunny_4968")]
+    assert [row[1] for row in rows[:2]] == ["enclosed", "sheet"]
+    assert [row[2] for row in rows[2:]] == ["sections", "enclosed", "sheet"]

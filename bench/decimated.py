@@ -79,7 +79,7 @@ class Scene:
         seen = RefineViews(projections, silhouettes(points, self.mesh.faces, projections))
         start = surface[0][surface[1]] + self.margin
         found = refine([start], self.allowed, seen, len(start), RefineOptions(moves), 0)
-        return _surface(found - self.margin)
+        return _surface(found[0] - self.margin)
 
     def enclosed(self, budget: int) -> Surface:
         return enclosed_start(self.solid.filled, self.allowed, self.margin, budget)

@@ -53,7 +53,7 @@ def simplify(
     trim: Trim = "gain",
     slicer: Slicing = "cpu",
     preset: Preset = "balanced",
-    min_precision: float = 0.99,
+    min_precision: float = 0.995,
     moves: int | None = None,
     time_limit: float | None = None,
     seed: int = 0,

@@ -115,7 +115,7 @@ def simplify(
     ] = "balanced",
     min_precision: Annotated[
         float, typer.Option(help="Precision to aim for at least; more of it hides less.")
-    ] = 0.99,
+    ] = 0.995,
     moves: Annotated[
         int | None,
         typer.Option(help="Refining moves; 0 leaves the cut as it is.", show_default="by preset"),

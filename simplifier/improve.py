@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
+
+import numpy as np
 
 from simplifier.affordable import FEW_VIEWS, affordable_views
 from simplifier.deadline import Deadline
-from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.decimation.starts import enclosed_start, sheet_start
+from simplifier.geometry.grid import BoolArray
+from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.solid import Solid
+from simplifier.kernels.threads import run_chunks
 from simplifier.options import Options
 from simplifier.progress import Stopwatch
 from simplifier.selection.annealing import RefineViews
+from simplifier.selection.judge import FineViews, best_of
 from simplifier.selection.measure import silhouettes
 from simplifier.selection.refine import pulled_in, refine
 from simplifier.selection.thin import thinned
 from simplifier.sight import search_projections
 from simplifier.voxel.morphology import dilated
+
+_FINE_VIEWS = 12  # that decide at the end
+_SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
+_JUDGING_SHARE = 0.08  # of what it leaves, that deciding may take
 
 
 class _StoppedError(Exception):
@@ -32,32 +43,72 @@ def improve(
 ) -> FloatArray:
     """Move the triangles (m, 3, 3) of grid space within the core and its reach.
 
-    That keeps the error bound.  Triangles that are not to leave the core at all are pulled in even
-    when there is nothing to refine.
+    That keeps the error bound.  Searches begin from them and from decimated surfaces; finer
+    pictures then decide between what they find and the starts as they are.  Triangles that are not
+    to leave the core at all are pulled in even when there is nothing to refine.
     """
-    if len(start) == 0 or (options.refine.moves == 0 and solid.reach > 0):
+    if options.refine.moves == 0 and solid.reach > 0:
         return start
     allowed, margin = dilated(solid.core, solid.reach)
-    inside = pulled_in(start + margin, allowed) if solid.reach == 0 else start + margin
+    inside = pulled_in(start + margin, allowed)
     if options.refine.moves == 0:
         return inside - margin
+    original = thinned(solid.core.to_grid(mesh.vertices) + margin, mesh.faces)
     try:
-        views = _views(mesh, solid, options, margin, watch, deadline)
+        views = _views(original, solid, options, margin, watch, deadline)
     except _StoppedError:
-        return inside - margin
+        return start if solid.reach > 0 else inside - margin
 
     def stop(share: float, measure: float) -> bool:
         watch.tell("refine", share, measure)
         return watch.cancelled
 
-    return -margin + refine(
-        [inside], allowed, views, options.selection.budget, options.refine, options.seed, stop,
-        deadline if deadline.limited else None,
+    starts, several = [inside], options.refine.decimated and deadline.left > _SEVERAL_SECONDS
+    if several:
+        starts += _decimated(mesh, solid, options.selection.budget, allowed, margin)
+    searching = deadline.part(1.0 - _JUDGING_SHARE) if several else deadline
+    found = refine(
+        starts, allowed, views, options.selection.budget, options.refine, options.seed, stop,
+        searching if deadline.limited else None,
     )  # fmt: skip
+    if several:
+        return _best([*found, *starts], original, solid, options, margin) - margin
+    return (found or starts)[0] - margin
+
+
+def _decimated(
+    mesh: TriangleMesh, solid: Solid, budget: int, allowed: BoolArray, margin: float
+) -> list[FloatArray]:
+    """The solid's surface, and the mesh itself, in no more triangles."""
+    makers = (
+        lambda: enclosed_start(solid.core, allowed, margin, budget),
+        lambda: sheet_start(mesh, solid.core, allowed, margin, budget),
+    )
+    soups = [np.empty((0, 3, 3))] * len(makers)
+
+    def make(begin: int, end: int) -> None:
+        for index in range(begin, end):
+            vertices, faces = makers[index]()
+            soups[index] = pulled_in(vertices[faces] + margin, allowed)
+
+    run_chunks(make, len(makers))
+    return soups
+
+
+def _best(
+    soups: Sequence[FloatArray],
+    original: tuple[FloatArray, IntArray],
+    solid: Solid,
+    options: Options,
+    margin: float,
+) -> FloatArray:
+    """What hides most in pictures as fine as a report's, from directions of their own."""
+    projections = search_projections(solid, options, _FINE_VIEWS, margin)
+    return best_of(soups, FineViews.of(*original, projections), options.refine.precision)
 
 
 def _views(
-    mesh: TriangleMesh,
+    original: tuple[FloatArray, IntArray],
     solid: Solid,
     options: Options,
     margin: float,
@@ -70,9 +121,6 @@ def _views(
         if watch.cancelled or deadline.is_up:
             raise _StoppedError
 
-    tell(0.0)
-    vertices, faces = thinned(solid.core.to_grid(mesh.vertices) + margin, mesh.faces)
-
     def drawn(count: int) -> RefineViews:
         tell(0.0)
         projections = search_projections(solid, options, count, margin)
@@ -83,7 +131,7 @@ def _views(
             if share < 0.5 < drawing.share:  # so slow that nothing would be left for refining
                 raise _StoppedError
 
-        return RefineViews(projections, silhouettes(vertices, faces, projections, keep_pace))
+        return RefineViews(projections, silhouettes(*original, projections, keep_pace))
 
     most = options.refine.views
     if not deadline.limited:

@@ -185,7 +185,7 @@ class SelectionOptions:
 class RefineOptions:
     """How the chosen triangles are improved."""
 
-    moves: int = 60_000
+    moves: int = 26_400
     """Moves tried by each search, 0 to 100,000,000; 0 leaves the cut as it is.  More find better
     occluders; time grows in proportion."""
 
@@ -196,12 +196,15 @@ class RefineOptions:
     """What a measure that is hidden wrongly costs beside one hidden rightly, 0 to 100.  Raising it
     lifts precision and lowers recall."""
 
-    precision: float = 0.99
+    precision: float = 0.995
     """Precision that the search aims for at least, 0 to 1: where its own views show less, it raises
     the cost of what is hidden wrongly."""
 
-    views: int = 64
+    views: int = 96
     """Directions that the search looks from, 1 to 4096."""
+
+    decimated: bool = True
+    """Begin a search from decimated surfaces too, and keep one as it is where that hides most."""
 
     def __post_init__(self) -> None:
         _whole("moves", self.moves, 0, 100_000_000)
@@ -213,18 +216,19 @@ class RefineOptions:
 
 @dataclass(frozen=True)
 class Effort:
-    """What a preset spends: sections, exchanges of the cut, and moves and views of refinement."""
+    """What a preset spends: sections and exchanges of the cut; moves, views, starts to refine."""
 
     sections: SectionOptions
     exchanges: int
     moves: int
     views: int
+    decimated: bool
 
 
 PRESETS: dict[Preset, Effort] = {
-    "draft": Effort(SectionOptions(directions=16, depths=3), 0, 9_600, 64),
-    "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 36_000, 96),
-    "best": Effort(SectionOptions(directions=128, depths=4), 8, 120_000, 256),
+    "draft": Effort(SectionOptions(directions=16, depths=3), 0, 8_400, 64, False),
+    "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 26_400, 96, True),
+    "best": Effort(SectionOptions(directions=128, depths=4), 8, 76_800, 256, True),
 }
 
 
@@ -269,7 +273,7 @@ def make_options(
     slicer: Slicing = "cpu",
     alpha: float = 0.001,
     preset: Preset = "balanced",
-    min_precision: float = 0.99,
+    min_precision: float = 0.995,
     moves: int | None = None,
     time_limit: float | None = None,
     seed: int = 0,
@@ -317,7 +321,10 @@ def make_options(
         sections=replace(effort.sections, slicer=slicer),
         selection=SelectionOptions(budget, alpha, trim, exchanges=effort.exchanges),
         refine=RefineOptions(
-            effort.moves if moves is None else moves, precision=min_precision, views=effort.views
+            effort.moves if moves is None else moves,
+            precision=min_precision,
+            views=effort.views,
+            decimated=effort.decimated,
         ),
         viewers=viewers,
         seed=seed,

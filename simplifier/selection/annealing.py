@@ -22,6 +22,7 @@ from simplifier.kernels.threads import run_chunks
 
 _STEPS = (6.0, 0.1)  # voxels that a move spans at first and at last
 _HEATS = (1e-3, 2e-5)  # losses taken at first and at last, as shares of the original's measure
+_FEW = 50  # triangles up to which a move is as hot; each of more has less to lose
 
 Images = NDArray[np.uint64]
 
@@ -82,7 +83,8 @@ class Annealing:
 
     def run(self, moves: int, shares: tuple[float, float]) -> None:
         """Try some moves; ``shares`` of the whole search begin and end."""
-        heats = (_HEATS[0] * self._whole, _HEATS[1] * self._whole)
+        heat = self._whole * min(1.0, _FEW / len(self._triangles))
+        heats = (_HEATS[0] * heat, _HEATS[1] * heat)
         anneal(
             self._triangles, self._views.projections, self._views.originals, self._price,
             self._room.allowed, self._room.places, self._images, self._blocks, self._scores,

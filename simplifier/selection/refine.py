@@ -31,9 +31,9 @@ _SLICE_SECONDS = (0.0005, 0.02)  # at least, so that a slice is worth its start,
 
 _ROUNDS = 10  # how often the searches compare their precision and score
 _LAST_ADOPTION = 0.8  # share of the search after which each goes its own way
-_DEARER, _CHEAPER = 1.4, 0.85  # what a round changes the price by
-_DEAREST = 100 * UNIT
-_COARSE = 0.7  # small pictures show errors larger than they are: at outlines they fill whole pixels
+_DEARER, _CHEAPER = 2.0, 0.8  # what a round changes the price by, at most
+_DEAREST = 200 * UNIT
+_OVERLOOKED = 1.3  # what is hidden wrongly in all views, beside those that the search looks from
 _FEW = 64  # triangles that any start is filled up to
 
 Stop = Callable[[float, float], bool]
@@ -50,26 +50,22 @@ def refine(
     seed: int,
     stop: Stop = lambda share, measure: False,
     deadline: Deadline | None = None,
-) -> FloatArray:
-    """The best triangles (m, 3, 3) in grid space, m <= ``budget``, that a search finds.
+) -> list[FloatArray]:
+    """The best triangles (m, 3, 3) in grid space, m <= ``budget``, of each search.
 
-    ``starts`` are one or more soups (k, 3, 3), each search begins with one of them.  Triangles
-    that leave the ``allowed`` (nx, ny, nz) bool voxels are pulled in, what is left of the budget is
-    filled up with copies, which soon are put elsewhere.  The result scores no less than the start
-    that it came from.  With a ``deadline`` the search lasts until then, whatever ``options.moves``.
-    The same arguments give the same result on any number of threads, unless ``stop`` ends the
-    search or a deadline does.
+    ``starts`` are soups (k, 3, 3), one at least.  One search begins with the first, others with
+    those of the rest that score most.  Triangles that leave the ``allowed`` (nx, ny, nz) bool
+    voxels are pulled in, what is left of the budget is filled up with copies, which soon are put
+    elsewhere.  A result scores no less than the start that its search began with.  With a
+    ``deadline`` the search lasts until then, whatever ``options.moves``.  The same arguments give
+    the same result on any number of threads, unless ``stop`` ends the search or a deadline does.
     """
     soups = [pulled_in(start, allowed)[:budget] for start in starts]
     soups = [_filled_up(soup, budget) for soup in soups if len(soup) > 0]
     if not soups:
-        return np.empty((0, 3, 3))
-    room = Room.of(allowed)
-    price = _Price(options)
-    searches = [
-        Annealing(soups[i % len(soups)], room, views, price.now, seed * options.searches + i)
-        for i in range(options.searches)
-    ]
+        return []
+    room, price = Room.of(allowed), _Price(options)
+    searches = _begun(soups, options.searches, room, views, price.now, seed)
     slices = _by_moves(options.moves) if deadline is None else _by_time(deadline.rest())
     rounds = 1
     for moves, shares in slices:
@@ -79,7 +75,21 @@ def refine(
         if shares[1] * _ROUNDS >= rounds:
             rounds = int(shares[1] * _ROUNDS) + 1
             _confer(searches, price, shares[1])
-    return max(searches, key=lambda search: search.score).result()
+    searches.sort(key=lambda search: -search.score)
+    return [search.result() for search in searches]
+
+
+def _begun(
+    soups: Sequence[FloatArray], count: int, room: Room, views: RefineViews, price: int, seed: int
+) -> list[Annealing]:
+    """As many searches: of the first soup, then of the others by score, and again."""
+
+    def search(soup: FloatArray, index: int) -> Annealing:
+        return Annealing(soup, room, views, price, seed * count + index)
+
+    others = sorted(soups[1:], key=lambda soup: -search(soup, 0).score) if count > 1 else []
+    ranked = [soups[0], *others]
+    return [search(ranked[index % len(ranked)], index) for index in range(count)]
 
 
 class _Price:
@@ -87,14 +97,16 @@ class _Price:
 
     def __init__(self, options: RefineOptions) -> None:
         self._base = round(UNIT * options.overcover)
-        self._aim = 1.0 - (1.0 - options.precision) / _COARSE
+        self._allowed = (1.0 - options.precision) / _OVERLOOKED
         self.now = self._base
 
     def follow(self, precision: float) -> None:
-        if precision < self._aim:
-            self.now = min(int(self.now * _DEARER) + 1, _DEAREST)
+        """Change in the proportion in which what is hidden wrongly is too much or too little."""
+        wrong = (1.0 - precision) / max(self._allowed, 1e-9)
+        if wrong > 1.0:
+            self.now = min(int(self.now * min(wrong**0.7, _DEARER)) + 1, _DEAREST)
         elif self.now > self._base:
-            self.now = max(int(self.now * _CHEAPER), self._base)
+            self.now = max(int(self.now * max(wrong, _CHEAPER)), self._base)
 
 
 def _confer(searches: list[Annealing], price: _Price, share: float) -> None:

@@ -12,6 +12,7 @@ from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.kernels.bit_image import measure_both_twice, measure_twice
 from simplifier.kernels.soup_views import (
     BLOCK,
+    INSET,
     UNIT,
     draw_soup,
     remove_useless,
@@ -44,15 +45,17 @@ def drawn(triangles, views):
 
 
 def covered_pixels(triangle, view):
-    """(64, 64) bool: pixel centres inside the projected triangle, edge by edge."""
+    """(64, 64) bool: pixel centres inside the projected triangle, by the inset from every side."""
     p, q, r = triangle @ view[:, :3].T + view[:, 3]
     x, y = np.meshgrid(np.arange(64) + 0.5, np.arange(64) + 0.5)
 
     def left(a, b):
-        return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]) > 0.0
+        """The distance to the left of a -> b."""
+        side = (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])
+        return side / np.hypot(*(b - a))
 
-    sides = [left(p, q), left(q, r), left(r, p)]
-    return np.all(sides, axis=0) | ~np.any(sides, axis=0)
+    sides = np.array([left(p, q), left(q, r), left(r, p)])
+    return np.all(sides > INSET, axis=0) | np.all(sides < -INSET, axis=0)
 
 
 def twice_measured(mask):

@@ -78,11 +78,12 @@ def voxels_touched(triangles):
 def refined(moves, seed=0, budget=6, starts=None, views=None, **options):
     """Refine crossed quads in a ball; no aim for the precision unless it is given."""
     allowed = ball()
-    return refine(
+    found = refine(
         [crossed_quads()] if starts is None else starts, allowed,
         views_of(allowed) if views is None else views, budget,
         RefineOptions(moves=moves, **{"precision": 0.0, **options}), seed,
     )  # fmt: skip
+    return found[0]
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
@@ -149,9 +150,19 @@ def test_no_move_leaves_it_as_it_is():
 
 
 def test_nothing_to_begin_with_gives_nothing():
-    assert refined(600, starts=[np.empty((0, 3, 3))]).shape == (0, 3, 3)
     outside = crossed_quads() + 3.0 * SIZE
-    assert refined(600, starts=[outside]).shape == (0, 3, 3)
+    options = RefineOptions(moves=600)
+    assert refine([np.empty((0, 3, 3)), outside], ball(), views_of(ball()), 6, options, 0) == []
+
+
+def test_each_search_gives_a_result_and_the_best_comes_first():
+    views = views_of(ball())
+    starts = [crossed_quads(), crossed_quads(3.0), crossed_quads(0.5)]
+    options = RefineOptions(moves=2400, searches=3, precision=0.0)
+    found = refine(starts, ball(), views, 6, options, 0)
+    scores = [score(soup, views) for soup in found]
+    assert len(found) == 3
+    assert scores[0] == max(scores)
 
 
 def test_same_on_any_number_of_threads(monkeypatch):
@@ -209,7 +220,7 @@ def test_it_can_be_stopped_and_tells_how_far_it_is():
         return len(shares) == 3
 
     options = RefineOptions(moves=24_000, precision=0.0)
-    found = refine([crossed_quads()], ball(), views, 6, options, 0, stop)
+    found = refine([crossed_quads()], ball(), views, 6, options, 0, stop)[0]
     assert len(shares) == 3
     assert shares == sorted(shares)
     assert shares[-1] < 0.5
@@ -240,7 +251,7 @@ def test_a_deadline_takes_the_place_of_the_moves():
     deadline = Deadline.after(1.0, clock)
     for moves in (6, 100_000_000):
         options = RefineOptions(moves=moves, searches=1, precision=0.0)
-        found = refine([crossed_quads()], ball(), views, 6, options, 0, stop, deadline)
+        found = refine([crossed_quads()], ball(), views, 6, options, 0, stop, deadline)[0]
         assert 1.0 <= clock.now < 1.04
         assert shares == sorted(shares)
         assert len(shares) > 30
@@ -254,7 +265,7 @@ def test_a_deadline_that_is_up_leaves_it_as_it_is():
     same = refine(
         [crossed_quads()], ball(), views_of(ball()), 6, options, 0, deadline=Deadline.after(0.0)
     )
-    assert np.array_equal(same, crossed_quads())
+    assert np.array_equal(same[0], crossed_quads())
 
 
 @pytest.mark.parametrize("cost", [1e-6, 3e-4, 2e-2])

@@ -1,0 +1,71 @@
+"""Which of several occluders hides most, by finer pictures than a search can afford."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.kernels.coverage import MaskArray, covered
+from simplifier.kernels.rectangles import count_rectangles
+from simplifier.kernels.threads import run_chunks
+
+SIZE = 256
+"""Pixels a side, as in an accuracy report."""
+
+_WRONG = 2.0  # what a share hidden wrongly weighs beside one of recall
+_SHORT = 20.0  # and that part of it which falls short of the aim, as well
+
+
+@dataclass(frozen=True, eq=False)
+class FineViews:
+    """``projections`` (V, 2, 4) to 256 x 256 pixels, and the original's masks (V, 256, 4)."""
+
+    projections: FloatArray
+    originals: MaskArray
+
+    @classmethod
+    def of(cls, vertices: FloatArray, faces: IntArray, projections: FloatArray) -> FineViews:
+        """``projections`` (V, 2, 4) to 64 x 64 pixels, as a search has them."""
+        fine = projections * (SIZE / 64)
+        return cls(fine, covered(vertices, faces, fine, SIZE, SIZE))
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Precision and recall in those views, all quads counted."""
+
+    precision: float
+    recall: float
+
+
+def judge(triangles: FloatArray, views: FineViews) -> Judgement:
+    """Judge a soup (m, 3, 3); none at all has precision 1 and recall 0."""
+    corners = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    shown = covered(triangles.reshape(-1, 3), corners, views.projections, SIZE, SIZE)
+    pixels = np.zeros((len(shown), 3))
+    run_chunks(
+        lambda begin, end: count_rectangles(views.originals, shown, SIZE, begin, end, pixels),
+        len(shown),
+    )
+    right, missed, wrong = pixels.sum(axis=0)
+    return Judgement(
+        float(right / (right + wrong)) if right + wrong > 0.0 else 1.0,
+        float(right / (right + missed)) if right + missed > 0.0 else 1.0,
+    )
+
+
+def best_of(soups: Sequence[FloatArray], views: FineViews, precision: float) -> FloatArray:
+    """The soup with most recall, less what it hides wrongly, which weighs most below the aim.
+
+    The first of equals, so that what is refined comes before what is not.
+    """
+
+    def worth(found: Judgement) -> float:
+        short = max(precision - found.precision, 0.0)
+        return found.recall - _WRONG * (1.0 - found.precision) - _SHORT * short
+
+    judged = [worth(judge(soup, views)) for soup in soups]
+    return soups[judged.index(max(judged))]

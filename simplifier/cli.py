@@ -218,7 +218,10 @@ def tradeoff(
     Takes some minutes a mesh.  Ctrl-C ends it and writes what was measured so far.
     """
 
+    interrupted = ""
+
     def run() -> None:
+        nonlocal interrupted
         options = SweepOptions(
             numbers("resolutions", resolutions, int), numbers("directions", directions, int),
             numbers("budgets", budgets, int), numbers("times", times, float),
@@ -232,12 +235,14 @@ def tradeoff(
         _print_study(study)
         if not ended:
             runs = f"{len(trials)} of {run_count(meshes, options)} runs"
-            _fail(f"interrupted after {runs}; {output} holds what they gave", 130, debug=debug)
-        if all(trial.failure for trial in trials):
+            interrupted = f"interrupted after {runs}; {output} holds what they gave"
+        elif all(trial.failure for trial in trials):
             remedy = f"tradeoff.csv in {output} says why"
             raise MeshError("none of the meshes could be measured", remedy=remedy)
 
     _guarded(run, debug=debug)
+    if interrupted:
+        _fail(interrupted, 130, debug=debug)
 
 
 def _trials(meshes: list[Path], options: SweepOptions) -> tuple[list[Trial], bool]:

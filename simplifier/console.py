@@ -59,13 +59,13 @@ def run_bar(runs: int) -> Iterator[Callable[[int, str], None]]:
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
-        TextColumn("{task.fields[name]}"),
+        TextColumn("{task.fields[name]}", markup=False),
     )
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("", total=runs, name="warming up")
 
         def tell(done: int, name: str) -> None:
-            progress.update(task, completed=done, name=Text(_printable(name)))
+            progress.update(task, completed=done, name=_printable(name))
 
         yield tell
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -56,7 +57,7 @@ def case_picture(case: Case, theme: Theme) -> bytes:
     figure = Figure(figsize=_PANEL, dpi=200, facecolor=theme.page)
     axes = figure.add_axes((0.085, 0.115, 0.895, 0.83))
     _draw_case(axes, case, theme)
-    return encoded(drawn(figure))
+    return _encoded(figure)
 
 
 def overview_picture(cases: Sequence[Case], precision: float, footer: str) -> bytes:
@@ -76,7 +77,14 @@ def overview_picture(cases: Sequence[Case], precision: float, footer: str) -> by
         title = f"{_plain(case.mesh)}, budget {case.budget:,}"
         axes.set_title(title, loc="left", fontsize=11, weight="bold", color=theme.ink, pad=20.0)
         _draw_case(axes, case, theme)
-    return encoded(drawn(figure))
+    return _encoded(figure)
+
+
+def _encoded(figure: Figure) -> bytes:
+    with warnings.catch_warnings():
+        # Letters of a mesh's name that the font lacks are drawn as boxes, which is enough.
+        warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
+        return encoded(drawn(figure))
 
 
 def _panel(row: int, column: int, columns: int, height: float) -> tuple[float, float, float, float]:

@@ -21,13 +21,14 @@ from simplifier.io import load_mesh as load
 from simplifier.io import save_occluder as save
 from simplifier.options import Axis, Preset, Slicing, Trim, make_options
 from simplifier.pipeline import simplify_mesh
-from simplifier.progress import Listener
+from simplifier.progress import Cancel, Listener, Progress
 from simplifier.version import VERSION as __version__
 
 __all__ = [
     "AccuracyReport",
     "Occluder",
     "OccluderError",
+    "Progress",
     "TriangleMesh",
     "__version__",
     "evaluate",
@@ -49,8 +50,10 @@ def simplify(
     slicer: Slicing = "cpu",
     preset: Preset = "balanced",
     moves: int | None = None,
+    time_limit: float | None = None,
     seed: int = 0,
     listener: Listener | None = None,
+    cancel: Cancel | None = None,
 ) -> Occluder:
     """Make an occluder of at most ``budget`` triangles, to be drawn double-sided.
 
@@ -63,17 +66,23 @@ def simplify(
     ``slicer``       ``cpu``, or ``gl`` for the OpenGL stencil buffer.
     ``preset``       ``draft``, ``balanced`` or ``best``: how much time to spend;
     ``moves``        refining moves in place of the preset's, 0 for the cut as it is.
-    ``listener``     called with each stage's name and the share done; what it raises ends the run.
+    ``time_limit``   seconds that this call may take, in place of moves: less shortens the preset's
+                     work, more goes on refining.  Results then differ from run to run.
+    ``listener``     called with the :class:`Progress` so far; what it raises ends the run.
+    ``cancel``       a :class:`threading.Event` or alike: once it is set, from any thread or by the
+                     listener, the call ends soon.  It returns the best so far when refining has
+                     begun, else it raises :class:`~simplifier.errors.CancelledError`.
 
     The result carries its vertices, faces, error bound and timings.  The same mesh, options and
-    seed give the same bytes on any number of threads.  Raises :class:`OccluderError`.
+    seed give the same bytes on any number of threads, unless a time limit or a cancel ends the
+    search.  Raises :class:`OccluderError`.
     """
     options = make_options(
         float(mesh.extent.max()), budget=budget, resolution=resolution,
         error_bound=error_bound, up=up, ground=ground, trim=trim, slicer=slicer,
-        preset=preset, moves=moves, seed=seed,
+        preset=preset, moves=moves, time_limit=time_limit, seed=seed,
     )  # fmt: skip
-    return simplify_mesh(mesh, options, listener).occluder
+    return simplify_mesh(mesh, options, listener, cancel).occluder
 
 
 def evaluate(

@@ -1,11 +1,14 @@
 """The command line: ``occluder``.
 
-Exit status: 0 done, 1 the input or the run failed, 2 wrong usage, 130 interrupted.  A failure is
-one line on standard error that says what, where and what to do; ``--debug`` adds the traceback.
+Exit status: 0 done, 1 the input or the run failed, 2 wrong usage, 130 interrupted with nothing
+kept.  A failure is one line on standard error that says what, where and what to do; ``--debug``
+adds the traceback.
 """
 
 from __future__ import annotations
 
+import atexit
+import signal
 import sys
 import traceback
 from collections.abc import Callable
@@ -24,17 +27,18 @@ from simplifier.console import (
     progress_bar,
     run_bar,
 )
-from simplifier.errors import MeshError, OccluderError, OptionError, OutputError
+from simplifier.errors import CancelledError, MeshError, OccluderError, OptionError, OutputError
 from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
 from simplifier.evaluation.page import write_pictures
 from simplifier.evaluation.report import Report, build_report, write_report
 from simplifier.evaluation.tradeoff import SweepOptions, Trial, run_count, sweep
 from simplifier.evaluation.tradeoff_cases import check_precision
-from simplifier.evaluation.tradeoff_study import Study, numbers, study_of, write_study
+from simplifier.evaluation.tradeoff_study import Study, numbers, study_files, study_of
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.interrupts import INTERRUPTED, Interrupts, interrupts
 from simplifier.io import check_writable, load_mesh, load_occluder, save_occluder
-from simplifier.io.whole import check_folder, make_folder
+from simplifier.io.whole import check_folder, make_folder, write_whole
 from simplifier.options import (
     MOST_VOXELS,
     Axis,
@@ -100,6 +104,15 @@ def simplify(
         int | None,
         typer.Option(help="Refining moves; 0 leaves the cut as it is.", show_default="by preset"),
     ] = None,
+    time_limit: Annotated[
+        float | None,
+        typer.Option(
+            help="Seconds to spend, in place of moves: less shortens the preset's work, more goes "
+            "on refining. Reading the mesh and the report come on top. Results differ from run to "
+            "run.",
+            show_default="by preset",
+        ),
+    ] = None,
     seed: Seed = 0,
     report: ReportFile = None,
     pictures: Annotated[
@@ -111,9 +124,12 @@ def simplify(
     exact: Exact = False,
     debug: Debug = False,
 ) -> None:
-    """Make an occluder from a mesh and report its precision and recall."""
+    """Make an occluder from a mesh and report its precision and recall.
 
-    def run(listener: Listener) -> Report:
+    Ctrl-C ends the refining and keeps the best so far; once more ends the command at once.
+    """
+
+    def run(listener: Listener, interrupts: Interrupts) -> Report | None:
         accuracy_options = AccuracyOptions(views, image, quads, seed, exact)
         check_writable(output)
         _check_distinct(mesh, output)
@@ -124,20 +140,31 @@ def simplify(
         options = make_options(
             float(soup.extent.max()), budget=budget, resolution=resolution,
             error_bound=error_bound, up=up, ground=ground, trim=trim, slicer=slicer, alpha=alpha,
-            preset=preset, moves=moves, seed=seed,
+            preset=preset, moves=moves, time_limit=time_limit, seed=seed,
         )  # fmt: skip
-        result = simplify_mesh(soup, options, listener)
-        with watch.stage("accuracy"):
-            accuracy = evaluate_accuracy(soup, result.occluder, accuracy_options)
-        with watch.stage("write"):
-            save_occluder(result.occluder, output)
-        summary = build_report(
-            soup, result.occluder, result.solid, accuracy,
-            options=_resolved(options, accuracy_options),
-            timings={**result.occluder.timings, **watch.timings},
-            warnings=result.warnings, seed=seed,
-        )  # fmt: skip
-        _write_extras(summary, report, pictures, mesh.name, (soup, result.occluder, accuracy))
+        kept = False
+        try:
+            with interrupts.deferred() as cancel:
+                result = simplify_mesh(soup, options, listener, cancel)
+                with interrupts.held(), watch.stage("write"):
+                    save_occluder(result.occluder, output)
+                kept = True
+            if interrupts.heard and not result.interrupted:
+                raise KeyboardInterrupt
+            with watch.stage("accuracy"):
+                accuracy = evaluate_accuracy(soup, result.occluder, accuracy_options)
+            summary = build_report(
+                soup, result.occluder, result.solid, accuracy,
+                options=_resolved(options, accuracy_options),
+                timings={**result.occluder.timings, **watch.timings},
+                warnings=result.warnings, seed=seed,
+            )  # fmt: skip
+            _write_extras(summary, report, pictures, mesh.name, (soup, result.occluder, accuracy))
+        except KeyboardInterrupt:
+            if not kept:
+                raise
+            print_line(f"warning: interrupted: {output} is written, its report is not")
+            return None
         return summary
 
     _run(run, mesh.name, debug=debug)
@@ -166,7 +193,7 @@ def evaluate(
     Resolution, up and ground say what counts as the mesh's inside, for the deviation alone.
     """
 
-    def run(listener: Listener) -> Report:
+    def run(listener: Listener, interrupts: Interrupts) -> Report:
         accuracy_options = AccuracyOptions(views, image, quads, seed, exact)
         solid_options = SolidOptions(64 if resolution is None else resolution, up, ground)
         _check_extras(report, pictures)
@@ -215,13 +242,10 @@ def tradeoff(
 ) -> None:
     """Measure speed against accuracy over many settings: a table, a picture and a page.
 
-    Takes some minutes a mesh.  Ctrl-C ends it and writes what was measured so far.
+    Takes some minutes a mesh.  Ctrl-C ends it and keeps what was measured so far.
     """
 
-    interrupted = ""
-
     def run() -> None:
-        nonlocal interrupted
         options = SweepOptions(
             numbers("resolutions", resolutions, int), numbers("directions", directions, int),
             numbers("budgets", budgets, int), numbers("times", times, float),
@@ -229,24 +253,26 @@ def tradeoff(
         )  # fmt: skip
         check_precision(precision)
         make_folder(output)
-        trials, ended = _trials(meshes, options)
-        study = study_of(trials, options, precision)
-        write_study(study, output)
-        _print_study(study)
-        if not ended:
-            runs = f"{len(trials)} of {run_count(meshes, options)} runs"
-            interrupted = f"interrupted after {runs}; {output} holds what they gave"
-        elif all(trial.failure for trial in trials):
+        with interrupts() as listening:
+            trials = _trials(meshes, options)
+            study = study_of(trials, options, precision)
+            for name, data in study_files(study):
+                with listening.held():
+                    write_whole(output / name, data)
+            with listening.held():
+                _print_study(study)
+        if all(trial.failure for trial in trials):
             remedy = f"tradeoff.csv in {output} says why"
             raise MeshError("none of the meshes could be measured", remedy=remedy)
+        if listening.heard:
+            runs = f"{len(trials)} of {run_count(meshes, options)} runs"
+            print_line(f"warning: interrupted after {runs}; {output} holds what they gave")
 
     _guarded(run, debug=debug)
-    if interrupted:
-        _fail(interrupted, 130, debug=debug)
 
 
-def _trials(meshes: list[Path], options: SweepOptions) -> tuple[list[Trial], bool]:
-    """All trials, or those up to Ctrl-C, and whether it went to the end."""
+def _trials(meshes: list[Path], options: SweepOptions) -> list[Trial]:
+    """All trials, or those up to Ctrl-C if there are any."""
     trials: list[Trial] = []
     try:
         with run_bar(run_count(meshes, options)) as tell:
@@ -256,8 +282,7 @@ def _trials(meshes: list[Path], options: SweepOptions) -> tuple[list[Trial], boo
     except KeyboardInterrupt:
         if not trials:
             raise
-        return trials, False
-    return trials, True
+    return trials
 
 
 def _print_study(study: Study) -> None:
@@ -290,13 +315,16 @@ def root(
     """Make occluders: a handful of triangles that hide nearly what a mesh hides."""
 
 
-def _run(work: Callable[[Listener], Report], name: str, *, debug: bool) -> None:
-    """Run a command under a progress bar and show its report."""
+def _run(work: Callable[[Listener, Interrupts], Report | None], name: str, *, debug: bool) -> None:
+    """Run a command under a progress bar and show its report, if there is one."""
 
     def shown() -> None:
-        with progress_bar() as listener:
-            report = work(listener)
-        print_report(report, name)
+        with interrupts() as listening:
+            with progress_bar() as listener:
+                report = work(listener, listening)
+            with listening.held():
+                if report is not None:
+                    print_report(report, name)
 
     _guarded(shown, debug=debug)
 
@@ -305,10 +333,10 @@ def _guarded(work: Callable[[], object], *, debug: bool) -> None:
     """Turn failures into one line and an exit status."""
     try:
         work()
+    except (KeyboardInterrupt, CancelledError):
+        _fail("interrupted; nothing was kept", INTERRUPTED, debug=debug)
     except OccluderError as error:
         _fail(str(error), 2 if isinstance(error, OptionError) else 1, debug=debug)
-    except KeyboardInterrupt:
-        _fail("interrupted; nothing was kept", 130, debug=debug)
     except MemoryError:
         _fail("out of memory; choose a lower --resolution", 1, debug=debug)
     except BrokenPipeError:  # nobody reads any more: typer ends the run without a word
@@ -365,6 +393,7 @@ def _resolved(options: Options, accuracy: AccuracyOptions) -> dict[str, Any]:
         **asdict(options.sections),
         **asdict(options.selection),
         "refine": asdict(options.refine),
+        "time_limit": options.time_limit,
         "accuracy": asdict(accuracy),
     }
 
@@ -376,8 +405,12 @@ _UsageError: Any = typer.BadParameter.__bases__[0]
 def main() -> None:
     """The entry point of the ``occluder`` command."""
     accept_any_text()
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # all is done by then
     try:
         status = app(standalone_mode=False)
+    except (typer.Abort, KeyboardInterrupt):  # Ctrl-C before the command has begun
+        print_line("error: interrupted; nothing was kept")
+        status = INTERRUPTED
     except _UsageError as error:
         message = error.format_message().rstrip(".")
         if message:  # else the help has been shown, for want of arguments

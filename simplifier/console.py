@@ -9,11 +9,19 @@ from io import TextIOWrapper
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeElapsedColumn,
+)
+from rich.progress import Progress as Bars
 from rich.table import Table
 from rich.text import Text
 
-from simplifier.progress import STAGES, Listener
+from simplifier.progress import STAGES, Listener, Progress
 
 _NAMES = {
     "load": "reading the mesh",
@@ -35,17 +43,29 @@ def progress_bar() -> Iterator[Listener]:
     """A bar on standard error that follows the stages; nothing where that is not a terminal."""
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield lambda stage, share: None
+        yield lambda progress: None
         return
-    columns = (TextColumn("{task.description:<22}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task("starting", total=len(STAGES))
+    columns = (TextColumn("{task.description:<31}"), BarColumn(), _Figures())
+    with Bars(*columns, console=console, transient=True) as bars:
+        task = bars.add_task("starting", total=len(STAGES), measure=None)
 
-        def listen(stage: str, share: float) -> None:
-            done = STAGES.index(stage) + share
-            progress.update(task, description=_NAMES.get(stage, stage), completed=done)
+        def listen(progress: Progress) -> None:
+            bars.update(
+                task, completed=STAGES.index(progress.stage) + progress.share,
+                description=f"{_NAMES[progress.stage]} {progress.share:4.0%}",
+                measure=progress.measure,
+            )  # fmt: skip
 
         yield listen
+
+
+class _Figures(ProgressColumn):
+    """Seconds since the start, and the occlusion measure when there is one."""
+
+    def render(self, task: Task) -> Text:
+        measure = task.fields["measure"]
+        shown = "" if measure is None else f"  measure {measure:.1%}"
+        return Text(f"{task.elapsed or 0.0:.1f} s{shown}")
 
 
 @contextmanager
@@ -61,11 +81,11 @@ def run_bar(runs: int) -> Iterator[Callable[[int, str], None]]:
         TimeElapsedColumn(),
         TextColumn("{task.fields[name]}", markup=False),
     )
-    with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task("", total=runs, name="warming up")
+    with Bars(*columns, console=console, transient=True) as bars:
+        task = bars.add_task("", total=runs, name="warming up")
 
         def tell(done: int, name: str) -> None:
-            progress.update(task, completed=done, name=_printable(name))
+            bars.update(task, completed=done, name=_printable(name))
 
         yield tell
 

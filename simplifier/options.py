@@ -55,6 +55,19 @@ def _whole(name: str, value: int, low: int, high: int) -> None:
     _within(name, value, low, high)
 
 
+def _check_time(seconds: float) -> None:
+    number = isinstance(seconds, (int, float)) and not isinstance(seconds, bool)
+    if not number or not 0.0 < seconds <= _LONGEST:
+        raise OptionError(
+            f"{seconds!r} is no time",
+            where="time limit",
+            remedy=f"give seconds, above 0 and at most {_LONGEST:,.0f}",
+        )
+
+
+_LONGEST = 1e6  # seconds: eleven days
+
+
 @dataclass(frozen=True)
 class SolidOptions:
     """What counts as inside."""
@@ -181,8 +194,14 @@ class Options:
     seed: int = 0
     """Seed of every random choice, 0 to 2**63 - 1."""
 
+    time_limit: float | None = None
+    """Seconds from mesh to occluder, above 0: less shortens the preset's work, more goes on
+    refining, whatever the moves.  None takes as long as the preset's work does."""
+
     def __post_init__(self) -> None:
         _whole("seed", self.seed, 0, 2**63 - 1)
+        if self.time_limit is not None:
+            _check_time(self.time_limit)
 
 
 def make_options(
@@ -198,14 +217,16 @@ def make_options(
     alpha: float = 0.001,
     preset: Preset = "balanced",
     moves: int | None = None,
+    time_limit: float | None = None,
     seed: int = 0,
 ) -> Options:
     """The options of a simplification from the names that users type.
 
-    ``preset`` says how much time to spend, and ``moves`` replaces its number of refining moves.
+    ``preset`` says how much time to spend, and ``moves`` replaces its number of refining moves;
+    with a ``time_limit``, seconds, refining lasts until then in place of moves.
     ``longest_edge`` of the mesh's bounding box, world units, turns ``error_bound`` into the least
     resolution that keeps it.  Raises :class:`~simplifier.errors.OptionError` when a value is out of
-    range, or resolution and error bound are both given.
+    range, or resolution and error bound, or moves and time limit, are both given.
     """
     if error_bound is not None:
         if resolution is not None:
@@ -215,6 +236,12 @@ def make_options(
                 remedy="choose one of the two",
             )
         resolution = _resolution_for(error_bound, longest_edge)
+    if moves is not None and time_limit is not None:
+        raise OptionError(
+            "cannot be given together with moves",
+            where="time limit",
+            remedy="choose one of the two",
+        )
     _one_of("preset", preset, tuple(PRESETS))
     sections, exchanges, preset_moves = PRESETS[preset]
     return Options(
@@ -223,6 +250,7 @@ def make_options(
         selection=SelectionOptions(budget, alpha, trim, exchanges=exchanges),
         refine=RefineOptions(preset_moves if moves is None else moves),
         seed=seed,
+        time_limit=time_limit,
     )
 
 

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
 import numpy as np
 
+from simplifier.affordable import (
+    FEW_VIEWS,
+    Work,
+    affordable_views,
+    fewer_directions,
+    fits,
+    quick,
+)
+from simplifier.deadline import Deadline
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.polygon import Chain, Polygon
@@ -26,8 +35,8 @@ from simplifier.polygon.bridge import bridge_holes
 from simplifier.polygon.chain import simplification_chain
 from simplifier.polygon.simplify import simplify_polygon
 from simplifier.polygon.triangulate import triangulate
-from simplifier.progress import Listener, Stopwatch
-from simplifier.selection.candidates import Candidates
+from simplifier.progress import Cancel, Listener, Stopwatch, Tell
+from simplifier.selection.candidates import Candidates, score
 from simplifier.selection.exchange import choose_by_gain
 from simplifier.selection.greedy import Cut, greedy_cut
 from simplifier.selection.measure import search_projections, silhouettes
@@ -47,38 +56,51 @@ from simplifier.voxel.voxelize import voxelize
 
 @dataclass(frozen=True, eq=False)
 class Simplification:
-    """An occluder, the solid that it was cut from, and what the user should know."""
+    """An occluder, the solid that it was cut from, and what the user should know.
+
+    ``interrupted``  whether the run was cancelled, so that this is the best so far.
+    """
 
     occluder: Occluder
     solid: Solid
     warnings: tuple[str, ...]
+    interrupted: bool = False
+
+
+class _StoppedError(Exception):
+    """Time is up or the run is cancelled, and there is already something to show."""
 
 
 def simplify_mesh(
-    mesh: TriangleMesh, options: Options, listener: Listener | None = None
+    mesh: TriangleMesh,
+    options: Options,
+    listener: Listener | None = None,
+    cancel: Cancel | None = None,
 ) -> Simplification:
     """Turn a triangle soup into an occluder of at most ``options.selection.budget`` triangles.
 
-    ``listener`` is told about stages as they begin and end; what it raises ends the run.
-    Raises :class:`~simplifier.errors.BackendUnavailableError` for a slicer that cannot run here.
+    ``listener`` is told about the progress; what it raises ends the run.  ``cancel``, once set,
+    ends it soon: with the best so far from refining on, before that with
+    :class:`~simplifier.errors.CancelledError`.  Raises
+    :class:`~simplifier.errors.BackendUnavailableError` for a slicer that cannot run here.
     """
-    watch = Stopwatch(listener)
+    deadline = Deadline.after(options.time_limit)
+    watch = Stopwatch(listener, cancel)
     solid = solidify(mesh, options.solid, watch)
-    sections = _sections(solid, options.sections, watch)
-    with watch.stage("loops"):
-        polygons = [edge_loops(section) for section in sections]
-    with watch.stage("chains"):
-        chains = _chains(sections, polygons)
-    with watch.stage("cut"):
-        cut = _cut(chains, mesh, solid, options.selection, options.seed)
-    vertices, faces = _triangles(chains, cut)
-    with watch.stage("refine"):
-        vertices, faces = _refined(vertices, faces, mesh, solid, options, watch)
+    warnings = _warnings(mesh, solid)  # before refining, which uses up what a time limit leaves
+    vertices, faces = _start(mesh, solid, options, watch, deadline)
+    with watch.stage("refine", cancels=False):
+        vertices, faces = _refined(vertices, faces, mesh, solid, options, watch, deadline)
+        interrupted = watch.cancelled
     occluder = Occluder(
         solid.filled.to_world(vertices), faces, ERROR_VOXELS * solid.filled.cell_size,
         dict(watch.timings),
     )  # fmt: skip
-    return Simplification(occluder, solid, _warnings(mesh, solid, occluder))
+    if len(faces) == 0:
+        warnings.append("no section is large enough to hide anything; raise --resolution")
+    if interrupted:
+        warnings.append("interrupted: the best so far")
+    return Simplification(occluder, solid, tuple(warnings), interrupted)
 
 
 def solidify(mesh: TriangleMesh, options: SolidOptions, watch: Stopwatch) -> Solid:
@@ -94,10 +116,73 @@ def solidify(mesh: TriangleMesh, options: SolidOptions, watch: Stopwatch) -> Sol
         return Solid(touched, grounded, (Closing("ground", grounded.count - filled.count),))
 
 
-def _sections(solid: Solid, options: SectionOptions, watch: Stopwatch) -> list[Section]:
-    plan = plan_sections(solid.filled, options)
-    with _slicer(solid, options, watch) as slicer, watch.stage("sections"):
-        return best_sections(plan, slicer)
+def _start(
+    mesh: TriangleMesh, solid: Solid, options: Options, watch: Stopwatch, deadline: Deadline
+) -> tuple[FloatArray, IntArray]:
+    """The cut; under a time limit a quick one, which is always ended, and a fuller one if it fits.
+
+    Returns vertices in grid space and faces.
+    """
+    with _slicer(solid, options.sections, watch) as slicer:
+        if not deadline.limited:
+            return _cut_solid(mesh, solid, options, slicer, watch, deadline)
+        small = quick(options)
+        cut = _cut_solid(mesh, solid, small, slicer, watch, Deadline.after(None))
+        fuller = _fullest(solid, options, small, watch.timings, deadline)
+        if fuller is not None:
+            with suppress(_StoppedError):
+                cut = _cut_solid(mesh, solid, fuller, slicer, watch, deadline.part(0.5))
+        return cut
+
+
+def _fullest(
+    solid: Solid, options: Options, small: Options, timings: Mapping[str, float], deadline: Deadline
+) -> Options | None:
+    """The most directions that time is left for, judged by the timings of a small start."""
+    done = _work(solid, small)
+    slicing = timings["sections"]
+    choosing = timings["loops"] + timings["chains"] + timings["cut"]
+    for fuller in fewer_directions(options):
+        if fits(done, slicing, choosing, _work(solid, fuller), deadline.left):
+            return fuller
+    return None
+
+
+def _work(solid: Solid, options: Options) -> Work:
+    plan = plan_sections(solid.filled, options.sections)
+    return Work(len(plan), plan.bins, options.selection.exchanges)
+
+
+def _cut_solid(
+    mesh: TriangleMesh,
+    solid: Solid,
+    options: Options,
+    slicer: Slicer,
+    watch: Stopwatch,
+    deadline: Deadline,
+) -> tuple[FloatArray, IntArray]:
+    """Sections to cut (sections 4.2 to 4.5); raises :class:`_StoppedError` at the deadline."""
+
+    def steps(stage: str) -> Tell:
+        tell = watch.steps(stage)
+
+        def tell_in_time(share: float) -> None:
+            if deadline.is_up:
+                raise _StoppedError
+            tell(share)
+
+        return tell_in_time
+
+    with watch.stage("sections"):
+        plan = plan_sections(solid.filled, options.sections)
+        sections = best_sections(plan, slicer, steps("sections"))
+    with watch.stage("loops"):
+        polygons = [edge_loops(section) for section in sections]
+    with watch.stage("chains"):
+        chains = _chains(sections, polygons, steps("chains"))
+    with watch.stage("cut"):
+        cut = _cut(chains, mesh, solid, options.selection, options.seed, steps("cut"))
+    return _triangles(chains, cut)
 
 
 @contextmanager
@@ -111,9 +196,12 @@ def _slicer(solid: Solid, options: SectionOptions, watch: Stopwatch) -> Iterator
         yield slicer
 
 
-def _chains(sections: Sequence[Section], polygons: Sequence[Sequence[Polygon]]) -> list[Chain]:
-    chains = []
-    for section, pieces in zip(sections, polygons, strict=True):
+def _chains(
+    sections: Sequence[Section], polygons: Sequence[Sequence[Polygon]], tell: Tell
+) -> list[Chain]:
+    chains: list[Chain] = []
+    for index, (section, pieces) in enumerate(zip(sections, polygons, strict=True)):
+        tell(index / len(sections))
         for polygon in pieces:
             simplified = simplify_polygon(polygon, TOLERANCE_VOXELS)
             if simplified is not None:
@@ -122,14 +210,19 @@ def _chains(sections: Sequence[Section], polygons: Sequence[Sequence[Polygon]]) 
 
 
 def _cut(
-    chains: Sequence[Chain], mesh: TriangleMesh, solid: Solid, options: SelectionOptions, seed: int
+    chains: Sequence[Chain],
+    mesh: TriangleMesh,
+    solid: Solid,
+    options: SelectionOptions,
+    seed: int,
+    tell: Tell,
 ) -> Cut:
     projections = _search_views(mesh, solid, options.views)
     candidates = Candidates.from_chains(chains, projections)
     if options.trim == "area":
         return trim_by_area(candidates, greedy_cut(candidates, options.alpha), options.budget)
     room = seed % 2**62  # each search adds its number, and the kernel takes 64 bits
-    return choose_by_gain(candidates, options.budget, options.alpha, options.exchanges, room)
+    return choose_by_gain(candidates, options.budget, options.alpha, options.exchanges, room, tell)
 
 
 def _triangles(chains: Sequence[Chain], cut: Cut) -> tuple[FloatArray, IntArray]:
@@ -152,23 +245,60 @@ def _refined(
     solid: Solid,
     options: Options,
     watch: Stopwatch,
+    deadline: Deadline,
 ) -> tuple[FloatArray, IntArray]:
     """Move the vertices within the solid dilated by a voxel, which keeps the error bound."""
     if options.refine.moves == 0 or len(faces) == 0:
         return vertices, faces
-    allowed, margin = dilated(solid.filled)
-    projections = _search_views(mesh, solid, options.refine.views, margin)
-    originals = silhouettes(solid.filled.to_grid(mesh.vertices) + margin, mesh.faces, projections)
+    try:
+        allowed, margin = dilated(solid.filled)
+        views = _views(mesh, solid, options.refine.views, margin, watch, deadline)
+    except _StoppedError:
+        return vertices, faces
+    whole = max(score(views.originals), 1)
 
-    def tell(share: float) -> bool:
-        watch.tell("refine", share)
-        return False
+    def stop(share: float, best: int) -> bool:
+        watch.tell("refine", share, max(best / whole, 0.0))
+        return watch.cancelled
 
     moved, kept = refine(
-        vertices + margin, faces, allowed, RefineViews(projections, originals), options.refine,
-        options.seed, tell,
+        vertices + margin, faces, allowed, views, options.refine, options.seed, stop,
+        deadline if deadline.limited else None,
     )  # fmt: skip
     return moved - margin, kept
+
+
+def _views(
+    mesh: TriangleMesh,
+    solid: Solid,
+    most: int,
+    margin: float,
+    watch: Stopwatch,
+    deadline: Deadline,
+) -> RefineViews:
+    """The original as the search sees it, in fewer views where a time limit is short.
+
+    Raises :class:`_StoppedError` when the time is up or the run cancelled before they are drawn.
+    """
+
+    def tell(share: float) -> None:
+        if watch.cancelled or deadline.is_up:
+            raise _StoppedError
+
+    vertices = solid.filled.to_grid(mesh.vertices) + margin
+
+    def drawn(count: int) -> RefineViews:
+        projections = _search_views(mesh, solid, count, margin)
+        return RefineViews(projections, silhouettes(vertices, mesh.faces, projections, tell))
+
+    tell(0.0)
+    if not deadline.limited:
+        return drawn(most)
+    before = deadline.left
+    few = drawn(min(FEW_VIEWS, most))
+    count = len(few.projections)
+    more = affordable_views(most, count, before - deadline.left, deadline.left)
+    return drawn(more) if more > count else few
 
 
 def _search_views(mesh: TriangleMesh, solid: Solid, count: int, margin: float = 0.0) -> FloatArray:
@@ -181,7 +311,7 @@ def _search_views(mesh: TriangleMesh, solid: Solid, count: int, margin: float = 
     )
 
 
-def _warnings(mesh: TriangleMesh, solid: Solid, occluder: Occluder) -> tuple[str, ...]:
+def _warnings(mesh: TriangleMesh, solid: Solid) -> list[str]:
     warnings = []
     dropped = mesh.dropped.total
     if dropped:
@@ -192,6 +322,4 @@ def _warnings(mesh: TriangleMesh, solid: Solid, occluder: Occluder) -> tuple[str
             "the surface is open at this resolution, so almost nothing is inside; if the asset "
             "stands on the ground try --ground, else a lower --resolution"
         )
-    if len(occluder.faces) == 0:
-        warnings.append("no section is large enough to hide anything; raise --resolution")
-    return tuple(warnings)
+    return warnings

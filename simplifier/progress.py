@@ -1,42 +1,103 @@
-"""What a run tells its caller while it works, and how the caller stops it."""
+"""What a run tells its caller while it works, and how the caller ends it."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Protocol
+
+from simplifier.errors import CancelledError
 
 STAGES = (
     "load", "voxelize", "fill", "surface", "sections", "loops", "chains", "cut", "refine",
-    "accuracy", "write",
+    "write", "accuracy",
 )  # fmt: skip
 """Every stage that a report has a time for, in the order in which they run."""
 
-Listener = Callable[[str, float], None]
-"""Called with a stage's name and the share of it that is done, 0 at its start and 1 at its end.
 
-To stop the run, raise from it: :class:`simplifier.errors.CancelledError` or any other exception.
-It is called between steps and from the caller's thread only.
-"""
+@dataclass(frozen=True)
+class Progress:
+    """How far a run is.
+
+    ``stage``    one of :data:`STAGES`; with a time limit some run twice, small and then in full.
+    ``share``    of the stage that is done, 0 at its start and 1 at its end.
+    ``seconds``  since the run began.
+    ``measure``  the share of the original's occlusion measure that the occluder has by now, in the
+                 search's pictures and less what it covers wrongly; None before refining.
+    """
+
+    stage: str
+    share: float
+    seconds: float
+    measure: float | None = None
+
+
+Listener = Callable[[Progress], None]
+"""Called between steps and from the caller's thread only; what it raises ends the run."""
+
+
+Tell = Callable[[float], None]
+"""What a stage tells its share to, now and then; what it raises ends the stage."""
+
+
+class Cancel(Protocol):
+    """Whether to end the run: a :class:`threading.Event`, or whatever else has this method."""
+
+    def is_set(self) -> bool:
+        """Looked at often, from the caller's thread; once true it has to stay so."""
 
 
 class Stopwatch:
-    """Times stages and tells a listener about them."""
+    """Times stages, tells a listener about them, and looks whether the run is to end."""
 
-    def __init__(self, listener: Listener | None = None) -> None:
-        self._listener = listener
+    def __init__(self, listener: Listener | None = None, cancel: Cancel | None = None) -> None:
+        self._listener, self._cancel = listener, cancel
+        self._begin = time.perf_counter()
         self.timings: dict[str, float] = {}
 
+    @property
+    def cancelled(self) -> bool:
+        """Whether the caller asked to end the run."""
+        return self._cancel is not None and self._cancel.is_set()
+
     @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Time the block as part of the stage; a stage may run more than once."""
+    def stage(self, name: str, *, cancels: bool = True) -> Iterator[None]:
+        """Time the block as part of the stage; a stage may run more than once.
+
+        It is not begun when the run is cancelled, unless ``cancels`` is false.
+        """
+        if cancels:
+            self.check()
         self.tell(name, 0.0)
         begin = time.perf_counter()
-        yield
-        self.timings[name] = self.timings.get(name, 0.0) + time.perf_counter() - begin
+        try:
+            yield
+        finally:
+            self.timings[name] = self.timings.get(name, 0.0) + time.perf_counter() - begin
         self.tell(name, 1.0)
 
-    def tell(self, name: str, share: float) -> None:
+    def tell(self, name: str, share: float, measure: float | None = None) -> None:
         """Report progress within a stage."""
         if self._listener is not None:
-            self._listener(name, share)
+            seconds = time.perf_counter() - self._begin
+            self._listener(Progress(name, share, seconds, measure))
+
+    def check(self) -> None:
+        """Raise :class:`~simplifier.errors.CancelledError` when the caller asked to end."""
+        if self.cancelled:
+            raise CancelledError("cancelled before there was an occluder")
+
+    def steps(self, name: str) -> Tell:
+        """What a stage tells its share to: it reports each growth, and raises as ``check``."""
+        told = 0.0
+
+        def tell(share: float) -> None:
+            nonlocal told
+            self.check()
+            if told < share < 1.0:  # the stage itself tells its begin and its end
+                told = share
+                self.tell(name, share)
+
+        return tell

@@ -67,7 +67,7 @@ def test_simplify_and_make_options_have_the_same_defaults():
     shared = set(here) & set(there)
     assert {"budget", "resolution", "error_bound", "up", "ground", "trim", "seed"} <= shared
     assert all(here[name].default == there[name].default for name in shared)
-    assert set(here) - shared == {"mesh", "listener"}
+    assert set(here) - shared == {"mesh", "listener", "cancel"}
 
 
 def test_every_error_is_an_occluder_error():

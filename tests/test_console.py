@@ -6,7 +6,7 @@ import io
 import sys
 
 from simplifier.console import accept_any_text, print_line, print_report, progress_bar
-from simplifier.progress import STAGES
+from simplifier.progress import STAGES, Progress
 
 REPORT = {
     "triangles": 53,
@@ -77,8 +77,8 @@ def test_an_encoding_without_the_letters(monkeypatch):
 def test_no_bar_where_there_is_no_terminal(capsys):
     with progress_bar() as listener:
         for stage in STAGES:
-            listener(stage, 0.0)
-            listener(stage, 1.0)
+            listener(Progress(stage, 0.0, 0.5))
+            listener(Progress(stage, 1.0, 0.5))
     shown = capsys.readouterr()
     assert (shown.out, shown.err) == ("", "")
 
@@ -90,8 +90,9 @@ def test_the_bar_knows_every_stage(monkeypatch):
     monkeypatch.setenv("TERM", "xterm")
     with progress_bar() as listener:
         for stage in STAGES:
-            listener(stage, 0.5)
-        listener("write", 1.0)
+            listener(Progress(stage, 0.5, 0.5))
+        listener(Progress("refine", 0.62, 1.2, 0.9134))
     shown = terminal.getvalue()
-    assert "writing" in shown
+    assert "refining triangles  62%" in shown
+    assert "measure 91.3%" in shown
     assert "\x1b[2K" in shown  # it wipes itself away

@@ -21,8 +21,9 @@ from tests.solids import box, joined, sphere, table
 MESHES = sorted(path.name for path in ASSETS.glob("*") if path.suffix in (".ply", ".glb"))
 
 
-def run(mesh, listener=None, **options):
-    return simplify_mesh(mesh, make_options(float(mesh.extent.max()), **options), listener)
+def run(mesh, listener=None, cancel=None, **options):
+    made = make_options(float(mesh.extent.max()), **options)
+    return simplify_mesh(mesh, made, listener, cancel)
 
 
 def judged(mesh, **options):
@@ -220,12 +221,17 @@ class Diary:
     """Writes down what a listener is told; raises at the stage that it is to end at."""
 
     def __init__(self, end_at=None, share=0.0):
-        self.told, self._end_at, self._share = [], end_at, share
+        self.told, self.progress = [], []
+        self._end_at, self._share = end_at, share
 
-    def __call__(self, stage, share):
-        self.told.append((stage, share))
-        if stage == self._end_at and share >= self._share:
-            raise CancelledError("enough")
+    def __call__(self, progress):
+        self.told.append((progress.stage, progress.share))
+        self.progress.append(progress)
+        if progress.stage == self._end_at and progress.share >= self._share:
+            self.end()
+
+    def end(self):
+        raise CancelledError("enough")
 
     @property
     def begun(self):
@@ -260,8 +266,8 @@ def test_the_listener_ends_the_run(stage, share):
 
 
 def test_any_exception_of_the_listener_comes_through():
-    def listener(stage, share):
-        raise ZeroDivisionError(stage)
+    def listener(progress):
+        raise ZeroDivisionError(progress.stage)
 
     with pytest.raises(ZeroDivisionError, match="voxelize"):
         run(box(), listener, resolution=8)
@@ -325,7 +331,7 @@ def test_the_seed_reaches_the_exchange(monkeypatch):
     seen = []
     monkeypatch.setattr(
         "simplifier.pipeline.choose_by_gain",
-        lambda candidates, budget, alpha, exchanges, seed: (
+        lambda candidates, budget, alpha, exchanges, seed, tell: (
             seen.append(seed) or np.zeros(len(candidates), np.int32)
         ),
     )

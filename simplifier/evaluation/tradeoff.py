@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from simplifier.errors import OccluderError, OptionError
 from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
@@ -31,21 +31,12 @@ PRESET_POINTS: tuple[Preset, ...] = ("draft", "balanced", "best")
 Knob = Literal["preset", "resolution", "directions", "time"]
 KNOBS: tuple[Knob, ...] = ("preset", "resolution", "directions", "time")
 
-_MOVES_A_SECOND = 16_000
-TIME_NOTE = f"A second of time stands for {_MOVES_A_SECOND:,} refining moves."
-"""How to read the times asked for."""
-
-
-def _work(seconds: float) -> dict[str, Any]:
-    """Arguments of ``make_options`` that give the search so much time."""
-    return {"moves": round(seconds * _MOVES_A_SECOND)}
-
 
 @dataclass(frozen=True)
 class Setting:
     """A budget, a preset, and what departs from it; None is as the preset has it.
 
-    ``time``  seconds for the search.
+    ``time``  limit of a run, seconds: less shortens the preset's work, more goes on refining.
     """
 
     budget: int
@@ -83,10 +74,10 @@ class Setting:
 
     def options(self, longest_edge: float, up: Axis, ground: bool, seed: int) -> Options:
         """All of it.  Raises :class:`OptionError` for a value out of range."""
-        work = {} if self.time is None else _work(self.time)
         made = make_options(
             longest_edge, budget=self.budget, resolution=self.resolution, up=up, ground=ground,
-            preset=self.preset, seed=seed, **work,
+            preset=self.preset, seed=seed,
+            time_limit=self.time,
         )  # fmt: skip
         if self.directions is None:
             return made
@@ -99,7 +90,7 @@ class SweepOptions:
 
     ``resolutions``, ``directions``, ``times``  the values of each knob, the others at their
     default; with ``full`` every combination.  The presets are always measured.  Every budget gets
-    all of it.  ``times`` in seconds for the search; ``repeats`` runs a setting.
+    all of it.  ``times`` are time limits, seconds; ``repeats`` runs a setting.
 
     Raises :class:`OptionError` where a list is empty or a value is out of range.
     """
@@ -118,9 +109,6 @@ class SweepOptions:
         for name in ("resolutions", "directions", "budgets", "times"):
             if not getattr(self, name):
                 raise OptionError("no value is given", where=name, remedy="give one or more")
-        for seconds in self.times:
-            if not 0.0 < seconds < math.inf:
-                raise OptionError(f"{seconds!r} is no time", where="times", remedy="use seconds")
         if not 1 <= self.repeats <= 1000:
             raise OptionError(
                 f"{self.repeats!r} is out of range", where="repeats", remedy="choose 1 to 1,000"

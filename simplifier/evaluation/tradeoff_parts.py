@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from html import escape
 
 from simplifier.evaluation import tradeoff_words as words
-from simplifier.evaluation.tradeoff import TIME_NOTE
 from simplifier.evaluation.tradeoff_advice import STEP, Advice, KnobAdvice, Pay, Step
 from simplifier.evaluation.tradeoff_cases import Case, Judged
 from simplifier.evaluation.wording import percent
@@ -90,7 +89,8 @@ def reading(precision: float) -> str:
         "Recall is the share of what the mesh hides that the occluder hides too; precision the "
         "share of what the occluder hides that is truly hidden. Both are exact, from 256 views.",
         "Time runs from the mesh in memory to the triangles, kernels warm, the median of the "
-        f"runs. {TIME_NOTE}",
+        "runs. A setting called time has a time limit: less shortens the preset's work, more goes "
+        "on refining.",
         f"A setting is dominated when another one of at least {words.share(precision)} precision "
         "takes no more time and recalls no less; the front is what is left. The dominating setting "
         "that is named is the one of most recall.",

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeVar
 
 from simplifier.errors import OptionError
@@ -15,7 +14,6 @@ from simplifier.evaluation.tradeoff_advice import Advice, advise
 from simplifier.evaluation.tradeoff_cases import Case, judge_cases
 from simplifier.evaluation.tradeoff_table import table_bytes
 from simplifier.evaluation.wording import percent
-from simplifier.io.whole import make_folder, write_whole
 
 FrontRow = tuple[str, str, str, str]
 """Setting, time, recall, precision."""
@@ -66,24 +64,22 @@ def study_of(trials: Sequence[Trial], options: SweepOptions, precision: float) -
     return Study(options, precision, this_machine(), tuple(found), tuple(cases), advise(cases))
 
 
-def write_study(study: Study, folder: Path) -> None:
-    """Write ``tradeoff.csv``, ``.png`` and ``.html``, each whole or not at all, the table first.
+def study_files(study: Study) -> Iterator[tuple[str, bytes]]:
+    """``tradeoff.csv``, ``.png`` and ``.html``: names and contents, each made when it is asked for.
 
-    The folder is made when it is not there.  Raises :class:`OutputError`.
+    The table comes first, for it is what cannot be had again without measuring.
     """
-    make_folder(folder)
     table = table_bytes(study.outcomes, study.cases, study.options, study.machine)
-    write_whole(folder / "tradeoff.csv", table)
+    yield "tradeoff.csv", table
     # Here, not above: matplotlib takes half a second to import, and most runs draw nothing.
     from simplifier.evaluation.tradeoff_page import page_text
     from simplifier.evaluation.tradeoff_plot import overview_picture
 
-    picture = overview_picture(study.cases, study.precision, str(study.machine))
-    write_whole(folder / "tradeoff.png", picture)
+    yield "tradeoff.png", overview_picture(study.cases, study.precision, str(study.machine))
     page = page_text(
         study.outcomes, study.cases, study.advice, study.options, study.machine, study.precision
     )
-    write_whole(folder / "tradeoff.html", page.encode("utf-8", "replace"))
+    yield "tradeoff.html", page.encode("utf-8", "replace")
 
 
 def numbers(name: str, text: str, kind: Callable[[str], Number]) -> tuple[Number, ...]:

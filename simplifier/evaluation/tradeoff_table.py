@@ -58,7 +58,7 @@ def _setting_cells(item: Judged, options: SweepOptions) -> dict[str, str]:
         "depths": str(resolved.sections.depths),
         "exchanges": str(resolved.selection.exchanges),
         "time": "" if setting.time is None else f"{setting.time:g}",
-        "moves": str(resolved.refine.moves),
+        "moves": str(resolved.refine.moves) if setting.time is None else "",
         "standing": item.verdict,
     }
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.kernels.compile import inline_kernel, kernel
-from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.threads import Tell, run_chunks, silent
 
 MaskArray = NDArray[np.uint64]
 
@@ -31,6 +31,7 @@ def covered(
     projections: NDArray[np.float64],
     rows: int,
     columns: int,
+    tell: Tell = silent,
 ) -> MaskArray:
     """Coverage masks: (V, rows, ceil(columns / 64)) uint64.
 
@@ -38,6 +39,7 @@ def covered(
     ``faces``        (m, 3), m may be 0; both windings are drawn.
     ``projections``  (V, 2, 4): a view's [x, y] in pixels is A p + b with A the first three columns
                      and b the last; what falls outside of the image is clipped.
+    ``tell``         hears the share of the views that are drawn.
 
     Bit c % 64 of word c // 64 of a row is pixel column c; bits past the last column are 0.  Raises
     ValueError for wrong shapes, indices out of range, values that are not finite or too large,
@@ -53,6 +55,8 @@ def covered(
         run_chunks(
             lambda begin, end: draw_views(points, indices, views, columns, begin, end, masks),
             len(views),
+            chunks_per_thread=32,
+            tell=tell,
         )
     return masks
 

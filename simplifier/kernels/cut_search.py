@@ -80,8 +80,8 @@ def _unite(shapes, taken, drawn, images, union, view_scores, scratch):
 
 
 @kernel
-def _fill(shapes, pairs, gains, taken, drawn, images, union, view_scores, limits, scratch):
-    """Add the pair with the best gain a triangle until budget or alpha ends it.
+def _fill(shapes, pairs, gains, taken, drawn, images, union, view_scores, limits, scratch, halt):
+    """Add the pair with the best gain a triangle until budget, alpha or ``halt`` ends it.
 
     ``gains`` (k,) int64 bounds what each pair gains; -1 for pairs that are not looked at.
     """
@@ -90,7 +90,7 @@ def _fill(shapes, pairs, gains, taken, drawn, images, union, view_scores, limits
     total = np.sum(view_scores)
     fresh = np.zeros(len(polygons), np.bool_)
     left = budget - np.sum(taken)
-    while left > 0:
+    while left > 0 and not halt[0]:
         # The best pair, and the best of those that are up to date: no other needs to beat more.
         best = -1
         best_worth = 0.0
@@ -159,8 +159,9 @@ def _drop_member(taken, index):
 
 @kernel
 def search_cut(
-    points, lowest, offsets, maps, triangles, polygons, levels, firsts, limits, exchanges, seed
-):
+    points, lowest, offsets, maps, triangles, polygons, levels, firsts, limits, exchanges, seed,
+    halt,
+):  # fmt: skip
     """Fill the budget by gain a triangle, then take members out and refill while that helps.
 
     ``triangles`` (p,) int32 full triangle counts; ``polygons``, ``levels`` (k,) int32 the pairs,
@@ -169,6 +170,7 @@ def search_cut(
     of a gain by what it costs (1 / cost: gain a triangle).  ``exchanges`` is how often two members
     are taken out and the freed triangles spent anew; ``seed`` chooses the second of the two.
 
+    ``halt`` (1,) uint8 ends the search early, with a cut of no worth, once another thread sets it.
     Returns the levels (p,) int32 and the score.
     """
     shapes = (points, lowest, offsets, maps)
@@ -187,18 +189,22 @@ def search_cut(
     view_scores = np.zeros(views, np.int64)
     gains = np.empty(len(polygons), np.int64)
     for polygon in range(count):
+        if halt[0]:
+            break
         # A level lies in its full polygon, so no level gains more than that.
         bound = _gain(shapes, polygon, triangles[polygon], union, view_scores, 0, 1, scratch)
         for pair in range(firsts[polygon], firsts[polygon + 1]):
             gains[pair] = bound
-    total = _fill(shapes, pairs, gains, taken, drawn, images, union, view_scores, limits, scratch)
+    total = _fill(
+        shapes, pairs, gains, taken, drawn, images, union, view_scores, limits, scratch, halt
+    )
     kept = taken.copy()
     state = np.uint64(seed)
     for exchange in range(exchanges):
         members = 0
         for polygon in range(count):
             members += taken[polygon] > 0
-        if members == 0:
+        if members == 0 or halt[0]:
             break
         state = state * np.uint64(6364136223846793005) + np.uint64(1442695040888963407)
         _drop_member(taken, exchange % members)
@@ -209,7 +215,7 @@ def search_cut(
         _shortlist(shapes, pairs, triangles, gains, union, view_scores, left, scratch)
         trial = _fill(
             shapes, pairs, gains, taken, drawn, images, union, view_scores, limits,
-            scratch,
+            scratch, halt,
         )  # fmt: skip
         if trial > total:
             total = trial

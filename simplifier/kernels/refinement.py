@@ -183,14 +183,15 @@ def _unit(state):
 @kernel
 def move_vertices(
     vertices, faces, begins, incident, projections, originals, allowed, penalty,
-    images, blocks, scores, best, best_score, state, first, last, moves, steps, heats,
+    images, blocks, scores, best, best_score, state, moves, shares, steps, heats,
 ):  # fmt: skip
-    """Moves ``first`` to ``last`` of ``moves``; ``first`` is a multiple of :data:`TRIES`.
+    """Try so many ``moves``, while the share of the search that is done goes through ``shares``.
 
     A vertex moves by up to a step a coordinate; a move that gains is tried again in the same
     direction.  A move is taken when every triangle keeps to ``allowed`` (nx, ny, nz) bool and the
     score rises, or falls by no more than chance allows (simulated annealing).  ``steps`` (voxels)
-    and ``heats`` (score) are first and last values, geometric in between.
+    and ``heats`` (score) are the values at share 0 and share 1, geometric in between; ``shares``
+    (two floats) are those at the first move and after the last.
 
     ``vertices``, ``images``, ``blocks`` and ``scores`` are the current state, ``best`` (n, 3) the
     best vertices yet, ``best_score`` (1,) int64 their score, ``state`` (1,) uint64 the generator.
@@ -210,8 +211,8 @@ def move_vertices(
     vertex, begin, end = 0, 0, 0
     dx, dy, dz = 0.0, 0.0, 0.0
     again = False
-    for move in range(first, last):
-        share = move / moves
+    for move in range(moves):
+        share = shares[0] + (shares[1] - shares[0]) * move / moves
         if move % TRIES == 0:
             random = _random(random)
             vertex = np.int64(random >> np.uint64(20)) % len(vertices)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import IntArray
 from simplifier.kernels.cut_search import search_cut
-from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.threads import Tell, run_chunks, silent
 from simplifier.selection.candidates import Candidates
 from simplifier.selection.greedy import Cut
 
@@ -20,7 +20,12 @@ _LEVEL_STEPS = 40  # levels grow by a third: those between change little that a 
 
 
 def choose_by_gain(
-    candidates: Candidates, budget: int, alpha: float, exchanges: int = 8, seed: int = 0
+    candidates: Candidates,
+    budget: int,
+    alpha: float,
+    exchanges: int = 8,
+    seed: int = 0,
+    tell: Tell = silent,
 ) -> Cut:
     """The best cut that greedy choice and exchange reach within ``budget`` triangles.
 
@@ -28,11 +33,22 @@ def choose_by_gain(
     by less than ``alpha`` of it.  Then, ``exchanges`` times, two members are taken out and the
     freed triangles spent anew, which is kept when the measure rises.  Two such searches weigh the
     cost of a pair differently; the better result is returned, the first of equals.
+
+    ``tell`` is called every few milliseconds; what it raises ends the search soon.
     """
     if len(candidates) == 0:
         return np.zeros(0, dtype=np.int32)
     polygons, levels, firsts = _pairs(candidates.triangles, budget)
     found: list[tuple[Cut, int]] = [(np.zeros(0, np.int32), -1)] * len(_POWERS)
+
+    halt = np.zeros(1, dtype=np.uint8)
+
+    def tell_or_halt(share: float) -> None:
+        try:
+            tell(share)
+        except BaseException:
+            halt[0] = 1
+            raise
 
     def search(begin: int, end: int) -> None:
         for index in range(begin, end):
@@ -40,10 +56,10 @@ def choose_by_gain(
             found[index] = search_cut(
                 candidates.points, candidates.lowest, candidates.offsets, candidates.maps,
                 candidates.triangles, polygons, levels, firsts, (budget, alpha, weights),
-                exchanges, seed + index,
+                exchanges, seed + index, halt,
             )  # fmt: skip
 
-    run_chunks(search, len(_POWERS))
+    run_chunks(search, len(_POWERS), tell=tell_or_halt)
     return max(found, key=lambda result: result[1])[0]
 
 

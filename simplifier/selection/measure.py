@@ -18,7 +18,7 @@ from simplifier.kernels.bit_image import SIZE
 from simplifier.kernels.coverage import covered
 from simplifier.kernels.distance_transform import distance_sum
 from simplifier.kernels.polygon_views import score_images
-from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.threads import Tell, run_chunks, silent
 
 
 def directional_measures(masks: BoolArray, pixel: float = 1.0) -> FloatArray:
@@ -43,10 +43,13 @@ def bit_measure(image: NDArray[np.uint64], pixel: float = 1.0) -> float:
 
 
 def silhouettes(
-    vertices: FloatArray, faces: IntArray, projections: FloatArray
+    vertices: FloatArray, faces: IntArray, projections: FloatArray, tell: Tell = silent
 ) -> NDArray[np.uint64]:
-    """(views, 64) uint64 bit images of a triangle soup; ``projections`` (views, 2, 4)."""
-    return np.ascontiguousarray(covered(vertices, faces, projections, SIZE, SIZE)[:, :, 0])
+    """(views, 64) uint64 bit images of a triangle soup; ``projections`` (views, 2, 4).
+
+    ``tell`` hears the share of the views that are drawn.
+    """
+    return np.ascontiguousarray(covered(vertices, faces, projections, SIZE, SIZE, tell)[:, :, 0])
 
 
 def search_projections(axes: FloatArray, centre: FloatArray, radius: float) -> FloatArray:

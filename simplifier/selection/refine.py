@@ -12,12 +12,13 @@ voxel outside the allowed solid: the filled grid dilated by one voxel.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.deadline import Deadline
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.kernels.refinement import BLOCK, TRIES, all_contained, draw_all, move_vertices
@@ -26,10 +27,12 @@ from simplifier.options import RefineOptions
 
 _STEPS = (6.0, 0.3)  # voxels that a move spans at first and at last
 _HEATS = (5e-4, 1e-5)  # losses taken at first and at last, as shares of the score
-_SLICE = 100 * TRIES  # moves between two looks at the clock and the listener
+_SLICE = 100 * TRIES  # moves between two looks at the listener
+_SLICE_SHARE = 0.01  # of a time limit, between two looks at the clock
+_SLICE_SECONDS = (0.0005, 0.02)  # at least, so that a slice is worth its start, and at most
 
-Stop = Callable[[float], bool]
-"""Told the share of the moves that is done; true ends the search with the best so far."""
+Stop = Callable[[float, int], bool]
+"""Told the share of the search that is done and the best score; true ends it with that best."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,14 +50,16 @@ def refine(
     views: RefineViews,
     options: RefineOptions,
     seed: int,
-    stop: Stop = lambda share: False,
+    stop: Stop = lambda share, score: False,
+    deadline: Deadline | None = None,
 ) -> tuple[FloatArray, IntArray]:
     """Move the vertices, (n, 3) in grid space; faces (m, 3) stay, less those that cannot.
 
     ``allowed`` (nx, ny, nz) bool are the voxels that triangles may touch; faces that leave it at
     the start are pulled in, and left out where that fails.  The result scores no less than that
-    start.  The same arguments give the same result on any number of threads, unless ``stop`` ends
-    the search.
+    start.  With a ``deadline`` the search lasts until then, whatever ``options.moves``.  The same
+    arguments give the same result on any number of threads, unless ``stop`` ends the search or a
+    deadline does.
     """
     vertices, faces = pulled_in(vertices, faces, allowed)
     if len(faces) == 0 or options.moves == 0:
@@ -63,18 +68,40 @@ def refine(
         _Search(vertices, faces, allowed, views, options, seed * options.searches + index)
         for index in range(options.searches)
     ]
-    for first in range(0, options.moves, _SLICE):
-        last = min(first + _SLICE, options.moves)
-        _run(searches, first, last)
-        if stop(last / options.moves):
+    slices = _by_moves(options.moves) if deadline is None else _by_time(deadline.rest())
+    for moves, shares in slices:
+        _run(searches, moves, shares)
+        if stop(shares[1], max(search.score for search in searches)):
             break
-    return max(searches, key=lambda search: search.best_score[0]).best, faces
+    return max(searches, key=lambda search: search.score).best, faces
 
 
-def _run(searches: list[_Search], first: int, last: int) -> None:
+_Slices = Iterator[tuple[int, tuple[float, float]]]
+"""Moves to try, and the shares of the search at their begin and end."""
+
+
+def _by_moves(moves: int) -> _Slices:
+    for first in range(0, moves, _SLICE):
+        last = min(first + _SLICE, moves)
+        yield last - first, (first / moves, last / moves)
+
+
+def _by_time(deadline: Deadline) -> _Slices:
+    """Slices of about a hundredth of the time each, until it is up."""
+    least, most = _SLICE_SECONDS
+    aim = min(max(_SLICE_SHARE * deadline.seconds, least), most)
+    moves = TRIES  # the first slice is there to learn what a move costs
+    while not deadline.is_up:
+        left, share = deadline.left, deadline.share
+        yield moves, (share, min(share + aim / deadline.seconds, 1.0))
+        took = max(left - deadline.left, 1e-6)
+        moves = TRIES * max(1, int(moves / TRIES * min(aim / took, 4.0)))
+
+
+def _run(searches: list[_Search], moves: int, shares: tuple[float, float]) -> None:
     def work(begin: int, end: int) -> None:
         for search in searches[begin:end]:
-            search.run(first, last)
+            search.run(moves, shares)
 
     run_chunks(work, len(searches))
 
@@ -94,7 +121,7 @@ class _Search:
         count = len(views.projections)
         self._vertices, self._faces, self._allowed = vertices.copy(), faces, allowed
         self._begins, self._incident = _incidence(faces, len(vertices))
-        self._views, self._moves = views, options.moves
+        self._views = views
         self._penalty = round(2.0 * options.overcover)
         self._images = np.zeros((len(faces), count, 64), dtype=np.uint64)
         self._blocks = np.zeros((-(-len(faces) // BLOCK), count, 64), dtype=np.uint64)
@@ -108,11 +135,16 @@ class _Search:
         self.best = vertices.copy()
         self.best_score = np.array([start], dtype=np.int64)
 
-    def run(self, first: int, last: int) -> None:
+    @property
+    def score(self) -> int:
+        """That of the best yet."""
+        return int(self.best_score[0])
+
+    def run(self, moves: int, shares: tuple[float, float]) -> None:
         move_vertices(
             self._vertices, self._faces, self._begins, self._incident, self._views.projections,
             self._views.originals, self._allowed, self._penalty, self._images, self._blocks,
-            self._scores, self.best, self.best_score, self._state, first, last, self._moves,
+            self._scores, self.best, self.best_score, self._state, moves, shares,
             _STEPS, self._heats,
         )  # fmt: skip
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from simplifier.geometry.grid import BoolArray, VoxelGrid
 from simplifier.geometry.section import ImageFrame
 from simplifier.kernels.sampling import sample_plane, slice_areas
-from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.threads import Tell, run_chunks, silent
 from simplifier.slicing.planes import SamplingPlan
 
 
@@ -18,7 +18,7 @@ class GridSampler:
     def __init__(self, grid: VoxelGrid) -> None:
         self._padded = np.pad(grid.inside, 1).view(np.uint8)
 
-    def areas(self, plan: SamplingPlan) -> NDArray[np.int64]:
+    def areas(self, plan: SamplingPlan, tell: Tell = silent) -> NDArray[np.int64]:
         """(n,) covered pixels of each plane of the plan."""
         table = np.stack([_row(frame) for frame in plan.frames])
         areas = np.zeros(len(plan), dtype=np.int64)
@@ -28,6 +28,8 @@ class GridSampler:
             ),
             len(plan),
             least=16,
+            chunks_per_thread=32,
+            tell=tell,
         )
         return areas
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.section import Section
+from simplifier.kernels.threads import Tell, silent
 from simplifier.slicing.planes import SamplingPlan
 
 
@@ -19,20 +20,20 @@ class Slicer(Protocol):
     pixel whose centre is more than 0.01 voxel from a voxel face.
     """
 
-    def areas(self, plan: SamplingPlan) -> NDArray[np.int64]:
-        """(n,) covered pixels of each plane of the plan."""
+    def areas(self, plan: SamplingPlan, tell: Tell = silent) -> NDArray[np.int64]:
+        """(n,) covered pixels of each plane of the plan; ``tell`` hears the share that is cut."""
 
     def masks(self, plan: SamplingPlan, planes: NDArray[np.int64]) -> list[BoolArray]:
         """(rows, columns) bool masks of the named planes, in the frames of the plan."""
 
 
-def best_sections(plan: SamplingPlan, slicer: Slicer) -> list[Section]:
+def best_sections(plan: SamplingPlan, slicer: Slicer, tell: Tell = silent) -> list[Section]:
     """Cut every plane of the plan and keep, for each bin, the slice with the most pixels.
 
     Bins without a covered pixel give nothing.  Sections come in the order of their bins; of equal
     slices the first is kept.
     """
-    areas = slicer.areas(plan)
+    areas = slicer.areas(plan, tell)
     order = np.lexsort((-areas, plan.bin_of))  # stable: by bin, then largest area, then index
     _, first = np.unique(plan.bin_of[order], return_index=True)
     chosen = order[first]

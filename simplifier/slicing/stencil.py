@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.kernels.threads import Tell, silent
 from simplifier.slicing.planes import SamplingPlan
 from simplifier.slicing.stencil_buffer import StencilBuffer
 
@@ -60,15 +61,15 @@ class StencilSlicer:
         """Free the OpenGL objects and the context; closing twice does no harm."""
         self._buffer.close()
 
-    def areas(self, plan: SamplingPlan) -> NDArray[np.int64]:
-        """(n,) covered pixels of each plane of the plan."""
+    def areas(self, plan: SamplingPlan, tell: Tell = silent) -> NDArray[np.int64]:
+        """(n,) covered pixels of each plane of the plan; ``tell`` hears the share that is cut."""
         areas = np.zeros(len(plan), dtype=np.int64)
         with self._buffer:
             # Results are asked for at the end: asking makes the processor wait for the drawing.
-            counts = {
-                index: self._buffer.start_count(slot)
-                for slot, index in enumerate(self._sweep(plan, np.arange(len(plan))))
-            }
+            counts = {}
+            for slot, index in enumerate(self._sweep(plan, np.arange(len(plan)))):
+                counts[index] = self._buffer.start_count(slot)
+                tell(slot / len(plan))
             for index, count in counts.items():
                 areas[index] = count()
         return areas

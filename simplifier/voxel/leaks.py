@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.geometry.grid import VoxelGrid
+from simplifier.kernels.hollow import count_hollow
 
 _ENCLOSED = 0.02  # enclosed voxels, as a share of the touched ones, below which little is inside
 _SIDES = 5  # of six, that have the surface in sight: one may be what is open
@@ -20,10 +21,5 @@ def leaks(touched: VoxelGrid, filled: VoxelGrid) -> bool:
     enclosed = filled.count - touched.count
     if enclosed > _ENCLOSED * touched.count:
         return False
-    seen = np.zeros(touched.shape, dtype=np.uint8)
-    for axis in range(3):
-        seen += np.logical_or.accumulate(touched.inside, axis=axis)
-        backwards = np.flip(touched.inside, axis)
-        seen += np.flip(np.logical_or.accumulate(backwards, axis=axis), axis)
-    hollow = ~touched.inside & (seen >= _SIDES)
-    return bool(np.count_nonzero(hollow) > _HOLLOW * touched.count)
+    hollow = count_hollow(np.ascontiguousarray(touched.inside), _SIDES)
+    return bool(hollow > _HOLLOW * touched.count)

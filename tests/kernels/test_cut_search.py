@@ -29,6 +29,7 @@ def search(candidates, budget, *, alpha=0.001, power=1.0, exchanges=0, seed=0):
     cut, score = search_cut(
         candidates.points, candidates.lowest, candidates.offsets, candidates.maps,
         candidates.triangles, polygons, levels, firsts, (budget, alpha, weights), exchanges, seed,
+        np.zeros(1, np.uint8),
     )  # fmt: skip
     filled = plain.fill(candidates, polygons, levels, budget, alpha, weights)
     return cut, score, filled

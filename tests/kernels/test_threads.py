@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -66,18 +67,72 @@ def test_the_first_exception_comes_back(monkeypatch, threads):
     assert caught.value.args == (0,)
 
 
-def test_other_chunks_still_end(monkeypatch):
-    monkeypatch.setenv("OCCLUDER_THREADS", "3")
-    done = np.zeros(60, dtype=np.bool_)
+def test_after_an_exception_nobody_works_any_more(monkeypatch):
+    monkeypatch.setenv("OCCLUDER_THREADS", "2")
+    begun, ended = [], []
 
     def work(begin, end):
+        begun.append(begin)
         if begin == 0:
             raise ValueError
-        done[begin:end] = True
+        time.sleep(0.05)
+        ended.append(begin)
 
     with pytest.raises(ValueError):
-        run_chunks(work, 60)
-    assert done[-1]
+        run_chunks(work, 60, chunks_per_thread=30)
+    assert sorted(ended) == sorted(set(begun) - {0})
+    assert len(begun) < 30  # those that had not begun are left out
+
+
+@settings(max_examples=30, deadline=None)
+@given(sizes, st.integers(0, 50), st.integers(1, 3))
+def test_a_watcher_hears_shares_that_grow_to_one(count, least, threads):
+    visits, shares = np.zeros(count, dtype=np.int64), []
+
+    def work(begin, end):
+        visits[begin:end] += 1
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("OCCLUDER_THREADS", str(threads))
+        run_chunks(work, count, least=least, tell=shares.append)
+    assert (visits == 1).all()
+    assert shares == sorted(shares)
+    assert shares[-1:] == [1.0] * (count > 0)
+
+
+@pytest.mark.parametrize("threads", ["1", "3"])
+def test_a_watcher_hears_of_one_long_chunk(monkeypatch, threads):
+    monkeypatch.setenv("OCCLUDER_THREADS", threads)
+    heard = threading.Event()
+    shares = []
+
+    def tell(share):
+        shares.append(share)
+        if len(shares) == 3:
+            heard.set()
+
+    run_chunks(lambda begin, end: heard.wait(timeout=20.0), 1, tell=tell)
+    assert shares[:3] == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("threads", ["1", "3"])
+def test_what_a_watcher_raises_ends_the_work(monkeypatch, threads):
+    monkeypatch.setenv("OCCLUDER_THREADS", threads)
+    begun, working = [], []
+
+    def work(begin, end):
+        begun.append(begin)
+        working.append(begin)
+        time.sleep(0.02)
+        working.remove(begin)
+
+    def tell(share):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_chunks(work, 1000, chunks_per_thread=100, tell=tell)
+    assert working == []
+    assert len(begun) < 20
 
 
 @pytest.mark.parametrize("setting", ["", "0", "-2", "many", "1.5", " "])

@@ -7,13 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from simplifier.deadline import Deadline
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.kernels.coverage import covered
-from simplifier.kernels.refinement import BLOCK, draw_all
+from simplifier.kernels.refinement import BLOCK, TRIES, draw_all
 from simplifier.kernels.voxels import contained, mark_triangles
 from simplifier.options import RefineOptions
 from simplifier.selection.measure import search_projections
-from simplifier.selection.refine import RefineViews, pulled_in, refine
+from simplifier.selection.refine import RefineViews, _by_time, pulled_in, refine
 
 SIZE = 24  # voxels a side
 
@@ -112,16 +113,77 @@ def test_same_on_any_number_of_threads(monkeypatch):
 def test_it_can_be_stopped_and_tells_how_far_it_is():
     allowed = ball()
     vertices, faces = crossed_quads()
-    shares = []
+    views, options = views_of(allowed), RefineOptions(moves=6000)
+    shares, scores = [], []
 
-    def stop(share):
+    def stop(share, best):
         shares.append(share)
+        scores.append(best)
         return len(shares) == 3
 
-    refine(vertices, faces, allowed, views_of(allowed), RefineOptions(moves=6000), 0, stop)
+    refined, kept = refine(vertices, faces, allowed, views, options, 0, stop)
     assert len(shares) == 3
     assert shares == sorted(shares)
     assert shares[-1] < 0.5
+    assert scores == sorted(scores)
+    assert scores[-1] == score(refined, kept, views, options.overcover)
+
+
+class StepClock:
+    """Goes on by a step whenever it is looked at, so that a slice never seems too short."""
+
+    def __init__(self, step):
+        self.now, self._step = 0.0, step
+
+    def __call__(self):
+        self.now += self._step
+        return self.now
+
+
+def test_a_deadline_takes_the_place_of_the_moves():
+    allowed = ball()
+    vertices, faces = crossed_quads()
+    views = views_of(allowed)
+    clock, shares = StepClock(0.006), []
+
+    def stop(share, best):
+        shares.append(share)
+        return False
+
+    deadline = Deadline.after(1.0, clock)
+    for moves in (6, 100_000_000):
+        options = RefineOptions(moves=moves, searches=1, overcover=8.0)
+        refined, kept = refine(vertices, faces, allowed, views, options, 0, stop, deadline)
+        assert 1.0 <= clock.now < 1.04
+        assert shares == sorted(shares)
+        assert len(shares) > 30
+        assert shares[-1] == 1.0
+        assert score(refined, kept, views, 8.0) > 1.1 * score(vertices, faces, views, 8.0)
+        clock.now, shares = 0.0, []
+
+
+def test_a_deadline_that_is_up_leaves_it_as_it_is():
+    allowed = ball()
+    vertices, faces = crossed_quads()
+    deadline = Deadline.after(0.0)
+    options = RefineOptions(moves=600)
+    same, _ = refine(vertices, faces, allowed, views_of(allowed), options, 0, deadline=deadline)
+    assert np.array_equal(same, vertices)
+
+
+@pytest.mark.parametrize("cost", [1e-6, 3e-4, 2e-2])
+def test_slices_fit_what_a_move_costs(cost):
+    clock = StepClock(0.0)
+    made = []
+    for moves, (first, last) in _by_time(Deadline.after(2.0, clock)):
+        assert moves % TRIES == 0
+        assert 0.0 <= first < last <= 1.0
+        clock.now += moves * cost
+        made.append(moves)
+    aim = 0.02
+    assert max(made) * cost <= 2.0 * max(aim, TRIES * cost)
+    assert made[-1] * cost >= min(0.5 * aim, TRIES * cost)
+    assert clock.now <= 2.0 + max(aim, TRIES * cost)
 
 
 def test_faces_outside_are_pulled_in_or_left_out():

@@ -1,0 +1,64 @@
+"""What a time limit leaves room for, judged by what a quick start took."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from simplifier.options import Options, SectionOptions
+
+QUICK = SectionOptions(directions=4, depths=3, depth_samples=8)
+"""Sections that nearly any limit leaves time for."""
+
+FEW_VIEWS = 16
+"""Pictures below which refining hides what no view shows."""
+
+_START_SHARE = 0.25  # of the time left, that a fuller start may take
+_VIEWS_SHARE = 0.25  # of the time left, that drawing the original may take
+_EXCHANGE = 0.05  # what an exchange costs, as a share of the choice before it
+
+
+@dataclass(frozen=True)
+class Work:
+    """What a start goes through: planes to cut, bins of a section each, and exchanges."""
+
+    planes: int
+    bins: int
+    exchanges: int
+
+
+def quick(options: Options) -> Options:
+    """The same with the least work before refining."""
+    return replace(
+        options,
+        sections=replace(QUICK, slicer=options.sections.slicer),
+        selection=replace(options.selection, exchanges=0),
+    )
+
+
+def fewer_directions(options: Options) -> list[Options]:
+    """The same with all directions, half of them, and so on down to those of a quick start."""
+    count = options.sections.directions
+    made = []
+    while count > QUICK.directions:
+        made.append(replace(options, sections=replace(options.sections, directions=count)))
+        count //= 2
+    return made
+
+
+def fits(done: Work, slicing: float, choosing: float, more: Work, left: float) -> bool:
+    """Whether ``more`` work fits into the time that is left and leaves most of it to refining.
+
+    ``slicing`` and ``choosing`` are the seconds that the ``done`` work took, by planes and by bins.
+    """
+    cost = slicing * more.planes / done.planes
+    cost += choosing * more.bins / done.bins * (1.0 + _EXCHANGE * more.exchanges)
+    return cost <= _START_SHARE * left
+
+
+def affordable_views(most: int, drawn: int, took: float, left: float) -> int:
+    """Views to refine by, when drawing some took so many seconds; no fewer than were drawn.
+
+    Those that are drawn are lost when there are to be more, so twice as many is the least gain.
+    """
+    views = min(most, int(_VIEWS_SHARE * left * drawn / max(took, 1e-9)))
+    return views if views >= 2 * drawn else drawn

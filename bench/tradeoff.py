@@ -16,19 +16,19 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from bench.machine import header
+from bench.machine import ROOT, header
 from bench.meshes import STAND_INS, StandIn
 from simplifier.evaluation import tradeoff_words as words
 from simplifier.evaluation.tradeoff import SweepOptions, sweep
 from simplifier.evaluation.tradeoff_advice import Advice, advise
-from simplifier.evaluation.tradeoff_cases import Case, Judged
+from simplifier.evaluation.tradeoff_cases import Case
 from simplifier.evaluation.tradeoff_plot import overview_picture
 from simplifier.evaluation.tradeoff_study import Study, study_of
 from simplifier.evaluation.tradeoff_table import table_bytes
 from simplifier.evaluation.wording import percent
 from simplifier.warmup import warm_up
 
-RESULTS, DOCS = Path("bench/results"), Path("docs")
+RESULTS, DOCS = ROOT / "bench" / "results", ROOT / "docs"
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 PRECISION = 0.99
 
@@ -46,10 +46,14 @@ def main() -> None:
     quick = " --quick" if arguments.quick else ""
     command = f"python -m bench.tradeoff --repeats {arguments.repeats}{quick}"
     base = replace(_QUICK if quick else SweepOptions(), repeats=arguments.repeats)
-    present = [stand_in for stand_in in STAND_INS if not stand_in.missing]
     warm_up()
+    measure([stand_in for stand_in in STAND_INS if not stand_in.missing], base, command)
+
+
+def measure(stand_ins: Sequence[StandIn], base: SweepOptions, command: str) -> None:
+    """Sweep, and write all files."""
     studies = {}
-    for stand_in in present:
+    for stand_in in stand_ins:
         print(f"{stand_in.name} ...", flush=True)
         studies[stand_in] = studied(stand_in, base)
         write_study(stand_in, studies[stand_in], command)
@@ -134,11 +138,9 @@ def _cell(case: Case, name: str) -> str:
     if item is None or item.verdict == "failed":
         return "no result"
     told = f"{words.seconds(item.seconds)}, {percent(item.recall)}"
-    return {"front": f"**{told}**", "imprecise": _imprecise(told, item)}.get(item.verdict, told)
-
-
-def _imprecise(told: str, item: Judged) -> str:
-    return f"*{told} at {percent(item.precision, 2)}*"
+    if item.verdict == "imprecise":
+        return f"*{told} at {percent(item.precision, 2)}*"
+    return f"**{told}**" if item.verdict == "front" else told
 
 
 if __name__ == "__main__":

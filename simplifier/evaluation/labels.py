@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise, product
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,10 @@ from simplifier.geometry.mesh import FloatArray
 
 _DIRECTIONS = 16
 _DISTANCES = (7.0, 12.0, 18.0, 26.0, 36.0, 48.0)  # from the point, in typographic points
+_MARK = 3.5  # reach of a point, typographic points
 _LEADER = 15.0  # a label further away gets a line to its point
+_POINT, _OTHER, _LINE = 100.0, 400.0, 4.0  # costs of covering a point, a label, a piece of a line
+_BEYOND = 100.0  # cost of a pixel outside of the axes
 _FAR = 0.25  # cost of each typographic point of distance
 _MOST = 50.0  # cost of an optional label: some of a line may be covered, a point may not
 _MARGIN = 1.5  # kept free around a label, pixels
@@ -33,10 +36,6 @@ class Label:
     optional: bool = False
 
 
-Box = tuple[float, float, float, float]
-"""Left, bottom, right, top in pixels."""
-
-
 def place_labels(
     axes: Any,
     labels: Sequence[Label],
@@ -48,75 +47,60 @@ def place_labels(
 
     ``points`` (n, 2) and ``lines`` of (m, 2) corners, data coordinates, are what is not to be
     covered, lines less strictly than points.  ``size`` of the letters, typographic points.  The
-    limits of the axes must be final.
+    place of the axes in the figure and their limits must be final.
     """
-    figure = axes.figure
-    figure.draw_without_rendering()
-    scale = figure.dpi / 72.0
-    edge = axes.get_window_extent()
-    frame: Box = (edge.x0, edge.y0, edge.x1, edge.y1)
-    marks = [_around(x, y, 5.0 * scale) for x, y in axes.transData.transform(points)]
+    scale = axes.figure.dpi / 72.0
+    frame = np.array(axes.get_window_extent().extents)
+    marks = _around(axes.transData.transform(points), _MARK * scale)
     paths = [_along(axes.transData.transform(line)) for line in lines if len(line)]
-    steps = [_around(x, y, 1.0) for path in paths for x, y in path]
-    taken: list[Box] = []
+    steps = _around(np.concatenate([np.empty((0, 2)), *paths]), 1.0)
+    taken = np.empty((0, 4))
     for label in labels:
-        width, height = _extent(axes, label, size)
-        x, y = axes.transData.transform((label.x, label.y))
-        cost, distance, box = min(
-            (_cost(box, marks, steps, taken, frame) + _FAR * distance, distance, box)
-            for box, distance in _places(x, y, width, height, scale)
-        )
-        if label.optional and cost > _MOST:
+        at = axes.transData.transform((label.x, label.y))
+        boxes = _places(at, _extent(axes, label, size), scale)
+        cost = _outside(boxes, frame) * _BEYOND
+        for others, each in ((marks, _POINT), (taken, _OTHER), (steps, _LINE)):
+            cost += each * _meetings(boxes, others)
+        best = int(np.argmin(cost + _FAR * np.repeat(_DISTANCES, _DIRECTIONS)))
+        if label.optional and cost[best] > _MOST:
             continue
-        taken.append(box)
-        _write(axes, label, box, size, leader=distance > _LEADER)
+        taken = np.concatenate([taken, boxes[best : best + 1]])
+        _write(axes, label, boxes[best], size, leader=_DISTANCES[best // _DIRECTIONS] > _LEADER)
 
 
-def _extent(axes: Any, label: Label, size: float) -> tuple[float, float]:
+def _extent(axes: Any, label: Label, size: float) -> FloatArray:
+    """Width and height in pixels."""
     text = axes.text(0.0, 0.0, label.text, fontsize=size, fontweight=label.weight)
     extent = text.get_window_extent()
     text.remove()
-    return extent.width + 2.0 * _MARGIN, extent.height + 2.0 * _MARGIN
+    return np.array([extent.width, extent.height]) + 2.0 * _MARGIN
 
 
-def _places(
-    x: float, y: float, width: float, height: float, scale: float
-) -> list[tuple[Box, float]]:
-    """Boxes all around the point: the near ones first, and to the right and below first."""
-    places = []
-    for distance, index in product(_DISTANCES, range(_DIRECTIONS)):
-        turn = -math.pi * 0.25 + 2.0 * math.pi * index / _DIRECTIONS
-        u, v = math.cos(turn), math.sin(turn)
-        # The box touches the circle with the side or corner that faces the point.
-        left = x + distance * scale * u + 0.5 * width * (np.clip(1.6 * u, -1.0, 1.0) - 1.0)
-        low = y + distance * scale * v + 0.5 * height * (np.clip(1.6 * v, -1.0, 1.0) - 1.0)
-        box = (float(left), float(low), float(left + width), float(low + height))
-        places.append((box, distance))
-    return places
+def _places(at: FloatArray, extent: FloatArray, scale: float) -> FloatArray:
+    """(n, 4) boxes all around a point, the near ones first; left, bottom, right, top in pixels."""
+    turns = 2.0 * math.pi * np.arange(_DIRECTIONS) / _DIRECTIONS - 0.25 * math.pi
+    along = np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    # The box touches the circle with the side or corner that faces the point.
+    corner = 0.5 * extent * (np.clip(1.6 * along, -1.0, 1.0) - 1.0)
+    reach = scale * np.array(_DISTANCES)[:, None, None]
+    low = (at + reach * along + corner).reshape(-1, 2)
+    return np.concatenate([low, low + extent], axis=1)
 
 
-def _cost(
-    box: Box, marks: Sequence[Box], steps: Sequence[Box], taken: Sequence[Box], frame: Box
-) -> float:
-    """What the box would cover; in the end the nearest of the free ones wins."""
-    outside = sum(
-        max(0.0, over)
-        for over in (frame[0] - box[0], frame[1] - box[1], box[2] - frame[2], box[3] - frame[3])
-    )
-    return (
-        100.0 * outside
-        + sum(100.0 for other in marks if _meet(box, other))
-        + sum(400.0 for other in taken if _meet(box, other))
-        + sum(4.0 for other in steps if _meet(box, other))
-    )
+def _outside(boxes: FloatArray, frame: FloatArray) -> FloatArray:
+    """(n,) pixels by which each box reaches over the frame's sides."""
+    over = np.concatenate([frame[:2] - boxes[:, :2], boxes[:, 2:] - frame[2:]], axis=1)
+    return np.asarray(np.maximum(over, 0.0).sum(axis=1))
 
 
-def _meet(one: Box, other: Box) -> bool:
-    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+def _meetings(boxes: FloatArray, others: FloatArray) -> FloatArray:
+    """(n,) how many of the others each box overlaps."""
+    apart = (boxes[:, None, :2] >= others[:, 2:]) | (others[:, :2] >= boxes[:, None, 2:])
+    return np.asarray((~apart.any(axis=2)).sum(axis=1), dtype=np.float64)
 
 
-def _around(x: float, y: float, reach: float) -> Box:
-    return (x - reach, y - reach, x + reach, y + reach)
+def _around(points: FloatArray, reach: float) -> FloatArray:
+    return np.concatenate([points - reach, points + reach], axis=1)
 
 
 def _along(path: FloatArray) -> FloatArray:
@@ -128,7 +112,7 @@ def _along(path: FloatArray) -> FloatArray:
     return np.concatenate(pieces)
 
 
-def _write(axes: Any, label: Label, box: Box, size: float, *, leader: bool) -> None:
+def _write(axes: Any, label: Label, box: FloatArray, size: float, *, leader: bool) -> None:
     middle = ((box[0] + box[2]) / 2.0, (box[1] + box[3]) / 2.0)
     line = {"arrowstyle": "-", "color": label.colour, "linewidth": 0.6, "shrinkB": 4.0}
     axes.annotate(

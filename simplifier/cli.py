@@ -256,10 +256,10 @@ def tradeoff(
         with interrupts() as listening:
             trials = _trials(meshes, options)
             study = study_of(trials, options, precision)
-            for name, data in study_files(study):
-                with listening.held():
-                    write_whole(output / name, data)
-            with listening.held():
+            with listening.deferred():  # what was measured is not to be lost to a late Ctrl-C
+                for name, data in study_files(study):
+                    with listening.held():
+                        write_whole(output / name, data)
                 _print_study(study)
         if all(trial.failure for trial in trials):
             remedy = f"tradeoff.csv in {output} says why"

@@ -62,7 +62,7 @@ class Setting:
     @property
     def name(self) -> str:
         """Tells a setting from all others of its budget."""
-        return ", ".join(self.departures.values()) or self.preset
+        return " + ".join(self.departures.values()) or self.preset
 
     @property
     def knob(self) -> Knob | None:

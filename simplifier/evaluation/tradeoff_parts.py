@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Sequence
 from html import escape
 
@@ -14,16 +15,17 @@ from simplifier.evaluation.wording import percent
 Pictures = tuple[bytes, bytes]
 """PNG for light and for dark pages."""
 
-_LEGEND = (
-    '<ul class="legend">'
+_SEVERAL = '<li><b class="several">&#10010;</b> resolution / directions / time</li>'
+_MARKS = (
     '<li><b class="preset">&#9670;</b> preset</li>'
     '<li><b class="resolution">&#9632;</b> resolution</li>'
     '<li><b class="directions">&#9650;</b> directions</li>'
     '<li><b class="time">&#9679;</b> time</li>'
-    '<li><b class="several">&#10010;</b> several at once</li>'
+)
+_SHAPES = (
     '<li><i class="stair"></i> Pareto front; its settings are filled</li>'
     "<li>hollow: dominated</li><li>crossed out: too imprecise</li>"
-    "<li>&#9661; at the edge: far below, its recall beside it</li></ul>"
+    "<li>&#9661; at the edge: far below, its recall beside it</li>"
 )
 
 
@@ -50,7 +52,7 @@ def tiles(advice: Advice, cases: Sequence[Case]) -> str:
 
 def sentences(lines: Sequence[str]) -> str:
     """List items."""
-    return "".join(f"<li>{escape(line)}</li>" for line in lines)
+    return "".join(f"<li>{_unbroken(line)}</li>" for line in lines)
 
 
 def never(lines: Sequence[str]) -> str:
@@ -80,7 +82,9 @@ def mesh(name: str, cases: Sequence[Case], pictures: Sequence[Pictures], precisi
     cards = "".join(
         _case(case, both, precision) for case, both in zip(cases, pictures, strict=True)
     )
-    return f'<h2><bdi>{escape(name)}</bdi></h2>{_LEGEND}<div class="cases grid">{cards}</div>'
+    several = any(item.setting.knob is None for case in cases for item in case.judged)
+    legend = f'<ul class="legend">{_MARKS}{_SEVERAL if several else ""}{_SHAPES}</ul>'
+    return f'<h2><bdi>{escape(name)}</bdi></h2>{legend}<div class="cases grid">{cards}</div>'
 
 
 def reading(precision: float) -> str:
@@ -170,7 +174,7 @@ def _case(case: Case, pictures: Pictures, precision: float) -> str:
 def _setting_row(item: Judged, precision: float) -> str:
     knob = item.setting.knob or "several"
     name = f'<span class="{escape(knob)}">{escape(item.setting.name)}</span>'
-    told = escape(words.standing(item, precision)).replace(" %", "\u00a0%")
+    told = _unbroken(words.standing(item, precision))
     if item.verdict == "failed":
         return _row("failed", name, "-", "-", "-", told)
     figures = (words.seconds(item.seconds), percent(item.recall), percent(item.precision, 2))
@@ -190,6 +194,11 @@ def _spoken(case: Case) -> str:
     """The front in words, for who cannot see it."""
     steps = [f"{i.setting.name} {words.seconds(i.seconds)} {percent(i.recall)}" for i in case.front]
     return "Time against recall. The front: " + ("; ".join(steps) or "empty")
+
+
+def _unbroken(line: str) -> str:
+    """Escaped, and no line ends between a number and its unit."""
+    return re.sub(r"(?<=\d) (?=%|m?s\b)", "\u00a0", escape(line))
 
 
 def _head(names: Sequence[str], numbers: int = 0) -> str:

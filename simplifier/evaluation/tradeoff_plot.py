@@ -14,7 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 
 from simplifier.evaluation.labels import Label, place_labels
 from simplifier.evaluation.png import drawn, encoded
-from simplifier.evaluation.tradeoff import KNOBS, Knob
+from simplifier.evaluation.tradeoff import KNOBS, Knob, Setting
 from simplifier.evaluation.tradeoff_cases import Case, Judged
 from simplifier.evaluation.wording import percent
 from simplifier.geometry.mesh import FloatArray
@@ -68,7 +68,8 @@ def overview_picture(cases: Sequence[Case], precision: float, footer: str) -> by
     columns, rows = max(len(budgets), 1), max(len(meshes), 1)
     width, height = _PANEL[0] * max(columns, 2), (_PANEL[1] + 0.4) * rows + 1.3
     figure = Figure(figsize=(width, height), dpi=100, facecolor=theme.page)
-    _head(figure, precision, height, theme)
+    several = any(item.setting.knob is None for case in cases for item in case.judged)
+    _head(figure, precision, several, height, theme)
     _foot(figure, footer if cases else "nothing was measured", height, theme)
     for case in cases:
         row, column = meshes.index(case.mesh), budgets.index(case.budget)
@@ -167,7 +168,7 @@ def _labels(case: Case, low: float, theme: Theme) -> list[Label]:
         named = item in front or item is default
         if not named and len(case.measured) > _MOST_NAMED:
             continue
-        text = item.setting.name
+        text = _short(item.setting)
         if item.recall < low:
             text = f"{text}: {percent(item.recall)}"
         colour = theme.knobs[item.setting.knob] if named else theme.soft
@@ -175,6 +176,13 @@ def _labels(case: Case, low: float, theme: Theme) -> list[Label]:
         at = max(item.recall, low)
         labels.append(Label(item.seconds, at, text, colour, weight, optional=not named))
     return labels
+
+
+def _short(setting: Setting) -> str:
+    """The name; of several knobs, which fill a picture, the values of all three alone."""
+    if setting.knob is not None:
+        return setting.name
+    return f"{setting.resolution} / {setting.directions} / {setting.time:g}"
 
 
 def _finish(axes: Any, theme: Theme) -> None:
@@ -196,7 +204,7 @@ def _finish(axes: Any, theme: Theme) -> None:
         spine.set_color(theme.soft)
 
 
-def _head(figure: Figure, precision: float, height: float, theme: Theme) -> None:
+def _head(figure: Figure, precision: float, several: bool, height: float, theme: Theme) -> None:
     title = f"Speed against accuracy, settings of at least {100.0 * precision:.6g} % precision"
     figure.text(0.02, 1.0 - 0.3 / height, title, fontsize=14, fontweight="bold", color=theme.ink)
     style: dict[str, Any] = {"linestyle": "", "markersize": 7.0, "markeredgewidth": 1.5}
@@ -204,6 +212,11 @@ def _head(figure: Figure, precision: float, height: float, theme: Theme) -> None
         Line2D([], [], color=theme.knobs[knob], marker=_MARKS[knob], label=knob, **style)
         for knob in KNOBS
     ]
+    if several:
+        label = "resolution / directions / time"
+        keys.append(
+            Line2D([], [], color=theme.knobs[None], marker=_MARKS[None], label=label, **style)
+        )
     keys.append(Line2D([], [], color=theme.front, linewidth=2.2, label="Pareto front (filled)"))
     hollow = {**style, "mec": theme.soft, "mfc": theme.page}
     keys.append(Line2D([], [], marker="o", label="dominated", **hollow))

@@ -65,7 +65,7 @@ def steps(monkeypatch):
         (Setting(64, resolution=32), "resolution 32", "resolution"),
         (Setting(64, directions=128), "128 directions", "directions"),
         (Setting(64, time=0.25), "time 0.25 s", "time"),
-        (Setting(64, "balanced", 32, 16, 2.0), "resolution 32, 16 directions, time 2 s", None),
+        (Setting(64, "balanced", 32, 16, 2.0), "resolution 32 + 16 directions + time 2 s", None),
     ],
 )
 def test_names(setting, name, knob):

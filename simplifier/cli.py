@@ -222,12 +222,18 @@ def tradeoff(
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Folder for tradeoff.csv, .png and .html.")
     ],
-    resolutions: Annotated[str, typer.Option(help="Resolutions to try.")] = "32,64,128",
-    directions: Annotated[str, typer.Option(help="Section directions to try.")] = "16,32,128",
-    budgets: Annotated[str, typer.Option(help="Budgets, each with a front of its own.")] = (
-        "16,64,256"
-    ),
-    times: Annotated[str, typer.Option(help="Times to try, seconds.")] = "0.25,0.5,1,2,5",
+    resolutions: Annotated[
+        str, typer.Option(metavar="LIST", help="Resolutions to try.")
+    ] = "32,64,128",
+    directions: Annotated[
+        str, typer.Option(metavar="LIST", help="Section directions to try.")
+    ] = "16,32,128",
+    budgets: Annotated[
+        str, typer.Option(metavar="LIST", help="Budgets, each with a front of its own.")
+    ] = ("16,64,256"),
+    times: Annotated[
+        str, typer.Option(metavar="LIST", help="Times to try, seconds.")
+    ] = "0.25,0.5,1,2,5",
     precision: Annotated[
         float, typer.Option(help="Least precision, 0 to 1, of a setting on the front.")
     ] = 0.99,

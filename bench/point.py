@@ -81,7 +81,7 @@ def _answer(*arguments: str) -> Any:
 def measured_here(work: str, mesh: str, repeats: int, options: dict[str, Any]) -> Measurement:
     """The same in this process, whose memory then counts too."""
     soup = mesh_named(mesh)
-    _load_kernels()
+    load_kernels()
     job = _JOBS[work](soup, options)
     before, made = _resident_mib("VmRSS"), _resident_mib("VmHWM")
     _forget_peak()
@@ -96,7 +96,8 @@ def measured_here(work: str, mesh: str, repeats: int, options: dict[str, Any]) -
     return Measurement(len(soup.faces), seconds, medians, before, peak, max(peak, made))
 
 
-def _load_kernels() -> None:
+def load_kernels() -> None:
+    """Do everything once on a tiny mesh, so that what is timed next loads nothing."""
     tiny = bumpy_sphere(48)
     occluder = simplifier.simplify(tiny, budget=4, resolution=8, preset="draft")
     for exact in (False, True):

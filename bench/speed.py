@@ -1,6 +1,7 @@
 """How long everything takes and how much memory: ``python -m bench.speed [--only PART]``.
 
     stand_ins          mesh in memory to occluder, by preset and stage; target 1.0 s, aim 0.3 s
+    limits             time limits asked for, taken, and the recall that they give
     accuracy           the report of 256 views; target 1.5 s for 100,000 triangles
     growth_triangles   time and memory against the triangles of the mesh
     growth_resolution  against the voxels along the longest edge
@@ -25,7 +26,7 @@ from bench.kernels import kernel_times
 from bench.plot import plot_growth
 from bench.record import Row, told, write_page, write_table
 from bench.starts import start_times
-from bench.times import accuracy_times, memory_at_256, occluder_times
+from bench.times import accuracy_times, limit_times, memory_at_256, occluder_times
 
 RESULTS = Path("bench/results")
 
@@ -34,6 +35,7 @@ Part = Callable[[int], Iterator[Row]]
 GROWTHS = {f"growth_{growth.column}": growth for growth in (TRIANGLES, RESOLUTION, BUDGET)}
 PARTS: Mapping[str, Part] = {
     "stand_ins": occluder_times,
+    "limits": limit_times,
     "accuracy": accuracy_times,
     **{name: growth.rows for name, growth in GROWTHS.items()},
     "memory": memory_at_256,

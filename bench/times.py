@@ -5,18 +5,22 @@ Yields one row a measurement, so that a reader sees figures as they come.
 
 from __future__ import annotations
 
+import statistics
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import simplifier
-from bench.meshes import STAND_INS, cube, stand_in_named
-from bench.point import Measurement, measure, measure_command
+from bench.meshes import STAND_INS, cube, load_stand_in, stand_in_named
+from bench.point import Measurement, load_kernels, measure, measure_command
 from bench.record import Row
 
 OCCLUDER_TARGET, OCCLUDER_AIM = 1.0, 0.3  # seconds from mesh to occluder
 ACCURACY_TARGET = 1.5  # seconds for a report of 256 views of a mesh of 100,000 triangles
+LIMITS = (0.001, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0, 3.0)  # seconds asked for
+LIMIT_SLACK = 1.1  # of a limit, that a run may take
 MEMORY_TARGET = 1024.0  # MiB at 256 voxels a side
 
 
@@ -60,6 +64,34 @@ def _accuracy_target(name: str, point: Measurement) -> Row:
         return {}
     reached = point.summary["median_s"] <= ACCURACY_TARGET
     return {"target_s": ACCURACY_TARGET, "target": met(reached)}
+
+
+def limit_times(repeats: int) -> Iterator[Row]:
+    """What a time limit takes, and what it gives: mesh in memory to occluder, kernels warm.
+
+    The first limit of each mesh is too short for anything: what it takes is the least time.
+    """
+    load_kernels()
+    for stand_in in STAND_INS:
+        if stand_in.missing:
+            yield skipped(stand_in.name, stand_in.missing)
+            continue
+        mesh, least = load_stand_in(stand_in), 0.0
+        for limit in LIMITS:
+            seconds = []
+            for _ in range(repeats):
+                begin = time.perf_counter()
+                occluder = simplifier.simplify(mesh, time_limit=limit, **stand_in.options)
+                seconds.append(time.perf_counter() - begin)
+            least = least or max(seconds)
+            judged = simplifier.evaluate(mesh, occluder)
+            yield {
+                "mesh": stand_in.name, "triangles": len(mesh.faces), "limit_s": limit,
+                "median_s": statistics.median(seconds), "min_s": min(seconds),
+                "max_s": max(seconds), "allowed_s": max(LIMIT_SLACK * limit, least),
+                "limit": met(max(seconds) <= max(LIMIT_SLACK * limit, least)),
+                "recall": judged.recall, "precision": judged.precision,
+            }  # fmt: skip
 
 
 def memory_at_256(repeats: int) -> Iterator[Row]:

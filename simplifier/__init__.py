@@ -19,7 +19,7 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import load_mesh as load
 from simplifier.io import save_occluder as save
-from simplifier.options import Axis, Preset, Slicing, Trim, make_options
+from simplifier.options import Axis, Preset, Slicing, Trim, Viewers, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel, Listener, Progress
 from simplifier.version import VERSION as __version__
@@ -46,6 +46,10 @@ def simplify(
     error_bound: float | None = None,
     up: Axis = "y",
     ground: bool = False,
+    viewers: Viewers = "all",
+    smallest_hole: float = 0.0,
+    conservative: bool = False,
+    shrink: float = 0.0,
     trim: Trim = "gain",
     slicer: Slicing = "cpu",
     preset: Preset = "balanced",
@@ -62,6 +66,11 @@ def simplify(
     ``error_bound``  the largest distance, world units, that the occluder may have from the
                      original's surface or its filled interior.
     ``up``, ``ground``  with ``ground`` the asset stands on its low end along ``up``.
+    ``viewers``      ``all``, or ``above``: they look level or down, and ``ground`` is implied.
+    ``smallest_hole``  world units; openings narrower than this count as closed.
+    ``conservative``  keep wholly inside: what a closed mesh does not hide is never hidden.
+    ``shrink``       world units; keep this deep inside, so that what is hidden from a point is
+                     hidden from all points within this length of it; implies ``conservative``.
     ``trim``         ``gain``, or ``area`` as published.
     ``slicer``       ``cpu``, or ``gl`` for the OpenGL stencil buffer.
     ``preset``       ``draft``, ``balanced`` or ``best``: how much time to spend;
@@ -79,8 +88,10 @@ def simplify(
     """
     options = make_options(
         float(mesh.extent.max()), budget=budget, resolution=resolution,
-        error_bound=error_bound, up=up, ground=ground, trim=trim, slicer=slicer,
-        preset=preset, moves=moves, time_limit=time_limit, seed=seed,
+        error_bound=error_bound, up=up, ground=ground, viewers=viewers,
+        smallest_hole=smallest_hole, conservative=conservative, shrink=shrink, trim=trim,
+        slicer=slicer, preset=preset, moves=moves, time_limit=time_limit,
+        seed=seed,
     )  # fmt: skip
     return simplify_mesh(mesh, options, listener, cancel).occluder
 
@@ -94,10 +105,14 @@ def evaluate(
     quads: int = 32_000,
     seed: int = 0,
     exact: bool = False,
+    viewers: Viewers = "all",
+    up: Axis = "y",
 ) -> AccuracyReport:
     """Judge an occluder against its mesh: precision and recall, over all views and by view.
 
     ``views``, ``image``, ``quads``  how many views, pixels a side and random quads a view.
     ``exact``  count all quads in place of a sample.
+    ``viewers``, ``up``  with viewers ``above`` all views look level or down.
     """
-    return evaluate_accuracy(mesh, occluder, AccuracyOptions(views, image, quads, seed, exact))
+    options = AccuracyOptions(views, image, quads, seed, exact, viewers, up)
+    return evaluate_accuracy(mesh, occluder, options)

@@ -45,12 +45,13 @@ from simplifier.options import (
     Options,
     Preset,
     Slicing,
-    SolidOptions,
     Trim,
+    Viewers,
     make_options,
 )
-from simplifier.pipeline import simplify_mesh, solidify
+from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Listener, Stopwatch
+from simplifier.solidify import solidify
 from simplifier.version import VERSION
 from simplifier.warmup import warm_up
 
@@ -64,6 +65,16 @@ Resolution = Annotated[
 Up = Annotated[Axis, typer.Option(help="The mesh's up axis: x, y or z.")]
 Ground = Annotated[
     bool, typer.Option("--ground", help="The mesh stands on the ground: close its open base.")
+]
+WhoLooks = Annotated[
+    Viewers,
+    typer.Option(
+        help="Where viewers can be: all, or above (looking level or down; on the ground)."
+    ),
+]
+SmallestHole = Annotated[
+    float,
+    typer.Option(help="Openings narrower than this count as closed, in the mesh's units."),
 ]
 Views = Annotated[int, typer.Option(help="Views that accuracy is measured from.")]
 Image = Annotated[int, typer.Option(help="Pixels a side of each view.")]
@@ -88,6 +99,19 @@ def simplify(
     ] = None,
     up: Up = "y",
     ground: Ground = False,
+    viewers: WhoLooks = "all",
+    smallest_hole: SmallestHole = 0.0,
+    conservative: Annotated[
+        bool,
+        typer.Option("--conservative", help="Keep wholly inside: never hide too much if closed."),
+    ] = False,
+    shrink: Annotated[
+        float,
+        typer.Option(
+            help="Keep this deep inside, in the mesh's units: what is hidden from a point is "
+            "hidden from all points this near to it."
+        ),
+    ] = 0.0,
     trim: Annotated[
         Trim, typer.Option(help="How the budget is met: gain, or area as published.")
     ] = "gain",
@@ -130,7 +154,7 @@ def simplify(
     """
 
     def run(listener: Listener, interrupts: Interrupts) -> Report | None:
-        accuracy_options = AccuracyOptions(views, image, quads, seed, exact)
+        accuracy_options = AccuracyOptions(views, image, quads, seed, exact, viewers, up)
         check_writable(output)
         _check_distinct(mesh, output)
         _check_extras(report, pictures)
@@ -139,8 +163,10 @@ def simplify(
             soup = load_mesh(mesh)
         options = make_options(
             float(soup.extent.max()), budget=budget, resolution=resolution,
-            error_bound=error_bound, up=up, ground=ground, trim=trim, slicer=slicer, alpha=alpha,
-            preset=preset, moves=moves, time_limit=time_limit, seed=seed,
+            error_bound=error_bound, up=up, ground=ground, viewers=viewers,
+            smallest_hole=smallest_hole, conservative=conservative, shrink=shrink,
+            trim=trim, slicer=slicer, alpha=alpha, preset=preset, moves=moves,
+            time_limit=time_limit, seed=seed,
         )  # fmt: skip
         kept = False
         try:
@@ -177,6 +203,8 @@ def evaluate(
     resolution: Resolution = None,
     up: Up = "y",
     ground: Ground = False,
+    viewers: WhoLooks = "all",
+    smallest_hole: SmallestHole = 0.0,
     seed: Seed = 0,
     report: ReportFile = None,
     pictures: Annotated[
@@ -190,22 +218,28 @@ def evaluate(
 ) -> None:
     """Judge an occluder, made here or elsewhere, against its mesh.
 
-    Resolution, up and ground say what counts as the mesh's inside, for the deviation alone.
+    Resolution, up, ground and smallest hole say what counts as the mesh's inside, for the deviation
+    alone; viewers say where it is judged from as well.
     """
 
     def run(listener: Listener, interrupts: Interrupts) -> Report:
-        accuracy_options = AccuracyOptions(views, image, quads, seed, exact)
-        solid_options = SolidOptions(64 if resolution is None else resolution, up, ground)
+        accuracy_options = AccuracyOptions(views, image, quads, seed, exact, viewers, up)
         _check_extras(report, pictures)
         watch = Stopwatch(listener)
         with watch.stage("load"):
             soup, judged = load_mesh(mesh), load_occluder(occluder)
-        solid = solidify(soup, solid_options, watch)
+        options = make_options(
+            float(soup.extent.max()), resolution=resolution, up=up, ground=ground,
+            viewers=viewers, smallest_hole=smallest_hole,
+        )  # fmt: skip
+        solid = solidify(soup, options.solid, watch)
         with watch.stage("accuracy"):
             accuracy = evaluate_accuracy(soup, judged, accuracy_options)
         summary = build_report(
             soup, judged, solid, accuracy,
-            options={**asdict(solid_options), "accuracy": asdict(accuracy_options)},
+            options={
+                **asdict(options.solid), "viewers": viewers, "accuracy": asdict(accuracy_options),
+            },
             timings=watch.timings, seed=seed,
         )  # fmt: skip
         _write_extras(summary, report, pictures, mesh.name, (soup, judged, accuracy))
@@ -396,6 +430,7 @@ def _resolved(options: Options, accuracy: AccuracyOptions) -> dict[str, Any]:
     """Every option that had a part in the result, by the name that users type."""
     return {
         **asdict(options.solid),
+        "viewers": options.viewers,
         **asdict(options.sections),
         **asdict(options.selection),
         "refine": asdict(options.refine),

@@ -28,6 +28,7 @@ MOST_VOXELS = 1024
 Slicing = Literal["cpu", "gl"]
 Trim = Literal["gain", "area"]
 Axis = Literal["x", "y", "z"]
+Viewers = Literal["all", "above"]
 Preset = Literal["draft", "balanced", "best"]
 
 
@@ -44,6 +45,16 @@ def _one_of(name: str, value: str, choices: tuple[str, ...]) -> None:
     if value not in choices:
         raise OptionError(
             f"{value!r} is not known", where=name, remedy=f"choose one of {', '.join(choices)}"
+        )
+
+
+def _length(name: str, value: float) -> None:
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not number or not 0.0 <= value < math.inf:
+        raise OptionError(
+            f"{value!r} is not a length",
+            where=name,
+            remedy="give 0 or a positive length in the units of the mesh",
         )
 
 
@@ -82,9 +93,29 @@ class SolidOptions:
     ground: bool = False
     """The asset stands on the ground: nothing enters from below, so an open base is closed."""
 
+    smallest_hole: float = 0.0
+    """World units, 0 or more: openings narrower than this count as closed; 0 closes none.  Raising
+    it closes more, and shallow niches with it."""
+
+    conservative: bool = False
+    """Only voxels wholly inside count and the occluder keeps to them, so that a closed mesh is
+    never covered past its edge.  Thin parts are lost."""
+
+    shrink: float = 0.0
+    """World units, 0 or more: the occluder keeps at least this far inside the solid, so that what
+    it hides from a point it hides from all points within this length of it.  Above 0 it implies
+    ``conservative``.  Raising it loses recall, and parts thinner than twice of it."""
+
     def __post_init__(self) -> None:
         _whole("resolution", self.resolution, 1, MOST_VOXELS)
         _one_of("up", self.up, ("x", "y", "z"))
+        _length("smallest hole", self.smallest_hole)
+        _length("shrink", self.shrink)
+
+    @property
+    def wholly_inside(self) -> bool:
+        """Whether the occluder keeps to voxels that are wholly inside."""
+        return self.conservative or self.shrink > 0.0
 
 
 @dataclass(frozen=True)
@@ -154,16 +185,20 @@ class SelectionOptions:
 class RefineOptions:
     """How the chosen triangles are improved."""
 
-    moves: int = 8_000
+    moves: int = 60_000
     """Moves tried by each search, 0 to 100,000,000; 0 leaves the cut as it is.  More find better
     occluders; time grows in proportion."""
 
     searches: int = 2
-    """Independent searches, 1 to 64, of which the best is kept; they share the processors."""
+    """Searches side by side, 1 to 64, that share the processors and go on from the best."""
 
-    overcover: float = 12.0
-    """What a pixel outside the original costs, in pixels of distance, 0 to 1,000.  Raising it lifts
-    precision and lowers recall."""
+    overcover: float = 0.5
+    """What a measure that is hidden wrongly costs beside one hidden rightly, 0 to 100.  Raising it
+    lifts precision and lowers recall."""
+
+    precision: float = 0.99
+    """Precision that the search aims for at least, 0 to 1: where its own views show less, it raises
+    the cost of what is hidden wrongly."""
 
     views: int = 64
     """Directions that the search looks from, 1 to 4096."""
@@ -171,7 +206,8 @@ class RefineOptions:
     def __post_init__(self) -> None:
         _whole("moves", self.moves, 0, 100_000_000)
         _whole("searches", self.searches, 1, 64)
-        _within("overcover", self.overcover, 0.0, 1000.0)
+        _within("overcover", self.overcover, 0.0, 100.0)
+        _within("min precision", self.precision, 0.0, 1.0)
         _whole("refine views", self.views, 1, 4096)
 
 
@@ -191,6 +227,9 @@ class Options:
     sections: SectionOptions = field(default_factory=SectionOptions)
     selection: SelectionOptions = field(default_factory=SelectionOptions)
     refine: RefineOptions = field(default_factory=RefineOptions)
+    viewers: Viewers = "all"
+    """Where viewers can be: everywhere, or ``above``, looking level or downwards."""
+
     seed: int = 0
     """Seed of every random choice, 0 to 2**63 - 1."""
 
@@ -199,6 +238,7 @@ class Options:
     refining, whatever the moves.  None takes as long as the preset's work does."""
 
     def __post_init__(self) -> None:
+        _one_of("viewers", self.viewers, ("all", "above"))
         _whole("seed", self.seed, 0, 2**63 - 1)
         if self.time_limit is not None:
             _check_time(self.time_limit)
@@ -212,6 +252,10 @@ def make_options(
     error_bound: float | None = None,
     up: Axis = "y",
     ground: bool = False,
+    viewers: Viewers = "all",
+    smallest_hole: float = 0.0,
+    conservative: bool = False,
+    shrink: float = 0.0,
     trim: Trim = "gain",
     slicer: Slicing = "cpu",
     alpha: float = 0.001,
@@ -225,8 +269,10 @@ def make_options(
     ``preset`` says how much time to spend, and ``moves`` replaces its number of refining moves;
     with a ``time_limit``, seconds, refining lasts until then in place of moves.
     ``longest_edge`` of the mesh's bounding box, world units, turns ``error_bound`` into the least
-    resolution that keeps it.  Raises :class:`~simplifier.errors.OptionError` when a value is out of
-    range, or resolution and error bound, or moves and time limit, are both given.
+    resolution that keeps it.  ``viewers`` above imply ``ground``, a ``shrink`` above 0 implies
+    ``conservative``.  Raises :class:`~simplifier.errors.OptionError` when a value is out of range,
+    resolution and error bound, or moves and time limit, are both given, or ``smallest_hole`` is
+    longer than the mesh.
     """
     if error_bound is not None:
         if resolution is not None:
@@ -243,12 +289,24 @@ def make_options(
             remedy="choose one of the two",
         )
     _one_of("preset", preset, tuple(PRESETS))
+    _length("shrink", shrink)
+    solid = SolidOptions(
+        64 if resolution is None else resolution, up, ground or viewers == "above",
+        smallest_hole, conservative or shrink > 0.0, shrink,
+    )  # fmt: skip
+    if smallest_hole > longest_edge:
+        raise OptionError(
+            f"{smallest_hole!r} is longer than the mesh",
+            where="smallest hole",
+            remedy=f"choose 0 to {longest_edge:.6g}",
+        )
     sections, exchanges, preset_moves = PRESETS[preset]
     return Options(
-        solid=SolidOptions(64 if resolution is None else resolution, up, ground),
+        solid=solid,
         sections=replace(sections, slicer=slicer),
         selection=SelectionOptions(budget, alpha, trim, exchanges=exchanges),
         refine=RefineOptions(preset_moves if moves is None else moves),
+        viewers=viewers,
         seed=seed,
         time_limit=time_limit,
     )

@@ -42,6 +42,9 @@ def warm_up() -> None:
     for trim, exact in product(get_args(Trim), (False, True)):
         selection = replace(little.selection, trim=trim)
         occluder = _judged(mesh, replace(little, selection=selection), exact=exact)
+    simplify_mesh(TriangleMesh.from_soup(_POINTS[:3], [[0, 1, 2]]), little)  # nothing inside
+    closed = replace(little.solid, smallest_hole=0.1, conservative=True)
+    _judged(mesh, replace(little, solid=closed), exact=False)
     with suppress(BackendUnavailableError):
         stencil = SectionOptions(directions=2, depths=1, slicer="gl")
         _judged(mesh, replace(little, sections=stencil), exact=False)

@@ -31,3 +31,16 @@ def asset() -> Callable[[str], Path]:
         return path
 
     return find
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Slow tests run only when they are asked for: ``make test-slow``."""
+    config.addinivalue_line("markers", "slow: takes minutes; run by `make test-slow`")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if "slow" in config.getoption("markexpr"):
+        return
+    for item in items:
+        if item.get_closest_marker("slow"):
+            item.add_marker(pytest.mark.skip(reason="takes minutes; `make test-slow` runs it"))

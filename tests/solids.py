@@ -44,6 +44,27 @@ def sphere(radius=1.0, rings=16):
     return TriangleMesh.from_soup(points, faces[area > 1e-12 * radius**2])
 
 
+def torus(ring=1.0, tube=0.45, around=32, across=16):
+    """A closed torus about the y axis."""
+    i, j = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
+    turn, roll = 2.0 * np.pi * i / around, 2.0 * np.pi * j / across
+    away = ring + tube * np.cos(roll)
+    points = np.stack([away * np.cos(turn), tube * np.sin(roll), away * np.sin(turn)], axis=-1)
+    k, m = (i + 1) % around, (j + 1) % across
+    quads = [i * across + j, i * across + m, k * across + m, k * across + j]
+    return TriangleMesh.from_soup(
+        points.reshape(-1, 3), triangles_of(np.stack(quads, axis=-1).reshape(-1, 4))
+    )
+
+
+def blob(seed=0, rings=20):
+    """A closed sphere with bumps and hollows: neither convex nor smooth in the grid."""
+    ball = sphere(rings=rings)
+    waves = np.random.default_rng(seed).normal(size=(6, 3)) * 2.5
+    bumps = np.sin(ball.vertices @ waves.T).sum(axis=1)
+    return TriangleMesh.from_soup(ball.vertices * (1.0 + 0.09 * bumps[:, None]), ball.faces)
+
+
 def joined(*meshes):
     """All triangles in one mesh."""
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])

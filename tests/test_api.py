@@ -66,6 +66,7 @@ def test_simplify_and_make_options_have_the_same_defaults():
     there = inspect.signature(make_options).parameters
     shared = set(here) & set(there)
     assert {"budget", "resolution", "error_bound", "up", "ground", "trim", "seed"} <= shared
+    assert {"viewers", "smallest_hole", "conservative", "shrink"} <= shared
     assert all(here[name].default == there[name].default for name in shared)
     assert set(here) - shared == {"mesh", "listener", "cancel"}
 
@@ -88,7 +89,9 @@ def test_every_error_is_an_occluder_error():
         (UnknownFormatError, lambda: simplifier.load("mesh.xyz")),
         (OptionError, lambda: simplifier.simplify(box(), budget=0)),
         (OptionError, lambda: simplifier.simplify(box(), up="w")),
+        (OptionError, lambda: simplifier.simplify(box(), viewers="below")),
         (OptionError, lambda: simplifier.evaluate(box(), no_occluder(), views=0)),
+        (OptionError, lambda: simplifier.evaluate(box(), no_occluder(), viewers="below")),
         (OutputError, lambda: simplifier.save(no_occluder(), "occluder.xyz")),
     ],
 )

@@ -69,6 +69,7 @@ def test_whole_numbers_stay_whole(kind, name, low):
     ("kind", "name", "choices"),
     [
         (SolidOptions, "up", ("x", "y", "z")),
+        (Options, "viewers", ("all", "above")),
         (SectionOptions, "slicer", ("cpu", "gl")),
         (SelectionOptions, "trim", ("gain", "area")),
     ],
@@ -121,6 +122,35 @@ def test_presets_spend_more_and_more():
     assert make_options(1.0) == made[1]
 
 
+@pytest.mark.parametrize("name", ["smallest_hole", "shrink"])
+def test_lengths_of_the_scene(name):
+    words = name.replace("_", " ")
+    for value in (0, 0.0, 1e-300, 0.5, 2):
+        assert getattr(make_options(10.0, **{name: value}).solid, name) == value
+    for value in (-1e-9, NAN, INF, "1", None, True):
+        with pytest.raises(OptionError, match=rf"^{words}: .* is not a length; give 0 or a pos"):
+            make_options(10.0, **{name: value})
+
+
+def test_a_hole_longer_than_the_mesh():
+    assert make_options(2.0, smallest_hole=2.0).solid.smallest_hole == 2.0
+    with pytest.raises(OptionError, match=r"^smallest hole: 2.1 is longer than the mesh; .* to 2$"):
+        make_options(2.0, smallest_hole=2.1)
+
+
+def test_what_implies_what():
+    plain = make_options(1.0)
+    assert plain.solid == SolidOptions()
+    assert not plain.solid.wholly_inside
+    above = make_options(1.0, viewers="above", up="z")
+    assert (above.viewers, above.solid.ground, above.solid.up) == ("above", True, "z")
+    shrunk = make_options(1.0, shrink=0.1).solid
+    assert shrunk.conservative
+    assert shrunk.wholly_inside
+    assert SolidOptions(shrink=0.1).wholly_inside
+    assert make_options(1.0, conservative=True).solid == SolidOptions(conservative=True)
+
+
 lengths = st.floats(1e-6, 1e6)
 
 
@@ -161,3 +191,19 @@ def test_bounds_that_are_no_length(bound):
 def test_one_of_bound_and_resolution():
     with pytest.raises(OptionError, match="cannot be given together with a resolution"):
         make_options(1.0, resolution=64, error_bound=0.5)
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, NAN, INF, -INF, 10**400, "1", True, 1e7])
+def test_times_that_are_no_limit(seconds):
+    with pytest.raises(OptionError, match=r"time limit: .* is no time; give seconds, above 0"):
+        make_options(1.0, time_limit=seconds)
+
+
+@pytest.mark.parametrize("seconds", [1e-6, 2, 1e6])
+def test_time_limits(seconds):
+    assert make_options(1.0, time_limit=seconds).time_limit == seconds
+
+
+def test_one_of_moves_and_time_limit():
+    with pytest.raises(OptionError, match="time limit: cannot be given together with moves"):
+        make_options(1.0, moves=0, time_limit=1.0)

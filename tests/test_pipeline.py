@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,8 +16,9 @@ from simplifier.errors import BackendUnavailableError, CancelledError
 from simplifier.evaluation.deviation import deviation
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.options import ERROR_VOXELS, make_options
-from simplifier.pipeline import simplify_mesh, solidify
+from simplifier.pipeline import simplify_mesh
 from simplifier.progress import STAGES, Stopwatch
+from simplifier.solidify import solidify
 from tests.conftest import ASSETS
 from tests.solids import box, joined, sphere, table
 
@@ -278,6 +282,95 @@ def test_refining_can_be_ended_in_the_middle():
     with pytest.raises(CancelledError):
         run(sphere(), diary, resolution=16, moves=20_000)
     assert 0.3 <= diary.told[-1][1] < 0.9
+
+
+def test_progress_tells_time_and_measure():
+    diary = Diary()
+    run(sphere(), diary, resolution=16, preset="draft", moves=4000, budget=24)
+    seconds = [progress.seconds for progress in diary.progress]
+    assert seconds == sorted(seconds)
+    assert seconds[0] >= 0.0
+    measures = [told.measure for told in diary.progress if told.measure is not None]
+    assert {told.stage for told in diary.progress if told.measure is not None} == {"refine"}
+    assert measures == sorted(measures)
+    assert 0.5 < measures[-1] < 1.0
+
+
+class Cancelling(Diary):
+    """Asks to end in place of raising, as another thread would."""
+
+    def __init__(self, end_at, share=0.0):
+        super().__init__(end_at, share)
+        self.asked = threading.Event()
+
+    def end(self):
+        self.asked.set()
+
+
+@pytest.mark.parametrize("stage", RUN[:-1])
+def test_a_cancel_before_there_is_an_occluder(stage):
+    diary = Cancelling(stage)
+    with pytest.raises(CancelledError, match="before there was an occluder"):
+        run(sphere(rings=6), diary, diary.asked, resolution=10, preset="draft")
+    assert diary.begun[-1] == stage or stage == "loops"  # which has no place to look
+
+
+@pytest.mark.parametrize(("stage", "share"), [("cut", 1.0), ("refine", 0.0), ("refine", 1e-7)])
+def test_a_cancel_keeps_the_best_so_far(stage, share):
+    diary = Cancelling(stage, share)
+    mesh = sphere()
+    result = run(mesh, diary, diary.asked, resolution=16, budget=24, moves=100_000_000)
+    assert result.interrupted
+    assert result.warnings == ("interrupted: the best so far",)
+    assert 0 < len(result.occluder.faces) <= 24
+    check_bound(mesh, result)
+
+
+def test_a_cancel_ends_the_choice_of_polygons():
+    # A search of weeks, which looks at nothing but what ends it.
+    mesh = castle()
+    asked = threading.Event()
+
+    def listener(progress):
+        if progress.stage == "cut":
+            threading.Timer(0.05, asked.set).start()
+
+    options = make_options(float(mesh.extent.max()), resolution=48, ground=True)
+    endless = replace(options, selection=replace(options.selection, exchanges=10_000))
+    with pytest.raises(CancelledError):
+        simplify_mesh(mesh, endless, listener, asked)
+
+
+def test_a_cancel_that_is_not_set_changes_nothing():
+    first = run(table(), None, threading.Event(), resolution=16, moves=600)
+    assert not first.interrupted
+    assert np.array_equal(first.occluder.vertices, run(table(), resolution=16, moves=600)
+                          .occluder.vertices)  # fmt: skip
+
+
+def test_the_shortest_limit_still_gives_an_occluder():
+    mesh = castle()
+    diary = Diary()
+    result = run(mesh, diary, ground=True, time_limit=1e-9)
+    assert diary.begun == RUN  # no fuller start
+    assert [told.measure for told in diary.progress if told.measure is not None] == []
+    assert 0 < len(result.occluder.faces) <= 64
+    assert not result.interrupted
+    check_bound(mesh, result)
+
+
+def test_a_limit_longer_than_the_preset_goes_on():
+    mesh = table()
+    options = {"budget": 32, "resolution": 24, "preset": "draft"}
+    diary = Diary()
+    result = run(mesh, diary, time_limit=1.5, **options)
+    assert diary.begun == [*RUN[:-1], *RUN[2:]]  # the quick start, then that of the preset
+    assert diary.told[-1] == ("refine", 1.0)
+    check_bound(mesh, result)
+    shares = [share for stage, share in diary.told if stage == "refine"]
+    assert shares == sorted(shares)
+    assert len(shares) > 10
+    assert diary.progress[-2].measure > 0.5
 
 
 def test_a_solid_can_be_had_alone():

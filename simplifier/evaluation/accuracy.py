@@ -1,8 +1,9 @@
 """Precision and recall of an occluder over many views (paper section 6.1).
 
-Views are orthographic, directions uniform on the sphere from a seeded generator, the image a square
-that spans the original's bounding sphere, coverage by the pixel-centre rule.  In every view random
-quads are tested against both silhouettes (:mod:`simplifier.evaluation.quads`), and
+Views are orthographic, directions uniform on the sphere from a seeded generator (those that rise
+are turned about where viewers are above), the image a square that spans the original's bounding
+sphere, coverage by the pixel-centre rule.  In every view random quads are tested against both
+silhouettes (:mod:`simplifier.evaluation.quads`), and
 
     precision = Nt / (Nt + Nf)        recall = Nt / (Nt + Pf)
 
@@ -16,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
@@ -24,8 +26,9 @@ from simplifier.evaluation.quads import exact_quad_pixels, sampled_quad_pixels
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.views import BoundingSphere, image_axes, random_directions
+from simplifier.geometry.views import BoundingSphere, from_above, image_axes, random_directions
 from simplifier.kernels.coverage import MaskArray, covered, unpacked
+from simplifier.options import Axis, Viewers
 
 QUANTILE_LEVELS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 """The shares of views that the report's quantiles stand for."""
@@ -44,8 +47,10 @@ class AccuracyOptions:
                ``exact``.
     ``seed``   of directions and quads, 0..2^63 - 1.
     ``exact``  the expectation over all quads in place of a sample: no noise, about the same time.
+    ``viewers``  where they can be: ``all``, or ``above``, looking level or down (d . up <= 0).
+    ``up``     the mesh's up axis, for viewers above.
 
-    Raises :class:`OptionError` for a value out of range.
+    Raises :class:`OptionError` for a value out of range or not known.
     """
 
     views: int = 256
@@ -53,8 +58,12 @@ class AccuracyOptions:
     quads: int = 32000
     seed: int = 0
     exact: bool = False
+    viewers: Viewers = "all"
+    up: Axis = "y"
 
     def __post_init__(self) -> None:
+        _check_choice("viewers", self.viewers, get_args(Viewers))
+        _check_choice("up", self.up, get_args(Axis))
         _check_whole("views", self.views, 1, 65536)
         _check_whole("image", self.image, 8, 4096)
         _check_whole("quads", self.quads, 1, 10_000_000)
@@ -114,16 +123,15 @@ def evaluate_accuracy(
 ) -> AccuracyReport:
     """Judge an occluder by views that no search has seen; the same on any number of threads.
 
-    ``directions``  (V, 3) unit vectors to use in place of ``options.views`` random ones, for
-                    viewers that cannot be everywhere.
+    ``directions``  (V, 3) unit vectors to use in place of ``options.views`` random ones, whatever
+                    ``options.viewers`` says.
 
     An occluder without triangles has precision 1 and recall 0.  Raises :class:`MeshError` when the
     occluder's arrays cannot be drawn and :class:`OptionError` for directions that are not unit
     vectors.
     """
     chosen = options if options is not None else AccuracyOptions()
-    sight = random_directions(chosen.views, chosen.seed) if directions is None else directions
-    lines = _checked_directions(sight)
+    lines = _checked_directions(_sight(chosen) if directions is None else directions)
     pixels = np.zeros((len(lines), 3))
     for first, last, original, hidden in _mask_blocks(mesh, occluder, lines, chosen.image):
         pixels[first:last] = _quad_pixels(original, hidden, chosen, first)
@@ -153,6 +161,14 @@ def view_masks(
     _check_whole("image", image, 8, 4096)
     original, hidden = _masks(mesh, occluder, _checked_directions(directions), image)
     return unpacked(original, image), unpacked(hidden, image)
+
+
+def _sight(options: AccuracyOptions) -> FloatArray:
+    """(V, 3) random lines of sight of those who can look."""
+    directions = random_directions(options.views, options.seed)
+    if options.viewers == "above":
+        directions = from_above(directions, "xyz".index(options.up))
+    return directions
 
 
 def _quad_pixels(
@@ -216,6 +232,13 @@ def _check_whole(name: str, value: int, least: int, largest: int) -> None:
             f"{value!r} is not a whole number from {least} to {largest}",
             where=name,
             remedy="choose one in the range",
+        )
+
+
+def _check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise OptionError(
+            f"{value!r} is not known", where=name, remedy=f"choose one of {', '.join(choices)}"
         )
 
 

@@ -51,3 +51,19 @@ class VoxelGrid:
     def to_grid(self, points: FloatArray) -> FloatArray:
         """World units (…, 3) to grid space."""
         return np.asarray((points - self.origin) / self.cell_size)
+
+    def in_voxels(self, length: float) -> float:
+        """A length in world units as voxels."""
+        return length / self.cell_size
+
+    def column_ends(self) -> FloatArray:
+        """(n, 3) grid space: centres of the first and last inside voxel of each column along z.
+
+        They span the same as all inside voxels do, and are few.
+        """
+        columns = self.inside.any(axis=2)
+        first = self.inside.argmax(axis=2)[columns]
+        last = self.shape[2] - 1 - self.inside[:, :, ::-1].argmax(axis=2)[columns]
+        places = np.argwhere(columns)
+        ends = [np.column_stack([places, depth]) for depth in (first, last)]
+        return np.asarray(np.concatenate(ends) + 0.5)

@@ -11,7 +11,7 @@ from simplifier.geometry.grid import VoxelGrid
 class Closing:
     """One remedy that kept the outside out, and the voxels that it added to the solid."""
 
-    by: str  # "ground"
+    by: str  # "ground" or "smallest_hole"
     voxels: int
 
 
@@ -21,11 +21,15 @@ class Solid:
 
     ``touched``  voxels that a triangle touches.
     ``filled``   those and the voxels that the outside cannot reach.
+    ``core``     what sections are cut from: ``filled``, or only voxels that lie wholly inside.
+    ``reach``    voxels that the occluder may go past the core: 1, or 0 for wholly inside.
     ``closed_by``  remedies in use, in the order in which they were applied.
     """
 
     touched: VoxelGrid
     filled: VoxelGrid
+    core: VoxelGrid
+    reach: int = 1
     closed_by: tuple[Closing, ...] = ()
 
     @property

@@ -42,6 +42,16 @@ def hemisphere_directions(count: int) -> FloatArray:
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), z], axis=1)
 
 
+def from_above(directions: FloatArray, up: int) -> FloatArray:
+    """(n, 3) the same lines of sight, all level or downwards: those that rise are turned about.
+
+    ``up`` 0 to 2: the axis that points up.  Orthographic silhouettes along d and -d are mirror
+    images, so this changes who looks and not what there is to see.
+    """
+    rising = directions[:, up] > 0.0
+    return np.where(rising[:, None], -directions, directions)
+
+
 def random_directions(count: int, seed: int) -> FloatArray:
     """(count, 3) unit vectors, uniform on the sphere; the same seed gives the same vectors."""
     generator = np.random.default_rng(seed)

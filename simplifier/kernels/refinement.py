@@ -1,265 +1,200 @@
-"""Move the vertices of an occluder to raise its occlusion measure inside an allowed solid.
+"""Anneal the triangles of an occluder: random moves that raise its score inside an allowed solid.
 
-The occluder is ``vertices`` (n, 3) float64 in grid space and ``faces`` (m, 3) int32; the faces at
-vertex i are ``incident[begins[i]:begins[i + 1]]``.  Views are 64 x 64 bit images: ``projections``
-(V, 2, 4) float64 and the original's silhouettes ``originals`` (V, 64) uint64.  ``images`` (m, V,
-64) uint64 holds each triangle's picture, ``blocks`` (b, V, 64) the union of :data:`BLOCK` of them,
-``scores`` (V,) int64 what each view scores.
+Arrays as in :mod:`simplifier.kernels.soup_views`; ``scores`` (V,) int64 is what each view scores.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.bit_image import draw_edge, measure_twice, popcount
 from simplifier.kernels.compile import kernel
+from simplifier.kernels.soup_views import (
+    BLOCK,
+    draw_triangle,
+    score_view,
+    unite_block,
+    unite_others,
+)
 from simplifier.kernels.voxels import contained
 
-BLOCK = 8
-"""Triangles whose union is kept, so that "all but these" costs few images."""
-
 TRIES = 6
-"""Moves tried at a vertex before another is drawn; they share the picture of all the rest."""
+"""Moves tried at a triangle before another is drawn; they share the picture of all the rest."""
 
-_STRIDE = 4  # a move is judged on every fourth view first
-
-
-@kernel
-def _draw_triangle(p, q, r, m, image):
-    """Draw a projected triangle into rows 1 to 64 of ``image`` (66,), which are cleared first."""
-    for row in range(66):
-        image[row] = 0
-    px = m[0, 0] * p[0] + m[0, 1] * p[1] + m[0, 2] * p[2] + m[0, 3]
-    py = m[1, 0] * p[0] + m[1, 1] * p[1] + m[1, 2] * p[2] + m[1, 3]
-    qx = m[0, 0] * q[0] + m[0, 1] * q[1] + m[0, 2] * q[2] + m[0, 3]
-    qy = m[1, 0] * q[0] + m[1, 1] * q[1] + m[1, 2] * q[2] + m[1, 3]
-    rx = m[0, 0] * r[0] + m[0, 1] * r[1] + m[0, 2] * r[2] + m[0, 3]
-    ry = m[1, 0] * r[0] + m[1, 1] * r[1] + m[1, 2] * r[2] + m[1, 3]
-    draw_edge(px, py, qx, qy, image)
-    draw_edge(qx, qy, rx, ry, image)
-    draw_edge(rx, ry, px, py, image)
-
-
-@kernel
-def _score(here, there, original, penalty):
-    """Twice the measure within the original less ``penalty`` for each pixel outside of it."""
-    outside = np.uint64(0)
-    for row in range(64):
-        outside += popcount(here[row + 1] & ~original[row])
-        here[row + 1] &= original[row]
-    return measure_twice(here, there) - penalty * np.int64(outside)
-
-
-@kernel
-def _corners(vertices, faces, face, moved, place):
-    """The corners of a face, with vertex ``moved`` at ``place``."""
-    a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
-    p = place if a == moved else (vertices[a, 0], vertices[a, 1], vertices[a, 2])
-    q = place if b == moved else (vertices[b, 0], vertices[b, 1], vertices[b, 2])
-    r = place if c == moved else (vertices[c, 0], vertices[c, 1], vertices[c, 2])
-    return p, q, r
-
-
-@kernel
-def all_contained(vertices, faces, allowed, inside):
-    """Write into ``inside`` (m,) bool whether each face keeps to the voxels of ``allowed``."""
-    nowhere = (0.0, 0.0, 0.0)
-    for face in range(len(faces)):
-        p, q, r = _corners(vertices, faces, face, -1, nowhere)
-        inside[face] = contained(p, q, r, allowed)
-
-
-@kernel
-def _unite_block(images, block, blocks):
-    for view in range(blocks.shape[1]):
-        for row in range(64):
-            blocks[block, view, row] = 0
-    for face in range(block * BLOCK, min((block + 1) * BLOCK, len(images))):
-        for view in range(blocks.shape[1]):
-            for row in range(64):
-                blocks[block, view, row] |= images[face, view, row]
-
-
-@kernel
-def draw_all(vertices, faces, projections, originals, penalty, images, blocks, scores):
-    """Fill ``images``, ``blocks`` and ``scores`` of an occluder; return the sum of the scores."""
-    here = np.zeros(66, np.uint64)
-    there = np.zeros(66, np.uint64)
-    nowhere = (0.0, 0.0, 0.0)
-    for face in range(len(faces)):
-        p, q, r = _corners(vertices, faces, face, -1, nowhere)
-        for view in range(len(projections)):
-            _draw_triangle(p, q, r, projections[view], here)
-            for row in range(64):
-                images[face, view, row] = here[row + 1]
-    for block in range(len(blocks)):
-        _unite_block(images, block, blocks)
-    total = np.int64(0)
-    for view in range(len(projections)):
-        for row in range(64):
-            here[row + 1] = 0
-            for block in range(len(blocks)):
-                here[row + 1] |= blocks[block, view, row]
-        scores[view] = _score(here, there, originals[view], penalty)
-        total += scores[view]
-    return total
-
-
-@kernel
-def _unite_rest(faces, vertex, images, blocks, rest):
-    """The union of all triangles that do not have the vertex."""
-    for view in range(rest.shape[0]):
-        for row in range(64):
-            rest[view, row] = 0
-    for block in range(len(blocks)):
-        first, last = block * BLOCK, min((block + 1) * BLOCK, len(faces))
-        split = False
-        for face in range(first, last):
-            if faces[face, 0] == vertex or faces[face, 1] == vertex or faces[face, 2] == vertex:
-                split = True
-        if not split:
-            for view in range(rest.shape[0]):
-                for row in range(64):
-                    rest[view, row] |= blocks[block, view, row]
-            continue
-        for face in range(first, last):
-            if faces[face, 0] != vertex and faces[face, 1] != vertex and faces[face, 2] != vertex:
-                for view in range(rest.shape[0]):
-                    for row in range(64):
-                        rest[view, row] |= images[face, view, row]
-
-
-@kernel
-def _try_views(
-    vertices, faces, incident, begin, end, vertex, place, projections, originals, penalty,
-    rest, first, drawn, scores, trial, here, there,
-):  # fmt: skip
-    """Score every ``_STRIDE``-th view from ``first`` with the vertex moved; return the change."""
-    change = np.int64(0)
-    for view in range(first, len(projections), _STRIDE):
-        for k in range(end - begin):
-            p, q, r = _corners(vertices, faces, incident[begin + k], vertex, place)
-            _draw_triangle(p, q, r, projections[view], there)
-            for row in range(64):
-                drawn[k, view, row] = there[row + 1]
-        for row in range(64):
-            here[row + 1] = rest[view, row]
-        for k in range(end - begin):
-            for row in range(64):
-                here[row + 1] |= drawn[k, view, row]
-        trial[view] = _score(here, there, originals[view], penalty)
-        change += trial[view] - scores[view]
-    return change
-
-
-@kernel
-def _accept(incident, begin, end, drawn, trial, images, blocks, scores):
-    for k in range(end - begin):
-        face = incident[begin + k]
-        for view in range(images.shape[1]):
-            for row in range(64):
-                images[face, view, row] = drawn[k, view, row]
-        _unite_block(images, face // BLOCK, blocks)
-    for view in range(len(scores)):
-        scores[view] = trial[view]
+_GLANCE = 16  # views that a move is judged on first; then on four times as many, and so on
+_POOR = 0.1  # of the mean score a triangle: one that adds less may be put elsewhere
+_ELSEWHERE = 0.5  # how often it is
+_REACH = 0.3  # how far the corners of a new triangle reach, as a share of the grid
 
 
 @kernel
 def _random(state):
-    """The next state of a 64-bit xorshift generator."""
-    x = state
+    """The next number in [0, 1) of a 64-bit xorshift generator, ``state`` (1,) uint64."""
+    x = state[0]
     x ^= x << np.uint64(13)
     x ^= x >> np.uint64(7)
     x ^= x << np.uint64(17)
-    return x
+    state[0] = x
+    return float(x >> np.uint64(11)) * (1.0 / 9007199254740992.0)
 
 
 @kernel
-def _unit(state):
-    """A number in [0, 1) from a state."""
-    return float(state >> np.uint64(11)) * (1.0 / 9007199254740992.0)
+def _is_poor(others, originals, price, scores, count, union, scratch):
+    """Whether a triangle adds little to what ``others`` score, judged on every second view."""
+    value, total = np.int64(0), np.int64(0)
+    for view in range(0, len(scores), 2):
+        for row in range(64):
+            union[row + 1] = others[view, row]
+        value += scores[view] - score_view(union, originals[view], price, scratch)
+        total += scores[view]
+    return value * count < _POOR * total
 
 
 @kernel
-def move_vertices(
-    vertices, faces, begins, incident, projections, originals, allowed, penalty,
-    images, blocks, scores, best, best_score, state, moves, shares, steps, heats,
-):  # fmt: skip
-    """Try so many ``moves``, while the share of the search that is done goes through ``shares``.
+def _place_elsewhere(triangles, places, reach, state, trial):
+    """A new triangle: beside an edge of another, or about one of ``places`` (n, 3)."""
+    reach *= 2.0 * _random(state)
+    if _random(state) < 0.5:
+        other = np.int64(_random(state) * len(triangles))
+        moved = np.int64(_random(state) * 3)
+        for k in range(3):
+            for axis in range(3):
+                trial[k, axis] = triangles[other, k, axis]
+        for axis in range(3):
+            middle = 0.5 * (trial[(moved + 1) % 3, axis] + trial[(moved + 2) % 3, axis])
+            trial[moved, axis] = middle + (_random(state) - 0.5) * reach
+    else:
+        place = np.int64(_random(state) * len(places))
+        for k in range(3):
+            for axis in range(3):
+                trial[k, axis] = places[place, axis] + (_random(state) - 0.5) * reach
 
-    A vertex moves by up to a step a coordinate; a move that gains is tried again in the same
-    direction.  A move is taken when every triangle keeps to ``allowed`` (nx, ny, nz) bool and the
-    score rises, or falls by no more than chance allows (simulated annealing).  ``steps`` (voxels)
-    and ``heats`` (score) are the values at share 0 and share 1, geometric in between; ``shares``
-    (two floats) are those at the first move and after the last.
 
-    ``vertices``, ``images``, ``blocks`` and ``scores`` are the current state, ``best`` (n, 3) the
-    best vertices yet, ``best_score`` (1,) int64 their score, ``state`` (1,) uint64 the generator.
-    Returns the current score.
+@kernel
+def _try_views(
+    p, q, r, index, stride, seen, views, images, others, scores, drawn, trial, union, scratch
+):
+    """Score every ``stride``-th view with the triangle p, q, r at ``index``; return the change.
+
+    Writes ``drawn`` (V, 64) and ``trial`` (V,) in those views, less every ``seen``-th, which has
+    been done (0 for none).  Most moves leave most unions as they are, behind other triangles: those
+    views keep their score.
     """
-    views = len(projections)
-    here = np.zeros(66, np.uint64)
-    there = np.zeros(66, np.uint64)
-    rest = np.zeros((views, 64), np.uint64)
-    trial = np.zeros(views, np.int64)
-    most = 0
-    for i in range(len(begins) - 1):
-        most = max(most, begins[i + 1] - begins[i])
-    drawn = np.zeros((most, views, 64), np.uint64)
-    random = state[0]
+    projections, originals, price = views
+    image = scratch[1]
+    change = np.int64(0)
+    for view in range(0, len(projections), stride):
+        if seen != 0 and view % seen == 0:
+            continue
+        draw_triangle(p, q, r, projections[view], image)
+        differs = np.uint64(0)
+        for row in range(64):
+            word = image[row + 1]
+            drawn[view, row] = word
+            new = others[view, row] | word
+            union[row + 1] = new
+            differs |= new ^ (others[view, row] | images[index, view, row])
+        trial[view] = scores[view]
+        if differs != 0:
+            trial[view] = score_view(union, originals[view], price, scratch)
+            change += trial[view] - scores[view]
+    return change
+
+
+@kernel
+def anneal(
+    triangles, projections, originals, price, allowed, places, images, blocks, scores, best,
+    best_score, state, moves, shares, steps, heats,
+):  # fmt: skip
+    """Try ``moves`` moves, a multiple of :data:`TRIES`; ``shares`` of the search begin and end.
+
+    A corner moves by up to a step a coordinate; a move that gains is tried again in the same
+    direction.  A triangle that adds little is put elsewhere at times.  A move is taken when the
+    triangle keeps to ``allowed`` (nx, ny, nz) bool and the score rises, or falls by no more than
+    chance allows (simulated annealing).  ``steps`` (voxels) and ``heats`` (score) are first and
+    last values of the whole search, geometric in between.
+
+    ``triangles``, ``images``, ``blocks`` and ``scores`` are the current state, ``best`` the best
+    triangles yet, ``best_score`` (1,) int64 their score.
+    """
+    count = len(triangles)
+    views = (projections, originals, price)
+    union = np.zeros(66, np.uint64)
+    scratch = np.zeros((3, 66), np.uint64)
+    others = np.zeros(originals.shape, np.uint64)
+    drawn = np.zeros(originals.shape, np.uint64)
+    trial_scores = np.zeros(len(scores), np.int64)
+    trial = np.zeros((3, 3))
+    delta = np.zeros(3)
+    reach = _REACH * max(allowed.shape[0], allowed.shape[1], allowed.shape[2])
+    widest = 1  # of the strides: a power of two
+    while widest * 2 * _GLANCE <= len(scores):
+        widest *= 2
     total = np.sum(scores)
-    vertex, begin, end = 0, 0, 0
-    dx, dy, dz = 0.0, 0.0, 0.0
-    again = False
+    index, moved = 0, 0
+    again, poor = False, False
     for move in range(moves):
         share = shares[0] + (shares[1] - shares[0]) * move / moves
         if move % TRIES == 0:
-            random = _random(random)
-            vertex = np.int64(random >> np.uint64(20)) % len(vertices)
-            begin, end = begins[vertex], begins[vertex + 1]
-            _unite_rest(faces, vertex, images, blocks, rest)
+            index = np.int64(_random(state) * count)
+            unite_others(index, images, blocks, others)
+            poor = _is_poor(others, originals, price, scores, count, union, scratch)
             again = False
-        if not again:
-            step = 2.0 * steps[0] * (steps[1] / steps[0]) ** share
-            random = _random(random)
-            dx = (_unit(random) - 0.5) * step
-            random = _random(random)
-            dy = (_unit(random) - 0.5) * step
-            random = _random(random)
-            dz = (_unit(random) - 0.5) * step
+        for k in range(3):
+            for axis in range(3):
+                trial[k, axis] = triangles[index, k, axis]
+        anew = poor and not again and _random(state) < _ELSEWHERE
+        if anew:
+            _place_elsewhere(triangles, places, reach, state, trial)
+        else:
+            if not again:
+                moved = np.int64(_random(state) * 3)
+                step = 2.0 * steps[0] * (steps[1] / steps[0]) ** share
+                for axis in range(3):
+                    delta[axis] = (_random(state) - 0.5) * step
+            for axis in range(3):
+                trial[moved, axis] += delta[axis]
         again = False
-        place = (vertices[vertex, 0] + dx, vertices[vertex, 1] + dy, vertices[vertex, 2] + dz)
-        if not contained(place, place, place, allowed):
+        p, q, r = (
+            (trial[0, 0], trial[0, 1], trial[0, 2]),
+            (trial[1, 0], trial[1, 1], trial[1, 2]),
+            (trial[2, 0], trial[2, 1], trial[2, 2]),
+        )
+        if not (contained(p, p, p, allowed) and contained(q, q, q, allowed)):
             continue
-        random = _random(random)
-        least = heats[0] * (heats[1] / heats[0]) ** share * np.log(_unit(random) + 1e-300)
+        if not contained(r, r, r, allowed):
+            continue
+        least = heats[0] * (heats[1] / heats[0]) ** share * np.log(_random(state) + 1e-300)
         change = np.int64(0)
-        promising = True
-        for phase in range(_STRIDE):
+        stride, seen = widest, 0
+        taken = True
+        while taken:
             change += _try_views(
-                vertices, faces, incident, begin, end, vertex, place, projections, originals,
-                penalty, rest, phase, drawn, scores, trial, here, there,
+                p, q, r, index, stride, seen, views, images, others, scores, drawn, trial_scores,
+                union, scratch,
             )  # fmt: skip
-            if phase > 0:
-                continue
-            # A quarter of the views that loses this much is hardly made good by the others.  It is
-            # cheaper than the exact test of large triangles in fine grids, which so comes after it.
-            promising = 2 * change >= least
-            for i in range(begin, end):
-                p, q, r = _corners(vertices, faces, incident[i], vertex, place)
-                promising = promising and contained(p, q, r, allowed)
-            if not promising:
+            # A few views that lose this much are hardly made good by the others.
+            taken = change * stride >= 2 * least if stride > 1 else change >= least
+            # Dearer than a few views for large triangles in fine grids, so it comes after them.
+            taken = taken and (seen != 0 or contained(p, q, r, allowed))
+            if stride == 1:
                 break
-        if not promising or change < least:
+            stride, seen = max(stride // 4, 1), stride
+        if not taken:
             continue
-        _accept(incident, begin, end, drawn, trial, images, blocks, scores)
+        for view in range(len(scores)):
+            scores[view] = trial_scores[view]
+            for row in range(64):
+                images[index, view, row] = drawn[view, row]
+        unite_block(images, index // BLOCK, blocks)
+        for k in range(3):
+            for axis in range(3):
+                triangles[index, k, axis] = trial[k, axis]
         total += change
-        vertices[vertex, 0], vertices[vertex, 1], vertices[vertex, 2] = place
-        again = change > 0
+        again = change > 0 and not anew
+        poor = poor and not anew
         if total > best_score[0]:
             best_score[0] = total
-            for i in range(len(vertices)):
+            for other in range(count):
                 for k in range(3):
-                    best[i, k] = vertices[i, k]
-    state[0] = random
-    return total
+                    for axis in range(3):
+                        best[other, k, axis] = triangles[other, k, axis]

@@ -52,12 +52,20 @@ def silhouettes(
     return np.ascontiguousarray(covered(vertices, faces, projections, SIZE, SIZE, tell)[:, :, 0])
 
 
-def search_projections(axes: FloatArray, centre: FloatArray, radius: float) -> FloatArray:
-    """(views, 2, 4) affine maps that show a sphere in 64 x 64 images with a one-pixel frame.
+def fitted_projections(axes: FloatArray, points: FloatArray, half: float) -> FloatArray:
+    """(views, 2, 4) affine maps that show cubes as large as 64 x 64 images with a frame allow.
 
-    ``axes`` (views, 3, 3) rows u, v, d; the pixel of a point p is ``A[:, :3] @ p + A[:, 3]``.
+    ``axes`` (views, 3, 3) rows u, v, d; ``points`` (n, 3), n >= 1, the cubes' centres and ``half``
+    of their edge.  The pixel of a point p is ``A[:, :3] @ p + A[:, 3]``; the frame is one pixel
+    wide.  Each view has its own scale, the same in both axes.
     """
-    scale = (SIZE - 2) / (2.0 * radius)
-    linear = axes[:, :2, :] * scale
-    offset = SIZE / 2.0 - linear @ centre
+    # (2 views, n): the frame of each view is found from the extremes of its two rows.
+    rows = axes[:, :2, :].reshape(-1, 3)
+    seen = rows @ points.T
+    reach = half * np.abs(rows).sum(axis=1)
+    low = (seen.min(axis=1) - reach).reshape(-1, 2)
+    high = (seen.max(axis=1) + reach).reshape(-1, 2)
+    scale = (SIZE - 2) / (high - low).max(axis=1)
+    linear = axes[:, :2, :] * scale[:, None, None]
+    offset = SIZE / 2.0 - (low + high) / 2.0 * scale[:, None]
     return np.ascontiguousarray(np.concatenate([linear, offset[:, :, None]], axis=2))

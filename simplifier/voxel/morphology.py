@@ -1,27 +1,53 @@
-"""VoxelGrid -> voxels: solids grown by a voxel."""
+"""Voxels -> voxels: distances between them, and solids grown by whole voxels."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.geometry.grid import BoolArray, VoxelGrid
+from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.voxel_distance import FAR, spread_rows
 
-_MARGIN = 2  # voxels: one for the growth, one that stays free
+_LEAST_ROWS = 64  # fewer are not worth a hand-over to another thread
 
 
-def dilated(grid: VoxelGrid) -> tuple[BoolArray, float]:
-    """The solid and all voxels that touch it, even at a corner, in a larger array.
+def squared_distances(sites: BoolArray, edge: int) -> NDArray[np.int32]:
+    """Squared Euclidean distance of every voxel to the nearest of ``sites``, exact.
 
-    Returns (nx + 4, ny + 4, nz + 4) bool and the margin: a point p of grid space lies in voxel
-    floor(p + margin).  The outermost layer is never set.
+    ``sites``  (nx, ny, nz) bool.
+    ``edge``   0, 1 or 2: what a site is, a cube of that many voxels around its centre.  0 gives
+               distances between centres, 1 from a centre to a voxel, 2 between voxels.
+
+    Returns (nx, ny, nz) int32 squares of HALF voxels, all whole numbers; 2**30 where there is no
+    site at all.
     """
-    grown = np.pad(grid.inside, _MARGIN)
+    squares = np.where(sites, np.int32(0), np.int32(FAR))
+    for _ in range(3):
+        _spread(squares.reshape(-1, squares.shape[2]), edge)
+        squares = np.ascontiguousarray(squares.transpose(2, 0, 1))
+    return squares
+
+
+def _spread(rows: NDArray[np.int32], edge: int) -> None:
+    run_chunks(lambda begin, end: spread_rows(rows, edge, begin, end), len(rows), least=_LEAST_ROWS)
+
+
+def dilated(grid: VoxelGrid, reach: int) -> tuple[BoolArray, float]:
+    """The solid and all voxels within ``reach`` of it, even across corners, in a larger array.
+
+    Returns the (nx + 2 m, ny + 2 m, nz + 2 m) bool array and the margin m = ``reach`` + 1: a point
+    p of grid space lies in voxel floor(p + m).  The outermost layer is never set.
+    """
+    margin = reach + 1
+    grown = np.pad(grid.inside, margin)
     for axis in range(3):
         # Growing along one axis after the other takes in all 26 neighbours.
-        once = grown.copy()
-        ahead = tuple(slice(1, None) if i == axis else slice(None) for i in range(3))
-        behind = tuple(slice(None, -1) if i == axis else slice(None) for i in range(3))
-        once[ahead] |= grown[behind]
-        once[behind] |= grown[ahead]
-        grown = once
-    return grown, float(_MARGIN)
+        for _ in range(reach):
+            once = grown.copy()
+            ahead = tuple(slice(1, None) if i == axis else slice(None) for i in range(3))
+            behind = tuple(slice(None, -1) if i == axis else slice(None) for i in range(3))
+            once[ahead] |= grown[behind]
+            once[behind] |= grown[ahead]
+            grown = once
+    return grown, float(margin)

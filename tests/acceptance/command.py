@@ -25,3 +25,29 @@ def occluder(*arguments, cwd=None, timeout=120, **changes):
         cwd=cwd, env=environment(**changes), timeout=timeout,
         capture_output=True, text=True, errors="surrogateescape", check=False,
     )  # fmt: skip
+
+
+def read_all(descriptor):
+    """What is written to a pseudo-terminal until its other end is closed."""
+    return b"".join(_parts(descriptor))
+
+
+def read_until(descriptor, words):
+    """What is written to it until those words were, or its other end is closed."""
+    shown = b""
+    for part in _parts(descriptor):
+        shown += part
+        if words in shown:
+            break
+    return shown
+
+
+def _parts(descriptor):
+    while True:
+        try:
+            part = os.read(descriptor, 65536)
+        except OSError:
+            part = b""
+        if not part:
+            return
+        yield part

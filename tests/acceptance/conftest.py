@@ -1,4 +1,4 @@
-"""The command line in this process; slow tests run only when asked for: ``make test-slow``."""
+"""The command line in this process, quick enough for many cases."""
 
 from __future__ import annotations
 
@@ -8,18 +8,6 @@ import sys
 import pytest
 
 from simplifier import cli
-
-
-def pytest_configure(config):
-    config.addinivalue_line("markers", "slow: takes minutes; run by `make test-slow`")
-
-
-def pytest_collection_modifyitems(config, items):
-    if "slow" in config.getoption("markexpr"):
-        return
-    for item in items:
-        if item.get_closest_marker("slow"):
-            item.add_marker(pytest.mark.skip(reason="takes minutes; `make test-slow` runs it"))
 
 
 @pytest.fixture

@@ -5,18 +5,16 @@ from __future__ import annotations
 import json
 import os
 import pty
-import signal
 import subprocess
-import time
 
 import pytest
 
 import simplifier
 from simplifier import cli
 from simplifier.io import writable_suffixes
-from tests.acceptance.command import OCCLUDER, environment, occluder
+from tests.acceptance.command import OCCLUDER, environment, occluder, read_all
 from tests.schema import check_report
-from tests.solids import box, joined
+from tests.solids import blob, box, joined
 
 QUICK = ("--resolution", "12", "--preset", "draft", "--moves", "100")
 FEW_VIEWS = ("--views", "4", "--image", "32", "--quads", "50")
@@ -114,7 +112,8 @@ def test_evaluate_an_obj_made_elsewhere(folder, tmp_path):
     assert report["precision"] > 0.9
     assert 0.0 < report["recall"] < 0.5
     assert report["options"]["accuracy"] == {
-        "views": 256, "image": 256, "quads": 32000, "seed": 0, "exact": True,
+        "views": 256, "image": 256, "quads": 32000, "seed": 0, "exact": True, "viewers": "all",
+        "up": "y",
     }  # fmt: skip
 
 
@@ -153,16 +152,25 @@ def test_every_output_format_can_be_judged(command, folder, tmp_path, suffix):
         ("--exact",),
         ("--error-bound", "0.5"),
         ("--ground", "--up", "z"),
+        ("--time-limit", "0.05"),
+        ("--viewers", "above"),
+        ("--smallest-hole", "0.2"),
+        ("--conservative",),
+        ("--conservative", "--slicer", "gl"),
+        ("--shrink", "0.01"),
     ],
 )
 def test_options_are_understood(command, folder, tmp_path, option):
     size = () if option[0] == "--error-bound" else ("--resolution", "10")
+    moves = () if option[0] == "--time-limit" else ("--moves", "50")
     status, _, errors = command(
-        "simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb", "--moves", "50", *size,
+        "simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb", *size, *moves,
         *FEW_VIEWS, *option, "--report", tmp_path / "r.json",
     )  # fmt: skip
     assert (status, errors) == (0, "")
-    check_report(json.loads((tmp_path / "r.json").read_text()))
+    report = json.loads((tmp_path / "r.json").read_text())
+    check_report(report)
+    assert report["options"]["time_limit"] == (None if moves else 0.05)
 
 
 def test_warnings_go_to_standard_error(command, folder, tmp_path):
@@ -171,7 +179,8 @@ def test_warnings_go_to_standard_error(command, folder, tmp_path):
         "--preset", "draft", *FEW_VIEWS,
     )  # fmt: skip
     assert status == 0
-    assert errors.startswith("warning: the surface is open at this resolution")
+    assert errors.startswith("warning: almost nothing is inside, the surface is open")
+    assert "--ground --up y would close 81 % of the grid" in errors
     assert errors.count("\n") == 1
     assert "warning" not in output
 
@@ -200,8 +209,20 @@ WRONG_USAGE = {
     "bound 0": ("simplify", BOXES, "-o", OUT, "--error-bound", "0"),
     "bound NaN": ("simplify", BOXES, "-o", OUT, "--error-bound", "nan"),
     "bound too fine": ("simplify", BOXES, "-o", OUT, "--error-bound", "1e-9"),
+    "hole below 0": ("simplify", BOXES, "-o", OUT, "--smallest-hole", "-1"),
+    "hole NaN": ("simplify", BOXES, "-o", OUT, "--smallest-hole", "nan"),
+    "hole too large": ("simplify", BOXES, "-o", OUT, "--smallest-hole", "2.1"),
+    "hole to judge by": ("evaluate", BOXES, BOXES, "--smallest-hole", "inf"),
+    "shrink below 0": ("simplify", BOXES, "-o", OUT, "--shrink", "-0.1"),
+    "shrink in words": ("simplify", BOXES, "-o", OUT, "--shrink", "little"),
+    "unknown viewers": ("simplify", BOXES, "-o", OUT, "--viewers", "below"),
     "alpha": ("simplify", BOXES, "-o", OUT, "--alpha", "2"),
     "moves": ("simplify", BOXES, "-o", OUT, "--moves", "-1"),
+    "time limit 0": ("simplify", BOXES, "-o", OUT, "--time-limit", "0"),
+    "time limit NaN": ("simplify", BOXES, "-o", OUT, "--time-limit", "nan"),
+    "moves and time limit": (
+        "simplify", BOXES, "-o", OUT, "--time-limit", "1", "--moves", "9",
+    ),
     "seed": ("simplify", BOXES, "-o", OUT, "--seed", "-1"),
     "views": ("evaluate", BOXES, BOXES, "--views", "0"),
     "image": ("evaluate", BOXES, BOXES, "--image", "7"),
@@ -320,8 +341,106 @@ def test_version_and_help(command):
 
 def test_every_option_of_simplify_is_in_its_help(command):
     output = command("simplify", "--help")[1]
-    for name in ("budget", "error-bound", "resolution", "ground", "preset", "pictures", "seed"):
+    for name in (
+        "budget",
+        "error-bound",
+        "resolution",
+        "ground",
+        "preset",
+        "pictures",
+        "seed",
+        "viewers",
+        "smallest-hole",
+        "conservative",
+        "shrink",
+    ):
         assert f"--{name}" in output
+
+
+# The scene's own facts.
+
+SCENE = ("--resolution", "32", "--preset", "draft", "--budget", "16", "--image", "64", "--exact")
+
+
+def write_mesh(mesh, path):
+    simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), path)
+    return path
+
+
+def reported(command, *arguments):
+    status, _, errors = command(*arguments)
+    assert status == 0
+    report = json.loads(arguments[-1].read_text())
+    check_report(report)
+    assert list(map(str.strip, errors.splitlines())) == [
+        f"warning: {words}" for words in report["warnings"]
+    ]
+    return report
+
+
+def test_viewers_above(command, tmp_path):
+    mesh, out = write_mesh(box(without=[2]), tmp_path / "lid.ply"), tmp_path / "out.glb"
+    more = (*SCENE, "--viewers", "above", "--views", "48", "--report", tmp_path / "report.json")
+    made = reported(command, "simplify", mesh, "-o", out, *more)
+    assert [closing["by"] for closing in made["solid"]["closed_by"]] == ["ground"]
+    assert all(view["direction"][1] <= 0.0 for view in made["by_view"])
+    assert made["options"]["viewers"] == made["options"]["accuracy"]["viewers"] == "above"
+    assert made["options"]["ground"] is True
+    assert made["warnings"] == []
+    judged = reported(
+        command, "evaluate", mesh, out, "--resolution", "32", *SCENE[6:], *more[len(SCENE) :]
+    )
+    assert judged["by_view"] == made["by_view"]
+    assert judged["solid"] == made["solid"]
+    assert judged["deviation"] == pytest.approx(made["deviation"], abs=1e-6)
+
+
+def test_a_smallest_hole(command, tmp_path):
+    flaps = [box((0.4, 0, 1), (x, 1, 0), without=[0, 1, 2, 4, 5]) for x in (0, 0.6)]
+    mesh = write_mesh(joined(box(without=[3]), *flaps), tmp_path / "gap.ply")
+    words = ("simplify", mesh, "-o", tmp_path / "out.glb", *SCENE, "--views", "16")
+    report = ("--report", tmp_path / "report.json")
+    (warning,) = reported(command, *words, *report)["warnings"]
+    advised = warning.split("--smallest-hole ")[1].split(" would")[0]
+    closed = reported(command, *words, "--smallest-hole", advised, *report)
+    assert closed["warnings"] == []
+    (closing,) = closed["solid"]["closed_by"]
+    assert closing["by"] == "smallest_hole"
+    assert closing["volume"] == pytest.approx((30 / 32) ** 3, rel=0.1)
+    assert closed["options"]["smallest_hole"] == float(advised)
+    assert closed["recall"] > 0.7
+    judged = reported(
+        command, "evaluate", mesh, tmp_path / "out.glb", "--resolution", "32", "--views", "4",
+        "--image", "32", "--smallest-hole", advised, *report,
+    )  # fmt: skip
+    assert judged["solid"] == closed["solid"]
+
+
+def test_conservative(command, tmp_path):
+    mesh = write_mesh(blob(), tmp_path / "blob.ply")
+    report = reported(
+        command, "simplify", mesh, "-o", tmp_path / "out.glb", *SCENE, "--views", "512",
+        "--conservative", "--report", tmp_path / "report.json",
+    )  # fmt: skip
+    assert report["precision"] == 1.0
+    assert all(view["precision"] == 1.0 for view in report["by_view"])
+    assert report["error_bound"] == report["deviation"] == 0.0
+    assert report["recall"] > 0.1
+    assert report["options"]["conservative"] is True
+
+
+def test_shrink_to_nothing(command, tmp_path):
+    mesh, out = write_mesh(blob(), tmp_path / "blob.ply"), tmp_path / "out.obj"
+    words = ("simplify", mesh, "-o", out, *SCENE, "--views", "4", "--shrink")
+    report = ("--report", tmp_path / "report.json")
+    shrunk = reported(command, *words, "0.2", *report)
+    assert shrunk["triangles"] > 0
+    assert shrunk["options"]["conservative"] is True
+    nothing = reported(command, *words, "3", *report)
+    assert nothing["triangles"] == 0
+    assert (nothing["precision"], nothing["recall"]) == (1.0, 0.0)
+    assert "no voxel is as deep inside as --shrink 3" in nothing["warnings"][0]
+    assert out.exists()
 
 
 # Names.
@@ -397,19 +516,6 @@ def test_a_bar_on_a_terminal(folder, tmp_path):
     assert b"recall" in output
 
 
-def read_all(descriptor):
-    """What is written to a pseudo-terminal until its other end is closed."""
-    parts = []
-    while True:
-        try:
-            part = os.read(descriptor, 65536)
-        except OSError:
-            part = b""
-        if not part:
-            return b"".join(parts)
-        parts.append(part)
-
-
 @pytest.mark.parametrize("arguments", [("--help",), ("evaluate", "{0}", "{0}", *FEW_VIEWS)])
 def test_nobody_reads(folder, arguments):
     mesh = str(folder / "boxes.ply")
@@ -423,33 +529,6 @@ def test_nobody_reads(folder, arguments):
     assert b"Traceback" not in done.stderr
     assert b"BrokenPipeError" not in done.stderr
     assert done.returncode in (0, 1)
-
-
-def test_interrupt(folder, tmp_path):
-    """Ctrl-C in the middle of refining: 130, one line, and the old file as it was."""
-    target = tmp_path / "out.glb"
-    target.write_bytes(b"old")
-    controller, terminal = pty.openpty()
-    with subprocess.Popen(
-        [
-            *OCCLUDER, "simplify", folder / "boxes.ply", "-o", target, "--moves", "100000000",
-            "--resolution", "24", "--report", tmp_path / "report.json",
-        ],
-        stderr=terminal, stdout=subprocess.PIPE, env=environment(TERM="dumb"),
-    ) as process:  # fmt: skip
-        os.close(terminal)
-        time.sleep(5.0)  # imports take two seconds at most, the stages before refining one
-        assert process.poll() is None
-        process.send_signal(signal.SIGINT)
-        shown = read_all(controller).decode()
-        output = process.stdout.read()
-    os.close(controller)
-    assert process.returncode == 130
-    assert "error: interrupted; nothing was kept" in shown
-    assert "Traceback" not in shown
-    assert output == b""
-    assert target.read_bytes() == b"old"
-    assert [path.name for path in tmp_path.iterdir()] == ["out.glb"]
 
 
 def test_the_mesh_is_not_overwritten_by_its_occluder(tmp_path):

@@ -92,6 +92,8 @@ def commands(meshes, folder):
         ["--ground", "--up", "z", "--seed", str(2**63 - 1)],
         ["--pictures", str(folder / "pictures"), "--report", str(folder / "report.json")],
         ["--budget", "1"],
+        ["--smallest-hole", "0.4", "--conservative", "--moves", "0"],
+        ["--viewers", "above", "--shrink", "0.05"],
     ):
         yield ["simplify", first, "-o", last, *FEW, *more]
 

@@ -13,8 +13,7 @@ import pytest
 
 import simplifier
 from simplifier.evaluation.tradeoff_table import COLUMNS
-from tests.acceptance.command import OCCLUDER, environment, occluder
-from tests.acceptance.test_command_line import read_all
+from tests.acceptance.command import OCCLUDER, environment, occluder, read_all, read_until
 from tests.solids import box, joined
 
 FILES = ["tradeoff.csv", "tradeoff.html", "tradeoff.png"]
@@ -92,9 +91,7 @@ def test_ctrl_c_keeps_what_was_measured(folder, tmp_path):
         env=environment(TERM="xterm-256color", COLUMNS="120"),
     ) as process:  # fmt: skip
         os.close(terminal)
-        shown = b""
-        while b"time 60 s" not in shown:
-            shown += os.read(controller, 65536)
+        shown = read_until(controller, b"time 60 s")
         time.sleep(0.2)
         process.send_signal(signal.SIGINT)
         shown += read_all(controller)

@@ -19,6 +19,7 @@ from bench import (
     point,
     quality,
     record,
+    scene,
     speed,
     starts,
     times,
@@ -158,6 +159,16 @@ def test_occluder_times_skip_what_is_absent(tiny_stand_in, tmp_path, monkeypatch
     assert all(row["note"].startswith("skipped: ") for row in rows[2:])
 
 
+def test_limits_tell_time_and_recall(tiny_stand_in, tmp_path, monkeypatch):
+    monkeypatch.setattr(times, "LIMITS", (0.001, 0.1))
+    rows = check_table(speed.run_part("limits", times.limit_times, 1, tmp_path, "me"), "me")
+    assert [row["limit_s"] for row in rows[:2]] == ["0.001", "0.1"]
+    assert rows[0]["limit"] == "met"  # by what it took itself
+    assert all(float(row["allowed_s"]) >= float(row["limit_s"]) for row in rows[:2])
+    assert all(0.0 < float(row["recall"]) <= 1.0 for row in rows[:2])
+    assert all(row["note"].startswith("skipped: ") for row in rows[2:])
+
+
 def test_starts_count_compilations(tmp_path):
     cache = tmp_path / "kernels"
     cache.mkdir()
@@ -230,3 +241,15 @@ def test_peers_keep_the_place_and_size_of_the_mesh(name):
     assert 0 < len(occluder.faces) <= 100
     assert np.allclose(occluder.vertices.mean(axis=0), mesh.vertices.mean(axis=0), atol=10.0)
     assert np.ptp(occluder.vertices, axis=0) == pytest.approx(mesh.extent, rel=0.3)
+
+
+def test_scene(tiny_stand_in, monkeypatch, capsys):
+    small = {"resolution": 12, "preset": "draft"}
+    names = ("conservative, exact outlines", "shrink by a fiftieth")
+    variants = {name: {**scene.VARIANTS[name], **small} for name in names}
+    monkeypatch.setattr(scene, "VARIANTS", variants)
+    scene.main(resolutions=(8,))
+    recalls, times = capsys.readouterr().out.strip().split("\n\n")
+    assert [row.count("at 100.00%") for row in recalls.splitlines()] == [0, 0, 2, 2]
+    assert recalls.splitlines()[0] == "| variant | bumpy sphere | bunny_4968 |"
+    assert times.splitlines()[-1].startswith("| 8 | ")

@@ -127,6 +127,22 @@ def check_slicer(slicer, grid, plan, planes=None):
     assert compared > 0
 
 
+def test_it_tells_its_share_and_ends_when_told_to(slicer_of):
+    grid = grid_of(sphere())
+    slicer, plan = slicer_of(grid), plan_sections(grid, SectionOptions(directions=8))
+    shares = []
+    areas = slicer.areas(plan, shares.append)
+    assert shares == sorted(shares)
+    assert 0.0 <= shares[0] <= shares[-1] <= 1.0
+
+    def enough(share):
+        raise KeyError(share)
+
+    with pytest.raises(KeyError):
+        slicer.areas(plan, enough)
+    assert np.array_equal(slicer.areas(plan), areas)  # it can go on after that
+
+
 @pytest.mark.parametrize("solid", sorted(SOLIDS))
 @pytest.mark.parametrize("step", [1.0, 0.3])
 def test_every_plane_of_a_plan(slicer_of, solid, step):

@@ -16,8 +16,8 @@ from simplifier.evaluation.report import build_report, write_report
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.options import SolidOptions
-from simplifier.pipeline import solidify
 from simplifier.progress import STAGES, Stopwatch
+from simplifier.solidify import solidify
 from simplifier.version import VERSION
 from tests.schema import SCHEMA, check_report
 from tests.solids import box

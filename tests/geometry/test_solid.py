@@ -13,7 +13,7 @@ def solid_of(touched, filled, closed_by=()):
     def grid(inside):
         return VoxelGrid(np.asarray(inside, dtype=np.bool_), np.zeros(3), 0.5)
 
-    return Solid(grid(touched), grid(filled), closed_by)
+    return Solid(grid(touched), grid(filled), grid(filled), closed_by=closed_by)
 
 
 def test_shares_of_a_shell():

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.views import (
     BoundingSphere,
+    from_above,
     hemisphere_directions,
     image_axes,
     random_directions,
@@ -97,3 +98,13 @@ def test_sphere_of_a_flat_mesh():
     )
     assert sphere.centre.tolist() == [2.0, 1.5, 5.0]
     assert sphere.radius == pytest.approx(2.5)
+
+
+@pytest.mark.parametrize("up", [0, 1, 2])
+def test_from_above_turns_about_what_rises_and_nothing_else(up):
+    directions = np.concatenate([random_directions(200, 3), np.eye(3), -np.eye(3)])
+    looking = from_above(directions, up)
+    assert (looking[:, up] <= 0.0).all()
+    level_or_down = directions[:, up] <= 0.0
+    assert np.array_equal(looking[level_or_down], directions[level_or_down])
+    assert np.array_equal(looking[~level_or_down], -directions[~level_or_down])

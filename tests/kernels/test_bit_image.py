@@ -20,8 +20,9 @@ from simplifier.kernels.coverage import covered
 from simplifier.kernels.coverage import unpacked as unpacked_words
 from simplifier.kernels.distance_transform import distance_sum
 from simplifier.kernels.polygon_views import score_images
-from simplifier.selection.measure import bit_measure, search_projections
+from simplifier.selection.measure import bit_measure
 from tests.kernels.bits import SIDE, annulus, blob, disc, packed, rectangle, unpacked
+from tests.pictures import sphere_projections
 
 CROSS = ndimage.generate_binary_structure(2, 1)
 SQUARE = ndimage.generate_binary_structure(2, 2)
@@ -138,7 +139,7 @@ def both_forms(masks):
 
 def silhouettes(mesh, directions):
     sphere = BoundingSphere.of(mesh)
-    maps = search_projections(image_axes(directions), sphere.centre, sphere.radius)
+    maps = sphere_projections(image_axes(directions), sphere.centre, sphere.radius)
     return unpacked_words(covered(mesh.vertices, mesh.faces, maps, SIDE, SIDE), SIDE)
 
 

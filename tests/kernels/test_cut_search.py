@@ -23,13 +23,13 @@ def pairs_of(candidates, budget):
     return polygons, levels, np.concatenate([[0], np.cumsum(most)]).astype(np.int64)
 
 
-def search(candidates, budget, *, alpha=0.001, power=1.0, exchanges=0, seed=0):
+def search(candidates, budget, *, alpha=0.001, power=1.0, exchanges=0, seed=0, halt=0):
     weights = np.maximum(np.arange(budget + 1.0), 1.0) ** -power
     polygons, levels, firsts = pairs_of(candidates, budget)
     cut, score = search_cut(
         candidates.points, candidates.lowest, candidates.offsets, candidates.maps,
         candidates.triangles, polygons, levels, firsts, (budget, alpha, weights), exchanges, seed,
-        np.zeros(1, np.uint8),
+        np.full(1, halt, np.uint8),
     )  # fmt: skip
     filled = plain.fill(candidates, polygons, levels, budget, alpha, weights)
     return cut, score, filled
@@ -99,3 +99,10 @@ def test_polygons_out_of_sight_are_not_taken():
     cut, score, _ = search(hidden, 10, alpha=0.0, exchanges=5)
     assert score == 0
     assert not cut.any()
+
+
+def test_a_search_that_is_halted_takes_nothing():
+    candidates = random_candidates(3, 12)
+    cut, score, filled = search(candidates, 30, exchanges=1_000_000_000, halt=1)
+    assert (cut.sum(), score) == (0, 0)
+    assert filled.sum() > 0

@@ -11,13 +11,13 @@ from simplifier.polygon.bridge import bridge_holes
 from simplifier.polygon.chain import simplification_chain
 from simplifier.polygon.simplify import simplify_polygon
 from simplifier.selection.candidates import Candidates
-from simplifier.selection.measure import search_projections
 from simplifier.slicing.loops import edge_loops
 from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler
 from simplifier.slicing.sections import best_sections
 from simplifier.voxel.fill import fill
 from simplifier.voxel.voxelize import voxelize
+from tests.pictures import sphere_projections
 
 BOX = 40.0
 """Edge of the cube that random scenes fill, in voxels."""
@@ -44,7 +44,7 @@ def random_chains(seed, count, most_corners=14):
 
 def projections(views, centre=(BOX / 2.0,) * 3, radius=BOX * 0.87):
     axes = image_axes(hemisphere_directions(views))
-    return search_projections(axes, np.asarray(centre), radius)
+    return sphere_projections(axes, np.asarray(centre), radius)
 
 
 def random_candidates(seed, count, views=8, most_corners=14):

@@ -10,7 +10,8 @@ from shapely import Polygon as ShapelyPolygon
 
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.selection.candidates import Candidates, score
-from simplifier.selection.measure import bit_measure, search_projections
+from simplifier.selection.measure import bit_measure
+from tests.pictures import sphere_projections
 from tests.selection.scenes import projections, random_candidates, random_chains
 
 seeds = st.integers(0, 2**32 - 1)
@@ -95,7 +96,7 @@ def test_search_projections_show_the_sphere_with_a_frame(seed, radius):
     generator = np.random.default_rng(seed)
     centre = generator.normal(0.0, 10.0 * radius, 3)
     axes = image_axes(hemisphere_directions(7))
-    maps = search_projections(axes, centre, radius)
+    maps = sphere_projections(axes, centre, radius)
     points = generator.normal(size=(50, 3))
     points = centre + radius * points / np.linalg.norm(points, axis=1, keepdims=True)
     for frame, projection in zip(axes, maps, strict=True):

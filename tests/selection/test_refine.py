@@ -1,4 +1,4 @@
-"""Refinement: stays inside, never gets worse, and its bookkeeping is that of a fresh drawing."""
+"""Refinement: stays inside, never gets worse, keeps the budget, and has nothing that is no use."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ from hypothesis import strategies as st
 from simplifier.deadline import Deadline
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.kernels.coverage import covered
-from simplifier.kernels.refinement import BLOCK, TRIES, draw_all
+from simplifier.kernels.refinement import TRIES
+from simplifier.kernels.soup_views import BLOCK, UNIT, draw_soup, score_unions
 from simplifier.kernels.voxels import contained, mark_triangles
 from simplifier.options import RefineOptions
-from simplifier.selection.measure import search_projections
-from simplifier.selection.refine import RefineViews, _by_time, pulled_in, refine
+from simplifier.selection.annealing import Annealing, RefineViews, Room
+from simplifier.selection.refine import _by_time, _Price, pulled_in, refine
+from tests.pictures import sphere_projections
 
 SIZE = 24  # voxels a side
 
@@ -26,8 +28,8 @@ def ball(radius=9.0):
 
 
 def views_of(voxels, count=16):
-    """Search views whose originals are the pictures of the solid's voxel centres, as a sphere."""
-    projections = search_projections(
+    """Search views whose originals are the pictures of a ball of the solid's volume."""
+    projections = sphere_projections(
         image_axes(hemisphere_directions(count)), np.full(3, SIZE / 2), SIZE / 2
     )
     rng = np.random.default_rng(5)
@@ -39,81 +41,166 @@ def views_of(voxels, count=16):
 
 
 def crossed_quads(half=4.0):
-    """Three squares through the centre: 6 triangles, 12 vertices."""
+    """Three squares through the centre: (6, 3, 3)."""
     square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * half
-    vertices, faces = [], []
+    triangles = []
     for axis in range(3):
-        faces += [[4 * axis, 4 * axis + 1, 4 * axis + 2], [4 * axis, 4 * axis + 2, 4 * axis + 3]]
-        vertices.append(np.insert(square, axis, 0.0, axis=1) + SIZE / 2 + 0.25)
-    return np.concatenate(vertices), np.array(faces, dtype=np.int32)
+        corners = np.insert(square, axis, 0.0, axis=1) + SIZE / 2 + 0.25
+        triangles += [corners[[0, 1, 2]], corners[[0, 2, 3]]]
+    return np.array(triangles)
 
 
-def score(vertices, faces, views, overcover):
+def score(triangles, views, overcover=0.5):
     """The objective, drawn afresh."""
     count = len(views.projections)
-    images = np.zeros((len(faces), count, 64), np.uint64)
-    blocks = np.zeros((-(-len(faces) // BLOCK), count, 64), np.uint64)
-    scores = np.zeros(count, np.int64)
-    return draw_all(
-        np.ascontiguousarray(vertices), faces, views.projections, views.originals,
-        round(2 * overcover), images, blocks, scores,
+    images = np.zeros((len(triangles), count, 64), np.uint64)
+    blocks = np.zeros((-(-len(triangles) // BLOCK), count, 64), np.uint64)
+    draw_soup(np.ascontiguousarray(triangles), views.projections, images, blocks)
+    return score_unions(
+        np.bitwise_or.reduce(blocks, axis=0), views.originals, round(UNIT * overcover),
+        np.zeros(count, np.int64),
     )  # fmt: skip
 
 
-def voxels_touched(vertices, faces):
-    """The voxels that the faces touch, by the voxelizer."""
+def score_of_original(views):
+    return score_unions(views.originals, views.originals, 0, np.zeros(len(views.originals), int))
+
+
+def voxels_touched(triangles):
+    """The voxels that the triangles touch, by the voxelizer."""
     touched = np.zeros((SIZE,) * 3, dtype=np.bool_)
-    mark_triangles(vertices, faces, np.zeros(3), 1.0, 0, len(faces), touched)
+    faces = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    points = np.ascontiguousarray(triangles.reshape(-1, 3))
+    mark_triangles(points, faces, np.zeros(3), 1.0, 0, len(faces), touched)
     return touched
+
+
+def refined(moves, seed=0, budget=6, starts=None, views=None, **options):
+    """Refine crossed quads in a ball; no aim for the precision unless it is given."""
+    allowed = ball()
+    return refine(
+        [crossed_quads()] if starts is None else starts, allowed,
+        views_of(allowed) if views is None else views, budget,
+        RefineOptions(moves=moves, **{"precision": 0.0, **options}), seed,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_it_raises_the_score_and_touches_allowed_voxels_only(seed):
     allowed = ball()
     views = views_of(allowed)
-    vertices, faces = crossed_quads()
-    options = RefineOptions(moves=3000, searches=2, overcover=8.0)
-    before = score(vertices, faces, views, options.overcover)
-    refined, kept = refine(vertices, faces, allowed, views, options, seed)
-    assert np.array_equal(kept, faces)
-    assert score(refined, kept, views, options.overcover) > 1.3 * before
-    assert not (voxels_touched(refined, kept) & ~allowed).any()
+    found = refined(3000, seed, views=views)
+    assert len(found) <= 6
+    assert score(found, views) > 1.3 * score(crossed_quads(), views)
+    assert not (voxels_touched(found) & ~allowed).any()
 
 
 def test_it_never_ends_below_its_start():
-    allowed = ball()
-    views = views_of(allowed)
-    vertices, faces = crossed_quads()
+    views = views_of(ball())
     for moves in (6, 60, 600):
-        options = RefineOptions(moves=moves, searches=1, overcover=8.0)
-        refined, kept = refine(vertices, faces, allowed, views, options, 7)
-        assert score(refined, kept, views, 8.0) >= score(vertices, faces, views, 8.0)
+        found = refined(moves, 7, views=views, searches=1)
+        assert score(found, views) >= score(crossed_quads(), views)
+
+
+def test_a_good_start_is_kept_when_hot_moves_only_spoil_it():
+    views = views_of(ball())
+    good = refined(30_000, 3, views=views)
+    again = refined(6, 4, views=views, starts=[good], searches=1)
+    assert score(again, views) >= score(good, views)
+
+
+def test_the_better_of_two_starts_wins():
+    views = views_of(ball())
+    poor = crossed_quads(0.5)
+    found = refined(60, 0, views=views, starts=[poor, crossed_quads()], searches=2)
+    assert score(found, views) >= score(crossed_quads(), views) > 2 * score(poor, views)
+
+
+def test_what_is_left_of_the_budget_is_used():
+    views = views_of(ball())
+    few = crossed_quads()[:2]
+    small = refined(12_000, 1, budget=2, starts=[few], views=views)
+    large = refined(12_000, 1, budget=8, starts=[few], views=views)
+    assert len(small) <= 2 < len(large) <= 8
+    assert score(large, views) > 1.2 * score(small, views)
+
+
+def test_a_start_over_the_budget_is_cut_off():
+    assert len(refined(600, budget=3)) <= 3
+    assert len(refined(0, budget=3)) == 3
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 2**31), st.integers(1, 12), st.integers(1, 2000))
+def test_every_triangle_has_a_use_and_no_two_are_alike(seed, budget, moves):
+    views = views_of(ball(), 8)
+    found = refined(moves, seed, budget, views=views, searches=1)
+    assert 1 <= len(found) <= budget
+    edges = found[:, 1:] - found[:, :1]
+    assert (np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) > 0.0).all()
+    assert len(np.unique(np.sort(found, axis=1).reshape(len(found), -1), axis=0)) == len(found)
+    whole = score(found, views)
+    for index in range(len(found)):
+        assert score(np.delete(found, index, axis=0), views) < whole
 
 
 def test_no_move_leaves_it_as_it_is():
-    vertices, faces = crossed_quads()
-    allowed = ball()
-    same, kept = refine(vertices, faces, allowed, views_of(allowed), RefineOptions(moves=0), 0)
-    assert np.array_equal(same, vertices)
-    assert np.array_equal(kept, faces)
+    assert np.array_equal(refined(0), crossed_quads())
+
+
+def test_nothing_to_begin_with_gives_nothing():
+    assert refined(600, starts=[np.empty((0, 3, 3))]).shape == (0, 3, 3)
+    outside = crossed_quads() + 3.0 * SIZE
+    assert refined(600, starts=[outside]).shape == (0, 3, 3)
 
 
 def test_same_on_any_number_of_threads(monkeypatch):
-    allowed = ball()
-    views = views_of(allowed)
-    vertices, faces = crossed_quads()
+    views = views_of(ball())
     results = []
     for threads in ("1", "2", "5"):
         monkeypatch.setenv("OCCLUDER_THREADS", threads)
-        options = RefineOptions(moves=1200, searches=3)
-        results.append(refine(vertices, faces, allowed, views, options, 3)[0].tobytes())
+        results.append(refined(4800, 3, views=views, searches=3, precision=0.999).tobytes())
     assert len(set(results)) == 1
 
 
+def precision(found, views):
+    return Annealing(found, Room.of(ball()), views, UNIT, 0).precision()
+
+
+def test_a_dearer_overcover_hides_less_wrongly():
+    views = views_of(ball(5.0))  # the original is smaller than what is allowed
+    cheap = precision(refined(12_000, 1, views=views, overcover=0.05), views)
+    dear = precision(refined(12_000, 1, views=views, overcover=5.0), views)
+    assert cheap < 0.97
+    assert dear > 0.99
+
+
+def test_the_price_follows_the_precision():
+    price = _Price(RefineOptions(overcover=0.5, precision=0.99))
+    base = price.now
+    assert base == UNIT // 2
+    for _ in range(3):
+        before = price.now
+        price.follow(0.98)
+        assert price.now > before
+    for _ in range(50):
+        price.follow(0.995)
+    assert price.now == base
+    for _ in range(100):
+        price.follow(0.0)
+    assert price.now == 100 * UNIT
+
+
+def test_an_aim_for_the_precision_is_met():
+    views = views_of(ball(5.0))
+    free = refined(24_000, views=views, overcover=0.05)
+    held = refined(24_000, views=views, overcover=0.05, precision=0.98)
+    assert precision(free, views) < 0.97
+    assert precision(held, views) > 0.975
+
+
 def test_it_can_be_stopped_and_tells_how_far_it_is():
-    allowed = ball()
-    vertices, faces = crossed_quads()
-    views, options = views_of(allowed), RefineOptions(moves=6000)
+    views = views_of(ball())
     shares, scores = [], []
 
     def stop(share, best):
@@ -121,12 +208,14 @@ def test_it_can_be_stopped_and_tells_how_far_it_is():
         scores.append(best)
         return len(shares) == 3
 
-    refined, kept = refine(vertices, faces, allowed, views, options, 0, stop)
+    options = RefineOptions(moves=24_000, precision=0.0)
+    found = refine([crossed_quads()], ball(), views, 6, options, 0, stop)
     assert len(shares) == 3
     assert shares == sorted(shares)
     assert shares[-1] < 0.5
     assert scores == sorted(scores)
-    assert scores[-1] == score(refined, kept, views, options.overcover)
+    whole = score_of_original(views)
+    assert scores[-1] == pytest.approx(score(found, views) / whole)
 
 
 class StepClock:
@@ -141,9 +230,7 @@ class StepClock:
 
 
 def test_a_deadline_takes_the_place_of_the_moves():
-    allowed = ball()
-    vertices, faces = crossed_quads()
-    views = views_of(allowed)
+    views = views_of(ball())
     clock, shares = StepClock(0.006), []
 
     def stop(share, best):
@@ -152,23 +239,22 @@ def test_a_deadline_takes_the_place_of_the_moves():
 
     deadline = Deadline.after(1.0, clock)
     for moves in (6, 100_000_000):
-        options = RefineOptions(moves=moves, searches=1, overcover=8.0)
-        refined, kept = refine(vertices, faces, allowed, views, options, 0, stop, deadline)
+        options = RefineOptions(moves=moves, searches=1, precision=0.0)
+        found = refine([crossed_quads()], ball(), views, 6, options, 0, stop, deadline)
         assert 1.0 <= clock.now < 1.04
         assert shares == sorted(shares)
         assert len(shares) > 30
         assert shares[-1] == 1.0
-        assert score(refined, kept, views, 8.0) > 1.1 * score(vertices, faces, views, 8.0)
+        assert score(found, views) > 1.1 * score(crossed_quads(), views)
         clock.now, shares = 0.0, []
 
 
 def test_a_deadline_that_is_up_leaves_it_as_it_is():
-    allowed = ball()
-    vertices, faces = crossed_quads()
-    deadline = Deadline.after(0.0)
     options = RefineOptions(moves=600)
-    same, _ = refine(vertices, faces, allowed, views_of(allowed), options, 0, deadline=deadline)
-    assert np.array_equal(same, vertices)
+    same = refine(
+        [crossed_quads()], ball(), views_of(ball()), 6, options, 0, deadline=Deadline.after(0.0)
+    )
+    assert np.array_equal(same, crossed_quads())
 
 
 @pytest.mark.parametrize("cost", [1e-6, 3e-4, 2e-2])
@@ -186,15 +272,12 @@ def test_slices_fit_what_a_move_costs(cost):
     assert clock.now <= 2.0 + max(aim, TRIES * cost)
 
 
-def test_faces_outside_are_pulled_in_or_left_out():
-    allowed = ball()
-    vertices, faces = crossed_quads(half=9.0)  # the corners stick out
-    far = np.concatenate([vertices, [[1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [1.0, 2.0, 1.0]]])
-    extra = np.concatenate([faces, [[12, 13, 14]]]).astype(np.int32)
-    inside, kept = pulled_in(far, extra, allowed)
-    assert len(kept) == len(faces)
-    assert kept.max() == len(inside) - 1
-    assert not (voxels_touched(inside, kept) & ~allowed).any()
+def test_triangles_outside_are_pulled_in_or_left_out():
+    far = np.array([[[1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [1.0, 2.0, 1.0]]])
+    start = np.concatenate([crossed_quads(half=9.0), far])  # the corners stick out
+    inside = pulled_in(start, ball())
+    assert len(inside) == len(start) - 1
+    assert not (voxels_touched(inside) & ~ball()).any()
 
 
 @settings(max_examples=60, deadline=None)
@@ -204,7 +287,7 @@ def test_containment_is_that_of_the_voxelizer(seed, size):
     voxels = rng.random((SIZE,) * 3) < 0.9
     triangle = rng.uniform(size, SIZE - size, 3) + rng.uniform(-size, size, (3, 3))
     corners = [tuple(corner) for corner in triangle.tolist()]
-    touched = voxels_touched(triangle, np.array([[0, 1, 2]], dtype=np.int32))
+    touched = voxels_touched(triangle[None])
     strays = (triangle.min() <= 0.0) or (triangle.max() >= SIZE)
     expected = not strays and not (touched & ~voxels).any()
     assert contained(*corners, voxels) == expected

@@ -23,7 +23,7 @@ class ScriptedSlicer:
         self._areas = np.asarray(areas, dtype=np.int64)
         self.asked = []
 
-    def areas(self, plan):
+    def areas(self, plan, tell=None):
         assert len(self._areas) == len(plan)
         return self._areas
 

@@ -1,0 +1,170 @@
+"""The pictures of a triangle soup in many views, and what they score as an occluder.
+
+A soup is ``triangles`` (m, 3, 3) float64, corners in grid space.  Views are 64 x 64 bit images:
+``projections`` (V, 2, 4) float64 and the original's silhouettes ``originals`` (V, 64) uint64.
+``images`` (m, V, 64) uint64 holds each triangle's picture, ``blocks`` (b, V, 64) the unions of
+:data:`BLOCK` of them.
+
+A view scores, in sixteenths of twice a measure, a whole number:
+
+    16 M(occluder and original) - price * (M(occluder) - M(occluder and original))
+
+so what is hidden wrongly costs by the measure too.  A pixel that closes a gap costs much, as the
+quads that it makes full do; a pixel past the outline costs little.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplifier.kernels.bit_image import draw_edge, measure_both_twice, measure_twice
+from simplifier.kernels.compile import kernel
+from simplifier.kernels.voxels import contained
+
+BLOCK = 8
+"""Triangles whose union is kept, so that "all but this one" costs few images."""
+
+UNIT = 16
+"""Of a score: the price of what is hidden wrongly is a whole number of sixteenths."""
+
+
+@kernel
+def corner(triangles, index, k):
+    """Corner ``k`` of a triangle as a triple."""
+    return triangles[index, k, 0], triangles[index, k, 1], triangles[index, k, 2]
+
+
+@kernel
+def draw_triangle(p, q, r, m, image):
+    """Draw a projected triangle into rows 1 to 64 of ``image`` (66,), which are cleared first."""
+    for row in range(66):
+        image[row] = 0
+    px = m[0, 0] * p[0] + m[0, 1] * p[1] + m[0, 2] * p[2] + m[0, 3]
+    py = m[1, 0] * p[0] + m[1, 1] * p[1] + m[1, 2] * p[2] + m[1, 3]
+    qx = m[0, 0] * q[0] + m[0, 1] * q[1] + m[0, 2] * q[2] + m[0, 3]
+    qy = m[1, 0] * q[0] + m[1, 1] * q[1] + m[1, 2] * q[2] + m[1, 3]
+    rx = m[0, 0] * r[0] + m[0, 1] * r[1] + m[0, 2] * r[2] + m[0, 3]
+    ry = m[1, 0] * r[0] + m[1, 1] * r[1] + m[1, 2] * r[2] + m[1, 3]
+    draw_edge(px, py, qx, qy, image)
+    draw_edge(qx, qy, rx, ry, image)
+    draw_edge(rx, ry, px, py, image)
+
+
+@kernel
+def score_view(union, original, price, scratch):
+    """The score of ``union``, rows 1 to 64 of (66,), which is used up; ``scratch`` (3, 66)."""
+    part, there, part_there = scratch[0], scratch[1], scratch[2]
+    outside = np.uint64(0)
+    for row in range(64):
+        word = union[row + 1]
+        inner = word & original[row]
+        part[row + 1] = inner
+        outside |= word ^ inner
+    if outside == 0:
+        return UNIT * measure_twice(union, there)
+    whole, right = measure_both_twice(union, part, there, part_there)
+    return UNIT * right - price * (whole - right)
+
+
+@kernel
+def unite_block(images, block, blocks):
+    """Rebuild one union."""
+    for view in range(blocks.shape[1]):
+        for row in range(64):
+            blocks[block, view, row] = 0
+    for index in range(block * BLOCK, min((block + 1) * BLOCK, len(images))):
+        for view in range(blocks.shape[1]):
+            for row in range(64):
+                blocks[block, view, row] |= images[index, view, row]
+
+
+@kernel
+def unite_others(index, images, blocks, others):
+    """The union of all triangles but one, or of all with ``index`` -1: ``others`` (V, 64)."""
+    for view in range(others.shape[0]):
+        for row in range(64):
+            others[view, row] = 0
+    for block in range(len(blocks)):
+        if block != index // BLOCK:
+            for view in range(others.shape[0]):
+                for row in range(64):
+                    others[view, row] |= blocks[block, view, row]
+            continue
+        for other in range(block * BLOCK, min((block + 1) * BLOCK, len(images))):
+            if other != index:
+                for view in range(others.shape[0]):
+                    for row in range(64):
+                        others[view, row] |= images[other, view, row]
+
+
+@kernel
+def draw_soup(triangles, projections, images, blocks):
+    """Fill ``images`` and ``blocks``."""
+    image = np.zeros(66, np.uint64)
+    for index in range(len(triangles)):
+        p, q, r = (
+            corner(triangles, index, 0),
+            corner(triangles, index, 1),
+            corner(triangles, index, 2),
+        )
+        for view in range(len(projections)):
+            draw_triangle(p, q, r, projections[view], image)
+            for row in range(64):
+                images[index, view, row] = image[row + 1]
+    for block in range(len(blocks)):
+        unite_block(images, block, blocks)
+
+
+@kernel
+def score_unions(unions, originals, price, scores):
+    """Score ``unions`` (V, 64) view by view into ``scores`` (V,) int64; return the sum."""
+    union = np.zeros(66, np.uint64)
+    scratch = np.zeros((3, 66), np.uint64)
+    total = np.int64(0)
+    for view in range(len(unions)):
+        for row in range(64):
+            union[row + 1] = unions[view, row]
+        scores[view] = score_view(union, originals[view], price, scratch)
+        total += scores[view]
+    return total
+
+
+@kernel
+def remove_useless(images, blocks, originals, price, scores, kept):
+    """Take out triangle after triangle without which the score is no less.
+
+    ``kept`` (m,) bool is written; ``images`` of those taken out are cleared, ``blocks`` and
+    ``scores`` follow.  The last triangles go first: where two show the same, the first stays.
+    """
+    others = np.zeros(originals.shape, np.uint64)
+    trial = np.zeros(len(scores), np.int64)
+    total = np.sum(scores)
+    kept[:] = True
+    found = True
+    while found:
+        found = False
+        for index in range(len(images) - 1, -1, -1):
+            if not kept[index]:
+                continue
+            unite_others(index, images, blocks, others)
+            without = score_unions(others, originals, price, trial)
+            if without < total:
+                continue
+            kept[index] = False
+            found = True
+            total = without
+            for view in range(len(scores)):
+                scores[view] = trial[view]
+                for row in range(64):
+                    images[index, view, row] = 0
+            unite_block(images, index // BLOCK, blocks)
+
+
+@kernel
+def all_contained(triangles, allowed, inside):
+    """Write into ``inside`` (m,) bool whether each triangle keeps to the voxels of ``allowed``."""
+    for index in range(len(triangles)):
+        inside[index] = contained(
+            corner(triangles, index, 0), corner(triangles, index, 1), corner(triangles, index, 2),
+            allowed,
+        )  # fmt: skip

@@ -1,0 +1,59 @@
+"""TriangleMesh -> Solid: what is inside (section 4.1), and what the user should know of it."""
+
+from __future__ import annotations
+
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.solid import Solid
+from simplifier.options import SolidOptions
+from simplifier.progress import Stopwatch
+from simplifier.voxel.core import core, deepest
+from simplifier.voxel.enclose import enclose
+from simplifier.voxel.fill import Side
+from simplifier.voxel.leaks import leaks
+from simplifier.voxel.remedies import leak_warning
+from simplifier.voxel.voxelize import voxelize
+
+
+def solidify(mesh: TriangleMesh, options: SolidOptions, watch: Stopwatch) -> Solid:
+    """The voxels that the mesh touches, what they enclose, and what of it is to be hidden in."""
+    with watch.stage("voxelize"):
+        touched = voxelize(mesh, options.resolution)
+    with watch.stage("fill"):
+        sides = _closed_sides(options)
+        filled, closed_by = enclose(touched, sides, touched.in_voxels(options.smallest_hole))
+        if not options.wholly_inside:
+            return Solid(touched, filled, filled, 1, closed_by)
+        shrink, lowest = touched.in_voxels(options.shrink), touched.to_grid(mesh.bounds[0])
+        inner = core(touched, filled, shrink, lowest, sides)
+        return Solid(touched, filled, inner, 0, closed_by)
+
+
+def solid_warnings(mesh: TriangleMesh, solid: Solid, options: SolidOptions) -> list[str]:
+    """What was left out of the mesh, where it is open, and why there may be nothing to cut."""
+    warnings = []
+    dropped = mesh.dropped.total
+    if dropped:
+        noun = "triangle of the input was" if dropped == 1 else "triangles of the input were"
+        warnings.append(f"{dropped} unusable {noun} left out")
+    if leaks(solid.touched, solid.filled):
+        hole = solid.touched.in_voxels(options.smallest_hole)
+        warnings.append(leak_warning(solid.touched, solid.filled, _closed_sides(options), hole))
+    if solid.core.count == 0:
+        warnings.append(_empty_warning(solid, options))
+    return warnings
+
+
+def _empty_warning(solid: Solid, options: SolidOptions) -> str:
+    """Why the occluder has no triangle, and what would give it some."""
+    if options.shrink == 0.0:
+        return "no voxel lies wholly inside, so the occluder is empty; raise --resolution"
+    depth = deepest(solid.touched, solid.filled, _closed_sides(options)) * solid.core.cell_size
+    smaller = f"choose at most {depth:.3g}" if depth > 0.0 else "leave it out"
+    return (
+        f"no voxel is as deep inside as --shrink {options.shrink:g}, so the occluder is empty; "
+        f"{smaller}, or raise --resolution"
+    )
+
+
+def _closed_sides(options: SolidOptions) -> frozenset[Side]:
+    return frozenset({("xyz".index(options.up), 0)} if options.ground else ())

@@ -1,0 +1,64 @@
+"""Voxels wholly inside, and those that stay inside for viewers who move.
+
+P. Wonka, M. Wimmer, D. Schmalstieg, "Visibility Preprocessing with Occluder Fusion for Urban
+Walkthroughs" (2000); T. Yilmaz, U. Gudukbay, "Conservative occlusion culling for urban
+visualization using a slice-wise data structure" (2007): an occluder every point of which is at
+least a length inside the true solid hides, from all points within that length of a viewer, what it
+hides from the viewer.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.geometry.grid import BoolArray, VoxelGrid
+from simplifier.geometry.mesh import FloatArray
+from simplifier.voxel.fill import Side
+from simplifier.voxel.morphology import squared_distances
+
+_SLACK = 1e-9  # shares and voxels that rounding may take
+
+
+def core(
+    touched: VoxelGrid,
+    filled: VoxelGrid,
+    shrink: float,
+    lowest: FloatArray,
+    closed_sides: frozenset[Side],
+) -> VoxelGrid:
+    """The enclosed voxels that are at least ``shrink`` voxels from all that is not enclosed.
+
+    ``touched``, ``filled``  two solids of one grid; enclosed is what is in the second alone.
+    ``shrink``        voxels, 0 or more: the least distance of any point of a voxel of the result
+                      from any point of a voxel that is not enclosed.  Free space begins behind
+                      the sides of the grid, solid ground behind the closed ones.
+    ``lowest``        (3,) the mesh's low corner in grid space: a voxel that reaches below it at a
+                      closed side is not wholly inside.
+    ``closed_sides``  as in :func:`~simplifier.voxel.fill.fill`; low ends only.
+    """
+    enclosed = filled.inside & ~touched.inside
+    if shrink > 0.0:
+        least = math.ceil(4.0 * shrink * shrink * (1.0 - _SLACK))  # in half voxels
+        enclosed &= _squared_depths(enclosed, closed_sides) >= least
+    for axis, _ in closed_sides:
+        if lowest[axis] > _SLACK:
+            enclosed[(slice(None),) * axis + (0,)] = False
+    return touched.with_inside(enclosed)
+
+
+def deepest(touched: VoxelGrid, filled: VoxelGrid, closed_sides: frozenset[Side]) -> float:
+    """The largest ``shrink``, voxels, that leaves :func:`core` a voxel; 0 when none is enclosed."""
+    enclosed = filled.inside & ~touched.inside
+    depths = _squared_depths(enclosed, closed_sides)[enclosed]
+    return math.sqrt(float(depths.max(initial=0))) / 2.0
+
+
+def _squared_depths(enclosed: BoolArray, closed_sides: frozenset[Side]) -> NDArray[np.int32]:
+    """Squared distance of each voxel, all of it, to all that is not enclosed, in half voxels."""
+    solid = np.pad(enclosed, 1)
+    for axis, _ in closed_sides:
+        solid[(slice(None),) * axis + (0,)] = True
+    return squared_distances(~solid, 2)[1:-1, 1:-1, 1:-1]

@@ -1,0 +1,112 @@
+"""Ctrl-C in the real command, at any moment."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import time
+
+import pytest
+
+import simplifier
+from tests.acceptance.command import OCCLUDER, environment, read_all, read_until
+from tests.schema import check_report
+from tests.solids import box, joined, sphere
+
+ENDLESS = ("--resolution", "24", "--moves", "100000000", "--views", "4", "--image", "32")
+LONG_REPORT = (
+    "--resolution",
+    "12",
+    "--moves",
+    "60",
+    "--views",
+    "256",
+    "--image",
+    "2048",
+    "--exact",
+)
+KEPT, BEST = "its report is not", "warning: interrupted: the best so far"
+
+
+@pytest.fixture
+def interrupted(tmp_path):
+    """``interrupted(words, after, *options)``: run, wait for words and seconds, press Ctrl-C.
+
+    Returns the exit status, what the terminal showed, and the files by name; ``out.glb`` was there.
+    """
+    mesh = joined(box(), sphere())
+    simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), tmp_path / "mesh.ply")
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "out.glb").write_bytes(b"old")
+
+    def run(words, after, *options):
+        controller, terminal = pty.openpty()
+        with subprocess.Popen(
+            [
+                *OCCLUDER, "simplify", tmp_path / "mesh.ply", "-o", folder / "out.glb",
+                "--report", folder / "report.json", *options,
+            ],
+            stderr=terminal, stdout=subprocess.PIPE,
+            env=environment(TERM="xterm-256color", COLUMNS="120"),
+        ) as process:  # fmt: skip
+            os.close(terminal)
+            shown = read_until(controller, words)
+            time.sleep(after)
+            process.send_signal(signal.SIGINT)
+            shown += read_all(controller)
+            process.stdout.read()
+        os.close(controller)
+        assert b"Traceback" not in shown
+        assert b"Exception ignored" not in shown
+        files = {path.name: path.read_bytes() for path in folder.iterdir()}
+        assert set(files) <= {"out.glb", "report.json"}  # no draft is left
+        return process.returncode, shown.decode(), files
+
+    return run
+
+
+def check_occluder(folder):
+    assert 0 < len(simplifier.load(folder / "out" / "out.glb").faces) <= 64
+
+
+def test_refining_keeps_the_best_so_far(interrupted, tmp_path):
+    status, shown, files = interrupted(b"refining", 0.3, *ENDLESS)
+    assert status == 0
+    assert BEST in shown
+    check_occluder(tmp_path)
+    report = json.loads(files["report.json"])
+    check_report(report)
+    assert report["warnings"] == ["interrupted: the best so far"]
+
+
+def test_measuring_keeps_the_occluder(interrupted, tmp_path):
+    status, shown, files = interrupted(b"measuring", 0.1, *LONG_REPORT)
+    assert status == 0
+    assert KEPT in shown
+    check_occluder(tmp_path)
+    assert "report.json" not in files
+
+
+def test_nothing_is_kept_before_there_is_something(interrupted):
+    status, shown, files = interrupted(b"starting", 0.0, *ENDLESS)
+    assert status == 130
+    assert "error: interrupted; nothing was kept" in shown
+    assert files == {"out.glb": b"old"}
+
+
+@pytest.mark.parametrize("after", [0.2, 0.5, 0.9, 1.4])
+def test_at_any_moment(interrupted, tmp_path, after):
+    status, shown, files = interrupted(b"starting", after, "--image", "512", "--moves", "3000")
+    if status == 130:
+        assert "error: interrupted; nothing was kept" in shown
+        assert files == {"out.glb": b"old"}
+        return
+    assert status == 0
+    check_occluder(tmp_path)
+    assert ("report.json" in files) != (KEPT in shown)
+    if "report.json" in files:
+        check_report(json.loads(files["report.json"]))

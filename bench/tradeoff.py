@@ -107,7 +107,8 @@ def _knob_table(advice: Advice) -> Iterator[str]:
 
 
 def _spread(values: Sequence[float]) -> str:
-    return f"{words.spread(values)}, {len(values)} steps" if values else ""
+    steps = f"{len(values)} step{'' if len(values) == 1 else 's'}"
+    return f"{words.spread(values)}, {steps}" if values else ""
 
 
 def _pay_table(advice: Advice) -> Iterator[str]:

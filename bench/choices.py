@@ -1,6 +1,6 @@
 """What each part of the search gives: ``python -m bench.choices``.
 
-One row a variant, the paper's three statues as columns: recall at precision, the share of the
+One row a variant, the stand-ins as columns: recall at precision, the share of the
 original's occlusion measure, and the time from mesh to occluder.  The notes in ``docs/decisions``
 draw their conclusions from this table.
 """
@@ -18,10 +18,11 @@ from simplifier.evaluation.occlusion import occlusion_measures
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.options import Options, RefineOptions, make_options
 from simplifier.pipeline import simplify_mesh
-from simplifier.selection import exchange
-from simplifier.selection import refine as refinement
+from simplifier.selection import annealing, exchange
 
 CUT_ONLY = {"preset": "best", "moves": 0}
+
+_CONSTANTS = {"_POWERS": exchange, "_HEATS": annealing, "_STEPS": annealing}
 
 VARIANTS: dict[str, dict[str, Any]] = {
     "cut as published: greedy, trim by area": {**CUT_ONLY, "trim": "area"},
@@ -37,24 +38,28 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "cut, 256 directions, 4 depths": {**CUT_ONLY, "sections": {"directions": 256, "depths": 4}},
     "refined, draft": {"preset": "draft"},
     "refined, balanced": {},
-    "refined, start of best": {"preset": "best", "moves": 12_000},
-    "refined, one search": {"refine": {"searches": 1}},
-    "refined, four searches": {"refine": {"searches": 4}},
-    "refined, 32 views": {"refine": {"views": 32}},
-    "refined, 128 views": {"refine": {"views": 128}},
-    "refined, overcover 4": {"refine": {"overcover": 4.0}},
-    "refined, overcover 8": {"refine": {"overcover": 8.0}},
-    "refined, overcover 20": {"refine": {"overcover": 20.0}},
-    "refined, hill climbing": {"_HEATS": (1e-12, 1e-12)},
-    "refined, four times as hot": {"_HEATS": (2e-3, 4e-5)},
     "refined, best": {"preset": "best"},
+    "balanced, start of best": {"sections": {"directions": 128}, "selection": {"exchanges": 8}},
+    "balanced, one search": {"refine": {"searches": 1}},
+    "balanced, four searches": {"refine": {"searches": 4}},
+    "balanced, 32 views": {"refine": {"views": 32}},
+    "balanced, 64 views": {"refine": {"views": 64}},
+    "balanced, 256 views": {"refine": {"views": 256}},
+    "balanced, half the moves": {"refine": {"moves": 18_000}},
+    "balanced, four times the moves": {"refine": {"moves": 144_000}},
+    "balanced, overcover 0.25": {"refine": {"overcover": 0.25}},
+    "balanced, overcover 1": {"refine": {"overcover": 1.0}},
+    "balanced, overcover 2": {"refine": {"overcover": 2.0}},
+    "balanced, no aim for the precision": {"refine": {"precision": 0.0}},
+    "balanced, hill climbing": {"_HEATS": (1e-12, 1e-12)},
+    "balanced, four times as hot": {"_HEATS": (4e-3, 8e-5)},
+    "balanced, steps to 0.3 voxels": {"_STEPS": (6.0, 0.3)},
 }
 
 
 def main() -> None:
     """Print the table as Markdown."""
-    statues = [stand_in for stand_in in STAND_INS if stand_in.figure is not None]
-    meshes = [(stand_in, load_stand_in(stand_in)) for stand_in in statues]
+    meshes = [(stand_in, load_stand_in(stand_in)) for stand_in in STAND_INS if not stand_in.missing]
     print("| variant | " + " | ".join(item.name for item, _ in meshes) + " |")
     print("|---" * (len(meshes) + 1) + "|")
     for name, changes in VARIANTS.items():
@@ -64,9 +69,8 @@ def main() -> None:
 
 def _cell(mesh: TriangleMesh, typed: dict[str, Any], changes: dict[str, Any]) -> str:
     with ExitStack() as stack:
-        for constant in ("_POWERS", "_HEATS"):
+        for constant, module in _CONSTANTS.items():
             if constant in changes:
-                module = exchange if constant == "_POWERS" else refinement
                 stack.enter_context(patch.object(module, constant, changes[constant]))
         varied = _options(mesh, typed, changes)
         simplify_mesh(mesh, varied)

@@ -7,7 +7,7 @@ A mesh has a name that a fresh process can make it from: ``bumpy-100000``, ``cub
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from math import isqrt
 from pathlib import Path
@@ -20,6 +20,7 @@ import simplifier
 from bench.machine import ROOT
 from examples.castle import castle
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
+from simplifier.io.formats import readable_suffixes
 from simplifier.options import Axis
 
 ASSETS = Path(os.environ.get("OCCLUDER_ASSETS", ROOT.parent / "shared" / "assets"))
@@ -70,6 +71,23 @@ STAND_INS = (
     StandIn("machine", "machine_anymal_kinova_395k.glb", 36, "z", False, (0.998, 0.564), None),
     StandIn("buddha_113k", "buddha_113k.ply", 30, "y", False, (0.999, 0.602), 0.52),
 )
+
+
+_STANDING_Z_UP = ("broken_lyon", "building", "city", "terrain")  # with an open base, as file names
+
+
+def readable_assets(
+    paths: Sequence[Path] | None = None,
+) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """Every mesh file of the assets, or those of ``paths``, and how it stands.
+
+    The options are ``up`` and ``ground`` of :func:`simplifier.simplify`.
+    """
+    for path in sorted(ASSETS.glob("*.*")) if paths is None else paths:
+        if path.suffix in readable_suffixes():
+            standing = path.name.startswith(_STANDING_Z_UP)
+            ground = standing or "bunny" in path.name
+            yield path, {"up": "z" if standing else "y", "ground": ground}
 
 
 def load_stand_in(stand_in: StandIn) -> TriangleMesh:

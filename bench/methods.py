@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import simplifier
+from bench.boxes import DecompositionError
 from bench.peers import PEERS, missing, occluder_from, prepared, simplified
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
@@ -40,13 +41,23 @@ def results(mesh: TriangleMesh, options: dict[str, Any]) -> Iterator[Result]:
     for method, changes in _VARIANTS.items():
         repeats = 3 if method == OURS else 1
         yield Result(method, *timed(mesh, {**options, **changes}, repeats))
-    ready = prepared(mesh)
-    for name, peer in PEERS.items():
+    yield from peer_results(mesh, prepared(mesh), options["budget"])
+
+
+def peer_results(
+    mesh: TriangleMesh, ready: TriangleMesh, budget: int, names: Iterable[str] = PEERS
+) -> Iterator[Result]:
+    """The peers of those names on a mesh and its :func:`~bench.peers.prepared` form."""
+    for name in names:
         if missing(name):
             yield Result(name, reason=missing(name))
             continue
         begin = time.perf_counter()
-        made = simplified(peer, ready, options["budget"])
+        try:
+            made = simplified(PEERS[name], ready, budget)
+        except DecompositionError as error:
+            yield Result(name, reason=str(error))
+            continue
         seconds = time.perf_counter() - begin
         yield Result(name, occluder_from(made, mesh), seconds)
 

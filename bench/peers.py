@@ -1,18 +1,21 @@
-"""Other mesh simplifiers with Python bindings, each asked for a budget as its documentation says.
+"""Other ways to few triangles with Python bindings, each asked for a budget as its documentation
+says.
 
 They get the mesh with equal vertices merged, centred and scaled to unit size: their best case.
-Neither promises a budget; what they return is judged as it is.
+Simplifiers do not promise a budget; what they return is judged as it is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.boxes import convex_boxes
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 
@@ -35,6 +38,13 @@ def meshoptimizer(points: FloatArray, faces: Faces, budget: int) -> tuple[FloatA
     return points, _collapsed(import_module("meshoptimizer").simplify, points, faces, budget)
 
 
+def meshoptimizer_prune(points: FloatArray, faces: Faces, budget: int) -> tuple[FloatArray, Faces]:
+    """The same, small components given up as well (meshoptimizer, SIMPLIFY_PRUNE)."""
+    library = import_module("meshoptimizer")
+    simplify = partial(library.simplify, options=library.SIMPLIFY_PRUNE)
+    return points, _collapsed(simplify, points, faces, budget)
+
+
 def meshoptimizer_sloppy(points: FloatArray, faces: Faces, budget: int) -> tuple[FloatArray, Faces]:
     """Vertex clustering (meshoptimizer, simplifySloppy)."""
     return points, _collapsed(import_module("meshoptimizer").simplify_sloppy, points, faces, budget)
@@ -43,9 +53,14 @@ def meshoptimizer_sloppy(points: FloatArray, faces: Faces, budget: int) -> tuple
 PEERS: dict[str, Peer] = {
     "fast-simplification": fast_simplification,
     "meshoptimizer": meshoptimizer,
+    "meshoptimizer prune": meshoptimizer_prune,
     "meshoptimizer sloppy": meshoptimizer_sloppy,
+    "coacd boxes": convex_boxes,
 }
 """By the name that tables show; the first word is the package."""
+
+SLOW_PEERS = ("coacd boxes",)
+"""Those that take minutes on a large mesh; what takes longer than their limit is skipped."""
 
 
 def missing(name: str) -> str:

@@ -1,4 +1,4 @@
-"""How well occluders hide: ``python -m bench.quality [--all] [--seeds N]``.
+"""How well occluders hide: ``python -m bench.quality [--all] [--seeds N] [--peers]``.
 
 Precision and recall are those of :func:`simplifier.evaluate` with ``exact=True``: 256 views, all
 quads counted, the same for every method.  Seconds are those of one run from mesh in memory to
@@ -13,6 +13,11 @@ left out.
     all        (--all) every readable asset at 64 triangles
     seeds      (--seeds N) the spread of the sampled figures over N seeds of views and quads; the
                occluders are the same
+    peers      (--peers) every readable asset at 16, 64 and 256 triangles by the other simplifiers,
+               128 views; with --slow-peers by boxes around convex parts as well.  What the file
+               holds from an earlier run is not measured again.
+    against_peers  (--peers, without --only-peers) this library on the same, default options, beside
+               the best peer within the budget that is no less precise
 
 Every table goes to ``quality_NAME.csv``, and ``quality.md`` shows all that the folder holds.
 """
@@ -26,22 +31,21 @@ from pathlib import Path
 from typing import Any
 
 import simplifier
-from bench.meshes import ASSETS, STAND_INS, StandIn, load_stand_in
+from bench import comparison
+from bench.meshes import STAND_INS, StandIn, load_stand_in, readable_assets
 from bench.methods import OURS, Result, results, timed
 from bench.record import Row, told, write_page, write_table
 from bench.times import met, skipped
 from simplifier.errors import OccluderError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.io.formats import readable_suffixes
-from simplifier.options import Axis
 from simplifier.warmup import warm_up
 
 RESULTS = Path("bench/results")
 
+TABLES = ("stand_ins", "all", "seeds", "peers", "against_peers")
 PRECISION_FLOOR = 0.99
 _BUDGET = 64  # for assets that the paper has no budget for
-_STANDING_Z_UP = ("broken_lyon", "building", "city", "terrain")  # with an open base, as file names
 
 
 def stand_in_rows(stand_ins: Sequence[StandIn] = STAND_INS, views: int = 256) -> Iterator[Row]:
@@ -67,11 +71,7 @@ def stand_in_rows(stand_ins: Sequence[StandIn] = STAND_INS, views: int = 256) ->
 
 def asset_rows(paths: Sequence[Path] | None = None, views: int = 256) -> Iterator[Row]:
     """Every readable asset at 64 triangles, default options."""
-    for path in sorted(ASSETS.glob("*.*")) if paths is None else paths:
-        if path.suffix not in readable_suffixes():
-            continue
-        standing: Axis | None = "z" if path.name.startswith(_STANDING_Z_UP) else None
-        options = {"up": standing or "y", "ground": standing is not None or "bunny" in path.name}
+    for path, options in readable_assets(paths):
         row = {"mesh": path.stem, "budget": _BUDGET, "ground": options["ground"]}
         try:
             mesh = simplifier.load(path)
@@ -123,14 +123,42 @@ def _beside(judged: dict[str, float | int], result: Result, stand_in: StandIn) -
     return {**row, "note": "over budget" if over else ""}
 
 
+def compare(given: argparse.Namespace) -> None:
+    """Write the table of the peers, then ours beside it unless they alone were asked for."""
+    path = given.output / "quality_peers.csv"
+
+    def judge(mesh: TriangleMesh, occluder: Occluder) -> Row:
+        return _judged(mesh, occluder, comparison.VIEWS)
+
+    found: list[Row] = []
+    known = comparison.known_rows(path)
+    for rows in comparison.peer_rows(judge, known, slow=given.slow_peers):
+        for row in rows:
+            print(f"peers: {told(row)}", flush=True)
+        found += rows
+        # After each mesh, with what is known of the others: a run that is cut short counts.
+        done = {row["mesh"] for row in found}
+        rest = [row for row in known.values() if row["mesh"] not in done]
+        write_table(path, [*found, *rest], _command(given))
+    if not given.only_peers:
+        peers = comparison.known_rows(path).values()
+        _write("against_peers", comparison.verdict_rows(judge, peers), given)
+
+
 def _write(name: str, rows: Iterator[Row], given: argparse.Namespace) -> None:
     found = []
     for row in rows:
         found.append(row)
         print(f"{name}: {told(row)}", flush=True)
-    words = [*(["--all"] if given.all else []), *(["--seeds", given.seeds] if given.seeds else [])]
-    command = " ".join(["python -m bench.quality", *map(str, words)])
-    write_table(given.output / f"quality_{name}.csv", found, command)
+    write_table(given.output / f"quality_{name}.csv", found, _command(given))
+
+
+def _command(given: argparse.Namespace) -> str:
+    flags = ("all", "seeds", "peers", "slow_peers", "only_peers")
+    words = [f"--{flag.replace('_', '-')}" for flag in flags if getattr(given, flag)]
+    if given.seeds:
+        words.insert(words.index("--seeds") + 1, str(given.seeds))
+    return " ".join(["python -m bench.quality", *words])
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -139,15 +167,21 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("--all", action="store_true", help="every asset at 64 triangles, too")
     parser.add_argument("--seeds", type=int, default=0, help="seeds of the accuracy sample, too")
+    parser.add_argument("--peers", action="store_true", help="only every asset beside the peers")
+    parser.add_argument("--slow-peers", action="store_true", help="with --peers: CoACD, too")
+    parser.add_argument("--only-peers", action="store_true", help="with --peers: ours another time")
     parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="folder of the results")
     given = parser.parse_args(arguments)
     warm_up()
-    _write("stand_ins", stand_in_rows(), given)
-    if given.all:
-        _write("all", asset_rows(), given)
-    if given.seeds > 0:
-        _write("seeds", seed_rows(given.seeds), given)
-    print(write_page(given.output, "quality", ("stand_ins", "all", "seeds")))
+    if given.peers:
+        compare(given)
+    else:
+        _write("stand_ins", stand_in_rows(), given)
+        if given.all:
+            _write("all", asset_rows(), given)
+        if given.seeds > 0:
+            _write("seeds", seed_rows(given.seeds), given)
+    print(write_page(given.output, "quality", TABLES))
 
 
 if __name__ == "__main__":

@@ -53,6 +53,7 @@ def simplify(
     trim: Trim = "gain",
     slicer: Slicing = "cpu",
     preset: Preset = "balanced",
+    min_precision: float = 0.99,
     moves: int | None = None,
     time_limit: float | None = None,
     seed: int = 0,
@@ -73,7 +74,9 @@ def simplify(
                      hidden from all points within this length of it; implies ``conservative``.
     ``trim``         ``gain``, or ``area`` as published.
     ``slicer``       ``cpu``, or ``gl`` for the OpenGL stencil buffer.
-    ``preset``       ``draft``, ``balanced`` or ``best``: how much time to spend;
+    ``preset``       ``draft``, ``balanced`` or ``best``: how much time to spend.
+    ``min_precision``  what refining aims for at least: it hides less where its own views show less
+                     than this share of it to be right.
     ``moves``        refining moves in place of the preset's, 0 for the cut as it is.
     ``time_limit``   seconds that this call may take, in place of moves: less shortens the preset's
                      work, more goes on refining.  Results then differ from run to run.
@@ -90,8 +93,8 @@ def simplify(
         float(mesh.extent.max()), budget=budget, resolution=resolution,
         error_bound=error_bound, up=up, ground=ground, viewers=viewers,
         smallest_hole=smallest_hole, conservative=conservative, shrink=shrink, trim=trim,
-        slicer=slicer, preset=preset, moves=moves, time_limit=time_limit,
-        seed=seed,
+        slicer=slicer, preset=preset, min_precision=min_precision, moves=moves,
+        time_limit=time_limit, seed=seed,
     )  # fmt: skip
     return simplify_mesh(mesh, options, listener, cancel).occluder
 

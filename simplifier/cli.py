@@ -124,6 +124,9 @@ def simplify(
     preset: Annotated[
         Preset, typer.Option(help="How much time to spend: draft, balanced or best.")
     ] = "balanced",
+    min_precision: Annotated[
+        float, typer.Option(help="Precision to aim for at least; more of it hides less.")
+    ] = 0.99,
     moves: Annotated[
         int | None,
         typer.Option(help="Refining moves; 0 leaves the cut as it is.", show_default="by preset"),
@@ -165,8 +168,8 @@ def simplify(
             float(soup.extent.max()), budget=budget, resolution=resolution,
             error_bound=error_bound, up=up, ground=ground, viewers=viewers,
             smallest_hole=smallest_hole, conservative=conservative, shrink=shrink,
-            trim=trim, slicer=slicer, alpha=alpha, preset=preset, moves=moves,
-            time_limit=time_limit, seed=seed,
+            trim=trim, slicer=slicer, alpha=alpha, preset=preset,
+            min_precision=min_precision, moves=moves, time_limit=time_limit, seed=seed,
         )  # fmt: skip
         kept = False
         try:

@@ -13,6 +13,7 @@ from simplifier.progress import Stopwatch
 from simplifier.selection.annealing import RefineViews
 from simplifier.selection.measure import silhouettes
 from simplifier.selection.refine import pulled_in, refine
+from simplifier.selection.thin import thinned
 from simplifier.sight import search_projections
 from simplifier.voxel.morphology import dilated
 
@@ -69,11 +70,12 @@ def _views(
         if watch.cancelled or deadline.is_up:
             raise _StoppedError
 
+    tell(0.0)
+    vertices, faces = thinned(solid.core.to_grid(mesh.vertices) + margin, mesh.faces)
+
     def drawn(count: int) -> RefineViews:
         tell(0.0)
         projections = search_projections(solid, options, count, margin)
-        tell(0.0)
-        vertices = solid.core.to_grid(mesh.vertices) + margin
         drawing = deadline.rest()
 
         def keep_pace(share: float) -> None:
@@ -81,7 +83,7 @@ def _views(
             if share < 0.5 < drawing.share:  # so slow that nothing would be left for refining
                 raise _StoppedError
 
-        return RefineViews(projections, silhouettes(vertices, mesh.faces, projections, keep_pace))
+        return RefineViews(projections, silhouettes(vertices, faces, projections, keep_pace))
 
     most = options.refine.views
     if not deadline.limited:

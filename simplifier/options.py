@@ -211,12 +211,21 @@ class RefineOptions:
         _whole("refine views", self.views, 1, 4096)
 
 
-PRESETS: dict[Preset, tuple[SectionOptions, int, int]] = {
-    "draft": (SectionOptions(directions=16, depths=3), 0, 2_000),
-    "balanced": (SectionOptions(directions=32, depths=4), 0, 8_000),
-    "best": (SectionOptions(directions=128, depths=4), 8, 60_000),
+@dataclass(frozen=True)
+class Effort:
+    """What a preset spends: sections, exchanges of the cut, and moves and views of refinement."""
+
+    sections: SectionOptions
+    exchanges: int
+    moves: int
+    views: int
+
+
+PRESETS: dict[Preset, Effort] = {
+    "draft": Effort(SectionOptions(directions=16, depths=3), 0, 9_600, 64),
+    "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 36_000, 96),
+    "best": Effort(SectionOptions(directions=128, depths=4), 8, 120_000, 256),
 }
-"""Sections, exchanges and refining moves of each preset."""
 
 
 @dataclass(frozen=True)
@@ -260,6 +269,7 @@ def make_options(
     slicer: Slicing = "cpu",
     alpha: float = 0.001,
     preset: Preset = "balanced",
+    min_precision: float = 0.99,
     moves: int | None = None,
     time_limit: float | None = None,
     seed: int = 0,
@@ -267,7 +277,8 @@ def make_options(
     """The options of a simplification from the names that users type.
 
     ``preset`` says how much time to spend, and ``moves`` replaces its number of refining moves;
-    with a ``time_limit``, seconds, refining lasts until then in place of moves.
+    with a ``time_limit``, seconds, refining lasts until then in place of moves.  It aims for
+    ``min_precision`` at least.
     ``longest_edge`` of the mesh's bounding box, world units, turns ``error_bound`` into the least
     resolution that keeps it.  ``viewers`` above imply ``ground``, a ``shrink`` above 0 implies
     ``conservative``.  Raises :class:`~simplifier.errors.OptionError` when a value is out of range,
@@ -300,12 +311,14 @@ def make_options(
             where="smallest hole",
             remedy=f"choose 0 to {longest_edge:.6g}",
         )
-    sections, exchanges, preset_moves = PRESETS[preset]
+    effort = PRESETS[preset]
     return Options(
         solid=solid,
-        sections=replace(sections, slicer=slicer),
-        selection=SelectionOptions(budget, alpha, trim, exchanges=exchanges),
-        refine=RefineOptions(preset_moves if moves is None else moves),
+        sections=replace(effort.sections, slicer=slicer),
+        selection=SelectionOptions(budget, alpha, trim, exchanges=effort.exchanges),
+        refine=RefineOptions(
+            effort.moves if moves is None else moves, precision=min_precision, views=effort.views
+        ),
         viewers=viewers,
         seed=seed,
         time_limit=time_limit,

@@ -37,7 +37,8 @@ RANGES = [
     (SelectionOptions, "exchanges", 0, 10_000),
     (RefineOptions, "moves", 0, 100_000_000),
     (RefineOptions, "searches", 1, 64),
-    (RefineOptions, "overcover", 0.0, 1000.0),
+    (RefineOptions, "overcover", 0.0, 100.0),
+    (RefineOptions, "precision", 0.0, 1.0),
     (RefineOptions, "views", 1, 4096),
     (Options, "seed", 0, 2**63 - 1),
 ]

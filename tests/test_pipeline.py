@@ -423,7 +423,7 @@ def test_the_seed_reaches_the_exchange(monkeypatch):
     # It once stopped at the options.
     seen = []
     monkeypatch.setattr(
-        "simplifier.pipeline.choose_by_gain",
+        "simplifier.cut.choose_by_gain",
         lambda candidates, budget, alpha, exchanges, seed, tell: (
             seen.append(seed) or np.zeros(len(candidates), np.int32)
         ),

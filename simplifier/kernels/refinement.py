@@ -71,7 +71,7 @@ def _place_elsewhere(triangles, places, reach, state, trial):
 
 @kernel
 def _try_views(
-    p, q, r, index, stride, seen, views, images, others, scores, drawn, trial, union, scratch
+    p, q, r, index, stride, seen, views, images, others, scores, drawn, trial, union, scratch, work
 ):
     """Score every ``stride``-th view with the triangle p, q, r at ``index``; return the change.
 
@@ -86,6 +86,7 @@ def _try_views(
         if seen != 0 and view % seen == 0:
             continue
         draw_triangle(p, q, r, projections[view], image)
+        work[0] += 1
         differs = np.uint64(0)
         for row in range(64):
             word = image[row + 1]
@@ -95,6 +96,7 @@ def _try_views(
             differs |= new ^ (others[view, row] | images[index, view, row])
         trial[view] = scores[view]
         if differs != 0:
+            work[1] += 1
             trial[view] = score_view(union, originals[view], price, scratch)
             change += trial[view] - scores[view]
     return change
@@ -103,7 +105,7 @@ def _try_views(
 @kernel
 def anneal(
     triangles, projections, originals, price, allowed, places, images, blocks, scores, best,
-    best_score, state, moves, shares, steps, heats,
+    best_score, state, moves, shares, steps, heats, work,
 ):  # fmt: skip
     """Try ``moves`` moves, a multiple of :data:`TRIES`; ``shares`` of the search begin and end.
 
@@ -114,7 +116,8 @@ def anneal(
     last values of the whole search, geometric in between.
 
     ``triangles``, ``images``, ``blocks`` and ``scores`` are the current state, ``best`` the best
-    triangles yet, ``best_score`` (1,) int64 their score.
+    triangles yet, ``best_score`` (1,) int64 their score.  ``work`` (2,) int64 counts the views that
+    are drawn and those that are scored.
     """
     count = len(triangles)
     views = (projections, originals, price)
@@ -170,7 +173,7 @@ def anneal(
         while taken:
             change += _try_views(
                 p, q, r, index, stride, seen, views, images, others, scores, drawn, trial_scores,
-                union, scratch,
+                union, scratch, work,
             )  # fmt: skip
             # A few views that lose this much are hardly made good by the others.
             taken = change * stride >= 2 * least if stride > 1 else change >= least

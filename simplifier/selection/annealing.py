@@ -50,7 +50,8 @@ class Annealing:
     """Simulated annealing of ``triangles`` (m, 3, 3) in grid space, m >= 1.
 
     ``price`` is what a measure hidden wrongly costs, in sixteenths of one hidden rightly.  Scores
-    are whole numbers, those of :mod:`simplifier.kernels.soup_views`.
+    are whole numbers, those of :mod:`simplifier.kernels.soup_views`.  ``work`` (2,) int64 counts
+    the views that moves drew and those that they scored.
     """
 
     def __init__(
@@ -65,6 +66,7 @@ class Annealing:
         self._blocks = np.zeros((-(-len(triangles) // BLOCK), count, 64), dtype=np.uint64)
         self._scores = np.zeros(count, dtype=np.int64)
         self._whole = float(max(self._score(views.originals, self._scores), 1))
+        self.work = np.zeros(2, dtype=np.int64)
         self._best = self._triangles.copy()
         self._best_score = np.array([self._draw()], dtype=np.int64)
 
@@ -84,7 +86,7 @@ class Annealing:
         anneal(
             self._triangles, self._views.projections, self._views.originals, self._price,
             self._room.allowed, self._room.places, self._images, self._blocks, self._scores,
-            self._best, self._best_score, self._state, moves, shares, _STEPS, heats,
+            self._best, self._best_score, self._state, moves, shares, _STEPS, heats, self.work,
         )  # fmt: skip
 
     def reprice(self, price: int) -> None:

@@ -33,6 +33,7 @@ _ROUNDS = 10  # how often the searches compare their precision and score
 _LAST_ADOPTION = 0.8  # share of the search after which each goes its own way
 _DEARER, _CHEAPER = 1.4, 0.85  # what a round changes the price by
 _DEAREST = 100 * UNIT
+_COARSE = 0.7  # small pictures show errors larger than they are: at outlines they fill whole pixels
 _FEW = 64  # triangles that any start is filled up to
 
 Stop = Callable[[float, float], bool]
@@ -85,7 +86,8 @@ class _Price:
     """What is hidden wrongly costs more while the precision is below the aim."""
 
     def __init__(self, options: RefineOptions) -> None:
-        self._base, self._aim = round(UNIT * options.overcover), options.precision
+        self._base = round(UNIT * options.overcover)
+        self._aim = 1.0 - (1.0 - options.precision) / _COARSE
         self.now = self._base
 
     def follow(self, precision: float) -> None:

@@ -12,6 +12,7 @@ import trimesh
 
 import simplifier
 from bench import (
+    decimated,
     growth,
     kernels,
     meshes,
@@ -26,7 +27,7 @@ from bench import (
     tradeoff,
 )
 from bench.methods import OURS
-from bench.peers import PEERS, occluder_from, prepared
+from bench.peers import PEERS, SLOW_PEERS, occluder_from, prepared
 
 HEADER = ("command: ", "machine: ", "versions: ", "on: ")
 
@@ -236,11 +237,13 @@ def test_peers_keep_the_place_and_size_of_the_mesh(name):
     ball = meshes.bumpy_sphere(2000)
     mesh = replace(ball, vertices=ball.vertices * 30.0 + 1000.0)
     ready = prepared(mesh)
-    made = PEERS[name](ready.vertices.copy(), ready.faces.astype(np.int64), 100)
+    budget = 12 if name in SLOW_PEERS else 100
+    made = PEERS[name](ready.vertices.copy(), ready.faces.astype(np.int64), budget)
     occluder = occluder_from(made, mesh)
-    assert 0 < len(occluder.faces) <= 100
+    assert 0 < len(occluder.faces) <= budget
     assert np.allclose(occluder.vertices.mean(axis=0), mesh.vertices.mean(axis=0), atol=10.0)
-    assert np.ptp(occluder.vertices, axis=0) == pytest.approx(mesh.extent, rel=0.3)
+    turned = 0.7 if name in SLOW_PEERS else 0.3  # the box of a ball may stand on a corner
+    assert np.ptp(occluder.vertices, axis=0) == pytest.approx(mesh.extent, rel=turned)
 
 
 def test_scene(tiny_stand_in, monkeypatch, capsys):
@@ -253,3 +256,16 @@ def test_scene(tiny_stand_in, monkeypatch, capsys):
     assert [row.count("at 100.00%") for row in recalls.splitlines()] == [0, 0, 2, 2]
     assert recalls.splitlines()[0] == "| variant | bumpy sphere | bunny_4968 |"
     assert times.splitlines()[-1].startswith("| 8 | ")
+
+
+def test_decimated_starts_of_a_tiny_stand_in(tiny_stand_in, monkeypatch, capsys):
+    monkeypatch.setattr(decimated, "BUDGETS", (4,))
+    monkeypatch.setattr(decimated, "MOVES", (60,))
+    options = {"up": "y", "ground": True}
+    scenes = [decimated.Scene.load(tiny_stand_in.path, options)]
+    decimated.decimators(scenes)
+    decimated.starts(scenes)
+    lines = capsys.readouterr().out.splitlines()
+    rows = [line.split(" | ") for line in lines if line.startswith("| bunny_4968")]
+    assert [row[1] for row in rows[:2]] == ["enclosed", "sheet"]
+    assert [row[2] for row in rows[2:]] == ["sections", "enclosed", "sheet"]

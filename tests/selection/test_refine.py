@@ -181,7 +181,7 @@ def test_the_price_follows_the_precision():
     assert base == UNIT // 2
     for _ in range(3):
         before = price.now
-        price.follow(0.98)
+        price.follow(0.97)
         assert price.now > before
     for _ in range(50):
         price.follow(0.995)
@@ -194,7 +194,7 @@ def test_the_price_follows_the_precision():
 def test_an_aim_for_the_precision_is_met():
     views = views_of(ball(5.0))
     free = refined(24_000, views=views, overcover=0.05)
-    held = refined(24_000, views=views, overcover=0.05, precision=0.98)
+    held = refined(24_000, views=views, overcover=0.05, precision=0.99)
     assert precision(free, views) < 0.97
     assert precision(held, views) > 0.975
 

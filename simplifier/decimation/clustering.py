@@ -1,0 +1,40 @@
+"""TriangleMesh -> surface: one vertex a cell (Rossignac and Borrel, 1993)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplifier.geometry.grid import VoxelGrid
+from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
+
+_CELLS = 64  # along the longest edge, at most: what is finer only costs time
+
+
+def clustered(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray]:
+    """The mesh with all vertices in a cell moved to their mean; grid space.
+
+    Cells are voxels, or cubes of several in grids of more than 64 a side.  Returns ``vertices``
+    (n, 3) float64, each within a cell's diagonal of the vertices that it stands for, and ``faces``
+    (m, 3) int32 in the order of the input: those that keep three different vertices, once each.
+    """
+    points = grid.to_grid(mesh.vertices)
+    size = max(1.0, max(grid.shape) / _CELLS)
+    shape = np.ceil(np.array(grid.shape) / size).astype(np.int64)
+    cells = np.clip((points / size).astype(np.int64), 0, shape - 1)
+    keys = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
+    total = int(shape.prod())
+    counts = np.bincount(keys, minlength=total)
+    used = counts > 0
+    sums = [np.bincount(keys, points[:, axis], total)[used] for axis in range(3)]
+    place = np.cumsum(used) - 1
+    vertices = np.stack(sums, axis=1) / counts[used][:, None]
+    return vertices, _distinct(place[keys].astype(np.int32)[mesh.faces], len(vertices))
+
+
+def _distinct(faces: IntArray, vertices: int) -> IntArray:
+    a, b, c = faces.T
+    kept = faces[(a != b) & (b != c) & (c != a)]
+    low, middle, high = np.sort(kept, axis=1).astype(np.int64).T
+    # At most 64**3 vertices: three of them fit into 64 bits.
+    _, first = np.unique((low * vertices + middle) * vertices + high, return_index=True)
+    return np.ascontiguousarray(kept[np.sort(first)])

@@ -168,7 +168,7 @@ def test_a_sweep_runs_in_rounds_and_tells_where_it_is(mesh_file, quick, steps):
 
 def test_what_fails_is_told_and_the_others_go_on(mesh_file, tmp_path, quick, monkeypatch):
     def broken(mesh, options):
-        if options.sections.directions == 16 and options.refine.moves > 2_000:
+        if (options.sections.directions, options.sections.depths) == (16, 4):
             raise MemoryError
         if options.solid.resolution == 8:
             raise ZeroDivisionError("a bug")

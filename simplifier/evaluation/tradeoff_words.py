@@ -174,7 +174,7 @@ def _verb(pay: Pay, verb: str) -> str:
 
 
 def _in_all(count: int) -> str:
-    return "in the one case measured" if count == 1 else f"in all {count} cases"
+    return {1: "in the one case measured", 2: "in both cases"}.get(count, f"in all {count} cases")
 
 
 def _or(names: Sequence[str]) -> str:

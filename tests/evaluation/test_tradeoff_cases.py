@@ -128,10 +128,10 @@ def test_what_never_pays():
     assert (pays["draft"].paid, pays["draft"].cases) == (2, 2)
     assert (pays["resolution 32"].cases, pays["resolution 32"].imprecise) == (0, 2)
     assert words.never_lines(advice, 0.99) == [
-        "Best never pays: in all 2 cases another setting is as fast and recalls as much, most "
+        "Best never pays: in both cases another setting is as fast and recalls as much, most "
         "often time 2 s.",
-        "Resolution 32 is below 99 % precision in all 2 cases.",
-        "Resolution 128 never pays: in all 2 cases another setting is as fast and recalls as "
+        "Resolution 32 is below 99 % precision in both cases.",
+        "Resolution 128 never pays: in both cases another setting is as fast and recalls as "
         "much, most often time 1 s.",
     ]
 

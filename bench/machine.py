@@ -11,6 +11,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import simplifier
+from simplifier.evaluation.machine import processor_name
 from simplifier.kernels.threads import thread_count
 
 ROOT = Path(__file__).parents[1]
@@ -27,7 +28,7 @@ def header(command: str) -> tuple[str, ...]:
 def machine() -> str:
     """Processor, cores in use, memory, operating system."""
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
-    return f"{_processor()}, {thread_count()} threads, {memory:.0f} GiB, {platform.system()}"
+    return f"{processor_name()}, {thread_count()} threads, {memory:.0f} GiB, {platform.system()}"
 
 
 def versions() -> str:
@@ -37,15 +38,6 @@ def versions() -> str:
         f"planar-occluder {simplifier.__version__}{_commit()}, "
         f"Python {sys.version.split()[0]}, {packages}"
     )
-
-
-def _processor() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        return platform.processor() or platform.machine()
-    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.machine()
 
 
 def _commit() -> str:

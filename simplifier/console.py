@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from io import TextIOWrapper
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, ProgressColumn, Task, TextColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeElapsedColumn,
+)
 from rich.progress import Progress as Bars
 from rich.table import Table
 from rich.text import Text
@@ -59,6 +66,44 @@ class _Figures(ProgressColumn):
         measure = task.fields["measure"]
         shown = "" if measure is None else f"  measure {measure:.1%}"
         return Text(f"{task.elapsed or 0.0:.1f} s{shown}")
+
+
+@contextmanager
+def run_bar(runs: int) -> Iterator[Callable[[int, str], None]]:
+    """A bar on standard error that is told how many runs are done and what runs now."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda done, name: None
+        return
+    columns = (
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[name]}", markup=False),
+    )
+    with Bars(*columns, console=console, transient=True) as bars:
+        task = bars.add_task("", total=runs, name="warming up")
+
+        def tell(done: int, name: str) -> None:
+            bars.update(task, completed=done, name=_printable(name))
+
+        yield tell
+
+
+def print_front(title: str, rows: Sequence[tuple[str, str, str, str]]) -> None:
+    """A Pareto front as a table on standard output: setting, time, recall, precision."""
+    table = Table(title=Text(_printable(title)), title_justify="left")
+    table.add_column("setting")
+    for column in ("time", "recall", "precision"):
+        table.add_column(column, justify="right")
+    for row in rows:
+        table.add_row(*row)
+    Console(soft_wrap=True).print(table)
+
+
+def print_text(line: str) -> None:
+    """One line on standard output, as plain text."""
+    print(_printable(line))
 
 
 def print_report(report: dict[str, Any], name: str) -> None:

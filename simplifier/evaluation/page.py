@@ -12,12 +12,11 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any
 
-from simplifier.errors import OutputError
 from simplifier.evaluation import page_parts as parts
 from simplifier.evaluation.accuracy import AccuracyReport
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.io.whole import write_whole
+from simplifier.io.whole import make_folder, write_whole
 
 if TYPE_CHECKING:
     from simplifier.evaluation.gallery import Gallery
@@ -42,7 +41,8 @@ def write_pictures(
     # Here, not above: matplotlib takes half a second to import, and most runs draw nothing.
     from simplifier.evaluation.gallery import draw_gallery
 
-    place = _folder(Path(folder))
+    place = Path(folder)
+    make_folder(place)
     gallery = draw_gallery(mesh, occluder, accuracy)
     files = {"silhouettes.png": gallery.sheet}
     for index, (view, data) in enumerate(zip(gallery.views, gallery.view_files, strict=True)):
@@ -81,14 +81,3 @@ def page_text(report: Report, gallery: Gallery, *, name: str = "mesh") -> str:
             f"report schema {report['schema_version']}"
         ),
     )
-
-
-def _folder(place: Path) -> Path:
-    try:
-        place.mkdir(parents=True, exist_ok=True)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise OutputError(
-            f"the folder cannot be made ({reason})", where=str(place), remedy="choose another one"
-        ) from None
-    return place

@@ -16,8 +16,15 @@ RgbImage = NDArray[np.uint8]
 
 def encoded(image: RgbImage) -> bytes:
     """PNG of an image."""
-    # OpenCV takes an eighth of the time of matplotlib's own encoder.
-    _, data = cv2.imencode(".png", image[..., ::-1])
+    # OpenCV takes an eighth of the time of matplotlib's own encoder.  Its default looks for runs
+    # alone, which makes plots twice as large for a quarter less time.
+    how = [
+        cv2.IMWRITE_PNG_COMPRESSION,
+        6,
+        cv2.IMWRITE_PNG_STRATEGY,
+        cv2.IMWRITE_PNG_STRATEGY_DEFAULT,
+    ]
+    _, data = cv2.imencode(".png", image[..., ::-1], how)
     return data.tobytes()
 
 

@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Files that appear whole or not at all, and the folders that they go to."""
 
 from __future__ import annotations
 
@@ -12,6 +12,17 @@ def check_folder(path: Path) -> None:
     """Raise :class:`OutputError` when the folder that ``path`` would be written to is not there."""
     if not path.resolve().parent.is_dir():
         raise _no_folder(path)
+
+
+def make_folder(place: Path) -> None:
+    """Make a folder to write to, and those above it; raise :class:`OutputError` where it cannot."""
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise OutputError(
+            f"the folder cannot be made ({reason})", where=str(place), remedy="choose another one"
+        ) from None
 
 
 def _no_folder(path: Path) -> OutputError:

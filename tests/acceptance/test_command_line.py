@@ -6,7 +6,6 @@ import json
 import os
 import pty
 import subprocess
-import sys
 
 import pytest
 
@@ -119,20 +118,6 @@ def test_evaluate_an_obj_made_elsewhere(folder, tmp_path):
 
 
 # In this process, through the same entry point: quick enough for many cases.
-
-
-@pytest.fixture
-def command(monkeypatch, capfd):
-    """``command("simplify", …)``: exit status, standard output, standard error."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["occluder", *map(os.fspath, arguments)])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        shown = capfd.readouterr()
-        return end.value.code or 0, shown.out, shown.err
-
-    return run
 
 
 @pytest.mark.parametrize("suffix", writable_suffixes())
@@ -347,7 +332,7 @@ def test_version_and_help(command):
     assert (status, output, errors) == (0, f"{simplifier.__version__}\n", "")
     status, output, errors = command("--help")
     assert (status, errors) == (0, "")
-    for name in ("simplify", "evaluate", "warmup"):
+    for name in ("simplify", "evaluate", "tradeoff", "warmup"):
         assert name in output
         status, help_text, errors = command(name, "--help")
         assert (status, errors) == (0, "")

@@ -24,6 +24,7 @@ from bench import (
     speed,
     starts,
     times,
+    tradeoff,
 )
 from bench.methods import OURS
 from bench.peers import PEERS, SLOW_PEERS, occluder_from, prepared
@@ -206,6 +207,27 @@ def test_quality_over_seeds_and_assets(tiny_stand_in, tmp_path):
     found = {row["mesh"]: row for row in quality.asset_rows(sorted(tmp_path.iterdir()), views=4)}
     assert found.keys() == {"broken", "bunny_4968"}
     assert found["broken"]["note"].startswith("refused: ")
+
+
+def test_tradeoff_replaces_what_was_measured_and_nothing_else(tiny_stand_in, tmp_path, monkeypatch):
+    docs, results = tmp_path / "docs", tmp_path / "results"
+    (docs / "images").mkdir(parents=True)
+    results.mkdir()
+    monkeypatch.setattr(tradeoff, "DOCS", docs)
+    monkeypatch.setattr(tradeoff, "RESULTS", results)
+    page = docs / "tradeoff.md"
+    page.write_text(f"before\n{tradeoff.BEGIN}\nold\n{tradeoff.END}\nafter\n")
+    base = tradeoff.SweepOptions(
+        resolutions=(8,), directions=(4,), budgets=(8,), times=(0.05,), repeats=1
+    )
+    tradeoff.measure([tiny_stand_in], base, "me")
+    text = page.read_text()
+    assert text.startswith(f"before\n{tradeoff.BEGIN}\n\n- command: me\n- machine: ")
+    assert text.endswith(f"\n\n{tradeoff.END}\nafter\n")
+    assert "old" not in text
+    assert "| resolution 8 | " in text
+    assert (docs / "images" / "tradeoff_bunny_4968.png").read_bytes()[:4] == b"\x89PNG"
+    assert (results / "tradeoff_bunny_4968.csv").read_text().count("\n") == 7
 
 
 @pytest.mark.parametrize("name", PEERS)

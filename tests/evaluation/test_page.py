@@ -23,7 +23,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.progress import STAGES
 
 HOSTILE = "\"><script>alert('1')</script> & $name <img src=x onerror=1>"
-VOID = {"meta", "img", "br"}
+VOID = {"meta", "img", "br", "source"}
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,24 @@
+"""The command line in this process, quick enough for many cases."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import pytest
+
+from simplifier import cli
+
+
+@pytest.fixture
+def command(monkeypatch, capfd):
+    """``command("simplify", …)``: exit status, standard output, standard error."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["occluder", *map(os.fspath, arguments)])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        shown = capfd.readouterr()
+        return end.value.code or 0, shown.out, shown.err
+
+    return run

@@ -1,0 +1,136 @@
+"""``occluder tradeoff`` through the real command line."""
+
+from __future__ import annotations
+
+import csv
+import os
+import pty
+import signal
+import subprocess
+import time
+
+import pytest
+
+import simplifier
+from simplifier.evaluation.tradeoff_table import COLUMNS
+from tests.acceptance.command import OCCLUDER, environment, occluder, read_all, read_until
+from tests.solids import box, joined
+
+FILES = ["tradeoff.csv", "tradeoff.html", "tradeoff.png"]
+SMALL = ("--resolutions", "8", "--directions", "4", "--budgets", "8", "--times", "0.05")
+HOSTILE = "a\n<script>$(id) é [bold].ply"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    place = tmp_path_factory.mktemp("meshes")
+    mesh = joined(box(), box((0.5, 0.5, 0.5), (1.5, 0.0, 0.0)))
+    simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), place / "boxes.ply")
+    (place / HOSTILE).write_bytes((place / "boxes.ply").read_bytes())
+    (place / "damaged.glb").write_bytes(b"glTF\2\0\0\0\xff\xff\0\0JSON")
+    return place
+
+
+def rows(out):
+    with (out / "tradeoff.csv").open(newline="", encoding="utf-8") as file:
+        found = list(csv.DictReader(file, strict=True))
+    assert all(tuple(row) == COLUMNS for row in found)
+    return found
+
+
+def test_a_sweep_with_a_mesh_that_fails_and_a_hostile_name(folder, tmp_path):
+    out = tmp_path / "deep" / "out"
+    done = occluder(
+        "tradeoff", folder / "damaged.glb", folder / HOSTILE, "-o", out, *SMALL, "--repeats", "2",
+        "--precision", "0.9",
+    )  # fmt: skip
+    assert done.returncode == 0
+    assert sorted(path.name for path in out.iterdir()) == FILES
+    failed, *measured = rows(out)
+    assert (failed["mesh"], failed["standing"]) == ("damaged.glb", "failed")
+    assert "damaged.glb" in failed["reason"]
+    assert done.stderr.count("\n") == 1
+    assert done.stderr.startswith("warning: damaged.glb: ")
+    names = ["draft", "balanced", "best", "resolution 8", "4 directions", "time 0.05 s"]
+    assert [row["setting"] for row in measured] == names
+    assert {row["mesh"] for row in measured} == {HOSTILE}
+    assert {row["repeats"] for row in measured} == {"2"}
+    front = {row["setting"] for row in measured if row["standing"] == "front"}
+    assert front
+    for row in measured:
+        assert 0.0 < float(row["seconds_min"]) <= float(row["seconds"])
+        assert float(row["seconds"]) <= float(row["seconds_max"])
+        assert row["dominated_by"] in (front if row["standing"] == "dominated" else {""})
+    assert "a <script>$(id) é [bold].ply, budget 8" in done.stdout
+    assert "For more recall" in done.stdout
+    page = (out / "tradeoff.html").read_text("utf-8")
+    assert "<script" not in page
+    assert "&lt;script&gt;$(id)" in page
+    assert (out / "tradeoff.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_all_fail(command, folder, tmp_path):
+    meshes = (folder / "damaged.glb", tmp_path / "none.obj")
+    status, output, errors = command("tradeoff", *meshes, "-o", tmp_path, *SMALL)
+    assert (status, output) == (1, "")
+    *warnings, error = errors.splitlines()
+    assert [warning.partition(": ")[0] for warning in warnings] == ["warning"] * 2
+    assert error.startswith("error: none of the meshes could be measured; tradeoff.csv in ")
+    assert [row["standing"] for row in rows(tmp_path)] == ["failed"] * 2
+
+
+def test_ctrl_c_keeps_what_was_measured(folder, tmp_path):
+    """The bar tells when the first run is over."""
+    controller, terminal = pty.openpty()
+    with subprocess.Popen(
+        [
+            *OCCLUDER, "tradeoff", folder / "boxes.ply", "-o", tmp_path, "--times", "60",
+            "--budgets", "8", "--resolutions", "8", "--directions", "4",
+        ],
+        stderr=terminal, stdout=subprocess.DEVNULL,
+        env=environment(TERM="xterm-256color", COLUMNS="120"),
+    ) as process:  # fmt: skip
+        os.close(terminal)
+        shown = read_until(controller, b"time 60 s")
+        time.sleep(0.2)
+        process.send_signal(signal.SIGINT)
+        shown += read_all(controller)
+    os.close(controller)
+    assert process.returncode == 0
+    assert b"5/18" in shown
+    said = shown.decode().splitlines()[-1]
+    assert "warning: interrupted after 5 of 18 runs; " in said
+    assert f"{tmp_path} holds what they gave" in said
+    assert sorted(path.name for path in tmp_path.iterdir()) == FILES
+    assert len(rows(tmp_path)) == 5
+
+
+WRONG = {
+    "no number": ("--resolutions", "32,fine"),
+    "no values": ("--budgets", ""),
+    "a fraction": ("--directions", "1.5"),
+    "time 0": ("--times", "0"),
+    "time NaN": ("--times", "nan"),
+    "resolution": ("--resolutions", "1025"),
+    "precision": ("--precision", "1.5"),
+    "repeats": ("--repeats", "0"),
+    "seed": ("--seed", "-1"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_usage(command, folder, tmp_path, name):
+    status, output, errors = command(
+        "tradeoff", folder / "boxes.ply", "-o", tmp_path / "out", *WRONG[name]
+    )
+    assert (status, output) == (2, "")
+    assert errors.startswith("error: ")
+    assert errors.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_folder_to_write_to(command, folder, tmp_path):
+    (tmp_path / "file").write_text("")
+    status, _, errors = command("tradeoff", folder / "boxes.ply", "-o", tmp_path / "file")
+    assert status == 1
+    assert "the folder cannot be made" in errors

@@ -171,7 +171,7 @@ def simplify(
             trim=trim, slicer=slicer, alpha=alpha, preset=preset,
             min_precision=min_precision, moves=moves, time_limit=time_limit, seed=seed,
         )  # fmt: skip
-        kept = False
+        kept = reported = False
         try:
             with interrupts.deferred() as cancel:
                 result = simplify_mesh(soup, options, listener, cancel)
@@ -188,12 +188,18 @@ def simplify(
                 timings={**result.occluder.timings, **watch.timings},
                 warnings=result.warnings, seed=seed,
             )  # fmt: skip
-            _write_extras(summary, report, pictures, mesh.name, (soup, result.occluder, accuracy))
+            with interrupts.held():
+                _write_report(summary, report)
+                reported = True
+            _write_pictures(pictures, summary, mesh.name, (soup, result.occluder, accuracy))
         except KeyboardInterrupt:
             if not kept:
                 raise
-            print_line(f"warning: interrupted: {output} is written, its report is not")
-            return None
+            if not reported:
+                print_line(f"warning: interrupted: {output} is written, its report is not")
+                return None
+            if pictures is not None:
+                print_line(f"warning: interrupted: {pictures} may lack pictures")
         return summary
 
     _run(run, mesh.name, debug=debug)
@@ -245,7 +251,8 @@ def evaluate(
             },
             timings=watch.timings, seed=seed,
         )  # fmt: skip
-        _write_extras(summary, report, pictures, mesh.name, (soup, judged, accuracy))
+        _write_report(summary, report)
+        _write_pictures(pictures, summary, mesh.name, (soup, judged, accuracy))
         return summary
 
     _run(run, f"{mesh.name}, {occluder.name}", debug=debug)
@@ -416,15 +423,17 @@ def _check_extras(report: Path | None, pictures: Path | None) -> None:
         )
 
 
-def _write_extras(
-    summary: Report,
-    report: Path | None,
+def _write_report(summary: Report, report: Path | None) -> None:
+    if report is not None:
+        write_report(summary, report)
+
+
+def _write_pictures(
     pictures: Path | None,
+    summary: Report,
     name: str,
     scene: tuple[TriangleMesh, Occluder, AccuracyReport],
 ) -> None:
-    if report is not None:
-        write_report(summary, report)
     if pictures is not None:
         write_pictures(pictures, *scene, summary, name=name)
 

@@ -22,6 +22,9 @@ voxel's diagonal from one of it, and a touched voxel holds a point of the surfac
 diagonal away.  An outline that is not refined reaches less far: half a pixel's diagonal and the
 tolerance past the solid."""
 
+_FEW = 64  # triangles that a preset's moves are enough for
+_MOST_MOVES = 4.0  # times as many for any number
+
 MOST_VOXELS = 1024
 """The finest grid, in voxels along the longest edge."""
 
@@ -220,7 +223,7 @@ class Effort:
 
     sections: SectionOptions
     exchanges: int
-    moves: int
+    moves: int  # for few triangles
     views: int
     decimated: bool
 
@@ -321,7 +324,7 @@ def make_options(
         sections=replace(effort.sections, slicer=slicer),
         selection=SelectionOptions(budget, alpha, trim, exchanges=effort.exchanges),
         refine=RefineOptions(
-            effort.moves if moves is None else moves,
+            _moves(effort, budget) if moves is None else moves,
             precision=min_precision,
             views=effort.views,
             decimated=effort.decimated,
@@ -330,6 +333,11 @@ def make_options(
         seed=seed,
         time_limit=time_limit,
     )
+
+
+def _moves(effort: Effort, budget: int) -> int:
+    """More for many triangles, by the root of their number: each needs some."""
+    return round(effort.moves * min(max(budget / _FEW, 1.0), _MOST_MOVES**2) ** 0.5)
 
 
 def _resolution_for(error_bound: float, longest_edge: float) -> int:

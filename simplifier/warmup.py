@@ -38,7 +38,8 @@ _MIXED = ((3, 0, 1, 2), (4, 0, 1, 2, 3))  # faces of unequal size are read row b
 def warm_up() -> None:
     """Fill the cache; a later process of the same user on the same processor compiles nothing."""
     mesh = _frame()
-    little = make_options(1.0, budget=8, resolution=16, preset="draft", moves=100)
+    little = make_options(1.0, budget=8, resolution=16, moves=100)
+    little = replace(little, sections=SectionOptions(directions=4, depths=2))
     for trim, exact in product(get_args(Trim), (False, True)):
         selection = replace(little.selection, trim=trim)
         occluder = _judged(mesh, replace(little, selection=selection), exact=exact)

@@ -29,11 +29,11 @@ _SLICE = 400 * TRIES  # moves between two looks at the listener
 _SLICE_SHARE = 0.01  # of a time limit, between two looks at the clock
 _SLICE_SECONDS = (0.0005, 0.02)  # at least, so that a slice is worth its start, and at most
 
-_ROUNDS = 10  # how often the searches compare their precision and score
-_LAST_ADOPTION = 0.8  # share of the search after which each goes its own way
-_DEARER, _CHEAPER = 2.0, 0.8  # what a round changes the price by, at most
+_ROUNDS = 20  # how often the searches compare their precision and score
+_LAST_ADOPTION = 0.85  # share of the search until which all go on from the best, round by round
+_DEARER, _CHEAPER = 1.5, 0.8  # what a round changes the price by, at most
 _DEAREST = 200 * UNIT
-_OVERLOOKED = 1.3  # what is hidden wrongly in all views, beside those that the search looks from
+_OVERLOOKED = 1.5  # what is hidden wrongly in all views, beside those that the search looks from
 _FEW = 64  # triangles that any start is filled up to
 
 Stop = Callable[[float, float], bool]
@@ -60,8 +60,7 @@ def refine(
     ``deadline`` the search lasts until then, whatever ``options.moves``.  The same arguments give
     the same result on any number of threads, unless ``stop`` ends the search or a deadline does.
     """
-    soups = [pulled_in(start, allowed)[:budget] for start in starts]
-    soups = [_filled_up(soup, budget) for soup in soups if len(soup) > 0]
+    soups = _filled_up([pulled_in(start, allowed)[:budget] for start in starts], budget)
     if not soups:
         return []
     room, price = Room.of(allowed), _Price(options)
@@ -101,10 +100,10 @@ class _Price:
         self.now = self._base
 
     def follow(self, precision: float) -> None:
-        """Change in the proportion in which what is hidden wrongly is too much or too little."""
+        """Change by what is hidden wrongly, too much or too little; more at once overshoots."""
         wrong = (1.0 - precision) / max(self._allowed, 1e-9)
         if wrong > 1.0:
-            self.now = min(int(self.now * min(wrong**0.7, _DEARER)) + 1, _DEAREST)
+            self.now = min(int(self.now * min(wrong**0.5, _DEARER)) + 1, _DEAREST)
         elif self.now > self._base:
             self.now = max(int(self.now * max(wrong, _CHEAPER)), self._base)
 
@@ -116,7 +115,7 @@ def _confer(searches: list[Annealing], price: _Price, share: float) -> None:
         return
     price.follow(best.precision())
     for search in searches:
-        if search is not best and share <= _LAST_ADOPTION:
+        if search is not best and share < _LAST_ADOPTION:
             search.adopt(best)
         search.reprice(price.now)
 
@@ -151,10 +150,13 @@ def _run(searches: list[Annealing], moves: int, shares: tuple[float, float]) -> 
     run_chunks(work, len(searches))
 
 
-def _filled_up(triangles: FloatArray, budget: int) -> FloatArray:
-    """The triangles and copies of them in turn, up to the budget or twice as many."""
-    count = min(budget, max(2 * len(triangles), _FEW)) if len(triangles) else 0
-    return triangles[np.arange(count) % max(len(triangles), 1)]
+def _filled_up(soups: Sequence[FloatArray], budget: int) -> list[FloatArray]:
+    """Those that are not empty, and copies of their triangles in turn, up to one number for all.
+
+    That is the budget, or less where it is more than twice what any start has.
+    """
+    count = min(budget, max(_FEW, *(2 * len(soup) for soup in soups)))
+    return [soup[np.arange(count) % len(soup)] for soup in soups if len(soup) > 0]
 
 
 def pulled_in(triangles: FloatArray, allowed: BoolArray) -> FloatArray:

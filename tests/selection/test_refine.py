@@ -157,7 +157,7 @@ def test_nothing_to_begin_with_gives_nothing():
 
 def test_each_search_gives_a_result_and_the_best_comes_first():
     views = views_of(ball())
-    starts = [crossed_quads(), crossed_quads(3.0), crossed_quads(0.5)]
+    starts = [crossed_quads(), crossed_quads(3.0)[:2], crossed_quads(0.5)]  # of unequal number
     options = RefineOptions(moves=2400, searches=3, precision=0.0)
     found = refine(starts, ball(), views, 6, options, 0)
     scores = [score(soup, views) for soup in found]
@@ -179,11 +179,11 @@ def precision(found, views):
 
 
 def test_a_dearer_overcover_hides_less_wrongly():
-    views = views_of(ball(5.0))  # the original is smaller than what is allowed
+    views = views_of(ball(4.0))  # the original is smaller than what is allowed
     cheap = precision(refined(12_000, 1, views=views, overcover=0.05), views)
     dear = precision(refined(12_000, 1, views=views, overcover=5.0), views)
-    assert cheap < 0.97
-    assert dear > 0.99
+    assert cheap < 0.98
+    assert dear > 0.995
 
 
 def test_the_price_follows_the_precision():
@@ -199,15 +199,15 @@ def test_the_price_follows_the_precision():
     assert price.now == base
     for _ in range(100):
         price.follow(0.0)
-    assert price.now == 100 * UNIT
+    assert price.now == 200 * UNIT
 
 
 def test_an_aim_for_the_precision_is_met():
-    views = views_of(ball(5.0))
+    views = views_of(ball(4.0))
     free = refined(24_000, views=views, overcover=0.05)
     held = refined(24_000, views=views, overcover=0.05, precision=0.99)
     assert precision(free, views) < 0.97
-    assert precision(held, views) > 0.975
+    assert precision(held, views) > 0.985
 
 
 def test_it_can_be_stopped_and_tells_how_far_it_is():

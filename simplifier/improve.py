@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -24,9 +23,10 @@ from simplifier.selection.thin import thinned
 from simplifier.sight import search_projections
 from simplifier.voxel.morphology import dilated
 
-_FINE_VIEWS = 12  # that decide at the end
+_FINE_VIEWS = 12  # that decide between what was found and the starts
+_FEW_FINE_VIEWS = 6  # where a time limit is short
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
-_JUDGING_SHARE = 0.08  # of what it leaves, that deciding may take
+_JUDGED_SECONDS = 0.1  # and for a look at whether the search has come to anything
 
 
 class _StoppedError(Exception):
@@ -66,14 +66,21 @@ def improve(
     starts, several = [inside], options.refine.decimated and deadline.left > _SEVERAL_SECONDS
     if several:
         starts += _decimated(mesh, solid, options.selection.budget, allowed, margin)
-    searching = deadline.part(1.0 - _JUDGING_SHARE) if several else deadline
+    judged = several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
     found = refine(
         starts, allowed, views, options.selection.budget, options.refine, options.seed, stop,
-        searching if deadline.limited else None,
+        deadline.part(1.0 - judged * _judging_share(several)) if deadline.limited else None,
     )  # fmt: skip
-    if several:
-        return _best([*found, *starts], original, solid, options, margin) - margin
-    return (found or starts)[0] - margin
+    if not judged:
+        return (found or starts)[0] - margin
+    fine = search_projections(solid, options, _FINE_VIEWS if several else _FEW_FINE_VIEWS, margin)
+    aim = options.refine.precision
+    return best_of([*found, *starts], FineViews.of(*original, fine), aim) - margin
+
+
+def _judging_share(several: bool) -> float:
+    """Of what a time limit leaves."""
+    return 0.08 if several else 0.18
 
 
 def _decimated(
@@ -93,18 +100,6 @@ def _decimated(
 
     run_chunks(make, len(makers))
     return soups
-
-
-def _best(
-    soups: Sequence[FloatArray],
-    original: tuple[FloatArray, IntArray],
-    solid: Solid,
-    options: Options,
-    margin: float,
-) -> FloatArray:
-    """What hides most in pictures as fine as a report's, from directions of their own."""
-    projections = search_projections(solid, options, _FINE_VIEWS, margin)
-    return best_of(soups, FineViews.of(*original, projections), options.refine.precision)
 
 
 def _views(

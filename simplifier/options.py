@@ -23,7 +23,7 @@ diagonal away.  An outline that is not refined reaches less far: half a pixel's 
 tolerance past the solid."""
 
 _FEW = 64  # triangles that a preset's moves are enough for
-_MOST_MOVES = 4.0  # times as many for any number
+_MOST_MOVES = 8.0  # times as many for any number
 
 MOST_VOXELS = 1024
 """The finest grid, in voxels along the longest edge."""
@@ -231,7 +231,7 @@ class Effort:
 PRESETS: dict[Preset, Effort] = {
     "draft": Effort(SectionOptions(directions=16, depths=3), 0, 8_400, 64, False),
     "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 26_400, 96, True),
-    "best": Effort(SectionOptions(directions=128, depths=4), 8, 76_800, 256, True),
+    "best": Effort(SectionOptions(directions=128, depths=4), 8, 72_000, 256, True),
 }
 
 
@@ -336,8 +336,9 @@ def make_options(
 
 
 def _moves(effort: Effort, budget: int) -> int:
-    """More for many triangles, by the root of their number: each needs some."""
-    return round(effort.moves * min(max(budget / _FEW, 1.0), _MOST_MOVES**2) ** 0.5)
+    """More for many triangles, though not in proportion: each needs some."""
+    more = math.pow(max(budget / _FEW, 1.0), 0.75)
+    return round(effort.moves * min(more, _MOST_MOVES))
 
 
 def _resolution_for(error_bound: float, longest_edge: float) -> int:

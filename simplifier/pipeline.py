@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from simplifier.cut import cut_solid
 from simplifier.deadline import Deadline
 from simplifier.geometry.mesh import TriangleMesh
@@ -54,10 +52,8 @@ def simplify_mesh(
         interrupted = watch.cancelled
     # A voxel of a core that is not to be left is interior, at no distance at all.
     bound = ERROR_VOXELS * solid.core.cell_size if solid.reach > 0 else 0.0
-    corners, place = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
-    faces = np.ascontiguousarray(place.reshape(-1, 3), dtype=np.int32)
-    occluder = Occluder(solid.core.to_world(corners), faces, bound, dict(watch.timings))
-    if len(faces) == 0 < solid.core.count:
+    occluder = Occluder.of(solid.core.to_world(triangles), bound, watch.timings)
+    if len(occluder.faces) == 0 < solid.core.count:
         warnings.append("no section is large enough to hide anything; raise --resolution")
     if interrupted:
         warnings.append("interrupted: the best so far")

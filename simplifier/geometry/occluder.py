@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from simplifier.geometry.mesh import FloatArray, IntArray
 
 
@@ -24,6 +26,28 @@ class Occluder:
     faces: IntArray
     error_bound: float = float("inf")
     timings: Mapping[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls, triangles: FloatArray, error_bound: float, timings: Mapping[str, float]
+    ) -> Occluder:
+        """Of a soup (m, 3, 3), world units: equal corners become one vertex.
+
+        Triangles without area are left out, and of those with the same corners all but the first.
+        """
+        vertices, place = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+        faces = place.reshape(-1, 3)
+        edges = triangles[:, 1:] - triangles[:, :1]
+        # Scaled, so that neither tiny nor huge triangles under- or overflow.
+        scale = np.abs(edges).max(axis=(1, 2), keepdims=True, initial=0.0)
+        edges = np.divide(edges, scale, out=np.zeros_like(edges), where=scale > 0.0)
+        faces = faces[(np.cross(edges[:, 0], edges[:, 1]) != 0.0).any(axis=1)]
+        _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+        used, corners = np.unique(faces[np.sort(first)], return_inverse=True)
+        return cls(
+            vertices[used], np.ascontiguousarray(corners.reshape(-1, 3), dtype=np.int32),
+            error_bound, dict(timings),
+        )  # fmt: skip
 
     def __post_init__(self) -> None:
         self.vertices.setflags(write=False)

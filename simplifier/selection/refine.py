@@ -30,6 +30,7 @@ _SLICE_SHARE = 0.01  # of a time limit, between two looks at the clock
 _SLICE_SECONDS = (0.0005, 0.02)  # at least, so that a slice is worth its start, and at most
 
 _ROUNDS = 20  # how often the searches compare their precision and score
+_ROUND_SECONDS = 0.02  # that a time limit has to leave for each of them
 _LAST_ADOPTION = 0.85  # share of the search until which all go on from the best, round by round
 _DEARER, _CHEAPER = 1.5, 0.8  # what a round changes the price by, at most
 _DEAREST = 200 * UNIT
@@ -66,13 +67,15 @@ def refine(
     room, price = Room.of(allowed), _Price(options)
     searches = _begun(soups, options.searches, room, views, price.now, seed)
     slices = _by_moves(options.moves) if deadline is None else _by_time(deadline.rest())
-    rounds = 1
+    most, rounds = _ROUNDS, 1
+    if deadline is not None:
+        most = min(max(int(deadline.left / _ROUND_SECONDS), 1), _ROUNDS)
     for moves, shares in slices:
         _run(searches, moves, shares)
         if stop(shares[1], max(search.measure for search in searches)):
             break
-        if shares[1] * _ROUNDS >= rounds:
-            rounds = int(shares[1] * _ROUNDS) + 1
+        if shares[1] * most >= rounds:
+            rounds = int(shares[1] * most) + 1
             _confer(searches, price, shares[1])
     searches.sort(key=lambda search: -search.score)
     return [search.result() for search in searches]

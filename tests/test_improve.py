@@ -1,0 +1,97 @@
+"""Refinement as a whole: inside the solid, within the budget, never worse than a start."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import simplifier
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.kernels.soup_views import all_contained
+from simplifier.options import make_options
+from simplifier.pipeline import simplify_mesh
+from simplifier.voxel.morphology import dilated
+from tests.solids import box, joined, sphere, torus
+
+
+def run(mesh, **options):
+    return simplify_mesh(mesh, make_options(float(mesh.extent.max()), **options))
+
+
+def check_contained(result):
+    """No triangle touches a voxel that it may not."""
+    allowed, margin = dilated(result.solid.core, result.solid.reach)
+    occluder = result.occluder
+    soup = result.solid.core.to_grid(occluder.vertices)[occluder.faces] + margin
+    inside = np.zeros(len(soup), dtype=np.bool_)
+    # World coordinates and back cost a rounding: give it room.
+    middle = soup.mean(axis=1, keepdims=True)
+    all_contained(middle + (soup - middle) * (1.0 - 1e-9), allowed, inside)
+    assert inside.all()
+
+
+def check_triangles(occluder, budget):
+    """Within the budget, with area, none twice."""
+    assert len(occluder.faces) <= budget
+    edges = occluder.vertices[occluder.faces]
+    area = np.cross(edges[:, 1] - edges[:, 0], edges[:, 2] - edges[:, 0])
+    assert (area != 0.0).any(axis=1).all()
+    assert len(np.unique(np.sort(occluder.faces, axis=1), axis=0)) == len(occluder.faces)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("conservative", [False, True])
+@pytest.mark.parametrize(
+    "mesh",
+    [box(), torus(), joined(sphere(), box(low=(1.5, 0.0, 0.0)))],
+    ids=["box", "torus", "two"],
+)
+def test_every_triangle_keeps_to_its_voxels(mesh, conservative, seed):
+    result = run(mesh, budget=24, resolution=24, moves=3000, conservative=conservative, seed=seed)
+    assert len(result.occluder.faces) > 0
+    check_contained(result)
+    check_triangles(result.occluder, 24)
+
+
+@settings(max_examples=12)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 30), st.integers(1, 40))
+def test_any_soup_within_any_budget(seed, count, budget):
+    corners = np.random.default_rng(seed).normal(size=(3 * count, 3))
+    mesh = TriangleMesh.from_soup(corners, np.arange(3 * count).reshape(-1, 3))
+    result = run(mesh, budget=budget, resolution=16, moves=600)
+    check_contained(result)
+    check_triangles(result.occluder, budget)
+
+
+def test_a_mesh_within_the_budget_hides_what_it_hides():
+    # Walls without an inside: sections see rings, the mesh itself is the best occluder.
+    walls = joined(*(box((0.001, 1.0, 1.0), low=(0.25 * i, 0.0, 0.0)) for i in range(4)))
+    for seed in (0, 1):
+        occluder = simplifier.simplify(walls, budget=64, resolution=32, moves=600, seed=seed)
+        report = simplifier.evaluate(walls, occluder, exact=True, views=64, image=128)
+        assert report.recall > 0.95
+        assert report.precision > 0.99
+
+
+def test_starts_of_sections_alone_are_worse_for_a_sheet():
+    height = np.add.outer(np.sin(np.arange(24) / 3.0), np.cos(np.arange(24) / 4.0))
+    x, z = np.meshgrid(np.arange(24.0), np.arange(24.0), indexing="ij")
+    points = np.stack([x, height, z], axis=-1).reshape(-1, 3)
+    corner = (np.arange(23)[:, None] * 24 + np.arange(23)).ravel()
+    faces = np.concatenate(
+        [
+            np.stack([corner, corner + 1, corner + 25], axis=1),
+            np.stack([corner, corner + 25, corner + 24], axis=1),
+        ]
+    )
+    sheet = TriangleMesh.from_soup(points, faces)
+
+    def recall(preset):
+        occluder = simplifier.simplify(
+            sheet, budget=32, resolution=32, ground=True, preset=preset, moves=1200
+        )
+        return simplifier.evaluate(sheet, occluder, exact=True, views=64, image=128).recall
+
+    assert recall("balanced") > recall("draft") + 0.05  # draft begins from sections alone

@@ -255,7 +255,7 @@ def test_a_deadline_takes_the_place_of_the_moves():
         assert 1.0 <= clock.now < 1.04
         assert shares == sorted(shares)
         assert len(shares) > 30
-        assert shares[-1] == 1.0
+        assert shares[-1] > 0.99
         assert score(found, views) > 1.1 * score(crossed_quads(), views)
         clock.now, shares = 0.0, []
 

@@ -1,6 +1,6 @@
 """How long everything takes and how much memory: ``python -m bench.speed [--only PART]``.
 
-    stand_ins          mesh in memory to occluder, by preset and stage; target 1.0 s, aim 0.3 s
+    stand_ins          mesh in memory to occluder, by preset and stage; targets 0.3, 1 and 5 s
     limits             time limits asked for, taken, and the recall that they give
     accuracy           the report of 256 views; target 1.5 s for 100,000 triangles
     growth_triangles   time and memory against the triangles of the mesh

@@ -231,7 +231,7 @@ class Effort:
 PRESETS: dict[Preset, Effort] = {
     "draft": Effort(SectionOptions(directions=16, depths=3), 0, 8_400, 64, False),
     "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 26_400, 96, True),
-    "best": Effort(SectionOptions(directions=128, depths=4), 8, 72_000, 256, True),
+    "best": Effort(SectionOptions(directions=128, depths=4), 8, 115_200, 144, True),
 }
 
 

@@ -22,9 +22,6 @@ voxel's diagonal from one of it, and a touched voxel holds a point of the surfac
 diagonal away.  An outline that is not refined reaches less far: half a pixel's diagonal and the
 tolerance past the solid."""
 
-_FEW = 64  # triangles that a preset's moves are enough for
-_MOST_MOVES = 8.0  # times as many for any number
-
 MOST_VOXELS = 1024
 """The finest grid, in voxels along the longest edge."""
 
@@ -215,6 +212,10 @@ class RefineOptions:
         _within("overcover", self.overcover, 0.0, 100.0)
         _within("min precision", self.precision, 0.0, 1.0)
         _whole("refine views", self.views, 1, 4096)
+
+
+_FEW = 64  # triangles that a preset's moves are enough for
+_MOST_MOVES = 8.0  # times as many for any number
 
 
 @dataclass(frozen=True)

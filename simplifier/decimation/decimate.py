@@ -6,7 +6,7 @@ import numpy as np
 
 from simplifier.decimation.sinking import sunk
 from simplifier.geometry.grid import BoolArray
-from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.mesh import FloatArray, IntArray, have_area
 from simplifier.kernels.decimation import decimate
 from simplifier.kernels.soup_views import all_contained
 
@@ -31,7 +31,7 @@ def decimated(
         decimate(points, corners, allowed, budget, alive)
     points, corners = _used(points, corners[alive])
     points = np.clip(sunk(points, corners, allowed), 0.0, np.array(allowed.shape, np.float64))
-    points, corners = _detached(points, corners[_have_area(points, corners)], allowed)
+    points, corners = _detached(points, corners[have_area(points[corners])], allowed)
     return points - margin, corners
 
 
@@ -50,8 +50,3 @@ def _detached(
 def _used(points: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
     used, renumbered = np.unique(faces, return_inverse=True)
     return points[used], np.ascontiguousarray(renumbered.reshape(-1, 3), dtype=np.int32)
-
-
-def _have_area(points: FloatArray, faces: IntArray) -> BoolArray:
-    p, q, r = np.moveaxis(points[faces], 1, 0)
-    return np.asarray((np.cross(q - p, r - p) != 0.0).any(axis=1))

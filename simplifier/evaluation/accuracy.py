@@ -22,12 +22,13 @@ from typing import get_args
 import numpy as np
 
 from simplifier.errors import MeshError, OptionError
-from simplifier.evaluation.quads import exact_quad_pixels, sampled_quad_pixels
+from simplifier.evaluation.quads import sampled_quad_pixels
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import BoundingSphere, from_above, image_axes, random_directions
 from simplifier.kernels.coverage import MaskArray, covered, unpacked
+from simplifier.kernels.rectangles import exact_quad_pixels
 from simplifier.options import Axis, Viewers
 
 QUANTILE_LEVELS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)

@@ -16,7 +16,6 @@ import numpy as np
 from simplifier.geometry.mesh import FloatArray
 from simplifier.kernels.coverage import MaskArray
 from simplifier.kernels.quads import sample_quads
-from simplifier.kernels.rectangles import count_rectangles
 from simplifier.kernels.threads import run_chunks
 
 
@@ -52,16 +51,3 @@ def sampled_quad_pixels(
         len(original),
     )
     return np.asarray(pixels / quads)
-
-
-def exact_quad_pixels(original: MaskArray, occluder: MaskArray, columns: int) -> FloatArray:
-    """(V, 3) float64: the expectation of Nt, Pf and Nf for one quad a view, pixels.
-
-    What :func:`sampled_quad_pixels` tends to with more quads, at about the same cost.
-    """
-    pixels = np.zeros((len(original), 3), dtype=np.float64)
-    run_chunks(
-        lambda begin, end: count_rectangles(original, occluder, columns, begin, end, pixels),
-        len(original),
-    )
-    return pixels

@@ -95,6 +95,16 @@ class TriangleMesh:
         return np.asarray(high - low)
 
 
+def have_area(triangles: FloatArray) -> NDArray[np.bool_]:
+    """(m,) whether the corners of each of ``triangles`` (m, 3, 3) do not lie on one line."""
+    edges = triangles[:, 1:] - triangles[:, :1]
+    # Scaled by the longest edge, so that neither tiny nor huge meshes under- or overflow.
+    scale = np.abs(edges).max(axis=(1, 2), keepdims=True, initial=0.0)
+    scale[scale == 0.0] = 1.0
+    edges /= scale
+    return np.asarray((np.cross(edges[:, 0], edges[:, 1]) != 0.0).any(axis=1))
+
+
 def _check_shapes(points: FloatArray, indices: NDArray[np.int64], where: str) -> None:
     if points.ndim != 2 or points.shape[1] != 3:
         raise MeshError(
@@ -128,15 +138,7 @@ def _usable_triangles(
     a, b, c = indices.T
     repeated = finite & ((a == b) | (b == c) | (c == a))
     rest = np.nonzero(finite & ~repeated)[0]
-    corners = points[indices[rest]]
-    edge1 = corners[:, 1] - corners[:, 0]
-    edge2 = corners[:, 2] - corners[:, 0]
-    # Scaled by the longest edge, so that neither tiny nor huge meshes under- or overflow.
-    scale = np.maximum(np.abs(edge1).max(axis=1), np.abs(edge2).max(axis=1))
-    flat = scale == 0.0
-    scale[flat] = 1.0
-    normal = np.cross(edge1 / scale[:, None], edge2 / scale[:, None])
-    flat |= (normal == 0.0).all(axis=1)
+    flat = ~have_area(points[indices[rest]])
     dropped = DroppedTriangles(
         non_finite=int(np.count_nonzero(~finite)),
         repeated_index=int(np.count_nonzero(repeated)),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.mesh import FloatArray, IntArray, have_area
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +36,7 @@ class Occluder:
         Triangles without area are left out, and of those with the same corners all but the first.
         """
         vertices, place = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
-        faces = place.reshape(-1, 3)
-        edges = triangles[:, 1:] - triangles[:, :1]
-        # Scaled, so that neither tiny nor huge triangles under- or overflow.
-        scale = np.abs(edges).max(axis=(1, 2), keepdims=True, initial=0.0)
-        edges = np.divide(edges, scale, out=np.zeros_like(edges), where=scale > 0.0)
-        faces = faces[(np.cross(edges[:, 0], edges[:, 1]) != 0.0).any(axis=1)]
+        faces = place.reshape(-1, 3)[have_area(triangles)]
         _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
         used, corners = np.unique(faces[np.sort(first)], return_inverse=True)
         return cls(

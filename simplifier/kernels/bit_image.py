@@ -10,7 +10,7 @@ import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compile import inline_kernel, kernel
 
 SIZE = 64
 
@@ -50,14 +50,27 @@ def draw_edge(x0, y0, x1, y1, image):
                 image[row + 1] ^= ~np.uint64(0) << np.uint64(column)
 
 
+@inline_kernel
+def _cross(image, row):
+    """The pixels of a row that have their four neighbours."""
+    word = image[row]
+    left_and_right = (word << np.uint64(1)) & (word >> np.uint64(1))
+    return word & left_and_right & image[row - 1] & image[row + 1]
+
+
+@inline_kernel
+def _square(image, row):
+    """The pixels of a row that have their eight neighbours."""
+    word = image[row] & image[row - 1] & image[row + 1]
+    return word & (word << np.uint64(1)) & (word >> np.uint64(1))
+
+
 @kernel
 def _erode_cross(source, target):
     """Keep a pixel when its four neighbours are there; return how many are kept."""
-    one = np.uint64(1)
     area = np.uint64(0)
     for row in range(1, 65):
-        word = source[row]
-        word = word & (word << one) & (word >> one) & source[row - 1] & source[row + 1]
+        word = _cross(source, row)
         target[row] = word
         area += popcount(word)
     return area
@@ -66,11 +79,9 @@ def _erode_cross(source, target):
 @kernel
 def _erode_square(source, target):
     """Keep a pixel when its eight neighbours are there; return how many are kept."""
-    one = np.uint64(1)
     area = np.uint64(0)
     for row in range(1, 65):
-        word = source[row] & source[row - 1] & source[row + 1]
-        word = word & (word << one) & (word >> one)
+        word = _square(source, row)
         target[row] = word
         area += popcount(word)
     return area
@@ -103,34 +114,28 @@ def measure_twice(here, there):
 
 
 @kernel
-def _erode_crosses(one_image, other, one_target, other_target):
+def _erode_crosses(one, other, one_target, other_target):
     """:func:`_erode_cross` of two images at once; both areas."""
-    one = np.uint64(1)
     one_area, other_area = np.uint64(0), np.uint64(0)
     for row in range(1, 65):
-        word = one_image[row]
-        word = word & (word << one) & (word >> one) & one_image[row - 1] & one_image[row + 1]
+        word = _cross(one, row)
         one_target[row] = word
         one_area += popcount(word)
-        word = other[row]
-        word = word & (word << one) & (word >> one) & other[row - 1] & other[row + 1]
+        word = _cross(other, row)
         other_target[row] = word
         other_area += popcount(word)
     return one_area, other_area
 
 
 @kernel
-def _erode_squares(one_image, other, one_target, other_target):
+def _erode_squares(one, other, one_target, other_target):
     """:func:`_erode_square` of two images at once; both areas."""
-    one = np.uint64(1)
     one_area, other_area = np.uint64(0), np.uint64(0)
     for row in range(1, 65):
-        word = one_image[row] & one_image[row - 1] & one_image[row + 1]
-        word = word & (word << one) & (word >> one)
+        word = _square(one, row)
         one_target[row] = word
         one_area += popcount(word)
-        word = other[row] & other[row - 1] & other[row + 1]
-        word = word & (word << one) & (word >> one)
+        word = _square(other, row)
         other_target[row] = word
         other_area += popcount(word)
     return one_area, other_area

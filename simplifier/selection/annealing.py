@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray
-from simplifier.kernels.rectangles import count_rectangles
 from simplifier.kernels.refinement import anneal
 from simplifier.kernels.soup_views import (
     BLOCK,
@@ -18,7 +17,7 @@ from simplifier.kernels.soup_views import (
     score_unions,
     unite_others,
 )
-from simplifier.kernels.threads import run_chunks
+from simplifier.selection.judge import Judgement
 
 _STEPS = (6.0, 0.1)  # voxels that a move spans at first and at last
 _HEATS = (1e-3, 2e-5)  # losses taken at first and at last, as shares of the original's measure
@@ -113,19 +112,12 @@ class Annealing:
 
     def precision(self) -> float:
         """Of the current state in the search's own views, all quads counted."""
-        unions = self._union()[:, :, None]
-        originals = self._views.originals[:, :, None]
-        pixels = np.zeros((len(unions), 3))
-        run_chunks(
-            lambda begin, end: count_rectangles(originals, unions, 64, begin, end, pixels),
-            len(unions),
-        )
-        right, _, wrong = pixels.sum(axis=0)
-        return float(right / (right + wrong)) if right + wrong > 0.0 else 1.0
+        originals, unions = self._views.originals[:, :, None], self._union()[:, :, None]
+        return Judgement.of(originals, unions, 64).precision
 
     def result(self) -> FloatArray:
         """The best triangles, or those of the start if they score more; none that adds nothing."""
-        if self._fresh(self._start) > self._fresh(self._best):
+        if self._fresh(self._start) > self.score:
             self._best = np.array(self._start)
         self._triangles[:] = self._best
         self._draw()

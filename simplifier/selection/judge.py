@@ -9,8 +9,7 @@ import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.kernels.coverage import MaskArray, covered
-from simplifier.kernels.rectangles import count_rectangles
-from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.rectangles import exact_quad_pixels
 
 SIZE = 256
 """Pixels a side, as in an accuracy report."""
@@ -35,26 +34,26 @@ class FineViews:
 
 @dataclass(frozen=True)
 class Judgement:
-    """Precision and recall in those views, all quads counted."""
+    """Precision and recall in some views, all quads counted; 1 where there is none to count."""
 
     precision: float
     recall: float
+
+    @classmethod
+    def of(cls, originals: MaskArray, shown: MaskArray, columns: int) -> Judgement:
+        """Of masks (V, rows, words)."""
+        right, missed, wrong = exact_quad_pixels(originals, shown, columns).sum(axis=0)
+        return cls(
+            float(right / (right + wrong)) if right + wrong > 0.0 else 1.0,
+            float(right / (right + missed)) if right + missed > 0.0 else 1.0,
+        )
 
 
 def judge(triangles: FloatArray, views: FineViews) -> Judgement:
     """Judge a soup (m, 3, 3); none at all has precision 1 and recall 0."""
     corners = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
     shown = covered(triangles.reshape(-1, 3), corners, views.projections, SIZE, SIZE)
-    pixels = np.zeros((len(shown), 3))
-    run_chunks(
-        lambda begin, end: count_rectangles(views.originals, shown, SIZE, begin, end, pixels),
-        len(shown),
-    )
-    right, missed, wrong = pixels.sum(axis=0)
-    return Judgement(
-        float(right / (right + wrong)) if right + wrong > 0.0 else 1.0,
-        float(right / (right + missed)) if right + missed > 0.0 else 1.0,
-    )
+    return Judgement.of(views.originals, shown, SIZE)
 
 
 def best_of(soups: Sequence[FloatArray], views: FineViews, precision: float) -> FloatArray:

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.evaluation.quads import exact_quad_pixels, sampled_quad_pixels
+from simplifier.evaluation.quads import sampled_quad_pixels
+from simplifier.kernels.rectangles import exact_quad_pixels
 
 
 def packed(masks):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import ndimage
 
 from examples.castle import castle
 from simplifier.geometry.views import (
@@ -21,26 +20,21 @@ from simplifier.kernels.coverage import unpacked as unpacked_words
 from simplifier.kernels.distance_transform import distance_sum
 from simplifier.kernels.polygon_views import score_images
 from simplifier.selection.measure import bit_measure
-from tests.kernels.bits import SIDE, annulus, blob, disc, packed, rectangle, unpacked
+from tests.kernels.bits import (
+    SIDE,
+    annulus,
+    blob,
+    disc,
+    eroded_areas,
+    packed,
+    rectangle,
+    unpacked,
+)  # fmt: skip
 from tests.pictures import sphere_projections
-
-CROSS = ndimage.generate_binary_structure(2, 1)
-SQUARE = ndimage.generate_binary_structure(2, 2)
-ERODERS = (CROSS, SQUARE, CROSS, SQUARE, CROSS)
 
 
 def measure(mask):
     return bit_measure(packed(mask))
-
-
-def eroded_areas(mask):
-    """Twice the measure by the definition: areas after each erosion, the first counted half."""
-    left, total, step = np.asarray(mask), int(mask.sum()), 0
-    while left.any():
-        left = ndimage.binary_erosion(left, ERODERS[step % len(ERODERS)])
-        total += 2 * int(left.sum())
-        step += 1
-    return total
 
 
 def test_bits_go_there_and_back():

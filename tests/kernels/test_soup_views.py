@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import ndimage
 
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.kernels.bit_image import measure_both_twice, measure_twice
@@ -19,11 +18,9 @@ from simplifier.kernels.soup_views import (
     score_unions,
     unite_others,
 )
-from tests.kernels.bits import blob, packed, unpacked
+from tests.kernels.bits import blob, eroded_areas, packed, unpacked
 from tests.pictures import sphere_projections
 
-CROSS = ndimage.generate_binary_structure(2, 1)
-SQUARE = ndimage.generate_binary_structure(2, 2)
 VIEWS = 5
 
 
@@ -58,21 +55,12 @@ def covered_pixels(triangle, view):
     return np.all(sides > INSET, axis=0) | np.all(sides < -INSET, axis=0)
 
 
-def twice_measured(mask):
-    left, total, step = np.asarray(mask), int(mask.sum()), 0
-    while left.any():
-        left = ndimage.binary_erosion(left, SQUARE if step % 5 % 2 else CROSS)
-        total += 2 * int(left.sum())
-        step += 1
-    return total
-
-
 def plain_score(masks, originals, price):
     """What the views score, by the formula."""
     total = 0
     for mask, original in zip(masks, originals, strict=True):
-        right = twice_measured(mask & original)
-        total += UNIT * right - price * (twice_measured(mask) - right)
+        right = eroded_areas(mask & original)
+        total += UNIT * right - price * (eroded_areas(mask) - right)
     return total
 
 

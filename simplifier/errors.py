@@ -5,6 +5,7 @@
     |   |-- UnreadableMeshError    the file is missing, damaged, or not what its suffix says
     |   |-- UnknownFormatError     no codec for the suffix
     |   `-- EmptyMeshError         no triangle is left
+    |-- SceneError                 a built scene is missing, damaged, or of another scene
     |-- OptionError                an option is unknown or out of range (exit status 2)
     |-- BackendUnavailableError    a backend was asked for that this machine cannot run
     |-- OutputError                the result cannot be written
@@ -47,6 +48,10 @@ class UnknownFormatError(MeshError):
 
 class EmptyMeshError(MeshError):
     """No triangle is left after the unusable ones were dropped."""
+
+
+class SceneError(OccluderError):
+    """The occluders of a scene are missing, damaged, or those of another scene."""
 
 
 class OptionError(OccluderError):

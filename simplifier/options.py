@@ -106,6 +106,12 @@ class SolidOptions:
     it hides from a point it hides from all points within this length of it.  Above 0 it implies
     ``conservative``.  Raising it loses recall, and parts thinner than twice of it."""
 
+    glue: bool = False
+    """One dilation step (section 5): voxels next to a touched one count as touched, so neighbours
+    grow together, and the occluder keeps to the solid in place of going a voxel past it: the error
+    bound stays.  Nothing grows past the bounding box.  Without effect where all is wholly inside.
+    """
+
     def __post_init__(self) -> None:
         _whole("resolution", self.resolution, 1, MOST_VOXELS)
         _one_of("up", self.up, ("x", "y", "z"))

@@ -50,8 +50,8 @@ def simplify_mesh(
     with watch.stage("refine", cancels=False):
         triangles = improve(triangles, mesh, solid, options, watch, deadline)
         interrupted = watch.cancelled
-    # A voxel of a core that is not to be left is interior, at no distance at all.
-    bound = ERROR_VOXELS * solid.core.cell_size if solid.reach > 0 else 0.0
+    # A voxel wholly inside is interior, at no distance at all.
+    bound = 0.0 if solid.wholly_inside else ERROR_VOXELS * solid.core.cell_size
     occluder = Occluder.of(solid.core.to_world(triangles), bound, watch.timings)
     if len(occluder.faces) == 0 < solid.core.count:
         warnings.append("no section is large enough to hide anything; raise --resolution")

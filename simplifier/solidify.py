@@ -10,6 +10,7 @@ from simplifier.voxel.core import core, deepest
 from simplifier.voxel.enclose import enclose
 from simplifier.voxel.fill import Side
 from simplifier.voxel.leaks import leaks
+from simplifier.voxel.morphology import glued
 from simplifier.voxel.remedies import leak_warning
 from simplifier.voxel.voxelize import voxelize
 
@@ -18,14 +19,16 @@ def solidify(mesh: TriangleMesh, options: SolidOptions, watch: Stopwatch) -> Sol
     """The voxels that the mesh touches, what they enclose, and what of it is to be hidden in."""
     with watch.stage("voxelize"):
         touched = voxelize(mesh, options.resolution)
+        if options.glue and not options.wholly_inside:
+            touched = glued(touched)
     with watch.stage("fill"):
         sides = _closed_sides(options)
         filled, closed_by = enclose(touched, sides, touched.in_voxels(options.smallest_hole))
         if not options.wholly_inside:
-            return Solid(touched, filled, filled, 1, closed_by)
+            return Solid(touched, filled, filled, 0 if options.glue else 1, closed_by)
         shrink, lowest = touched.in_voxels(options.shrink), touched.to_grid(mesh.bounds[0])
         inner = core(touched, filled, shrink, lowest, sides)
-        return Solid(touched, filled, inner, 0, closed_by)
+        return Solid(touched, filled, inner, 0, closed_by, wholly_inside=True)
 
 
 def solid_warnings(mesh: TriangleMesh, solid: Solid, options: SolidOptions) -> list[str]:

@@ -51,3 +51,10 @@ def dilated(grid: VoxelGrid, reach: int) -> tuple[BoolArray, float]:
             once[behind] |= grown[ahead]
             grown = once
     return grown, float(margin)
+
+
+def glued(grid: VoxelGrid) -> VoxelGrid:
+    """The solid and all voxels of the same grid next to it, even across corners."""
+    grown, margin = dilated(grid, 1)
+    inner = tuple(slice(int(margin), int(margin) + length) for length in grid.shape)
+    return grid.with_inside(np.ascontiguousarray(grown[inner]))

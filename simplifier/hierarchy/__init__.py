@@ -1,0 +1,1 @@
+"""Scenes of many objects to trees of occluders (section 5 of the paper)."""

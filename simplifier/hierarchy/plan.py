@@ -1,0 +1,107 @@
+"""Tree of parts -> Job[]: which nodes get an occluder, from what, and under which key."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.hierarchy.node import Kind, Stand
+from simplifier.hierarchy.options import SceneOptions
+from simplifier.hierarchy.parts import Parts
+from simplifier.hierarchy.store import leaf_key, mesh_key, node_key, options_key, placed_key
+from simplifier.hierarchy.tree import Tree
+from simplifier.options import Axis
+
+_FEWEST_PARTS = 4  # below an inner node: with fewer, the leaves do as well for as many triangles
+_USUAL_ERROR = 2.0  # voxels that an inner node's occluder strays; it is known only when it is made
+_LEVEL = 1e-6  # sine of the angle up to which an axis counts as upright
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """One occluder to make: the parts below a node, in the order in which they are joined."""
+
+    key: str
+    kind: Kind
+    parts: IntArray
+    stand: Stand
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """``jobs`` by key; ``keys`` (k,) of the nodes, None for no occluder."""
+
+    jobs: dict[str, Job]
+    keys: tuple[str | None, ...]
+
+
+def plan_occluders(parts: Parts, tree: Tree, options: SceneOptions) -> Plan:
+    """A key for every node that may be drawn from somewhere within the scene.
+
+    Leaves of the same mesh share an occluder.  An inner node gets one when it has enough below it,
+    and when a viewer in the scene can be so far away that its error stays below the pixel error.
+    """
+    scene = parts.scene
+    whole = np.bincount(parts.object_of)[parts.object_of] == 1
+    of_options = options_key(options)
+    of_meshes = [mesh_key(mesh) for mesh in scene.meshes]
+    stands = _stands(parts, whole, options)
+    placed = [
+        placed_key(of_meshes[mesh], transform)
+        for mesh, transform in zip(scene.mesh_of, scene.transforms, strict=True)
+    ]
+    useful = _useful(tree, options)
+    jobs: dict[str, Job] = {}
+    keys: list[str | None] = [None] * len(tree)
+    for node in np.nonzero(useful)[0].tolist():
+        below = tree.below(node)
+        if tree.children[node, 1] == 0:
+            mesh = int(scene.mesh_of[below[0]])
+            key = leaf_key(of_meshes[mesh], stands[mesh], of_options)
+            job = Job(key, "leaf", below, stands[mesh])
+        else:
+            below = np.array(sorted(below.tolist(), key=placed.__getitem__), dtype=np.int32)
+            stand = Stand(options.up, options.ground and bool(whole[below].all()))
+            key = node_key((placed[part] for part in below), stand, of_options)
+            job = Job(key, "inner", below, stand)
+        keys[node] = key
+        jobs.setdefault(key, job)
+    return Plan(jobs, tuple(keys))
+
+
+def _useful(tree: Tree, options: SceneOptions) -> NDArray[np.bool_]:
+    """(k,) leaves, and inner nodes that are ever drawn from within the root's box."""
+    extents = tree.bounds[:, 1] - tree.bounds[:, 0]
+    voxels = extents.max(axis=1) / options.resolution
+    error = voxels * (0.0 if options.conservative else _USUAL_ERROR)
+    seen_from = options.lens.distance(1.0, options.pixel_error) * error
+    enough = np.diff(tree.spans, axis=1)[:, 0] >= _FEWEST_PARTS
+    return np.asarray(tree.is_leaf | (enough & (seen_from <= np.linalg.norm(extents[0]))))
+
+
+def _stands(parts: Parts, whole: NDArray[np.bool_], options: SceneOptions) -> list[Stand]:
+    """How each mesh stands in its own space: on the ground if all its instances do, upright."""
+    scene = parts.scene
+    result = []
+    by_mesh = np.argsort(scene.mesh_of, kind="stable")
+    counts = np.bincount(scene.mesh_of, minlength=len(scene.meshes))
+    for which in np.split(by_mesh, np.cumsum(counts)[:-1]):
+        axis = _upright_axis(scene.transforms[which], "xyz".index(options.up))
+        grounded = options.ground and axis is not None and bool(whole[which].all())
+        result.append(Stand(axis if axis is not None else options.up, grounded))
+    return result
+
+
+def _upright_axis(transforms: FloatArray, up: int) -> Axis | None:
+    """The axis of a mesh that points up under all of the transforms."""
+    columns = transforms[:, :3, :3]
+    upward = columns[:, up, :] / np.linalg.norm(columns, axis=1)
+    names: Sequence[Axis] = ("x", "y", "z")
+    for axis, name in enumerate(names):
+        if (upward[:, axis] > 1.0 - _LEVEL).all():
+            return name
+    return None

@@ -16,7 +16,7 @@ from simplifier.hierarchy.node import Summary, node_occluder
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.packed import pack, unpack
 from simplifier.hierarchy.parts import Parts, split_large
-from simplifier.hierarchy.plan import Job, plan_occluders
+from simplifier.hierarchy.plan import Job, Keys, plan_occluders
 from simplifier.hierarchy.store import OccluderStore
 from simplifier.hierarchy.tree import Tree, build_tree
 from simplifier.hierarchy.workers import Outcome, run_jobs
@@ -34,7 +34,7 @@ class Build:
     """What was built.
 
     ``tree``       over the boxes of the parts.
-    ``keys``       (k,) of the nodes; None for a node without an occluder.
+    ``keys``       (k,) of the nodes' occluders, those that hide something.
     ``summaries``  of all occluders by key, those that hide nothing included.
     ``made``, ``kept``  how many come from this run, and from earlier ones.
     ``warnings``   which occluders could not be made, and why.
@@ -42,7 +42,7 @@ class Build:
 
     parts: Parts
     tree: Tree
-    keys: tuple[str | None, ...]
+    keys: tuple[Keys, ...]
     summaries: Mapping[str, Summary]
     made: int
     kept: int
@@ -83,10 +83,23 @@ def build_occluders(
         raise CancelledError("cancelled; what was made is kept and not made again")
     made = len(summaries)
     summaries |= {key: known.get(key) or Summary.of(store.read(key)) for key in sorted(there)}
-    keys = tuple(
-        key if key in summaries and summaries[key].triangles > 0 else None for key in plan.keys
+    return Build(
+        parts, tree, _worthwhile(plan.keys, summaries), summaries, made, len(there), tuple(failures)
     )
-    return Build(parts, tree, keys, summaries, made, len(there), tuple(failures))
+
+
+def _worthwhile(keys: Sequence[Keys], summaries: Mapping[str, Summary]) -> tuple[Keys, ...]:
+    """Without occluders that hide nothing or failed, and far ones that spare no triangle."""
+
+    def triangles(key: str | None) -> int:
+        return summaries[key].triangles if key is not None and key in summaries else 0
+
+    def kept(node: Keys) -> Keys:
+        far, near = triangles(node.far), triangles(node.near)
+        spares = far > 0 and (near == 0 or far < near)
+        return Keys(node.far if spares else None, node.near if near > 0 else None)
+
+    return tuple(map(kept, keys))
 
 
 def _outcomes(
@@ -132,10 +145,10 @@ def _maker(folder: str, options: SceneOptions, store: OccluderStore) -> Callable
 def _make(
     scene: Scene, options: SceneOptions, store: OccluderStore, cancel: Cancel | None, job: Job
 ) -> Summary:
-    if job.kind == "leaf":
-        mesh = scene.meshes[scene.mesh_of[job.parts[0]]]
-    else:
+    if job.kind == "inner":
         mesh = scene.joined(job.parts)
+    else:
+        mesh = scene.meshes[scene.mesh_of[job.parts[0]]]
     if not np.isfinite(mesh.extent).all() or mesh.extent.max() == 0.0:
         raise MeshError("it has no extent")
     occluder = node_occluder(mesh, job.kind, job.stand, options, cancel)

@@ -20,7 +20,7 @@ from simplifier.geometry.mesh import IntArray
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.build import Build
 from simplifier.hierarchy.node import Summary
-from simplifier.hierarchy.occluder_tree import OccluderTree
+from simplifier.hierarchy.occluder_tree import LEVELS, OccluderTree
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.store import OccluderStore
 from simplifier.hierarchy.tree import Tree
@@ -75,8 +75,7 @@ def _nodes(build: Build) -> list[dict[str, Any]]:
                 "part": part,
                 "transform": transforms[part],
             }
-        if build.keys[node] is not None:
-            row["occluder"] = build.keys[node]
+        row |= {name: key for name, key in asdict(build.keys[node]).items() if key is not None}
         nodes.append(row)
     return nodes
 
@@ -137,15 +136,15 @@ def _tree_of(document: Mapping[str, Any], folder: Path) -> OccluderTree:
         if "part" in row:
             object_of[row["part"]] = row["object"]
             transforms[row["part"], :3] = row["transform"]
-    keys = sorted({row["occluder"] for row in rows if "occluder" in row})
+    keys = sorted({row[name] for row in rows for name in LEVELS if name in row})
     place = {key: index for index, key in enumerate(keys)}
     store = OccluderStore(folder / FOLDER)
-    summaries = [_summary(document["occluders"][key]) for key in keys]
+    radii = np.array([_summary(document["occluders"][key]).radius for key in keys])
+    occluder_of = [[place.get(row.get(name), -1) for name in LEVELS] for row in rows]
     return OccluderTree(
-        SceneOptions(**document["options"]), tuple(document["objects"]), object_of, tree, transforms,
-        np.array([place.get(row.get("occluder"), -1) for row in rows], dtype=np.int32),
-        tuple(store.read(key) for key in keys),
-        np.array([summary.radius for summary in summaries]),
+        SceneOptions(**document["options"]), tuple(document["objects"]), object_of, tree,
+        transforms, np.array(occluder_of, dtype=np.int32),
+        tuple(store.read(key) for key in keys), radii,
     )  # fmt: skip
 
 

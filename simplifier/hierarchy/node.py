@@ -13,16 +13,19 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.kernels.polygon_views import score_images
-from simplifier.options import Axis, Options, SectionOptions, make_options
+from simplifier.options import MOST_VOXELS, Axis, Options, SectionOptions, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel
 from simplifier.selection.measure import fitted_projections, silhouettes
 
-Kind = Literal["leaf", "inner"]
+Kind = Literal["near", "far", "inner"]
+"""Of a leaf's two occluders: exact, and cheaper with an error; or that of an inner node."""
 
 _SECTIONS = SectionOptions(directions=8, depths=3)
 _VIEWS = 40  # that the search looks from; a scene has thousands of nodes
 _LEAF_EFFORT = 2  # times the moves: a leaf is drawn from near by, and for all instances of its mesh
+_FINER = 2  # times the voxels of what keeps wholly inside: it loses up to one on every side
+_ITSELF = 4  # times the budget: with fewer triangles a mesh is its own exact occluder
 _MEASURED_VIEWS = 16
 _IMAGE = 64  # pixels of a picture to measure, with a frame of one
 
@@ -60,21 +63,31 @@ def node_occluder(
     options: SceneOptions,
     cancel: Cancel | None = None,
 ) -> Occluder:
-    """The occluder of the triangles below a node, without faces if it hides nothing.
+    """The occluder of the triangles below a node; without faces if it would hide nothing.
 
-    A leaf within the budget is its own occluder, exact from everywhere.  All else is simplified;
-    inner nodes with one dilation step, which glues neighbours together.  ``error_bound`` is what
-    was measured and is proved: no point of the occluder is further from the triangles or from the
-    interior that they enclose.  Raises :class:`~simplifier.errors.CancelledError`.
+    The *near* one of a leaf is exact, so it can be drawn from anywhere: the triangles themselves if
+    they are few, else an occluder that keeps wholly inside.  The *far* one has fewer triangles and
+    an error.  An inner node's is made after one dilation step, which glues neighbours together.
+
+    ``error_bound`` is what was measured and is proved: no point of the occluder is further from the
+    triangles or from the interior that they enclose.  Raises
+    :class:`~simplifier.errors.CancelledError`.
     """
-    if kind == "leaf" and len(mesh.faces) <= options.budget:
+    if kind == "near" and is_own_occluder(mesh, options):
         return _worth(Occluder(mesh.vertices, mesh.faces, 0.0), mesh, options.resolution)
     result = simplify_mesh(mesh, _options(mesh, kind, stand, options), cancel=cancel)
     made = result.occluder
-    strays = deviation(made, mesh, result.solid.touched, result.solid.filled)
-    proved = min(made.error_bound, strays + SLACK * result.solid.core.cell_size)
+    proved = made.error_bound
+    if proved > 0.0:
+        strays = deviation(made, mesh, result.solid.touched, result.solid.filled)
+        proved = min(proved, strays + SLACK * result.solid.core.cell_size)
     exact = Occluder(made.vertices, made.faces, proved)
     return _worth(exact, mesh, options.resolution)
+
+
+def is_own_occluder(mesh: TriangleMesh, options: SceneOptions) -> bool:
+    """Whether a mesh has so few triangles that no other exact occluder is worth making."""
+    return len(mesh.faces) <= _ITSELF * options.budget
 
 
 def hiding_radius(occluder: Occluder) -> float:
@@ -98,11 +111,14 @@ def hiding_radius(occluder: Occluder) -> float:
 
 def _options(mesh: TriangleMesh, kind: Kind, stand: Stand, options: SceneOptions) -> Options:
     longest = float(mesh.extent.max())
+    resolution = options.resolution
+    if kind == "near":
+        resolution = min(_FINER * resolution, MOST_VOXELS)
     made = make_options(
-        longest, budget=options.budget, resolution=options.resolution, up=stand.up,
+        longest, budget=options.budget, resolution=resolution, up=stand.up,
         ground=stand.ground, smallest_hole=min(options.smallest_hole, longest),
-        conservative=options.conservative, preset="draft", seed=options.seed,
-        moves=options.moves * (_LEAF_EFFORT if kind == "leaf" else 1),
+        conservative=options.conservative or kind == "near", preset="draft", seed=options.seed,
+        moves=options.moves * (1 if kind == "inner" else _LEAF_EFFORT),
     )  # fmt: skip
     return replace(
         made,

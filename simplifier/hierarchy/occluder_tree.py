@@ -1,10 +1,11 @@
-"""OccluderTree: a scene's tree with an occluder for each node that is worth one."""
+"""OccluderTree: a scene's tree with the occluders of the nodes that are worth one."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
@@ -12,7 +13,10 @@ from simplifier.geometry.scene import scales
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.tree import Tree
 
-_NONE = -1
+LEVELS = ("far", "near")
+"""A node's occluders: with an error that shows from near by; exact, for leaves alone."""
+
+FAR, NEAR = range(2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +28,9 @@ class OccluderTree:
     ``object_of``    (p,) int32: the object that each part belongs to.
     ``tree``         over the parts' boxes, world units.
     ``transforms``   (p, 4, 4) float64: of each part, from its mesh to the world.
-    ``occluder_of``  (k,) int32: the occluder of each node, -1 for none.  That of a leaf is in the
-                     space of its part's mesh, that of an inner node in the world.
+    ``occluder_of``  (k, 2) int32: the far and the near occluder of each node, -1 for none.  Those
+                     of a leaf are in the space of its part's mesh, that of an inner node in the
+                     world.
     ``occluders``    shared by the instances of a mesh.
     ``radii``        of the disc that hides as much as each occluder; see ``hiding_radius``.
     """
@@ -40,32 +45,37 @@ class OccluderTree:
     radii: FloatArray
 
     def part_of(self, leaf: int) -> int:
+        """What a leaf holds."""
         return int(self.tree.order[self.tree.spans[leaf, 0]])
 
-    def triangles(self, node: int) -> FloatArray:
-        """(m, 3, 3) of a node's occluder, world units; m is 0 without one."""
-        which = self.occluder_of[node]
-        if which == _NONE:
-            return np.empty((0, 3, 3))
-        points = self.occluders[which].vertices
+    def placed(self, node: int, level: int) -> tuple[FloatArray, IntArray, float]:
+        """Vertices (n, 3), faces (m, 3) and error bound of one of its occluders, world units."""
+        occluder = self.occluders[self.occluder_of[node, level]]
+        points, error = occluder.vertices, occluder.error_bound
         if self.tree.children[node, 1] == 0:
             transform = self.transforms[self.part_of(node)]
             points = points @ transform[:3, :3].T + transform[:3, 3]
-        return np.asarray(points[self.occluders[which].faces])
+            error *= float(scales(transform[None])[0])
+        return points, occluder.faces, error
 
     def errors(self) -> FloatArray:
-        """(k,) how far each node's occluder may stray, world units; infinite without one."""
-        bounds = np.array([occluder.error_bound for occluder in self.occluders] + [np.inf])
+        """(k, 2) how far the occluders may stray, world units; infinite for none."""
+        bounds = np.array([*(occluder.error_bound for occluder in self.occluders), np.inf])
         return np.asarray(bounds[self.occluder_of] * self._stretch())
 
     def hiding_radii(self) -> FloatArray:
-        """(k,) world units; 0 without an occluder."""
+        """(k, 2) world units; 0 for none."""
         return np.asarray(np.append(self.radii, 0.0)[self.occluder_of] * self._stretch())
 
+    def triangle_counts(self) -> NDArray[np.int64]:
+        """(k, 2) of the occluders; 0 for none."""
+        counts = np.array([*(len(occluder.faces) for occluder in self.occluders), 0])
+        return np.asarray(counts[self.occluder_of])
+
     def _stretch(self) -> FloatArray:
-        """(k,) how much the transform of a leaf enlarges lengths, at most; 1 for inner nodes."""
-        result = np.ones(len(self.tree))
+        """(k, 1) how much the transform of a leaf enlarges lengths, at most; 1 for inner nodes."""
+        result = np.ones((len(self.tree), 1))
         leaves = np.nonzero(self.tree.is_leaf)[0]
         parts = self.tree.order[self.tree.spans[leaves, 0]]
-        result[leaves] = scales(self.transforms[parts])
+        result[leaves, 0] = scales(self.transforms[parts])
         return result

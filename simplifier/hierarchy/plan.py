@@ -31,19 +31,32 @@ class Job:
     stand: Stand
 
 
+@dataclass(frozen=True)
+class Keys:
+    """Of a node's occluders; None for none.
+
+    ``far``   with an error, to be drawn from where that is small: of inner nodes the only one.
+    ``near``  exact, for leaves alone.
+    """
+
+    far: str | None = None
+    near: str | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """``jobs`` by key; ``keys`` (k,) of the nodes, None for no occluder."""
+    """``jobs`` by key; ``keys`` (k,) of the nodes."""
 
     jobs: dict[str, Job]
-    keys: tuple[str | None, ...]
+    keys: tuple[Keys, ...]
 
 
 def plan_occluders(parts: Parts, tree: Tree, options: SceneOptions) -> Plan:
-    """A key for every node that may be drawn from somewhere within the scene.
+    """The keys of every node, and what is to be made.
 
-    Leaves of the same mesh share an occluder.  An inner node gets one when it has enough below it,
-    and when a viewer in the scene can be so far away that its error stays below the pixel error.
+    Leaves of the same mesh share their occluders.  A leaf of few triangles has but a near one.  An
+    inner node gets one when it has enough below it, and when a viewer in the scene can be so far
+    away that its error stays below the pixel error.
     """
     scene = parts.scene
     whole = np.bincount(parts.object_of)[parts.object_of] == 1
@@ -54,33 +67,41 @@ def plan_occluders(parts: Parts, tree: Tree, options: SceneOptions) -> Plan:
         placed_key(of_meshes[mesh], transform)
         for mesh, transform in zip(scene.mesh_of, scene.transforms, strict=True)
     ]
-    useful = _useful(tree, options)
     jobs: dict[str, Job] = {}
-    keys: list[str | None] = [None] * len(tree)
-    for node in np.nonzero(useful)[0].tolist():
-        below = tree.below(node)
-        if tree.children[node, 1] == 0:
-            mesh = int(scene.mesh_of[below[0]])
-            key = leaf_key(of_meshes[mesh], stands[mesh], of_options)
-            job = Job(key, "leaf", below, stands[mesh])
-        else:
-            below = np.array(sorted(below.tolist(), key=placed.__getitem__), dtype=np.int32)
-            stand = Stand(options.up, options.ground and bool(whole[below].all()))
-            key = node_key((placed[part] for part in below), stand, of_options)
-            job = Job(key, "inner", below, stand)
-        keys[node] = key
-        jobs.setdefault(key, job)
+
+    def leaf(part: int, kind: Kind) -> str:
+        mesh = int(scene.mesh_of[part])
+        key = leaf_key(of_meshes[mesh], kind, stands[mesh], of_options)
+        jobs.setdefault(key, Job(key, kind, np.array([part], dtype=np.int32), stands[mesh]))
+        return key
+
+    def inner(below: IntArray) -> str:
+        below = np.array(sorted(below.tolist(), key=placed.__getitem__), dtype=np.int32)
+        stand = Stand(options.up, options.ground and bool(whole[below].all()))
+        key = node_key((placed[part] for part in below), stand, of_options)
+        jobs.setdefault(key, Job(key, "inner", below, stand))
+        return key
+
+    keys = []
+    for node, useful in enumerate(_useful(tree, options).tolist()):
+        if tree.children[node, 1] > 0:
+            keys.append(Keys(inner(tree.below(node)) if useful else None))
+            continue
+        part = int(tree.below(node)[0])
+        simple = len(scene.meshes[scene.mesh_of[part]].faces) <= options.budget
+        exact_only = simple or options.conservative
+        keys.append(Keys(None if exact_only else leaf(part, "far"), leaf(part, "near")))
     return Plan(jobs, tuple(keys))
 
 
 def _useful(tree: Tree, options: SceneOptions) -> NDArray[np.bool_]:
-    """(k,) leaves, and inner nodes that are ever drawn from within the root's box."""
+    """(k,) inner nodes that are ever drawn from within the root's box."""
     extents = tree.bounds[:, 1] - tree.bounds[:, 0]
     voxels = extents.max(axis=1) / options.resolution
     error = voxels * (0.0 if options.conservative else _USUAL_ERROR)
     seen_from = options.lens.distance(1.0, options.pixel_error) * error
     enough = np.diff(tree.spans, axis=1)[:, 0] >= _FEWEST_PARTS
-    return np.asarray(tree.is_leaf | (enough & (seen_from <= np.linalg.norm(extents[0]))))
+    return np.asarray(enough & (seen_from <= np.linalg.norm(extents[0])))
 
 
 def _stands(parts: Parts, whole: NDArray[np.bool_], options: SceneOptions) -> list[Stand]:

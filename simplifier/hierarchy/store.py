@@ -11,7 +11,7 @@ import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.hierarchy.node import Stand
+from simplifier.hierarchy.node import Kind, Stand
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.io import load_occluder, save_occluder
 from simplifier.io.whole import make_folder
@@ -68,9 +68,9 @@ def options_key(options: SceneOptions) -> bytes:
     return _digest(_FORMAT, repr(kept).encode())
 
 
-def leaf_key(mesh: bytes, stand: Stand, options: bytes) -> str:
-    """Of the occluder of a mesh, in the mesh's own space."""
-    return _digest(b"leaf", mesh, repr(astuple(stand)).encode(), options).hex()[:32]
+def leaf_key(mesh: bytes, kind: Kind, stand: Stand, options: bytes) -> str:
+    """Of an occluder of a mesh, in the mesh's own space."""
+    return _digest(kind.encode(), mesh, repr(astuple(stand)).encode(), options).hex()[:32]
 
 
 def placed_key(mesh: bytes, transform: FloatArray) -> bytes:
@@ -80,7 +80,7 @@ def placed_key(mesh: bytes, transform: FloatArray) -> bytes:
 
 def node_key(below: Iterable[bytes], stand: Stand, options: bytes) -> str:
     """Of an inner node from the keys of all parts below it, in an order that they alone decide."""
-    return _digest(b"node", repr(astuple(stand)).encode(), options, *below).hex()[:32]
+    return _digest(b"inner", repr(astuple(stand)).encode(), options, *below).hex()[:32]
 
 
 def _digest(*pieces: bytes) -> bytes:

@@ -1,0 +1,1 @@
+"""What occluders hide from a camera, and the truth to hold it against."""

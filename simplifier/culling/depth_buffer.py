@@ -1,0 +1,150 @@
+"""DepthBuffer: occluders go in, boxes are asked about.
+
+Based on hierarchical occlusion tests (Greene, Kass, Miller 1993; Zhang et al. 1997) with a single
+coarse level.  New here are the depth and the margin that answer for occluders which are only known
+up to an error bound.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.culling.view import check_screen, screen_view
+from simplifier.errors import MeshError, OptionError
+from simplifier.geometry.camera import Camera
+from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.kernels import box_verdict
+from simplifier.kernels.depth_buffer import TILE, draw_triangles
+
+
+class Verdict(IntEnum):
+    """Of a box: may be seen, is hidden by the occluders, or is outside of the view frustum."""
+
+    VISIBLE = box_verdict.VISIBLE
+    HIDDEN = box_verdict.HIDDEN
+    OUTSIDE = box_verdict.OUTSIDE
+
+
+class DepthBuffer:
+    """A small screen of reciprocal depths; draw and test with the same camera between clears.
+
+    ``depth``  (8 r, 8 c) float32: 1 / view depth, larger is nearer, 0 is nothing; what is past the
+               screen is infinite.
+    ``tiles``  (3, r, c) float32, 8 x 8 pixels each: least reciprocal depth, largest screen error of
+               an occluder in pixels, and 1 where the least must be computed again.
+    ``margin`` pixels that a box's rectangle always grows by: half of one, for a covered centre says
+               nothing of the rest of its pixel, so centres on all sides of the box must be covered.
+
+    The arrays are what kernels take that draw and test by themselves
+    (:func:`~simplifier.kernels.depth_buffer.draw_triangles`,
+    :func:`~simplifier.kernels.box_verdict.box_verdict`), with :meth:`view` of the camera.
+    """
+
+    def __init__(self, rows: int = 180, columns: int = 320) -> None:
+        check_screen(rows, columns)
+        self.rows, self.columns = rows, columns
+        tiles = -(-rows // TILE), -(-columns // TILE)
+        self.depth = np.zeros((tiles[0] * TILE, tiles[1] * TILE), dtype=np.float32)
+        self.tiles = np.zeros((3, *tiles), dtype=np.float32)
+        self.margin = 0.5
+        self._camera: Camera | None = None
+        self._view: FloatArray = np.zeros(16)
+        self._corners = np.arange(3, dtype=np.int32).reshape(-1, 3)
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget what was drawn."""
+        self.depth.fill(np.inf)
+        self.depth[: self.rows, : self.columns] = 0.0
+        self.tiles.fill(0.0)
+
+    def view(self, camera: Camera) -> FloatArray:
+        """(16,) float64 of the camera, for kernels; kept until another camera comes."""
+        if camera is not self._camera:
+            self._camera, self._view = camera, screen_view(camera, self.rows, self.columns)
+        return self._view
+
+    def draw(self, triangles: FloatArray, camera: Camera, error: float | FloatArray = 0.0) -> None:
+        """Draw both sides of occluder triangles (m, 3, 3), world units.
+
+        ``error``  a length, or one for each triangle: how far the occluder may be off.  It is drawn
+                   that much further away; :meth:`test` answers for its outline.
+
+        Triangles with a corner that is not finite, and those of an infinite error, draw nothing.
+        Raises :class:`MeshError` for a wrong shape and :class:`OptionError` for an error below 0.
+        """
+        if triangles.ndim != 3 or triangles.shape[1:] != (3, 3):
+            raise MeshError(f"triangles have shape {triangles.shape}", remedy="pass (m, 3, 3)")
+        vertices = np.ascontiguousarray(triangles, dtype=np.float64).reshape(-1, 3)
+        self._draw(vertices, self._soup(len(triangles)), camera, error)
+
+    def draw_mesh(
+        self, vertices: FloatArray, faces: IntArray, camera: Camera, error: float | FloatArray = 0.0
+    ) -> None:
+        """As :meth:`draw`, of ``vertices`` (n, 3) world units and ``faces`` (m, 3) int32.
+
+        Raises :class:`MeshError` for wrong shapes and for faces that name no vertex.
+        """
+        _check_mesh(vertices, faces)
+        self._draw(vertices, faces, camera, error)
+
+    def test(self, boxes: FloatArray, camera: Camera) -> NDArray[np.uint8]:
+        """(n,) :class:`Verdict` of world-space boxes (n, 2, 3): lowest and highest corners.
+
+        OUTSIDE when all corners lie behind one plane of the frustum.  VISIBLE when the box reaches
+        before the near plane.  HIDDEN when every pixel of the screen that the box's screen
+        rectangle meets, grown by the margin, holds something nearer than the box's nearest corner.
+        The margin is the largest screen error of the occluders in the tiles that the grown
+        rectangle meets, plus ``margin``.
+        """
+        if boxes.ndim != 3 or boxes.shape[1:] != (2, 3):
+            raise MeshError(f"boxes have shape {boxes.shape}", remedy="pass (n, 2, 3)")
+        verdicts = np.empty(len(boxes), dtype=np.uint8)
+        box_verdict.judge_boxes(
+            np.require(boxes, np.float64, ["C", "W"]), self.view(camera), self.depth, self.tiles,
+            self.margin, verdicts,
+        )  # fmt: skip
+        return verdicts
+
+    def depth_image(self) -> NDArray[np.uint8]:
+        """(rows, columns) grey: white is nearest, black is nothing; for looking at."""
+        depth = self.depth[: self.rows, : self.columns]
+        drawn = depth > 0.0
+        if not drawn.any():
+            return np.zeros(depth.shape, dtype=np.uint8)
+        # By the logarithm of the depth: reciprocals would be black but for the nearest.
+        shade = np.log(depth, where=drawn, out=np.zeros_like(depth))
+        low, high = float(shade[drawn].min()), float(shade[drawn].max())
+        grey = 55.0 + 200.0 * (shade - low) / max(high - low, 1e-9)
+        return np.where(drawn, np.minimum(grey, 255.0), 0.0).astype(np.uint8)
+
+    def _soup(self, count: int) -> IntArray:
+        """(count, 3) int32: corners of triangles that share none."""
+        if count > len(self._corners):
+            self._corners = np.arange(6 * count, dtype=np.int32).reshape(-1, 3)
+        return self._corners[:count]
+
+    def _draw(
+        self, vertices: FloatArray, faces: IntArray, camera: Camera, error: float | FloatArray
+    ) -> None:
+        errors = np.empty(len(faces))
+        errors[:] = error
+        if not (errors >= 0.0).all():
+            raise OptionError("an occluder's error is below 0", remedy="give lengths of 0 or more")
+        draw_triangles(
+            np.require(vertices, np.float64, ["C", "W"]), np.require(faces, np.int32, ["C", "W"]),
+            errors, self.view(camera), self.depth, self.tiles,
+        )  # fmt: skip
+
+
+def _check_mesh(vertices: FloatArray, faces: IntArray) -> None:
+    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+        raise MeshError(
+            f"vertices of shape {vertices.shape} and faces of shape {faces.shape}",
+            remedy="pass (n, 3) and (m, 3)",
+        )
+    if faces.size and not (faces.min() >= 0 and faces.max() < len(vertices)):
+        raise MeshError(f"a face names none of the {len(vertices)} vertices")

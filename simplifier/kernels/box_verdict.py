@@ -1,0 +1,151 @@
+"""Is a box hidden by what a depth buffer holds?
+
+A box is judged by its screen rectangle at the depth of its nearest corner, both on the safe side.
+The rectangle grows by a margin for what the occluders' outlines may be off: the largest screen
+error of the tiles that it meets, which is asked again of the larger rectangle until it settles.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.depth_buffer import ERROR, FARTHEST, STALE, TILE, TILE_SHIFT
+from simplifier.kernels.perspective import COLUMNS, NEAR, ROWS, projected
+
+VISIBLE, HIDDEN, OUTSIDE = 0, 1, 2
+
+_SLACK = 1e-6  # pixels, for rounding
+_ROUNDS = 4  # of the margin; a box that has not settled by then counts as visible
+_UP = 1.0 + 2.0**-22  # before rounding to float32: the result is not below
+
+
+@kernel
+def judge_boxes(boxes, view, depth, tiles, margin, verdicts):
+    """Fill ``verdicts`` (n,) uint8 for ``boxes`` (n, 2, 3) float64, lowest and highest corners.
+
+    ``view``    (16,) float64, :mod:`perspective`.
+    ``depth``   (8 r, 8 c) float32, ``tiles`` (3, r, c) float32: :mod:`depth_buffer`; stale tiles
+                that decide are made fresh.
+    ``margin``  pixels, 0 or more: the least that rectangles grow by.
+    """
+    for index in range(len(boxes)):
+        verdicts[index] = box_verdict(boxes, index, view, depth, tiles, margin)
+
+
+@kernel
+def box_verdict(boxes, index, view, depth, tiles, margin):
+    """VISIBLE, HIDDEN or OUTSIDE for one of ``boxes``; what is not a number is visible."""
+    verdict, left, right, top, bottom, nearest = screen_rectangle(boxes, index, view)
+    if verdict != HIDDEN:
+        return verdict
+    value = np.float32(_UP / nearest)
+    rows, columns = np.int64(view[ROWS]), np.int64(view[COLUMNS])
+    grown = margin
+    for _ in range(_ROUNDS):
+        reach = grown + _SLACK
+        blur = blur_if_hidden(
+            depth, tiles, value,
+            _pixel(top - reach, rows), _pixel(bottom + reach, rows),
+            _pixel(left - reach, columns), _pixel(right + reach, columns),
+        )  # fmt: skip
+        if blur < 0.0:
+            return VISIBLE
+        if margin + blur <= grown:
+            return HIDDEN
+        grown = margin + blur
+    return VISIBLE
+
+
+@kernel
+def screen_rectangle(boxes, index, view):
+    """(verdict, left, right, top, bottom, nearest): bounds in pixels, and the least depth.
+
+    The verdict is OUTSIDE when all corners lie behind one plane of the view frustum, VISIBLE when
+    the box reaches before the near plane, and HIDDEN, which is to be proved, otherwise.
+    """
+    rows, columns, near = view[ROWS], view[COLUMNS], view[NEAR]
+    left, right, top, bottom = np.inf, -np.inf, np.inf, -np.inf
+    nearest, farthest = np.inf, -np.inf
+    most_x, most_y, least_x, least_y = -np.inf, -np.inf, -np.inf, -np.inf
+    doubt = 0.0  # NaN as soon as something is not finite
+    for corner in range(8):
+        x, y, z = projected(
+            view, boxes[index, corner & 1, 0], boxes[index, (corner >> 1) & 1, 1],
+            boxes[index, corner >> 2, 2],
+        )  # fmt: skip
+        doubt += 0.0 * (x + y + z)
+        scale = 1.0 / z
+        left, right = min(left, x * scale), max(right, x * scale)
+        top, bottom = min(top, y * scale), max(bottom, y * scale)
+        nearest, farthest = min(nearest, z), max(farthest, z)
+        most_x, most_y = max(most_x, x), max(most_y, y)
+        least_x, least_y = max(least_x, columns * z - x), max(least_y, rows * z - y)
+    verdict = HIDDEN
+    if doubt != 0.0:
+        verdict = VISIBLE
+    elif farthest < near or min(most_x, most_y, least_x, least_y) < 0.0:
+        verdict = OUTSIDE
+    elif nearest < near:
+        verdict = VISIBLE
+    return verdict, left, right, top, bottom, nearest
+
+
+@inline_kernel
+def _pixel(place, count):
+    """The pixel of 0..count - 1 that holds a place, or the one at that end of the screen."""
+    return np.int64(min(max(place, 0.0), float(count - 1)))
+
+
+@kernel
+def blur_if_hidden(depth, tiles, value, first_row, last_row, first_column, last_column):
+    """Largest screen error of the tiles of a block of pixels, or -1 where one is not nearer.
+
+    ``value``  float32, the reciprocal depth that all pixels must exceed.
+    """
+    blur = np.float32(0.0)
+    for tile_row in range(first_row >> TILE_SHIFT, (last_row >> TILE_SHIFT) + 1):
+        for tile in range(first_column >> TILE_SHIFT, (last_column >> TILE_SHIFT) + 1):
+            if not is_tile_nearer(depth, tiles, tile_row, tile, value):
+                row, column = tile_row << TILE_SHIFT, tile << TILE_SHIFT
+                least = least_of(
+                    depth,
+                    max(first_row, row), min(last_row, row + TILE - 1),
+                    max(first_column, column), min(last_column, column + TILE - 1),
+                )  # fmt: skip
+                if not least > value:
+                    return np.float32(-1.0)
+            blur = max(blur, tiles[ERROR, tile_row, tile])
+    return blur
+
+
+@inline_kernel
+def is_tile_nearer(depth, tiles, tile_row, tile, value):
+    """Whether all pixels of a tile are nearer; a stale tile is made fresh when it would not be."""
+    if tiles[FARTHEST, tile_row, tile] > value:
+        return True
+    if tiles[STALE, tile_row, tile] == 0.0:
+        return False
+    row, column = tile_row << TILE_SHIFT, tile << TILE_SHIFT
+    tiles[STALE, tile_row, tile] = 0.0
+    tiles[FARTHEST, tile_row, tile] = least_of(
+        depth, row, row + TILE - 1, column, column + TILE - 1
+    )
+    return tiles[FARTHEST, tile_row, tile] > value
+
+
+@kernel
+def least_of(depth, first_row, last_row, first_column, last_column):
+    """Least reciprocal depth of a block of pixels, ends included."""
+    least = np.float32(np.inf)
+    for row in range(first_row, last_row + 1):
+        for column in range(first_column, last_column + 1):
+            least = min(least, depth[row, column])
+    return least
+
+
+@kernel
+def mark_outside(boxes, view, outside):
+    """Fill ``outside`` (n,) bool: which of ``boxes`` lie behind a plane of the view frustum."""
+    for index in range(len(boxes)):
+        outside[index] = screen_rectangle(boxes, index, view)[0] == OUTSIDE

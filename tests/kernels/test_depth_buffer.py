@@ -1,0 +1,136 @@
+"""Depths and coarse levels against rays cast through every pixel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import Delaunay
+from shapely import MultiPoint, contains_xy
+
+from simplifier.culling.depth_buffer import DepthBuffer
+from simplifier.geometry.camera import Camera, Lens
+from simplifier.kernels.depth_buffer import ERROR, FARTHEST, STALE, TILE
+from tests.rasters import hits, looking_ahead, nearest, random_camera, rays
+
+ROWS, COLUMNS = 21, 35
+
+
+def drawn(triangles, camera, error=0.0):
+    buffer = DepthBuffer(ROWS, COLUMNS)
+    buffer.draw(np.asarray(triangles, dtype=np.float64), camera, error)
+    return buffer
+
+
+def screen(buffer):
+    return buffer.depth[: buffer.rows, : buffer.columns].astype(np.float64)
+
+
+@settings(max_examples=100)
+@given(st.integers(0, 2**32 - 1))
+def test_covers_what_rays_meet_and_is_never_nearer(seed):
+    rng = np.random.default_rng(seed)
+    camera = random_camera(rng)
+    triangles = camera.position + rng.normal(size=(5, 3, 3)) * rng.choice([0.3, 2.0, 50.0])
+    depth = screen(drawn(triangles, camera))
+    expected, doubt = nearest(triangles, camera, ROWS, COLUMNS)
+    sure = ~doubt
+    # What the push takes is a share of a triangle's nearest corner: at most of the near plane.
+    push = 2.0**-22 / camera.near
+    covered = sure & (expected > 2.0 * push)
+    assert (depth[covered] > 0.0).all()
+    assert (depth[sure & (expected == 0.0)] == 0.0).all()
+    assert (depth[sure] <= expected[sure]).all()
+    assert (depth[sure] >= expected[sure] * (1.0 - 1e-6) - 2.0 * push).all()
+
+
+@settings(max_examples=50)
+@given(st.integers(0, 2**32 - 1))
+def test_an_error_pushes_away_by_at_least_itself(seed):
+    rng = np.random.default_rng(seed)
+    camera, error = random_camera(rng), rng.uniform(0.01, 2.0)
+    triangle = camera.position + rng.normal(size=(3, 3)) * 3.0
+    depth = screen(drawn([triangle], camera, error))
+    expected, doubt = hits(triangle, camera, rays(camera, ROWS, COLUMNS))
+    pushed = expected / (1.0 + error * expected)
+    assert (depth <= pushed)[~doubt].all()
+    exact = screen(drawn([triangle], camera))
+    farthest = 1.0 / ((triangle - camera.position) @ camera.axes[2])
+    if (farthest > 0.0).all() and (farthest < 1.0 / camera.near).all():
+        least = farthest.min() / (1.0 + error * farthest.min())
+        assert (depth[exact > 0.0] >= least * (1.0 - 1e-5) - 1e-5).all()
+
+
+@settings(max_examples=50)
+@given(st.integers(0, 2**32 - 1))
+def test_tiles_know_who_wrote_to_them(seed):
+    rng = np.random.default_rng(seed)
+    camera, errors = random_camera(rng), rng.uniform(0.0, 1.0, 4)
+    triangles = camera.position + rng.normal(size=(4, 3, 3)) * 3.0
+    buffer = drawn(triangles, camera, errors)
+    expected = np.zeros_like(buffer.tiles[ERROR])
+    for triangle, error in zip(triangles, errors, strict=True):
+        depths, doubt = hits(triangle, camera, rays(camera, ROWS, COLUMNS))
+        if doubt.any():
+            return
+        least = max(((triangle - camera.position) @ camera.axes[2]).min(), camera.near)
+        rows, columns = np.nonzero(depths > 0.0)
+        blur = error * Lens(ROWS, camera.fov).focal / least
+        np.maximum.at(expected, (rows // TILE, columns // TILE), blur)
+    np.testing.assert_allclose(buffer.tiles[ERROR], expected, rtol=1e-5)
+    assert (buffer.tiles[ERROR] >= expected.astype(np.float32)).all()
+    assert ((buffer.tiles[STALE] == 1.0) == (expected > 0.0)).all()
+    fresh = buffer.depth.reshape(-(-ROWS // TILE), TILE, -1, TILE).min(axis=(1, 3))
+    assert (buffer.tiles[FARTHEST] <= fresh).all()
+
+
+@settings(max_examples=40)
+@given(st.lists(st.tuples(st.integers(0, 15), st.integers(0, 15)), min_size=4, max_size=30))
+def test_no_pinhole_between_triangles_that_share_edges(places):
+    # At depth 1 with this lens a unit is a pixel, so corners lie on centres: all ties are at work.
+    points = np.unique(np.array(places), axis=0) + 0.5
+    if np.linalg.matrix_rank(points - points[0]) < 2:
+        return
+    fov = float(np.degrees(2.0 * np.arctan(8.0)))
+    camera = Camera.looking(np.zeros(3), np.array([0, 0, 1.0]), np.array([0, 1.0, 0]), fov, 0.5)
+    mesh = Delaunay(points)
+    vertices = np.column_stack([points - 8.0, np.ones(len(points))])
+    buffer = DepthBuffer(16, 16)
+    buffer.draw_mesh(vertices, mesh.simplices.astype(np.int32), camera)
+    x, y = np.meshgrid(np.arange(16) + 0.5, np.arange(16) + 0.5)
+    # World x runs to the left of the picture, y upwards.
+    hull = MultiPoint(points).convex_hull
+    inside = contains_xy(hull.buffer(-1e-9), 16.0 - x, 16.0 - y)
+    assert (screen(buffer)[inside] > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    "triangle",
+    [
+        [[0.0, 0.0, 4.0]] * 3,
+        [[-1.0, 0.0, 4.0], [0.0, 0.0, 4.0], [1.0, 0.0, 4.0]],
+        [[-1.0, 0.0, -4.0], [0.0, 1.0, -4.0], [1.0, 0.0, -4.0]],  # behind
+        [[np.nan, 0.0, 4.0], [0.0, 1.0, 4.0], [1.0, 0.0, 4.0]],
+        [[np.inf, 0.0, 4.0], [0.0, 1.0, 4.0], [1.0, 0.0, 4.0]],
+        [[-np.inf, 0.0, 4.0], [0.0, 1.0, 4.0], [1.0, 0.0, 4.0]],
+        [[1e200, 0.0, 4.0], [0.0, 1.0, 4.0], [1.0, 0.0, 4.0]],
+    ],
+)
+def test_draws_nothing_of_what_has_no_area_or_place(triangle):
+    buffer = drawn([triangle], looking_ahead())
+    assert (screen(buffer) == 0.0).all()
+    assert (buffer.tiles == 0.0).all()
+
+
+def test_ground_that_goes_through_the_camera_plane_and_far_out():
+    """Coordinates of billions of pixels before they are clipped."""
+    camera = looking_ahead(near=0.01)
+    triangle = np.array([[-1e7, -1.7, -1e7], [1e7, -1.7, -1e7], [0.0, -1.7, 1e7]])
+    depth = screen(drawn([triangle], camera))
+    expected, doubt = nearest([triangle], camera, ROWS, COLUMNS)
+    assert (expected > 0.0).sum() > 100
+    assert ((depth > 0.0) == (expected > 1e-4))[
+        ~doubt & ((expected == 0) | (expected > 1e-3))
+    ].all()
+    np.testing.assert_allclose(depth[~doubt], expected[~doubt], atol=1e-4)

@@ -51,7 +51,9 @@ def city(buildings: int = 10_000, seed: int = 0) -> Scene:
     lawns: list[Rect] = []
     for block in blocks(generator, 2 * math.ceil(1.5 * radius / _A_BLOCK_SIDE) + 5):
         used.append(block)
-        if _is_square(generator, block, builder):
+        if not builder.avenue.crosses(_corners(block)) and (
+            not lawns or generator.random() < _SQUARES
+        ):
             lawns.append(block.inset(PAVEMENT))
         else:
             spots += builder.spots(block)
@@ -74,10 +76,6 @@ def _models(generator: Generator) -> list[Model]:
         slab("ground", _TILE, 0.0, _TILE, 1.0),
     ]
     return [*building_models(generator), *trees(), lamp(), *ground]
-
-
-def _is_square(generator: Generator, block: Rect, builder: Builder) -> bool:
-    return bool(generator.random() < _SQUARES) and not builder.avenue.crosses(_corners(block))
 
 
 def _corners(rect: Rect) -> FloatArray:

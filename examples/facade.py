@@ -129,7 +129,7 @@ def _panel(
     ends = [place[:, 0], place[-1, :], place[::-1, -1], place[0, ::-1]]
     for corner, row in enumerate(ends):
         faces += [triples(corner, row[1:], row[:-1]), triples(corner, (corner + 1) % 4, row[-1:])]
-    points = np.concatenate([corners, wall, wall + [0.0, 0.0, recess]])
+    points = np.concatenate([corners, wall, wall + np.array([0.0, 0.0, recess])])
     return points, np.concatenate(faces).astype(np.int32)
 
 

@@ -1,7 +1,6 @@
-"""The plan of a generated city: streets, blocks, and what stands where in them.
+"""The plan of a generated city: streets, blocks, and which buildings stand where in them.
 
-Coordinates are (x, z) in metres around the middle of the city.  A turn is an angle about +y in
-radians: what faced +z faces +x after a quarter.
+Coordinates are (x, z) in metres around the middle of the city.
 """
 
 from __future__ import annotations
@@ -14,71 +13,13 @@ import numpy as np
 from numpy.random import Generator
 
 from examples.city_models import Model
-from simplifier.geometry.mesh import FloatArray
+from examples.plan import Avenue, Rect, Spot, overlap, turned, within
 
 PAVEMENT = 3.0  # metres between the kerb and the houses
 _STREET, _WIDE_STREET = (12.0, 16.0), 26.0
 _BLOCK = (60.0, 104.0)
 _ROW_DEPTH = 12.0
 _SHORTEST = 10.0  # of the row houses
-
-
-@dataclass(frozen=True)
-class Rect:
-    """Upright to the axes."""
-
-    x0: float
-    z0: float
-    x1: float
-    z1: float
-
-    @property
-    def width(self) -> float:
-        return self.x1 - self.x0
-
-    @property
-    def depth(self) -> float:
-        return self.z1 - self.z0
-
-    @property
-    def centre(self) -> tuple[float, float]:
-        return (self.x0 + self.x1) / 2.0, (self.z0 + self.z1) / 2.0
-
-    def inset(self, by: float) -> Rect:
-        return Rect(self.x0 + by, self.z0 + by, self.x1 - by, self.z1 - by)
-
-
-@dataclass(frozen=True)
-class Spot:
-    """A model, by its place in a list, where it stands."""
-
-    model: int
-    x: float
-    z: float
-    turn: float
-
-    def corners(self, models: Sequence[Model]) -> FloatArray:
-        """(4, 2) of the ground that it takes."""
-        half = np.array([models[self.model].width, models[self.model].depth]) / 2.0
-        own = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * half
-        return own @ turned(self.turn) + [self.x, self.z]
-
-
-@dataclass(frozen=True)
-class Avenue:
-    """A straight avenue through the middle: points at most ``half`` from a line along ``turn``."""
-
-    turn: float = 0.52
-    half: float = 15.0
-
-    def across(self, points: FloatArray) -> FloatArray:
-        """How far points (n, 2) are to one side of its middle."""
-        return np.asarray(points @ turned(self.turn)[1])
-
-    def crosses(self, points: FloatArray) -> bool:
-        """Whether the convex shape with these corners reaches into it."""
-        sides = self.across(points)
-        return bool(sides.min() < self.half and sides.max() > -self.half)
 
 
 @dataclass(eq=False)
@@ -99,9 +40,8 @@ class Builder:
     def spots(self, block: Rect) -> list[Spot]:
         """The buildings of a block, apart from each other and from all streets."""
         free = block.inset(PAVEMENT)
-        corners = np.array([(x, z) for x in (block.x0, block.x1) for z in (block.z0, block.z1)])
         far = math.hypot(*block.centre) / self.radius
-        if not self.avenue.crosses(corners):
+        if not self.avenue.crosses(block.corners()):
             return self._filled(free, far)
         return self._along_the_avenue(free, far)
 
@@ -201,7 +141,7 @@ class Builder:
             width, depth = self.models[model].width, self.models[model].depth
             x, z = (at + width / 2.0) * along - (self.avenue.half + 2.0 + depth / 2.0) * out
             spot = Spot(model, float(x), float(z), turn)
-            if _within(spot.corners(self.models), free):
+            if within(spot.corners(self.models), free):
                 yield spot
                 at += width + 0.02
             else:
@@ -225,28 +165,3 @@ def _spans(generator: Generator, count: int) -> list[tuple[float, float]]:
     starts = np.cumsum(sizes + streets) - sizes
     starts -= starts[count // 2] + sizes[count // 2] / 2.0
     return [(float(low), float(low + size)) for low, size in zip(starts, sizes, strict=True)]
-
-
-def turned(turn: float) -> FloatArray:
-    """(2, 2) rows: where +x and +z of (x, z) go; exact for quarter turns."""
-    c, s = math.cos(turn), math.sin(turn)
-    if abs(c) < 1e-9 or abs(s) < 1e-9:
-        c, s = round(c), round(s)
-    return np.array([[c, -s], [s, c]], dtype=np.float64)
-
-
-def overlap(first: FloatArray, second: FloatArray) -> bool:
-    """Whether two rectangles, (4, 2) corners in order, have more than a border in common."""
-    for shape in (first, second):
-        for axis in (shape[1] - shape[0], shape[2] - shape[1]):
-            a, b = first @ axis, second @ axis
-            if a.max() <= b.min() or b.max() <= a.min():
-                return False
-    return True
-
-
-def _within(points: FloatArray, rect: Rect) -> bool:
-    low, high = points.min(axis=0), points.max(axis=0)
-    return bool(
-        low[0] >= rect.x0 and low[1] >= rect.z0 and high[0] <= rect.x1 and high[1] <= rect.z1
-    )

@@ -34,7 +34,7 @@ class SceneOptions:
     ground: bool = False
     smallest_hole: float = 0.0
     conservative: bool = False
-    pixel_error: float = 1.5
+    pixel_error: float = 0.5
     rows: int = 180
     fov: float = 60.0
     seed: int = 0

@@ -65,7 +65,7 @@ class Culler:
         return self._placed[node, level]
 
     def _verdicts(self, camera: Camera) -> NDArray[np.uint8]:
-        """Of the parts, level by level from the root: a node that is not visible settles its own."""
+        """Of the parts, level by level: a node that is not visible settles all below it."""
         tree = self.tree.tree
         verdicts = np.empty(len(tree.order), dtype=np.uint8)
         level = np.zeros(1, dtype=np.int32)

@@ -1,9 +1,10 @@
 """Is a box hidden by what a depth buffer holds?
 
 A box is judged by its screen rectangle at the depth of its nearest corner, both on the safe side,
-and where that does not settle it by its own outline and front (:mod:`box_outline`), which find twice
-as many hidden boxes in rooms.  Both grow by a margin for what the occluders' outlines may be off: the largest screen
-error of the tiles that it meets, which is asked again of the larger rectangle until it settles.
+and where that does not settle it by its own outline and front (:mod:`box_outline`), which find a
+third more hidden boxes indoors.  Both grow by a margin for what the occluders' outlines may be off:
+the largest screen error of the tiles that the rectangle meets, which is asked again of the larger
+rectangle until it settles.
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@
     |   |-- UnreadableMeshError    the file is missing, damaged, or not what its suffix says
     |   |-- UnknownFormatError     no codec for the suffix
     |   `-- EmptyMeshError         no triangle is left
+    |-- UnreadablePathError        a camera path is missing, damaged or not as its schema says
     |-- OptionError                an option is unknown or out of range (exit status 2)
     |-- BackendUnavailableError    a backend was asked for that this machine cannot run
     |-- OutputError                the result cannot be written
@@ -47,6 +48,10 @@ class UnknownFormatError(MeshError):
 
 class EmptyMeshError(MeshError):
     """No triangle is left after the unusable ones were dropped."""
+
+
+class UnreadablePathError(OccluderError):
+    """A camera path is missing, damaged or not as its schema says."""
 
 
 class OptionError(OccluderError):

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
 
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 
 _BATCH = 1 << 20  # points transformed at once
+_WORTH_A_HULL = 64  # instances and vertices from which a convex hull costs less than it saves
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,26 +47,41 @@ class Scene:
         return counts[self.mesh_of]
 
     def bounds(self) -> FloatArray:
-        """(n, 2, 3) lowest and highest corner of each object's box, world units."""
+        """(n, 2, 3) lowest and highest corner of each object's box, world units.
+
+        The boxes hold the transformed triangles tightly, to rounding: what is transformed of a mesh
+        with many instances is its convex hull.
+        """
         result = np.empty((len(self), 2, 3))
-        for index, mesh in enumerate(self.meshes):
-            objects = np.nonzero(self.mesh_of == index)[0]
-            step = max(1, _BATCH // len(mesh.vertices))
+        for mesh, objects in self._instances():
+            points = mesh.vertices
+            if min(len(objects), len(points)) >= _WORTH_A_HULL:
+                points = points[_extreme(points)]
+            step = max(1, _BATCH // len(points))
             for begin in range(0, len(objects), step):
                 some = objects[begin : begin + step]
-                points = _moved(mesh.vertices, self.transforms[some])
-                result[some, 0], result[some, 1] = points.min(axis=1), points.max(axis=1)
-        return result
+                # Points last: reductions along the short axis would take ten times as long.
+                moved = self.transforms[some, :3, :3] @ points.T
+                result[some, 0], result[some, 1] = moved.min(axis=2), moved.max(axis=2)
+        return np.asarray(result + self.transforms[:, None, :3, 3])
 
     def joined(self, objects: Sequence[int] | IntArray) -> TriangleMesh:
-        """The triangles of some objects as one soup, world units, in the order given."""
+        """The triangles of one or more objects as one soup, world units, in the order given."""
         vertices, faces, count = [], [], 0
         for index in objects:
             mesh = self.meshes[self.mesh_of[index]]
-            vertices.append(_moved(mesh.vertices, self.transforms[index : index + 1])[0])
+            transform = self.transforms[index]
+            vertices.append(mesh.vertices @ transform[:3, :3].T + transform[:3, 3])
             faces.append(mesh.faces + np.int32(count))
             count += len(mesh.vertices)
         return TriangleMesh(np.concatenate(vertices), np.concatenate(faces))
+
+    def _instances(self) -> Iterator[tuple[TriangleMesh, NDArray[np.int64]]]:
+        """Each mesh that is used with its objects, ascending."""
+        by_mesh = np.argsort(self.mesh_of, kind="stable")
+        starts = np.nonzero(np.diff(self.mesh_of[by_mesh], prepend=-1))[0]
+        for objects in np.split(by_mesh, starts[1:]) if len(by_mesh) else ():
+            yield self.meshes[self.mesh_of[objects[0]]], objects
 
 
 def scales(transforms: FloatArray) -> FloatArray:
@@ -72,7 +89,12 @@ def scales(transforms: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.norm(transforms[:, :3, :3], ord=2, axis=(1, 2)))
 
 
-def _moved(points: FloatArray, transforms: FloatArray) -> FloatArray:
-    """(k, n, 3) of points (n, 3) under k transforms."""
-    linear = transforms[:, :3, :3].transpose(0, 2, 1)
-    return np.asarray(points @ linear + transforms[:, None, :3, 3])
+def _extreme(points: FloatArray) -> NDArray[np.int64]:
+    """Indices of the corners of the convex hull; of all points where they lie in a plane."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    # Qhull judges by the largest coordinate, which may be a map's.
+    try:
+        hull = ConvexHull((points - 0.5 * (low + high)) / (high - low).max())
+    except QhullError:
+        return np.arange(len(points))
+    return np.asarray(hull.vertices, dtype=np.int64)

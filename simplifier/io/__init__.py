@@ -1,4 +1,4 @@
-"""Mesh files in, occluder files out.
+"""Mesh and scene files in, occluder and scene files out.
 
 One file a format, each a pair of plain functions on bytes; ``formats.py`` is the table from suffix
 to codec.
@@ -7,12 +7,16 @@ to codec.
 from simplifier.io.formats import readable_suffixes, writable_suffixes
 from simplifier.io.load import load_mesh, load_occluder
 from simplifier.io.save import check_writable, save_occluder
+from simplifier.io.scene import load_scene
+from simplifier.io.scene_writer import write_scene
 
 __all__ = [
     "check_writable",
     "load_mesh",
     "load_occluder",
+    "load_scene",
     "readable_suffixes",
     "save_occluder",
     "writable_suffixes",
+    "write_scene",
 ]

@@ -10,6 +10,7 @@ from simplifier.errors import UnknownFormatError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import glb_writer, gltf, obj, off, ply, stl, tres
+from simplifier.io.objects import Objects
 from simplifier.io.polygons import IndexArray
 
 
@@ -23,17 +24,20 @@ class Codec:
     ``encode``       an occluder to bytes, the same ones every time; None when only read.
     ``error_bound``  (content, path) to the bound that ``encode`` stored, infinite when there is
                      none; None when the format has no place for it.
+    ``objects``      (content, path) to the objects of the file, nothing checked; None for a format
+                     whose files are one object each.
     """
 
     name: str
     decode: Callable[[bytes, Path], tuple[FloatArray, IndexArray]]
     encode: Callable[[Occluder], bytes] | None = None
     error_bound: Callable[[bytes, Path], float] | None = None
+    objects: Callable[[bytes, Path], Objects] | None = None
 
 
 CODECS: dict[str, Codec] = {
-    ".glb": Codec("binary glTF", gltf.decode, glb_writer.encode, gltf.error_bound),
-    ".gltf": Codec("glTF", gltf.decode, None, gltf.error_bound),
+    ".glb": Codec("binary glTF", gltf.decode, glb_writer.encode, gltf.error_bound, gltf.objects),
+    ".gltf": Codec("glTF", gltf.decode, None, gltf.error_bound, gltf.objects),
     ".obj": Codec("Wavefront OBJ", obj.decode, obj.encode),
     ".off": Codec("Object File Format", off.decode, off.encode),
     ".ply": Codec("Stanford PLY", ply.decode, ply.encode),

@@ -7,7 +7,6 @@ material is a lit colour and double-sided.  The bytes depend on the occluder alo
 
 from __future__ import annotations
 
-import json
 import math
 from typing import Any
 
@@ -19,7 +18,7 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.float32 import Float32Array, to_float32, unit_normals
 from simplifier.io.gltf import GENERATOR
-from simplifier.io.gltf_container import BINARY_CHUNK, GLB_MAGIC, JSON_CHUNK
+from simplifier.io.gltf_container import pack_glb
 
 _FLOAT, _SHORT, _INT = 5126, 5123, 5125
 _VERTEX_DATA, _INDEX_DATA = 34962, 34963
@@ -48,7 +47,7 @@ def encode(occluder: Occluder) -> bytes:
         mesh, binary = _mesh(occluder.vertices[occluder.faces] - centre, occluder.faces)
         document |= mesh
         document["meshes"][0]["extras"] = extras
-    return _container(document, binary)
+    return pack_glb(document, binary)
 
 
 def _centre(occluder: Occluder) -> FloatArray:
@@ -110,20 +109,3 @@ def _flat_shaded(
     keys = np.column_stack([faces.reshape(-1, 1), normals.view(np.int32)])
     _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     return positions[first], normals[first], inverse.reshape(-1)
-
-
-def _container(document: dict[str, Any], binary: bytes) -> bytes:
-    text = json.dumps(document, separators=(",", ":"), allow_nan=False).encode("ascii")
-    chunks = [(JSON_CHUNK, _padded(text, b" "))]
-    if binary:
-        chunks.append((BINARY_CHUNK, _padded(binary, b"\0")))
-    body = b"".join(
-        len(chunk).to_bytes(4, "little") + kind.to_bytes(4, "little") + chunk
-        for kind, chunk in chunks
-    )
-    header = GLB_MAGIC + (2).to_bytes(4, "little") + (12 + len(body)).to_bytes(4, "little")
-    return header + body
-
-
-def _padded(chunk: bytes, filler: bytes) -> bytes:
-    return chunk + filler * (-len(chunk) % 4)

@@ -14,7 +14,8 @@ from simplifier.io.gltf_buffers import Buffers
 from simplifier.io.gltf_container import open_document
 from simplifier.io.gltf_json import number_or_nan
 from simplifier.io.gltf_primitives import read_gltf_mesh
-from simplifier.io.gltf_scene import Instance, list_instances
+from simplifier.io.gltf_scene import Instances, list_instances
+from simplifier.io.objects import Objects
 
 IndexArray = NDArray[np.int64]
 
@@ -34,28 +35,42 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
     where = str(path)
     buffers = Buffers(open_document(data, where), path)
     instances = list_instances(buffers)
-    meshes = {one.mesh: read_gltf_mesh(buffers, one.mesh) for one in instances}
+    meshes = {mesh: read_gltf_mesh(buffers, mesh) for mesh in np.unique(instances.mesh_of).tolist()}
     _check_size(instances, meshes, where)
     vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)]
     count = 0
-    for instance in instances:
-        points, triangles = meshes[instance.mesh]
-        if np.linalg.det(instance.transform[:3, :3]) < 0.0:
+    for mesh, transform in zip(instances.mesh_of.tolist(), instances.transforms, strict=True):
+        points, triangles = meshes[mesh]
+        if np.linalg.det(transform[:3, :3]) < 0.0:
             triangles = triangles[:, ::-1]
-        vertices.append(_to_world(points, instance.transform))
+        vertices.append(_to_world(points, transform))
         faces.append(triangles + count)
         count += len(points)
     return np.concatenate(vertices), np.concatenate(faces)
 
 
+def objects(data: bytes, path: Path) -> Objects:
+    """The nodes and instances with a mesh, each mesh once and in its own space.
+
+    A value of a transform that is no finite number becomes NaN; nothing else is forgiven that
+    :func:`decode` refuses, but there is no limit on what the instances add up to.
+    """
+    buffers = Buffers(open_document(data, str(path)), path)
+    instances = list_instances(buffers, lenient=True)
+    used, mesh_of = np.unique(instances.mesh_of, return_inverse=True)
+    meshes = [read_gltf_mesh(buffers, mesh) for mesh in used.tolist()]
+    return Objects(instances.names, meshes, mesh_of.reshape(-1), instances.transforms)
+
+
 def _check_size(
-    instances: list[Instance], meshes: dict[int, tuple[FloatArray, IndexArray]], where: str
+    instances: Instances, meshes: dict[int, tuple[FloatArray, IndexArray]], where: str
 ) -> None:
-    vertices = sum(len(meshes[one.mesh][0]) for one in instances)
-    triangles = sum(len(meshes[one.mesh][1]) for one in instances)
+    order = instances.mesh_of.tolist()
+    vertices = sum(len(meshes[mesh][0]) for mesh in order)
+    triangles = sum(len(meshes[mesh][1]) for mesh in order)
     if vertices > _MOST_VERTICES or triangles > _MOST_TRIANGLES:
         raise UnreadableMeshError(
-            f"its {len(instances)} instances add up to {triangles} triangles and {vertices}"
+            f"its {len(order)} instances add up to {triangles} triangles and {vertices}"
             f" vertices, more than {_MOST_TRIANGLES}",
             where=where,
             remedy="split the scene",

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass
+from typing import Any
 
-from simplifier.errors import UnreadableMeshError
+from simplifier.errors import OutputError, UnreadableMeshError
 from simplifier.io.gltf_json import JsonObject, parse_json
 
 GLB_MAGIC = b"glTF"
@@ -34,6 +36,32 @@ def open_document(data: bytes, where: str) -> GltfDocument:
         if name in required:
             raise compressed(root, name)
     return GltfDocument(root, binary)
+
+
+def pack_glb(root: dict[str, Any], binary: bytes) -> bytes:
+    """A GLB file of a JSON document and, unless it is empty, its binary chunk.
+
+    Raises :class:`OutputError` beyond the 4 GiB that its header can state.
+    """
+    text = json.dumps(root, separators=(",", ":"), allow_nan=False).encode("ascii")
+    chunks = [(JSON_CHUNK, _padded(text, b" "))]
+    if binary:
+        chunks.append((BINARY_CHUNK, _padded(binary, b"\0")))
+    length = 12 + sum(8 + len(chunk) for _, chunk in chunks)
+    if length >= 1 << 32:
+        raise OutputError("the scene is too large for a GLB file", remedy="split it")
+    parts = [GLB_MAGIC, _word(2), _word(length)]
+    for kind, chunk in chunks:
+        parts += [_word(len(chunk)), _word(kind), chunk]
+    return b"".join(parts)
+
+
+def _word(value: int) -> bytes:
+    return value.to_bytes(4, "little")
+
+
+def _padded(chunk: bytes, filler: bytes) -> bytes:
+    return chunk + filler * (-len(chunk) % 4)
 
 
 def compressed(where: JsonObject, extension: str) -> UnreadableMeshError:

@@ -42,13 +42,19 @@ class JsonObject:
 
     def numbers(self, key: str, length: int) -> list[float] | None:
         """An array of ``length`` finite numbers; None when absent."""
+        numbers = self.numbers_or_nan(key, length)
+        if numbers is not None and not all(map(math.isfinite, numbers)):
+            raise self._not_numbers(key, length)
+        return numbers
+
+    def numbers_or_nan(self, key: str, length: int) -> list[float] | None:
+        """An array of ``length`` values, NaN for those that are no number; None when absent."""
         values = self._array(key)
         if not self.has(key):
             return None
-        numbers = [number_or_nan(value) for value in values]
-        if len(numbers) != length or not all(map(math.isfinite, numbers)):
-            raise self.fail(f"'{key}' is not an array of {length} numbers")
-        return numbers
+        if len(values) != length:
+            raise self._not_numbers(key, length)
+        return [number_or_nan(value) for value in values]
 
     def texts(self, key: str) -> list[str]:
         """The texts of an array; empty when absent."""
@@ -69,6 +75,9 @@ class JsonObject:
         if index >= len(values):
             raise self.fail(f"{key}[{index}] is used, but there are {len(values)}")
         return self._view(values[index], f"{key}[{index}]")
+
+    def _not_numbers(self, key: str, length: int) -> UnreadableMeshError:
+        return self.fail(f"'{key}' is not an array of {length} numbers")
 
     def _array(self, key: str) -> list[object]:
         value = self.members.get(key)

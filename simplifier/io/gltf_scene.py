@@ -5,35 +5,83 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray
 from simplifier.io.gltf_accessor import read_vectors
 from simplifier.io.gltf_buffers import Buffers
 from simplifier.io.gltf_json import JsonObject
+from simplifier.io.gltf_transforms import local_transforms, transforms_of, world_transforms
 
 _INSTANCING = "EXT_mesh_gpu_instancing"
+_ATTRIBUTES = (("TRANSLATION", "VEC3"), ("ROTATION", "VEC4"), ("SCALE", "VEC3"))
+# A few lines of JSON can claim millions of instances by accessors without data.
+MOST_INSTANCES = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Instance:
-    """``transform`` (4, 4) float64 takes the mesh's space to the world (column vectors)."""
+class Instances:
+    """Meshes of a glTF file, each at its place.
 
-    mesh: int
-    transform: FloatArray
+    ``names``       of the node, else of the mesh, else "node 12"; not unique, but the instances of
+                    one node are numbered: "tree", "tree.2", "tree.3".
+    ``mesh_of``     (n,) int64, places in the file's meshes.
+    ``transforms``  (n, 4, 4) float64, from the mesh's space to the world (column vectors).
+    """
+
+    names: list[str]
+    mesh_of: NDArray[np.int64]
+    transforms: FloatArray
 
 
-def list_instances(buffers: Buffers) -> list[Instance]:
+@dataclass(frozen=True, eq=False)
+class _Tree:
+    """Nodes of the default scene, depth first; ``parents`` are places in ``nodes`` or -1."""
+
+    nodes: list[JsonObject]
+    indices: list[int]
+    parents: list[int]
+
+
+def list_instances(buffers: Buffers, *, lenient: bool = False) -> Instances:
     """Every mesh of the default scene, depth first in the order of the file.
 
     Without a default scene all nodes count, and without nodes every mesh once.  Raises
-    ``UnreadableMeshError`` when a node is reached twice, which a tree forbids and a cycle implies.
+    ``UnreadableMeshError`` when a node is reached twice, which a tree forbids and a cycle implies,
+    for more than ``MOST_INSTANCES``, and, unless ``lenient``, for values of a transform that are
+    no finite numbers; if so, they become NaN.
     """
     root = buffers.document.root
     if root.count("nodes") == 0:
-        return [Instance(mesh, np.eye(4)) for mesh in range(root.count("meshes"))]
-    instances: list[Instance] = []
+        return _every_mesh(root)
+    tree = _walk(root)
+    world = world_transforms(local_transforms(tree.nodes, lenient=lenient), tree.parents)
+    names: list[str] = []
+    meshes: list[int] = []
+    transforms = [np.empty((0, 4, 4))]
+    for place in _standing(tree, root):
+        node, own = tree.nodes[place], world[place : place + 1]
+        mesh = node.integer("mesh")
+        if node.child("extensions").has(_INSTANCING):
+            with np.errstate(invalid="ignore", over="ignore"):
+                own = own @ _instance_transforms(buffers, node)
+        name = _name(node) or _name(root.item("meshes", mesh)) or f"node {tree.indices[place]}"
+        names += [name, *(f"{name}.{number}" for number in range(2, len(own) + 1))][: len(own)]
+        meshes += [mesh] * len(own)
+        transforms.append(own)
+    return Instances(names, np.array(meshes, dtype=np.int64), np.concatenate(transforms))
+
+
+def _every_mesh(root: JsonObject) -> Instances:
+    count = root.count("meshes")
+    names = [_name(root.item("meshes", mesh)) or f"mesh {mesh}" for mesh in range(count)]
+    return Instances(names, np.arange(count), np.tile(np.eye(4), (count, 1, 1)))
+
+
+def _walk(root: JsonObject) -> _Tree:
+    tree = _Tree([], [], [])
     reached: set[int] = set()
-    stack = [(index, np.eye(4)) for index in reversed(_root_nodes(root))]
+    stack = [(index, -1) for index in reversed(_root_nodes(root))]
     while stack:
         index, parent = stack.pop()
         node = root.item("nodes", index)
@@ -43,15 +91,13 @@ def list_instances(buffers: Buffers) -> list[Instance]:
                 "repair the node tree and export it again",
             )
         reached.add(index)
-        world = _compose(parent, _local_transform(node))
-        if node.has("mesh"):
-            mesh = node.integer("mesh")
-            local = _instance_transforms(buffers, node)
-            instances += [Instance(mesh, _compose(world, one)) for one in local]
-        stack += [(child, world) for child in reversed(node.integers("children"))]
+        stack += [(child, len(tree.nodes)) for child in reversed(node.integers("children"))]
+        tree.nodes.append(node)
+        tree.indices.append(index)
+        tree.parents.append(parent)
     if not root.has("scene") and len(reached) < root.count("nodes"):
         raise root.fail("its nodes form a cycle", "repair the node tree and export it again")
-    return instances
+    return tree
 
 
 def _root_nodes(root: JsonObject) -> list[int]:
@@ -63,58 +109,51 @@ def _root_nodes(root: JsonObject) -> list[int]:
     return [index for index in range(count) if index not in children]
 
 
-def _compose(outer: FloatArray, inner: FloatArray) -> FloatArray:
-    with np.errstate(invalid="ignore", over="ignore"):
-        return np.asarray(outer @ inner)
+def _name(owner: JsonObject) -> str:
+    name = owner.members.get("name")
+    return name if isinstance(name, str) else ""
 
 
-def _local_transform(node: JsonObject) -> FloatArray:
-    if not any(node.has(key) for key in ("matrix", "translation", "rotation", "scale")):
-        return np.eye(4)
-    matrix = node.numbers("matrix", 16)
-    if matrix is not None:
-        return np.array(matrix).reshape(4, 4).T  # stored by columns
-    translation = node.numbers("translation", 3)
-    rotation = node.numbers("rotation", 4)
-    scale = node.numbers("scale", 3)
-    return _transform(
-        np.array(translation or (0.0, 0.0, 0.0)),
-        np.array(rotation or (0.0, 0.0, 0.0, 1.0)),
-        np.array(scale or (1.0, 1.0, 1.0)),
-    )
+def _standing(tree: _Tree, root: JsonObject) -> list[int]:
+    """Places of the nodes with a mesh.
+
+    Their instances, which are only claimed so far, are counted before any transform is made.
+    """
+    places = [place for place, node in enumerate(tree.nodes) if node.has("mesh")]
+    count = 0
+    for place in places:
+        attributes = _instancing(tree.nodes[place])
+        claims = [
+            root.item("accessors", attributes.integer(name)).integer("count")
+            for name, _ in _ATTRIBUTES
+            if attributes.has(name)
+        ]
+        count += max(claims, default=1)
+    if count > MOST_INSTANCES:
+        raise root.fail(f"it has {count} objects, more than {MOST_INSTANCES}", "split the scene")
+    return places
 
 
-def _transform(translation: FloatArray, rotation: FloatArray, scale: FloatArray) -> FloatArray:
-    """Scale, then rotate by the quaternion x y z w (normalized here), then translate."""
-    length = float(np.linalg.norm(rotation))
-    x, y, z, w = rotation / length if 0.0 < length < np.inf else (0.0, 0.0, 0.0, 1.0)
-    result = np.eye(4)
-    result[:3, :3] = [
-        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
-        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
-        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
-    ]
-    with np.errstate(invalid="ignore", over="ignore"):
-        result[:3, :3] *= scale
-    result[:3, 3] = translation
-    return result
+def _instancing(node: JsonObject) -> JsonObject:
+    return node.child("extensions").child(_INSTANCING).child("attributes")
 
 
-def _instance_transforms(buffers: Buffers, node: JsonObject) -> list[FloatArray]:
-    """One identity, or a transform for each instance of EXT_mesh_gpu_instancing."""
-    attributes = node.child("extensions").child(_INSTANCING).child("attributes")
+def _instance_transforms(buffers: Buffers, node: JsonObject) -> FloatArray:
+    """(k, 4, 4): one identity, or a transform for each instance of EXT_mesh_gpu_instancing."""
+    attributes = _instancing(node)
     stored = {
         name: read_vectors(buffers, attributes.integer(name), kind)
-        for name, kind in (("TRANSLATION", "VEC3"), ("ROTATION", "VEC4"), ("SCALE", "VEC3"))
+        for name, kind in _ATTRIBUTES
         if attributes.has(name)
     }
     if not stored:
-        return [np.eye(4)]
+        return np.eye(4)[None]
     counts = {len(values) for values in stored.values()}
     if len(counts) > 1:
         raise node.fail(f"the attributes of {_INSTANCING} differ in length", "export it again")
     (count,) = counts
-    translations = stored.get("TRANSLATION", np.zeros((count, 3)))
-    rotations = stored.get("ROTATION", np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)))
-    scales = stored.get("SCALE", np.ones((count, 3)))
-    return [_transform(*one) for one in zip(translations, rotations, scales, strict=True)]
+    return transforms_of(
+        stored.get("TRANSLATION", np.zeros((count, 3))),
+        stored.get("ROTATION", np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))),
+        stored.get("SCALE", np.ones((count, 3))),
+    )

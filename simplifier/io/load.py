@@ -11,6 +11,7 @@ from simplifier.errors import EmptyMeshError, UnreadableMeshError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.formats import Codec, codec_for_reading
+from simplifier.io.objects import Objects
 from simplifier.io.sniff import foreign_content
 from simplifier.io.source import read_bytes
 
@@ -43,6 +44,17 @@ def load_occluder(path: str | Path) -> Occluder:
     except EmptyMeshError:
         return Occluder(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32), bound)
     return Occluder(mesh.vertices, mesh.faces, bound)
+
+
+def load_objects(path: Path) -> Objects:
+    """The objects of a file as it states them; one, named as the file, where it has no nodes.
+
+    Raises as :func:`load_mesh`, except for the empty mesh.
+    """
+    codec, data = _open(path)
+    if codec.objects:
+        return codec.objects(data, path)
+    return Objects.one(path.stem, codec.decode(data, path))
 
 
 def _open(path: Path) -> tuple[Codec, bytes]:

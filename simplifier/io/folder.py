@@ -1,0 +1,62 @@
+"""The objects of all mesh files of a folder."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+from simplifier.errors import OccluderError, UnreadableMeshError
+from simplifier.io.formats import CODECS
+from simplifier.io.gltf_scene import MOST_INSTANCES
+from simplifier.io.load import load_objects
+from simplifier.io.objects import Objects
+
+
+def objects_of_folder(folder: Path) -> tuple[Objects, list[str]]:
+    """The objects, by relative path and then as in the file, and what could not be read.
+
+    A file's object is named by its relative path without the suffix, and the objects of a glTF file
+    "path/name".  Raises :class:`UnreadableMeshError` for more than ``MOST_INSTANCES`` objects.
+    """
+    files, warnings = _mesh_files(folder)
+    found: list[Objects] = []
+    count = 0
+    for path in files:
+        name = path.relative_to(folder).with_suffix("").as_posix()
+        try:
+            objects = load_objects(path)
+        except OccluderError as error:
+            warnings.append(f"{error} (the file was left out)")
+            continue
+        many = CODECS[path.suffix.lower()].objects is not None
+        names = [f"{name}/{own}" for own in objects.names] if many else [name]
+        found.append(replace(objects, names=names))
+        count += len(names)
+        if count > MOST_INSTANCES:
+            raise UnreadableMeshError(
+                f"its files have more than {MOST_INSTANCES} objects",
+                where=str(folder),
+                remedy="split the scene",
+            )
+    return Objects.joined(found), warnings
+
+
+def _mesh_files(folder: Path) -> tuple[list[Path], list[str]]:
+    """Files with a suffix that can be read, by path, and the folders that cannot be entered."""
+    files: list[Path] = []
+    warnings: list[str] = []
+
+    def closed(error: OSError) -> None:
+        warnings.append(
+            f"{error.filename}: the folder cannot be read ({error.strerror}); check its permissions"
+        )
+
+    for place, folders, names in os.walk(folder, onerror=closed):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        files += [
+            Path(place, name)
+            for name in names
+            if not name.startswith(".") and Path(name).suffix.lower() in CODECS
+        ]
+    return sorted(files, key=lambda path: path.relative_to(folder).parts), warnings

@@ -1,0 +1,45 @@
+"""Names that each stand for one object."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+_NAMED = 5  # how many a warning lists
+
+
+def unique_names(names: Sequence[str]) -> tuple[tuple[str, ...], list[str]]:
+    """The names with ".2", ".3", ... put to what repeats, and one warning if anything did.
+
+    The first of a name keeps it, and no number makes a name that another object has from the start.
+    """
+    counts = Counter(names)
+    if len(counts) == len(names):
+        return tuple(names), []
+    taken = set(counts)
+    used: Counter[str] = Counter()
+    result = []
+    for name in names:
+        used[name] += 1
+        own = name
+        if used[name] > 1:
+            while own in taken:
+                own = f"{name}.{used[name]}"
+                used[name] += own in taken
+            taken.add(own)
+        result.append(own)
+    repeated = [f"{count} are called '{name}'" for name, count in counts.items() if count > 1]
+    return tuple(result), [
+        f"names of objects repeat: {listed(repeated)}; they were numbered ('{_example(counts)}.2'),"
+        " so give each its own name if you address objects by name"
+    ]
+
+
+def _example(counts: Counter[str]) -> str:
+    return next(name for name, count in counts.items() if count > 1)
+
+
+def listed(items: Sequence[str]) -> str:
+    """The first few, and how many more there are."""
+    more = len(items) - _NAMED
+    return ", ".join(items[:_NAMED]) + (f" and {more} more" if more > 0 else "")

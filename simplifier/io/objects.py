@@ -1,0 +1,47 @@
+"""Objects as a file states them, before any is checked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.geometry.mesh import FloatArray
+
+RawMesh = tuple[FloatArray, NDArray[np.int64]]
+"""Vertices (n, 3) float64 and faces (m, 3) of a file, either possibly empty or wrong."""
+
+
+@dataclass(frozen=True, eq=False)
+class Objects:
+    """Meshes and where they stand; nothing is promised but the shapes.
+
+    ``names``       one an object, possibly repeated.
+    ``meshes``      as read, each in its own space.
+    ``mesh_of``     (n,) int64, places in ``meshes``.
+    ``transforms``  (n, 4, 4) float64, from the mesh's space to the world (column vectors).
+    """
+
+    names: list[str]
+    meshes: list[RawMesh]
+    mesh_of: NDArray[np.int64]
+    transforms: FloatArray
+
+    @classmethod
+    def one(cls, name: str, mesh: RawMesh) -> Objects:
+        """A single object that stands where its mesh says."""
+        return cls([name], [mesh], np.zeros(1, dtype=np.int64), np.eye(4)[None])
+
+    @classmethod
+    def joined(cls, parts: Sequence[Objects]) -> Objects:
+        """All objects, in order."""
+        starts = np.cumsum([0, *(len(part.meshes) for part in parts)])
+        places = [part.mesh_of + start for part, start in zip(parts, starts[:-1], strict=True)]
+        return cls(
+            [name for part in parts for name in part.names],
+            [mesh for part in parts for mesh in part.meshes],
+            np.concatenate([np.empty(0, dtype=np.int64), *places]),
+            np.concatenate([np.empty((0, 4, 4)), *(part.transforms for part in parts)]),
+        )

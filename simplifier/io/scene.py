@@ -1,0 +1,42 @@
+"""A scene from a glTF file, from a folder of meshes, or from one mesh."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from simplifier.errors import EmptyMeshError
+from simplifier.geometry.scene import Scene
+from simplifier.io.folder import objects_of_folder
+from simplifier.io.formats import readable_suffixes
+from simplifier.io.load import load_objects
+from simplifier.io.usable import usable_scene
+
+
+def load_scene(path: str | Path) -> Scene:
+    """All objects of a file or of a folder's files, those of one mesh sharing it.
+
+    ``.glb`` and ``.gltf``: an object for each node with a mesh, and for each instance of
+    EXT_mesh_gpu_instancing.  Any other mesh file: one object.  A folder: the objects of every mesh
+    file in it and in the folders under it, by path; hidden ones and links to folders are passed
+    over, and a file that cannot be read becomes a warning.  Meshes that are equal to the last bit
+    become one.
+
+    Objects that cannot be used (no triangle with an area, a transform that is not finite, flattens,
+    or is not affine) are left out with a warning, and repeated names are numbered with one.  Raises
+    :class:`EmptyMeshError` when no object is left, :class:`UnknownFormatError` and
+    :class:`UnreadableMeshError` as ``load_mesh`` does, the latter also for more than ten million
+    objects; there is no limit on the triangles that instances add up to.
+    """
+    path = Path(path)
+    if not path.is_dir():
+        return usable_scene(load_objects(path), str(path))
+    objects, warnings = objects_of_folder(path)
+    if not objects.names:
+        raise EmptyMeshError(
+            warnings[0] if warnings else "the folder holds no mesh file",
+            where=str(path),
+            remedy=f"put files there that end in one of {' '.join(readable_suffixes())}",
+        )
+    scene = usable_scene(objects, str(path))
+    return replace(scene, warnings=(*warnings, *scene.warnings))

@@ -1,0 +1,140 @@
+"""Objects as stated -> a scene of those that can be used, and a word on the others."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.errors import EmptyMeshError, MeshError
+from simplifier.geometry.mesh import DroppedTriangles, FloatArray, TriangleMesh
+from simplifier.geometry.scene import Scene
+from simplifier.io.names import listed, unique_names
+from simplifier.io.objects import Objects, RawMesh
+
+_FLAT = 1e-12  # of the largest stretch: what is inverted below this keeps three digits at most
+_FURTHEST = 1e150  # as for the vertices of a mesh
+_NO_TRIANGLE = (
+    "no triangle with a finite, non-zero area; export with faces, or take it off the scene"
+)
+_NOT_FINITE = "a transform that is not finite; repair the matrix or scale of its node or parents"
+_NOT_AFFINE = "a matrix whose last row is not 0 0 0 1; take the projection out of its node"
+_FLATTENED = "a transform that flattens it; give its node a scale that is not 0 on any axis"
+_FAR = "points too far out for 64-bit numbers; repair the scale of its node or parents"
+
+
+def usable_scene(objects: Objects, where: str) -> Scene:
+    """Equal meshes become one, names unique, and what cannot be used becomes a warning.
+
+    Raises :class:`EmptyMeshError` when no object is left.
+    """
+    names, warnings = unique_names(objects.names)
+    different, shared = _shared(objects.meshes)
+    meshes, mesh_faults = _checked([objects.meshes[place] for place in different])
+    mesh_of = shared[objects.mesh_of]
+    faults = _faults(mesh_of, meshes, mesh_faults, objects.transforms)
+    warnings += _left_out(names, faults)
+    good = np.array([not fault for fault in faults], dtype=np.bool_)
+    if not good.any():
+        raise EmptyMeshError(
+            warnings[-1] if names else "there is no object with a mesh",
+            where=where,
+            remedy="" if names else "export it with meshes",
+        )
+    used, places = np.unique(mesh_of[good], return_inverse=True)
+    kept = tuple(mesh for mesh in (meshes[place] for place in used.tolist()) if mesh)
+    kept_names = tuple(name for name, keep in zip(names, good.tolist(), strict=True) if keep)
+    kept_mesh_of = places.reshape(-1).astype(np.int32)
+    warnings += _dropped(kept, kept_mesh_of, kept_names)
+    return Scene(kept, kept_names, kept_mesh_of, objects.transforms[good], tuple(warnings))
+
+
+def _shared(meshes: Sequence[RawMesh]) -> tuple[list[int], NDArray[np.int64]]:
+    """Places of the meshes that differ, and which of those each mesh is."""
+    first: dict[bytes, int] = {}
+    places: list[int] = []
+    shared = np.empty(len(meshes), dtype=np.int64)
+    for place, mesh in enumerate(meshes):
+        content = hashlib.blake2b(repr([part.shape for part in mesh]).encode())
+        for part in mesh:
+            content.update(np.ascontiguousarray(part).data)
+        key = content.digest()
+        if key not in first:
+            first[key] = len(places)
+            places.append(place)
+        shared[place] = first[key]
+    return places, shared
+
+
+def _checked(meshes: Sequence[RawMesh]) -> tuple[list[TriangleMesh | None], list[str]]:
+    """The meshes, None for one that cannot be used, and why not, empty for one that can."""
+    checked: list[TriangleMesh | None] = []
+    faults = []
+    for vertices, faces in meshes:
+        mesh, fault = None, ""
+        try:
+            mesh = TriangleMesh.from_soup(vertices, faces)
+        except EmptyMeshError:
+            fault = _NO_TRIANGLE
+        except MeshError as error:
+            fault = f"a damaged mesh ({error.what}); {error.remedy}"
+        checked.append(mesh)
+        faults.append(fault)
+    return checked, faults
+
+
+def _faults(
+    mesh_of: NDArray[np.int64],
+    meshes: Sequence[TriangleMesh | None],
+    mesh_faults: Sequence[str],
+    transforms: FloatArray,
+) -> list[str]:
+    """What is wrong with each object, the first that applies; empty for a good one."""
+    furthest = np.array([np.abs(mesh.vertices).max() if mesh else 0.0 for mesh in meshes])
+    linear = transforms[:, :3, :3]
+    finite = np.asarray(np.isfinite(transforms).all(axis=(1, 2)))
+    affine = np.asarray((transforms[:, 3] == [0.0, 0.0, 0.0, 1.0]).all(axis=1))
+    with np.errstate(invalid="ignore", over="ignore"):
+        stretch = np.linalg.svd(np.where(finite[:, None, None], linear, 0.0), compute_uv=False)
+        reach = np.abs(linear).sum(axis=2) * furthest[mesh_of, None] + np.abs(transforms[:, :3, 3])
+    tests = (
+        (_NOT_FINITE, ~finite),
+        (_NOT_AFFINE, ~affine),
+        (_FLATTENED, stretch[:, 2] <= _FLAT * stretch[:, 0]),
+        (_FAR, ~(reach < _FURTHEST).all(axis=1)),
+    )
+    faults = [mesh_faults[mesh] for mesh in mesh_of.tolist()]
+    for fault, applies in tests:
+        for place in np.nonzero(applies)[0].tolist():
+            faults[place] = faults[place] or fault
+    return faults
+
+
+def _left_out(names: Sequence[str], faults: Sequence[str]) -> list[str]:
+    """One warning a fault, with the objects that have it."""
+    by_fault: dict[str, list[str]] = {}
+    for name, fault in zip(names, faults, strict=True):
+        if fault:
+            by_fault.setdefault(fault, []).append(f"'{name}'")
+    return [
+        f"object{'s' if len(group) > 1 else ''} {listed(group)} left out: {fault}"
+        for fault, group in by_fault.items()
+    ]
+
+
+def _dropped(
+    meshes: Sequence[TriangleMesh], mesh_of: NDArray[np.int32], names: Sequence[str]
+) -> list[str]:
+    """One warning for all triangles that meshes lost; those of a shared mesh count once."""
+    total = sum((mesh.dropped for mesh in meshes), DroppedTriangles())
+    if not total.total:
+        return []
+    lossy = np.array([mesh.dropped.total > 0 for mesh in meshes])
+    first = names[int(np.nonzero(lossy[mesh_of])[0][0])]
+    return [
+        f"{total.total} unusable {'triangle' if total.total == 1 else 'triangles'} left out"
+        f" ({total.non_finite} not finite, {total.repeated_index} with a repeated corner,"
+        f" {total.zero_area} without area), the first in object '{first}'; check the export"
+    ]

@@ -108,11 +108,11 @@ def _touched(upright: UprightScene, eye: float) -> VoxelGrid:
     touched = np.zeros(tuple(shape), dtype=np.bool_)
     top = origin + shape * cell
     for vertices, faces in upright.triangles(origin, top):
-        points = np.ascontiguousarray(vertices)
-        points.setflags(write=False)
-        inside = _reaching(points, faces, origin, top)
+        inside = _reaching(vertices, faces, origin, top)
+        # Read-only as the arrays of a mesh: else the kernel is compiled a second time.
+        vertices.setflags(write=False)
         inside.setflags(write=False)
-        mark_triangles(points, inside, origin, 1.0 / cell, 0, len(inside), touched)
+        mark_triangles(vertices, inside, origin, 1.0 / cell, 0, len(inside), touched)
     return VoxelGrid(touched, origin, cell)
 
 
@@ -127,9 +127,10 @@ def _reaching(
 
 def _pairs(stands: BoolArray, cells: Ids, climb: int) -> Ids:
     """Places in neighbouring columns with a step of at most ``climb``; of several the lowest."""
-    numbers = np.full(tuple(np.array(stands.shape) + [2, 2, 2 * climb]), -1, dtype=np.int32)
-    numbers[1:-1, 1:-1, climb:-climb][tuple(cells.T)] = np.arange(len(cells), dtype=np.int32)
-    x, y, z = (cells + [1, 1, climb]).T
+    margin = np.array([1, 1, climb])  # of no places, so that looking around needs no checks
+    numbers = np.full(tuple(stands.shape + 2 * margin), -1, dtype=np.int32)
+    x, y, z = (cells + margin).T
+    numbers[x, y, z] = np.arange(len(cells), dtype=np.int32)
     pairs = []
     for dx, dy in _AROUND:
         other = np.full(len(cells), -1, dtype=np.int32)

@@ -14,6 +14,7 @@ from simplifier.geometry.mesh import FloatArray
 _AWAY = 0.12  # least distance from walls and ledges, eye heights
 _ROOMY = 0.6  # further from them is not better
 _AREA = 4.0  # the least floor, squares of eye heights
+_OPEN_AREA = 0.05  # the least floor of rooms without a roof, share of the scene: else it is a yard
 _OPEN = 0.25  # what a place between walls counts for, beside one under a roof
 _STEP = 3.0  # longest from frame to frame, eye heights
 
@@ -34,12 +35,19 @@ def interior_walk(
     crowded = np.maximum(0.0, 1.0 - ledges[kept] / (_ROOMY * floors.eye))
     ways = Ways.between(floors.eyes[kept], pairs, 1.0 + 3.0 * crowded)
     room = _largest(ways, np.where(roofed[kept], 1.0, _OPEN))
-    if np.count_nonzero(room) < _AREA * floors.eye**2:
+    if np.count_nonzero(room) < _least(floors, roofed[kept][room]):
         return None
     longest = _STEP * floors.eye
     route = tour(ways, room, 0.4 * longest * frames, rng)
     space = _space(floors, kept)
     return floors.grid.to_world(stepped(smoothed(route, space), frames, longest, space))
+
+
+def _least(floors: Floors, roofed: BoolArray) -> float:
+    """How many places make an interior."""
+    least = _AREA * floors.eye**2
+    width, depth, _ = floors.grid.shape
+    return least if roofed.mean() > 0.5 else max(least, _OPEN_AREA * width * depth)
 
 
 def _renumbered(pairs: Ids, kept: BoolArray) -> Ids:

@@ -1,10 +1,4 @@
-"""A walk at eye height over the ground, between what stands on it.
-
-The ground is what is left of the lowest heights after a morphological opening, as in the filtering
-of laser scans (K. Zhang et al., "A Progressive Morphological Filter for Removing Nonground
-Measurements", 2003), with one window; where there is nothing, it is drawn from the bases nearby.
-Here all lengths are in eye heights, so that a scene in other units than metres needs one option.
-"""
+"""A walk at eye height over the ground, between what stands on it."""
 
 from __future__ import annotations
 
@@ -14,6 +8,7 @@ import numpy as np
 from scipy import ndimage
 
 from simplifier.culling.columns import Columns, blocked_band, columns_of, window
+from simplifier.culling.ground import ground_heights, steep
 from simplifier.culling.routes import Ids, Ways, tour
 from simplifier.culling.upright import UprightScene
 from simplifier.culling.walk import Space, crossed_cells, smoothed, stepped
@@ -21,14 +16,15 @@ from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray
 
 _MOST_COLUMNS = 1000  # along a window's side
+
+# In eye heights.
 _FINEST, _COARSEST = 0.15, 0.6  # a column's edge
-_ROUND = 8.0  # how far from all objects a walk may lead
-_BUMP = 12.0  # what is no wider than twice this is no hill
+_ROUND = 5.0  # how far from all objects a walk may lead
 _KERB = 0.3  # lower things are walked over
 _HEADROOM = 1.5
 _AWAY = 0.35  # least distance from walls
 _ROOMY = 2.0  # further from walls is not better
-_BETWEEN = 12.0  # further from all walls is not between them
+_BETWEEN = 5.0  # further from all that blocks is not between it
 _UNDER_ROOF = 8.0  # how unwelcome a way under a roof is
 _STEP = 8.0  # longest from frame to frame
 
@@ -104,11 +100,11 @@ def find_street(upright: UprightScene, eye: float) -> Street:
     low, high = low - margin, high + margin
     cell = max(float((high - low).max()) / _MOST_COLUMNS, _FINEST * eye)
     columns = columns_of(upright, low, high, cell)
-    ground, solid = ground_heights(columns, eye)
+    ground, surface = ground_heights(columns, float(np.prod(high - low - 2.0 * margin)), eye)
     blocked = blocked_band(upright, columns, ground + _KERB * eye, ground + _HEADROOM * eye)
-    free = ~blocked & ~_steep(ground, cell)
-    if _has_ground(solid & free):
-        free &= solid
+    free = ~blocked & ~steep(ground, cell)
+    if surface.any():
+        free &= surface
     distance = _distances(~free, cell)
     walkable = free & (distance > max(_AWAY * eye, 1.5 * cell))
     roofed = columns.highs > ground + _HEADROOM * eye
@@ -118,46 +114,11 @@ def find_street(upright: UprightScene, eye: float) -> Street:
     return Street(columns, eye, ground, free, walkable, roofed, distance, sights)
 
 
-def ground_heights(columns: Columns, eye: float) -> tuple[FloatArray, BoolArray]:
-    """(nx, ny) height of the ground, and whether there is a surface to walk on."""
-    filled, cell = columns.filled, columns.cell
-    size = 2 * int(np.ceil(_BUMP * eye / cell)) + 1
-    eroded = ndimage.minimum_filter(columns.lows, size, mode="nearest")
-    eroded[np.isinf(eroded)] = -np.inf
-    opened = ndimage.maximum_filter(eroded, size, mode="nearest")
-    based = filled & (columns.lows <= opened + 0.5 * eye)
-    flat = based & (columns.highs - columns.lows <= max(_KERB * eye, cell))
-    known = np.where(flat, columns.highs, columns.lows)
-    nearest = ndimage.distance_transform_edt(~based, return_distances=False, return_indices=True)
-    drawn = ndimage.gaussian_filter(known[tuple(nearest)], 2.0 * eye / cell, mode="nearest")
-    return np.where(flat, columns.highs, drawn), flat
-
-
 def _distances(marked: BoolArray, cell: float) -> FloatArray:
     """(nx, ny) to the nearest marked column; infinite where there is none."""
     if not marked.any():
         return np.full(marked.shape, np.inf)
     return np.asarray(cell * ndimage.distance_transform_edt(~marked))
-
-
-def _steep(ground: FloatArray, cell: float) -> BoolArray:
-    """Steeper than 45 degrees to a neighbour."""
-    padded = np.pad(ground, 1, mode="edge")
-    steep = np.zeros(ground.shape, dtype=np.bool_)
-    for axis in (0, 1):
-        difference = np.abs(np.diff(padded, axis=axis)) > cell
-        inner = difference[:, 1:-1] if axis == 0 else difference[1:-1]
-        first, second = (inner[:-1], inner[1:]) if axis == 0 else (inner[:, :-1], inner[:, 1:])
-        steep |= first | second
-    return steep
-
-
-def _has_ground(surface: BoolArray) -> bool:
-    """Whether a tenth of the window is one surface to walk on."""
-    labels, count = ndimage.label(surface)
-    if count == 0:
-        return False
-    return bool(np.bincount(labels.ravel())[1:].max() >= 0.1 * surface.size)
 
 
 def _ways(street: Street, cells: Ids) -> Ways:

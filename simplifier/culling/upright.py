@@ -58,13 +58,13 @@ class UprightScene:
     def triangles(self, low: FloatArray, high: FloatArray) -> Iterator[tuple[FloatArray, IntArray]]:
         """Vertices and faces of the objects that reach into a box, in upright space."""
         inside = (self.boxes[:, 1] >= low).all(axis=1) & (self.boxes[:, 0] <= high).all(axis=1)
-        objects = np.nonzero(inside)[0]
+        objects = np.nonzero(inside)[0].astype(np.int32)
         if len(objects) == 0:
             return
         batch = np.cumsum(self.scene.triangle_counts[objects]) // _BATCH
         for some in np.split(objects, np.nonzero(np.diff(batch))[0] + 1):
             mesh = self.scene.joined(some)
-            yield mesh.vertices[:, self.order] - self.origin, mesh.faces
+            yield np.ascontiguousarray(mesh.vertices[:, self.order] - self.origin), mesh.faces
 
     def without_doors(self) -> UprightScene:
         """All but the objects whose names say door: one may walk through them."""

@@ -15,7 +15,8 @@ from simplifier.geometry.mesh import FloatArray
 
 _ROUNDS = 60  # of smoothing; a corner is rounded over about the square root of it in places
 _SHORTER = 0.85  # what is left of a walk after it cut a corner
-_LEAST = 1e-3  # of a walk's length; below, a step is as short as a cell
+_LEAST = 1e-6  # of a route; steps so short stay within a cell, and nothing is crossed
+_PARTS = 9  # of a route that are tried
 
 
 @dataclass(frozen=True)
@@ -49,14 +50,18 @@ def smoothed(route: FloatArray, space: Space) -> FloatArray:
 def stepped(route: FloatArray, frames: int, longest: float, space: Space) -> FloatArray:
     """(frames, 3) places along the route in equal steps of at most ``longest``.
 
-    Where a step would cut a corner through something, the walk is made shorter until none does.
+    Where a step would cut a corner through something, another part of the route is taken, and a
+    shorter one where none will do.
     """
     along = _lengths(route)
     length = min(float(along[-1]), longest * max(frames - 1, 1))
     while True:
-        points = _at(route, along, np.linspace(0.0, length, frames))
-        if space.clear(points[:-1], points[1:]).all() or length <= _LEAST * along[-1]:
-            return points
+        for start in np.linspace(0.0, along[-1] - length, _PARTS):
+            points = _at(route, along, start + np.linspace(0.0, length, frames))
+            if space.clear(points[:-1], points[1:]).all():
+                return points
+        if length <= _LEAST * along[-1]:
+            return np.repeat(route[:1], frames, axis=0)
         length *= _SHORTER
 
 
@@ -70,9 +75,7 @@ def _at(route: FloatArray, along: FloatArray, wanted: FloatArray) -> FloatArray:
     return np.stack([np.interp(wanted, along, column) for column in route.T], axis=1)
 
 
-def views(
-    places: FloatArray, rng: np.random.Generator, *, turn: float, tilt: float
-) -> FloatArray:
+def views(places: FloatArray, rng: np.random.Generator, *, turn: float, tilt: float) -> FloatArray:
     """(n, 3) unit directions along the walk, turning to both sides by ``turn`` degrees.
 
     ``tilt`` degrees up; the turning starts at a random phase and takes about seven frames from

@@ -68,9 +68,10 @@ def save_camera_path(camera_path: CameraPath, path: str | Path) -> None:
         }
         for camera in camera_path.cameras
     ]
-    root = {"schema_version": SCHEMA_VERSION, "name": camera_path.name, "frames": frames}
-    text = json.dumps(root, ensure_ascii=False, allow_nan=False, indent=1)
-    write_whole(Path(path), (text + "\n").encode("utf-8", "backslashreplace"))
+    name = json.dumps(camera_path.name)
+    lines = ",\n".join(json.dumps(frame, allow_nan=False) for frame in frames)
+    text = f'{{"schema_version": {SCHEMA_VERSION}, "name": {name}, "frames": [\n{lines}\n]}}\n'
+    write_whole(Path(path), text.encode("ascii"))
 
 
 _NAME_ONE = "name a camera path"

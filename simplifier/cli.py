@@ -10,7 +10,6 @@ from __future__ import annotations
 import atexit
 import signal
 import sys
-import traceback
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -18,6 +17,8 @@ from typing import Annotated, Any
 
 import typer
 
+from simplifier import cli_scene
+from simplifier.cli_failures import guarded
 from simplifier.console import (
     accept_any_text,
     print_front,
@@ -27,7 +28,7 @@ from simplifier.console import (
     progress_bar,
     run_bar,
 )
-from simplifier.errors import CancelledError, MeshError, OccluderError, OptionError, OutputError
+from simplifier.errors import MeshError, OutputError
 from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
 from simplifier.evaluation.page import write_pictures
 from simplifier.evaluation.report import Report, build_report, write_report
@@ -318,7 +319,7 @@ def tradeoff(
             runs = f"{len(trials)} of {run_count(meshes, options)} runs"
             print_line(f"warning: interrupted after {runs}; {output} holds what they gave")
 
-    _guarded(run, debug=debug)
+    guarded(run, debug=debug)
 
 
 def _trials(meshes: list[Path], options: SweepOptions) -> list[Trial]:
@@ -344,10 +345,13 @@ def _print_study(study: Study) -> None:
         print_text(line)
 
 
+app.command("path")(cli_scene.path)
+
+
 @app.command()
 def warmup(debug: Debug = False) -> None:
     """Compile and cache the kernels, so that the next start need not."""
-    _guarded(warm_up, debug=debug)
+    guarded(warm_up, debug=debug)
 
 
 def _version(wanted: bool) -> None:
@@ -376,31 +380,7 @@ def _run(work: Callable[[Listener, Interrupts], Report | None], name: str, *, de
                 if report is not None:
                     print_report(report, name)
 
-    _guarded(shown, debug=debug)
-
-
-def _guarded(work: Callable[[], object], *, debug: bool) -> None:
-    """Turn failures into one line and an exit status."""
-    try:
-        work()
-    except (KeyboardInterrupt, CancelledError):
-        _fail("interrupted; nothing was kept", INTERRUPTED, debug=debug)
-    except OccluderError as error:
-        _fail(str(error), 2 if isinstance(error, OptionError) else 1, debug=debug)
-    except MemoryError:
-        _fail("out of memory; choose a lower --resolution", 1, debug=debug)
-    except BrokenPipeError:  # nobody reads any more: typer ends the run without a word
-        raise
-    except Exception as error:
-        what = f"unexpected {type(error).__name__}: {error}"
-        _fail(f"{what}; run it again with --debug and report what it says", 1, debug=debug)
-
-
-def _fail(message: str, status: int, *, debug: bool) -> None:
-    if debug:
-        traceback.print_exc()
-    print_line(f"error: {message}")
-    raise typer.Exit(status)
+    guarded(shown, debug=debug)
 
 
 def _check_distinct(mesh: Path, output: Path) -> None:

@@ -6,6 +6,7 @@
     |   |-- UnknownFormatError     no codec for the suffix
     |   `-- EmptyMeshError         no triangle is left
     |-- SceneError                 a built scene is missing, damaged, or of another scene
+    |-- UnreadablePathError        a camera path is missing, damaged or not as its schema says
     |-- OptionError                an option is unknown or out of range (exit status 2)
     |-- BackendUnavailableError    a backend was asked for that this machine cannot run
     |-- OutputError                the result cannot be written
@@ -52,6 +53,10 @@ class EmptyMeshError(MeshError):
 
 class SceneError(OccluderError):
     """The occluders of a scene are missing, damaged, or those of another scene."""
+
+
+class UnreadablePathError(OccluderError):
+    """A camera path is missing, damaged or not as its schema says."""
 
 
 class OptionError(OccluderError):

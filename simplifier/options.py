@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, get_args
 
 from simplifier.errors import OptionError
 
@@ -30,6 +30,7 @@ Trim = Literal["gain", "area"]
 Axis = Literal["x", "y", "z"]
 Viewers = Literal["all", "above"]
 Preset = Literal["draft", "balanced", "best"]
+PathKind = Literal["street", "roof", "inside"]
 
 
 def _within(name: str, value: float, low: float, high: float) -> None:
@@ -265,6 +266,40 @@ class Options:
         _whole("seed", self.seed, 0, 2**63 - 1)
         if self.time_limit is not None:
             _check_time(self.time_limit)
+
+
+@dataclass(frozen=True)
+class PathOptions:
+    """A walk or a flight through a scene."""
+
+    kind: PathKind
+    """``street``: between the objects; ``roof``: above them; ``inside``: through rooms."""
+
+    frames: int = 60
+    """Cameras, 1 to 100,000.  More lie closer together or lead further."""
+
+    up: Axis = "y"
+    """The scene's up axis."""
+
+    seed: int = 0
+    """Seed of every random choice, 0 to 2**63 - 1; another one gives another path."""
+
+    eye_height: float = 1.7
+    """World units, above 0: of a walker's eyes over the ground.  All other lengths of a path are
+    multiples of it; 1.7 is right where the unit is a metre."""
+
+    fov: float = 60.0
+    """Vertical field of view, degrees, 1 to 170."""
+
+    def __post_init__(self) -> None:
+        _one_of("kind", self.kind, get_args(PathKind))
+        _whole("frames", self.frames, 1, 100_000)
+        _one_of("up", self.up, get_args(Axis))
+        _whole("seed", self.seed, 0, 2**63 - 1)
+        _length("eye height", self.eye_height)
+        if self.eye_height == 0.0:
+            raise OptionError("0 is no height", where="eye height", remedy="give a positive length")
+        _within("fov", self.fov, 1.0, 170.0)
 
 
 def make_options(

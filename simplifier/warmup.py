@@ -12,13 +12,15 @@ from typing import get_args
 
 import numpy as np
 
-from simplifier.errors import BackendUnavailableError
+from simplifier.culling.paths import generate_path
+from simplifier.errors import BackendUnavailableError, MeshError
 from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.evaluation.report import build_report
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.scene import Scene
 from simplifier.io import load_mesh, load_occluder, save_occluder, writable_suffixes
-from simplifier.options import Options, SectionOptions, Trim, make_options
+from simplifier.options import Options, PathKind, SectionOptions, Trim, make_options
 from simplifier.pipeline import simplify_mesh
 
 _HEADER = """ply
@@ -49,6 +51,9 @@ def warm_up() -> None:
     with suppress(BackendUnavailableError):
         stencil = SectionOptions(directions=2, depths=1, slicer="gl")
         _judged(mesh, replace(little, sections=stencil), exact=False)
+    for kind in get_args(PathKind):
+        with suppress(MeshError):  # the frame has no interior, which is found out by its floors
+            generate_path(_scene(mesh), kind, frames=2)
     with tempfile.TemporaryDirectory() as folder:
         for path in _files(Path(folder), occluder):
             load_mesh(path)
@@ -79,6 +84,10 @@ def _files(folder: Path, occluder: Occluder) -> Iterator[Path]:
     binary = folder / "binary.ply"
     binary.write_bytes(_HEADER.format("binary_little_endian").encode() + _POINTS.tobytes() + faces)
     yield binary
+
+
+def _scene(mesh: TriangleMesh) -> Scene:
+    return Scene((mesh,), ("frame",), np.zeros(1, dtype=np.int32), np.eye(4)[None])
 
 
 def _frame() -> TriangleMesh:

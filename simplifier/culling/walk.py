@@ -1,0 +1,123 @@
+"""A route of places -> a walk: smooth, in equal steps, looking ahead and about."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from simplifier.geometry.grid import BoolArray
+from simplifier.geometry.mesh import FloatArray
+
+_ROUNDS = 60  # of smoothing; a corner is rounded over about the square root of it in places
+_SHORTER = 0.85  # what is left of a walk after it cut a corner
+_LEAST = 1e-6  # of a route; steps so short stay within a cell, and nothing is crossed
+_PARTS = 9  # of a route that are tried
+
+
+@dataclass(frozen=True)
+class Space:
+    """Where one may be.
+
+    ``allows``  takes places (n, 3), returns (n,) bool: whether an eye may be there.
+    ``clear``   takes ends a, b (n, 3), returns (n,) bool: whether the straight way between them
+                crosses nothing.
+    """
+
+    allows: Callable[[FloatArray], BoolArray]
+    clear: Callable[[FloatArray, FloatArray], BoolArray]
+
+
+def smoothed(route: FloatArray, space: Space) -> FloatArray:
+    """The route (n, 3) with every place drawn between its neighbours, as far as is allowed."""
+    points = route.copy()
+    for _ in range(_ROUNDS):
+        for first in (1, 2):  # every other place, so that no two neighbours move at once
+            moving = np.arange(first, len(points) - 1, 2)
+            before, after = points[moving - 1], points[moving + 1]
+            drawn = 0.5 * points[moving] + 0.25 * (before + after)
+            fine = space.allows(drawn)
+            fine[fine] = space.clear(before[fine], drawn[fine])
+            fine[fine] = space.clear(drawn[fine], after[fine])
+            points[moving[fine]] = drawn[fine]
+    return points
+
+
+def stepped(route: FloatArray, frames: int, longest: float, space: Space) -> FloatArray:
+    """(frames, 3) places along the route in equal steps of at most ``longest``.
+
+    Where a step would cut a corner through something, another part of the route is taken, and a
+    shorter one where none will do.
+    """
+    along = _lengths(route)
+    length = min(float(along[-1]), longest * max(frames - 1, 1))
+    while True:
+        for start in np.linspace(0.0, along[-1] - length, _PARTS):
+            points = _at(route, along, start + np.linspace(0.0, length, frames))
+            if space.clear(points[:-1], points[1:]).all():
+                return points
+        if length <= _LEAST * along[-1]:
+            return np.repeat(route[:1], frames, axis=0)
+        length *= _SHORTER
+
+
+def _lengths(route: FloatArray) -> FloatArray:
+    """(n,) the way from the start to each place."""
+    steps = np.linalg.norm(np.diff(route, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _at(route: FloatArray, along: FloatArray, wanted: FloatArray) -> FloatArray:
+    return np.stack([np.interp(wanted, along, column) for column in route.T], axis=1)
+
+
+def views(places: FloatArray, rng: np.random.Generator, *, turn: float, tilt: float) -> FloatArray:
+    """(n, 3) unit directions along the walk, turning to both sides by ``turn`` degrees.
+
+    ``tilt`` degrees up; the turning starts at a random phase and takes about seven frames from
+    side to side, so that neighbouring frames see different things.
+    """
+    count = len(places)
+    ahead = np.gradient(places, axis=0)[:, :2] if count > 1 else np.zeros((1, 2))
+    ahead = ndimage.gaussian_filter1d(ahead, 1.0, axis=0, mode="nearest")
+    heading = _headings(ahead)
+    phase = 2.0 * math.pi * (rng.random() + np.arange(count) / 13.7)
+    heading = heading + math.radians(turn) * np.sin(phase)
+    rise = math.radians(tilt)
+    return np.stack(
+        [
+            math.cos(rise) * np.cos(heading),
+            math.cos(rise) * np.sin(heading),
+            np.full(count, math.sin(rise)),
+        ],
+        axis=1,
+    )
+
+
+def _headings(ahead: FloatArray) -> FloatArray:
+    """(n,) angles of directions (n, 2); one of no length has that of the last before it."""
+    lengths = np.linalg.norm(ahead, axis=1)
+    known = lengths > 1e-9 * max(float(lengths.max()), 1e-300)
+    last = np.maximum.accumulate(np.where(known, np.arange(len(ahead)), 0))
+    return np.asarray(np.arctan2(ahead[last, 1], ahead[last, 0]))
+
+
+def crossed_cells(start: FloatArray, end: FloatArray) -> tuple[NDArray[np.int64], FloatArray]:
+    """(m, d) the cells that a segment in grid space (d,) passes through, and (m, 2) from where to
+    where, as shares of it."""
+    cuts = [np.array([0.0, 1.0])]
+    for a, b in zip(start, end, strict=True):
+        low, high = min(a, b), max(a, b)
+        if high > low:
+            planes = np.arange(math.ceil(low), math.floor(high) + 1)
+            cuts.append((planes - a) / (b - a))
+    shares = np.unique(np.clip(np.concatenate(cuts), 0.0, 1.0))
+    spans = np.stack([shares[:-1], shares[1:]], axis=1)
+    middles = start + spans.mean(axis=1)[:, None] * (end - start)
+    if len(spans) == 0:
+        spans, middles = np.array([[0.0, 1.0]]), start[None]
+    return np.floor(middles).astype(np.int64), spans

@@ -133,4 +133,6 @@ def test_what_cannot_be_written(tmp_path):
     huge = scene_of([box((1e60, 1, 1))], [0], np.eye(3)[None], 0.0)
     with pytest.raises(OutputError, match=r"huge\.glb: a coordinate is too large"):
         write_scene(huge, tmp_path / "huge.glb")
+    with pytest.raises(OutputError, match="no object"):
+        write_scene(scene_of([box()], [], np.eye(3), 0.0), tmp_path / "empty.glb")
     assert list(tmp_path.iterdir()) == []

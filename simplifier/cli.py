@@ -346,6 +346,7 @@ def _print_study(study: Study) -> None:
 
 
 app.command("path")(cli_scene.path)
+app.command("scene")(cli_scene.scene)
 
 
 @app.command()

@@ -8,13 +8,24 @@ from typing import Annotated
 import typer
 
 from simplifier.cli_failures import guarded
-from simplifier.console import print_line, print_text
+from simplifier.console import count_bar, print_line, print_rows, print_text
 from simplifier.culling.paths import generate_path
 from simplifier.errors import OutputError
+from simplifier.geometry import scene as scenes
+from simplifier.hierarchy.build import Build, build_occluders
+from simplifier.hierarchy.manifest import (
+    load_occluder_tree,
+    occluder_store,
+    read_summaries,
+    write_manifest,
+)
+from simplifier.hierarchy.occluder_tree import leaf_occluders
+from simplifier.hierarchy.options import SceneOptions
 from simplifier.interrupts import interrupts
 from simplifier.io.camera_path import save_camera_path
 from simplifier.io.scene import load_scene
-from simplifier.io.whole import check_folder
+from simplifier.io.scene_writer import write_scene
+from simplifier.io.whole import check_folder, make_folder
 from simplifier.options import Axis, PathKind, PathOptions
 
 Scene = Annotated[
@@ -69,3 +80,79 @@ def _check_output(scene: Path, output: Path) -> None:
         raise OutputError(
             "this is the scene itself", where=str(output), remedy="name another file for the path"
         )
+
+
+def scene(
+    source: Scene,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Folder for scene.json and the occluders.")
+    ],
+    budget: Annotated[int, typer.Option(help="Most triangles of a node's occluder.")] = 64,
+    resolution: Annotated[int, typer.Option(help="Voxels along the longest edge of a node.")] = 64,
+    width: Annotated[int, typer.Option(help="Most children of a node.")] = 8,
+    moves: Annotated[int, typer.Option(help="Refining moves for a node.")] = 3000,
+    up: Annotated[Axis, typer.Option(help="The scene's up axis: x, y or z.")] = "y",
+    ground: Annotated[
+        bool, typer.Option("--ground", help="Objects stand on the ground: close open bases.")
+    ] = False,
+    smallest_hole: Annotated[
+        float, typer.Option(help="Openings narrower than this count as closed, scene's units.")
+    ] = 0.0,
+    conservative: Annotated[
+        bool,
+        typer.Option("--conservative", help="Keep wholly inside: never hide too much if closed."),
+    ] = False,
+    pixel_error: Annotated[
+        float,
+        typer.Option(help="Largest error of what is drawn, in pixels of the depth buffer."),
+    ] = 0.5,
+    rows: Annotated[int, typer.Option(help="Height of the depth buffer, pixels.")] = 180,
+    fov: Annotated[float, typer.Option(help="Vertical field of view, degrees.")] = 60.0,
+    preview: Annotated[
+        bool, typer.Option("--preview", help="Write all leaves' occluders to preview.glb.")
+    ] = False,
+    seed: Annotated[int, typer.Option(help="Seed of everything random.")] = 0,
+    debug: Annotated[
+        bool, typer.Option("--debug", help="Show the traceback of a failure.")
+    ] = False,
+) -> None:
+    """Make a tree of occluders for a scene of many objects.
+
+    What was made before for the same input is kept, so an interrupted run goes on where it was, and
+    a changed object costs its own occluders and those above it.
+    """
+
+    def run() -> None:
+        options = SceneOptions(
+            budget, resolution, width, moves, up, ground, smallest_hole, conservative,
+            pixel_error, rows, fov, seed,
+        )  # fmt: skip
+        make_folder(output)
+        with interrupts() as listening:
+            read = load_scene(source)
+            with listening.deferred() as cancel, count_bar("occluders") as tell:
+                build = build_occluders(
+                    read, options, occluder_store(output), read_summaries(output), tell, cancel
+                )
+            with listening.held():
+                write_manifest(output, read, options, build)
+                if preview:
+                    tree = load_occluder_tree(output)
+                    write_scene(leaf_occluders(tree), output / "preview.glb")
+            print_rows(str(output), _built(read, build), [*read.warnings, *build.warnings])
+
+    guarded(run, debug=debug)
+
+
+def _built(read: scenes.Scene, build: Build) -> list[tuple[str, str]]:
+    far = sum(keys.far is not None for keys in build.keys)
+    near = sum(keys.near is not None for keys in build.keys)
+    triangles = sum(one.triangles for one in build.summaries.values())
+    return [
+        ("objects", f"{len(read):,}"),
+        ("parts", f"{len(build.parts.object_of):,}"),
+        ("triangles", f"{int(read.triangle_counts.sum()):,}"),
+        ("nodes", f"{len(build.tree):,}, of which {far:,} with a far and {near:,} a near occluder"),
+        ("occluders", f"{len(build.summaries):,} of {triangles:,} triangles"),
+        ("made now", f"{build.made:,}, {build.kept:,} kept from before"),
+    ]

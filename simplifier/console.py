@@ -90,6 +90,19 @@ def run_bar(runs: int) -> Iterator[Callable[[int, str], None]]:
         yield tell
 
 
+@contextmanager
+def count_bar(what: str) -> Iterator[Callable[[int, int], None]]:
+    """A bar on standard error that is told how many of ``what`` are done, and of how many."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda done, total: None
+        return
+    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Bars(*columns, console=console, transient=True) as bars:
+        task = bars.add_task("", total=None)
+        yield lambda done, total: bars.update(task, completed=done, total=total)
+
+
 def print_front(title: str, rows: Sequence[tuple[str, str, str, str]]) -> None:
     """A Pareto front as a table on standard output: setting, time, recall, precision."""
     table = Table(title=Text(_printable(title)), title_justify="left")
@@ -108,13 +121,18 @@ def print_text(line: str) -> None:
 
 def print_report(report: dict[str, Any], name: str) -> None:
     """The report's headline figures as a table on standard output."""
-    table = Table(title=Text(_printable(name)), show_header=False, title_justify="left")
+    print_rows(name, _rows(report), report["warnings"])
+
+
+def print_rows(title: str, rows: Sequence[tuple[str, str]], warnings: Sequence[str] = ()) -> None:
+    """Named values as a table on standard output, and warnings on standard error."""
+    table = Table(title=Text(_printable(title)), show_header=False, title_justify="left")
     table.add_column(style="bold")
     table.add_column(justify="right")
-    for label, value in _rows(report):
+    for label, value in rows:
         table.add_row(label, value)
     Console(soft_wrap=True).print(table)
-    for warning in report["warnings"]:
+    for warning in warnings:
         print_line(f"warning: {warning}")
 
 

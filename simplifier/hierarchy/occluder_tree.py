@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.errors import EmptyMeshError
+from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.scene import scales
+from simplifier.geometry.scene import Scene, scales
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.tree import Tree
 
@@ -79,3 +80,23 @@ class OccluderTree:
         parts = self.tree.order[self.tree.spans[leaves, 0]]
         result[leaves, 0] = scales(self.transforms[parts])
         return result
+
+
+def leaf_occluders(tree: OccluderTree) -> Scene:
+    """The leaves' occluders where they stand, near ones if there are, for looking at.
+
+    Raises :class:`~simplifier.errors.EmptyMeshError` where no leaf has one.
+    """
+    leaves = np.nonzero(tree.tree.is_leaf & (tree.occluder_of >= 0).any(axis=1))[0]
+    if len(leaves) == 0:
+        raise EmptyMeshError("no object has an occluder")
+    near = tree.occluder_of[leaves, NEAR]
+    shown = np.where(near >= 0, near, tree.occluder_of[leaves, FAR])
+    used, mesh_of = np.unique(shown, return_inverse=True)
+    parts = tree.tree.order[tree.tree.spans[leaves, 0]]
+    return Scene(
+        tuple(TriangleMesh(one.vertices, one.faces) for one in (tree.occluders[i] for i in used)),
+        tuple(f"{tree.objects[tree.object_of[part]]}/{part}" for part in parts),
+        mesh_of.astype(np.int32),
+        tree.transforms[parts],
+    )

@@ -16,7 +16,7 @@ from simplifier.culling.flythrough import Flythrough
 from simplifier.culling.flythrough_words import counted, pixel_words, recall_words, share
 from simplifier.culling.frame import Figures
 from simplifier.culling.plan import COLOURS, plan_picture, up_axis
-from simplifier.culling.shot import Shot
+from simplifier.culling.shot import RED, Shot
 from simplifier.evaluation.png import RgbImage, drawn, encoded
 from simplifier.evaluation.wording import percent, plain
 
@@ -26,6 +26,7 @@ _GAP, _CAPTION, _HEAD, _FOOT, _DPI = 8, 56, 92, 48, 100
 _CELL = 2 * (_PICTURE[0] + _GAP) + _PLAN[0]
 _MARGIN = 28  # between cells
 _FRAME, _BLANK = 205, 248
+_RING = 12  # radius, pixels of a view
 _IN_PIXELS: dict[str, Any] = {"transform": IdentityTransform()}
 
 _LEGEND = (
@@ -86,9 +87,10 @@ def _write_caption(figure: Figure, index: int, figures: Figures, left: int, y: i
         if not parts.wrong
         else f", {parts.wrong:,} WRONG ({counted(figures.wrong_pixels, 'pixel')})"
     )
+    occluders = counted(figures.occluder_triangles, "occluder triangle")
     words = (
         f"{counted(parts.in_view, 'part')} in view, {parts.hidden:,} hidden, {recall}, "
-        f"{parts.missed:,} missed{wrong}; {counted(figures.occluder_triangles, 'occluder triangle')}"
+        f"{parts.missed:,} missed{wrong}; {occluders}"
     )
     colour = "#b3202a" if parts.wrong else "#333333"
     figure.text(
@@ -113,7 +115,7 @@ def _paste_shot(
 ) -> None:
     aspect = shot.occluders.shape[1] / shot.occluders.shape[0]
     grey = np.repeat(shot.occluders[..., None], 3, axis=2)
-    _paste(board, shot.view, _PICTURE, left, top)
+    _paste(board, _ringed(shot.view), _PICTURE, left, top)
     _paste(board, grey, _PICTURE, left + _PICTURE[0] + _GAP, top)
     inner = (_PLAN[0] - 2, _PLAN[1] - 2)
     plan = plan_picture(shot, boxes, up, inner, aspect)
@@ -131,3 +133,12 @@ def _paste(board: RgbImage, image: RgbImage, size: tuple[int, int], left: int, t
     panel[1:-1, 1:-1] = _BLANK
     x, y = 1 + (width - new[0]) // 2, 1 + (height - new[1]) // 2
     panel[y : y + new[1], x : x + new[0]] = cv2.resize(image, new, interpolation=method)
+
+
+def _ringed(view: RgbImage) -> RgbImage:
+    """The view with a ring around what is wrong in it: a pixel or two would not be noticed."""
+    places = np.argwhere((view == RED).all(axis=2))
+    ringed = view.copy()
+    for row, column in np.unique(places // _RING, axis=0) * _RING + _RING // 2:
+        cv2.circle(ringed, (int(column), int(row)), _RING, RED, 2, cv2.LINE_AA)
+    return ringed

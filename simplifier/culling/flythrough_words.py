@@ -20,19 +20,22 @@ COUNTED = (
 def summary_rows(flown: Flythrough) -> list[tuple[str, str]]:
     """Named values for the terminal."""
     whole, count = flown.total, len(flown.frames)
+    triangles = f"{whole.occluder_triangles / count:,.0f} a frame"
     return [
         ("frames", _frames(flown)),
-        ("objects", recall_words(whole.objects)),
         ("parts", recall_words(whole.parts)),
-        ("wrongly culled", f"{counted(whole.objects.wrong, 'object')}, {counted(whole.parts.wrong, 'part')}"),
+        ("objects", recall_words(whole.objects)),
+        (
+            "wrongly culled",
+            f"{counted(whole.parts.wrong, 'part')} of {whole.parts.in_view:,} in view",
+        ),
         *_lost_row(whole),
         ("wrong pixels", pixel_words(whole)),
         ("worst frame", worst_words(flown)),
-        ("occluder triangles", f"{whole.occluder_triangles / count:,.0f} a frame, "
-         f"{share(whole.triangle_share)} of the scene's"),
+        ("occluder triangles", f"{triangles}, {share(whole.triangle_share)} of the scene's"),
         ("occluders", f"{whole.occluders / count:,.0f} a frame"),
         ("time to cull", f"{median_milliseconds(flown):.2f} ms a frame (median)"),
-    ]  # fmt: skip
+    ]
 
 
 def recall_words(counts: Counts) -> str:

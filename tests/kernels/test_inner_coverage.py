@@ -62,6 +62,19 @@ def test_a_mesh_is_drawn_only_where_it_leaves_no_gap(seed):
     assert (depth <= drawn(vertices, faces, camera, "centre") * (1.0 + 1e-5) + 1e-5).all()
 
 
+@settings(max_examples=150)
+@given(st.integers(0, 2**32 - 1))
+def test_a_pair_is_drawn_only_where_it_leaves_no_gap(seed):
+    rng = np.random.default_rng(seed)
+    camera = looking_ahead()
+    local = np.column_stack([rng.uniform(-1.5, 1.5, (4, 2)), np.ones(4)])
+    vertices = local * rng.uniform(1.0, 6.0, (4, 1)) @ camera.axes
+    faces = np.array([[0, 1, 2], [1, 0, 3]], np.int32)
+    fine, doubt = nearest(vertices[faces], camera, ROWS, COLUMNS, FINE)
+    least = by_pixel(np.where(doubt, np.inf, fine)).min(axis=2)
+    assert (drawn(vertices, faces, camera) <= least).all()
+
+
 def test_nothing_is_lost_on_an_edge_of_two_triangles():
     """A slanted square across the screen, cut along each diagonal."""
     camera = looking_ahead()

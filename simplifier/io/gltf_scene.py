@@ -10,6 +10,7 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.io.gltf_accessor import read_vectors
 from simplifier.io.gltf_buffers import Buffers
 from simplifier.io.gltf_json import JsonObject
+from simplifier.io.gltf_levels import level_ids
 
 _INSTANCING = "EXT_mesh_gpu_instancing"
 
@@ -22,20 +23,62 @@ class Instance:
     transform: FloatArray
 
 
+@dataclass(frozen=True, eq=False)
+class PlacedNode:
+    """A node; ``parent`` and ``transform`` (4, 4) take its parent's and its own space to the world."""
+
+    index: int
+    node: JsonObject
+    parent: FloatArray
+    transform: FloatArray
+
+
 def list_instances(buffers: Buffers) -> list[Instance]:
     """Every mesh of the default scene, depth first in the order of the file.
 
-    Without a default scene all nodes count, and without nodes every mesh once.  Raises
-    ``UnreadableMeshError`` when a node is reached twice, which a tree forbids and a cycle implies.
+    Without a default scene all nodes count, and without nodes every mesh once.  Of levels of detail
+    only the finest counts.  Raises ``UnreadableMeshError`` when a node is reached twice, which a
+    tree forbids and a cycle implies.
     """
     root = buffers.document.root
     if root.count("nodes") == 0:
         return [Instance(mesh, np.eye(4)) for mesh in range(root.count("meshes"))]
-    instances: list[Instance] = []
+    return instances_of(buffers, scene_nodes(root))
+
+
+def instances_of(buffers: Buffers, nodes: list[PlacedNode]) -> list[Instance]:
+    """The meshes of some nodes."""
+    return [
+        Instance(placed.node.integer("mesh"), _compose(placed.transform, local))
+        for placed in nodes
+        if placed.node.has("mesh")
+        for local in _instance_transforms(buffers, placed.node)
+    ]
+
+
+def scene_nodes(root: JsonObject) -> list[PlacedNode]:
+    """The nodes of :func:`list_instances`, with or without a mesh."""
+    coarser = {index for ids in level_ids(root).values() for index in ids}
+    reached, shown = _walk(root, [(index, np.eye(4)) for index in _root_nodes(root)], coarser)
+    if not root.has("scene") and reached < root.count("nodes"):
+        raise root.fail("its nodes form a cycle", "repair the node tree and export it again")
+    return shown
+
+
+def subtree(root: JsonObject, index: int, parent: FloatArray) -> list[PlacedNode]:
+    """A node and those below it; ``parent`` (4, 4) as of :class:`PlacedNode`."""
+    return _walk(root, [(index, parent)], set())[1]
+
+
+def _walk(
+    root: JsonObject, begin: list[tuple[int, FloatArray]], hidden: set[int]
+) -> tuple[int, list[PlacedNode]]:
+    """How many nodes are reached, and those that are neither hidden nor below one that is."""
+    shown: list[PlacedNode] = []
     reached: set[int] = set()
-    stack = [(index, np.eye(4)) for index in reversed(_root_nodes(root))]
+    stack = [(index, parent, True) for index, parent in reversed(begin)]
     while stack:
-        index, parent = stack.pop()
+        index, parent, visible = stack.pop()
         node = root.item("nodes", index)
         if index in reached:
             raise node.fail(
@@ -43,15 +86,12 @@ def list_instances(buffers: Buffers) -> list[Instance]:
                 "repair the node tree and export it again",
             )
         reached.add(index)
+        visible = visible and index not in hidden
         world = _compose(parent, _local_transform(node))
-        if node.has("mesh"):
-            mesh = node.integer("mesh")
-            local = _instance_transforms(buffers, node)
-            instances += [Instance(mesh, _compose(world, one)) for one in local]
-        stack += [(child, world) for child in reversed(node.integers("children"))]
-    if not root.has("scene") and len(reached) < root.count("nodes"):
-        raise root.fail("its nodes form a cycle", "repair the node tree and export it again")
-    return instances
+        if visible:
+            shown.append(PlacedNode(index, node, parent, world))
+        stack += [(child, world, visible) for child in reversed(node.integers("children"))]
+    return len(reached), shown
 
 
 def _root_nodes(root: JsonObject) -> list[int]:

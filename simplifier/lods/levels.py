@@ -1,0 +1,207 @@
+"""TriangleMesh -> LodChain: each level made by itself (paper section 4), the useless left out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from simplifier.deadline import Deadline
+from simplifier.errors import CancelledError
+from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
+from simplifier.evaluation.deviation import SLACK, deviation
+from simplifier.geometry.lod_chain import LeftOut, Level, LodChain
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.solid import Solid
+from simplifier.lods.choice import HIDES_NOTHING, Figures, why_replaced, why_useless
+from simplifier.lods.plan import LodPlan
+from simplifier.options import Options
+from simplifier.pipeline import Simplification, simplify_mesh
+from simplifier.progress import Cancel, Listener, Progress, Stopwatch
+
+_VIEWS, _IMAGE = 64, 256  # that levels are compared by
+_MAKING = 0.9  # of a level's share of the time limit; the rest is for judging it
+_LEAST_SECONDS = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Levels:
+    """A chain, the solid of its finest level, and what the user should know.
+
+    ``solid``        in which the finest level keeps its error bound.
+    ``timings``      seconds by stage over all levels, those that were left out among them.
+    ``interrupted``  whether the run was cancelled, so that these are the levels so far.
+    """
+
+    chain: LodChain
+    solid: Solid
+    warnings: tuple[str, ...]
+    timings: Mapping[str, float]
+    interrupted: bool = False
+
+    @property
+    def occluder(self) -> Occluder:
+        """The finest level's."""
+        return self.chain.levels[0].occluder
+
+
+def simplify_levels(
+    mesh: TriangleMesh,
+    plan: LodPlan,
+    listener: Listener | None = None,
+    cancel: Cancel | None = None,
+) -> Levels:
+    """Make every level of the plan and keep those that bring something, finest first.
+
+    The rule is that of :mod:`simplifier.lods.choice`; a level's budget is never above the triangles
+    of the level before.  ``listener`` hears the stages of each level, with its number.  ``cancel``
+    ends the run with the levels so far, and as :func:`~simplifier.pipeline.simplify_mesh` does
+    while the finest is made.  A time limit is shared out by resolution.
+    """
+    making = _Making(mesh, plan, listener, cancel)
+    for index in range(len(plan.levels)):
+        reason = making.why_not()
+        if reason:
+            making.leave_out(plan.levels[index].solid.resolution, reason)
+        else:
+            making.make(index)
+    return making.result()
+
+
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """A level of the chain; in ``solid`` its error bound holds."""
+
+    level: Level
+    solid: Solid
+    figures: Figures
+
+
+@dataclass(eq=False)
+class _Making:
+    """A run through the plan: what it was given, and what there is so far."""
+
+    mesh: TriangleMesh
+    plan: LodPlan
+    listener: Listener | None
+    cancel: Cancel | None
+    kept: list[_Kept] = field(default_factory=list)
+    left_out: list[LeftOut] = field(default_factory=list)
+    warnings: tuple[str, ...] = ()
+    timings: dict[str, float] = field(default_factory=dict)
+    interrupted: bool = False
+
+    def __post_init__(self) -> None:
+        self.begin = time.perf_counter()
+        self.deadline = Deadline.after(self.plan.levels[0].time_limit)
+
+    def why_not(self) -> str:
+        """Why no further level can be made; empty when it can."""
+        if self.interrupted:
+            return "interrupted before it was made"
+        return "the time limit was up" if self.kept and self.deadline.is_up else ""
+
+    def leave_out(self, resolution: int, reason: str) -> None:
+        self.left_out.append(LeftOut(resolution, reason))
+
+    def make(self, index: int) -> None:
+        """Make one level, judge it, and take it into the chain if it belongs there."""
+        options, listener = self._options(index), self._listener(index)
+        try:
+            made = simplify_mesh(self.mesh, options, listener, self.cancel)
+        except CancelledError:
+            if not self.kept:
+                raise
+            self.interrupted = True
+            self.leave_out(options.solid.resolution, self.why_not())
+            return
+        self.interrupted = made.interrupted
+        if not self.kept or made.interrupted:
+            self.warnings = tuple(dict.fromkeys([*self.warnings, *made.warnings]))
+        watch = Stopwatch(listener)
+        with watch.stage("accuracy"):
+            self._take(self._judged(made, options))
+        for timings in (made.occluder.timings, watch.timings):
+            for stage, seconds in timings.items():
+                self.timings[stage] = self.timings.get(stage, 0.0) + seconds
+
+    def result(self) -> Levels:
+        levels = tuple(one.level for one in self.kept)
+        left_out = sorted([*self.left_out, *self.plan.left_out], key=lambda one: -one.resolution)
+        chain = LodChain(levels, self.plan.lens, self.plan.pixel_error, tuple(left_out))
+        return Levels(chain, self.kept[0].solid, self.warnings, self.timings, self.interrupted)
+
+    def _options(self, index: int) -> Options:
+        """Those of the plan, with the budget and the time that are left."""
+        options = self.plan.levels[index]
+        before = self.kept[-1].level.triangles if self.kept else 0
+        if before > 0:
+            budget = min(options.selection.budget, before)
+            options = replace(options, selection=replace(options.selection, budget=budget))
+        if not self.deadline.limited:
+            return options
+        left = [level.solid.resolution for level in self.plan.levels[index:]]
+        making = _MAKING if len(self.plan.levels) > 1 else 1.0
+        seconds = making * self.deadline.left * left[0] / sum(left)
+        return replace(options, time_limit=max(seconds, _LEAST_SECONDS))
+
+    def _listener(self, index: int) -> Listener | None:
+        """The caller's, told which level this is and the time of the whole run."""
+        listener, count = self.listener, len(self.plan.levels)
+        if listener is None:
+            return None
+
+        def tell(progress: Progress) -> None:
+            seconds = time.perf_counter() - self.begin
+            listener(replace(progress, seconds=seconds, level=index, levels=count))
+
+        return tell
+
+    def _judged(self, made: Simplification, options: Options) -> _Kept:
+        occluder, solid = made.occluder, made.solid
+        found = evaluate_accuracy(
+            self.mesh, occluder,
+            AccuracyOptions(
+                _VIEWS, _IMAGE, seed=options.seed, exact=True, viewers=options.viewers,
+                up=options.solid.up,
+            ),
+        )  # fmt: skip
+        level = Level(occluder, options.solid.resolution, self._deviation(occluder, solid))
+        return _Kept(level, solid, Figures(level.triangles, found.precision, found.recall))
+
+    def _deviation(self, occluder: Occluder, solid: Solid) -> float:
+        return deviation(occluder, self.mesh, solid.touched, solid.filled)
+
+    def _take(self, coarser: _Kept) -> None:
+        """Put a level behind those kept so far, less what it or they make useless."""
+        while self.kept:
+            finer = self.kept[-1]
+            reason = why_useless(coarser.figures, finer.figures)
+            if reason:
+                self.leave_out(coarser.level.resolution, reason)
+                return
+            if not finer.figures.hides:
+                reason = HIDES_NOTHING
+            else:
+                reason = why_replaced(finer.figures, coarser.figures)
+                heir = self._heir(finer, coarser) if reason else None
+                if heir is None:
+                    break
+                coarser = heir
+            self.leave_out(self.kept.pop().level.resolution, reason)
+        self.kept.append(coarser)
+
+    def _heir(self, finer: _Kept, coarser: _Kept) -> _Kept | None:
+        """The coarser level with the finer one's error bound, if it was measured to keep it.
+
+        Measured in the finer solid: what the coarser grid encloses is not all inside there.
+        """
+        bound, occluder = finer.level.error_bound, coarser.level.occluder
+        found = self._deviation(occluder, finer.solid)
+        if found + SLACK * finer.solid.filled.cell_size > bound:
+            return None
+        level = replace(
+            coarser.level, occluder=replace(occluder, error_bound=bound), deviation=found
+        )
+        return replace(coarser, level=level, solid=finer.solid)

@@ -31,6 +31,45 @@ class LodPlan:
     left_out: tuple[LeftOut, ...]
 
 
+def typed_lods(
+    lods: int | None,
+    error_bounds: str | None,
+    pixel_error: float | None,
+    screen_height: int | None,
+    fov: float | None,
+) -> LodOptions | None:
+    """The options as typed, ``error_bounds`` separated by commas; None for a single occluder.
+
+    Raises :class:`~simplifier.errors.OptionError`, also where a screen is given for no levels.
+    """
+    screen = {"pixel error": pixel_error, "screen height": screen_height, "fov": fov}
+    if lods is None and error_bounds is None:
+        for name, value in screen.items():
+            if value is not None:
+                remedy = "give lods or error bounds as well"
+                raise OptionError("only levels of detail have one", where=name, remedy=remedy)
+        return None
+    bounds = None if error_bounds is None else _lengths(error_bounds)
+    return LodOptions(
+        lods,
+        bounds,
+        1.0 if pixel_error is None else pixel_error,
+        1080 if screen_height is None else screen_height,
+        60.0 if fov is None else fov,
+    )
+
+
+def _lengths(text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(word) for word in text.split(","))
+    except ValueError:
+        raise OptionError(
+            f"'{text}' is no list of lengths",
+            where="error bounds",
+            remedy="separate them by commas",
+        ) from None
+
+
 def finest_bound(
     lods: LodOptions, resolution: int | None, error_bound: float | None
 ) -> float | None:

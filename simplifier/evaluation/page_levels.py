@@ -11,8 +11,8 @@ from simplifier.evaluation.wording import number, percent
 Report = Mapping[str, Any]
 
 _COLUMNS = (
-    "Level", "Triangles", "Recall", "Precision", "Error bound", "Deviation", "Voxels", "From distance",
-    "File",
+    "Level", "Triangles", "Recall", "Precision", "Error bound", "Deviation", "Voxels",
+    "From distance", "File",
 )  # fmt: skip
 
 

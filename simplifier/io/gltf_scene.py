@@ -25,7 +25,7 @@ class Instance:
 
 @dataclass(frozen=True, eq=False)
 class PlacedNode:
-    """A node; ``parent`` and ``transform`` (4, 4) take its parent's space and its own to the world."""
+    """A node; ``parent`` and ``transform`` (4, 4) take its parent's and its own space outwards."""
 
     index: int
     node: JsonObject

@@ -130,16 +130,16 @@ def _print_levels(report: dict[str, Any]) -> None:
     for level in report["levels"]:
         table.add_row(
             str(level["level"]), f"{level['triangles']:,}", f"{level['recall']:.2%}",
-            f"{level['precision']:.2%}", _length(level["error_bound"]), str(level["resolution"]),
-            _length(level["switch_distance"]),
+            f"{level['precision']:.2%}", _length(level["error_bound"], "none"),
+            str(level["resolution"]), _length(level["switch_distance"], "none"),
         )  # fmt: skip
     Console(soft_wrap=True).print(table)
     for one in report["left_out"]:
         print_text(f"left out: {one['resolution']} voxels: {one['reason']}")
 
 
-def _length(value: float | None) -> str:
-    return "none promised" if value is None else f"{value:.6g}"
+def _length(value: float | None, missing: str) -> str:
+    return missing if value is None else f"{value:.6g}"
 
 
 def print_line(message: str) -> None:
@@ -167,7 +167,7 @@ def _rows(report: dict[str, Any]) -> list[tuple[str, str]]:
         ("recall", f"{report['recall']:.2%}"),
         ("worst view", f"recall {worst['recall']:.2%}, precision {worst['precision']:.2%}"),
         ("occlusion measure kept", f"{report['occlusion_measure']['ratio']:.2%}"),
-        ("error bound", _length(report["error_bound"])),
+        ("error bound", _length(report["error_bound"], "none promised")),
         ("deviation", f"{report['deviation']:.6g}"),
         ("solid", " x ".join(str(n) for n in report["solid"]["resolution"]) + " voxels"),
     ]

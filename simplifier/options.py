@@ -315,6 +315,9 @@ def _rising(bounds: Sequence[float]) -> tuple[float, ...]:
         )
     for bound in bounds:
         _length("error bounds", bound)
+        if bound == 0.0:
+            remedy = "give positive lengths in the units of the mesh"
+            raise OptionError("no grid has a bound of 0", where="error bounds", remedy=remedy)
     rising = tuple(sorted(bounds))
     for finer, coarser in pairwise(rising):
         if finer == coarser:

@@ -21,7 +21,7 @@ from simplifier.pipeline import Simplification, simplify_mesh
 from simplifier.progress import Cancel, Listener, Progress, Stopwatch
 
 _VIEWS, _IMAGE = 64, 256  # that levels are compared by
-_MAKING = 0.9  # of a level's share of the time limit; the rest is for judging it
+_JUDGING = 0.1  # of what a time limit leaves: for judging levels, until it is known what that takes
 _LEAST_SECONDS = 1e-3
 
 
@@ -91,6 +91,7 @@ class _Making:
     warnings: tuple[str, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)
     interrupted: bool = False
+    judging: float = 0.0  # seconds, of the last level
 
     def __post_init__(self) -> None:
         self.begin = time.perf_counter()
@@ -122,6 +123,7 @@ class _Making:
         watch = Stopwatch(listener)
         with watch.stage("accuracy"):
             self._take(self._judged(made, options))
+        self.judging = watch.timings["accuracy"]
         for timings in (made.occluder.timings, watch.timings):
             for stage, seconds in timings.items():
                 self.timings[stage] = self.timings.get(stage, 0.0) + seconds
@@ -142,8 +144,8 @@ class _Making:
         if not self.deadline.limited:
             return options
         left = [level.solid.resolution for level in self.plan.levels[index:]]
-        making = _MAKING if len(self.plan.levels) > 1 else 1.0
-        seconds = making * self.deadline.left * left[0] / sum(left)
+        judging = self.judging * len(left) if self.kept else _JUDGING * self.deadline.left
+        seconds = max(self.deadline.left - judging, 0.0) * left[0] / sum(left)
         return replace(options, time_limit=max(seconds, _LEAST_SECONDS))
 
     def _listener(self, index: int) -> Listener | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -76,8 +78,8 @@ def test_any_bounds(bounds, budget):
     plan = plan_levels(1.0, finest, levels)
     assert len(plan.levels) + len(plan.left_out) == len(bounds)
     resolutions, budgets = zip(*grids(plan), strict=True)
-    assert all(a > b for a, b in zip(resolutions, resolutions[1:], strict=False))
-    assert all(a >= b for a, b in zip(budgets, budgets[1:], strict=False))
+    assert all(a > b for a, b in itertools.pairwise(resolutions))
+    assert all(a >= b for a, b in itertools.pairwise(budgets))
     assert min(budgets) >= min(LEAST_BUDGET, budget)
     for resolution in resolutions:
         assert any(ERROR_VOXELS / resolution <= bound * (1.0 + 1e-8) for bound in bounds)
@@ -102,7 +104,7 @@ def test_bounds_exclude_another_measure_of_the_finest(others):
 
 @pytest.mark.parametrize("inside", [{"conservative": True}, {"shrink": 0.01}])
 def test_nothing_to_choose_by_where_the_bound_is_0(inside):
-    with pytest.raises(OptionError, match="lods: .* wholly inside"):
+    with pytest.raises(OptionError, match=r"lods: .* wholly inside"):
         plan_levels(1.0, make_options(1.0, **inside), LodOptions(lods=2))
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import io
 import sys
 
-import pytest
-
 from simplifier.console import accept_any_text, print_line, print_report, progress_bar
 from simplifier.progress import STAGES, Progress
 
@@ -102,14 +100,14 @@ def test_no_bar_where_there_is_no_terminal(capsys):
     assert (shown.out, shown.err) == ("", "")
 
 
-def test_the_bar_tells_which_level_it_is(terminal):
+def test_the_bar_tells_which_level_it_is(monkeypatch):
+    terminal = as_terminal(monkeypatch)
     with progress_bar() as listener:
         listener(Progress("cut", 0.5, 1.2, None, 2, 4))
     assert "3/4 choosing polygons  50%" in terminal.getvalue()
 
 
-@pytest.fixture
-def terminal(monkeypatch):
+def as_terminal(monkeypatch):
     """Standard error, as if it were one."""
     stream = io.StringIO()
     stream.isatty = lambda: True
@@ -118,7 +116,8 @@ def terminal(monkeypatch):
     return stream
 
 
-def test_the_bar_knows_every_stage(terminal):
+def test_the_bar_knows_every_stage(monkeypatch):
+    terminal = as_terminal(monkeypatch)
     with progress_bar() as listener:
         for stage in STAGES:
             listener(Progress(stage, 0.5, 0.5))

@@ -8,19 +8,16 @@ from dataclasses import dataclass, field, replace
 
 from simplifier.deadline import Deadline
 from simplifier.errors import CancelledError
-from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
-from simplifier.evaluation.deviation import SLACK, deviation
-from simplifier.geometry.lod_chain import LeftOut, Level, LodChain
+from simplifier.geometry.lod_chain import LeftOut, LodChain
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.solid import Solid
-from simplifier.lods.choice import HIDES_NOTHING, Figures, why_replaced, why_useless
+from simplifier.lods.keeping import Kept, judged, taken
 from simplifier.lods.plan import LodPlan
 from simplifier.options import Options
-from simplifier.pipeline import Simplification, simplify_mesh
+from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel, Listener, Progress, Stopwatch
 
-_VIEWS, _IMAGE = 64, 256  # that levels are compared by
 _JUDGING = 0.1  # of what a time limit leaves: for judging levels, until it is known what that takes
 _LEAST_SECONDS = 1e-3
 
@@ -69,15 +66,6 @@ def simplify_levels(
     return making.result()
 
 
-@dataclass(frozen=True, eq=False)
-class _Kept:
-    """A level of the chain; in ``solid`` its error bound holds."""
-
-    level: Level
-    solid: Solid
-    figures: Figures
-
-
 @dataclass(eq=False)
 class _Making:
     """A run through the plan: what it was given, and what there is so far."""
@@ -86,7 +74,7 @@ class _Making:
     plan: LodPlan
     listener: Listener | None
     cancel: Cancel | None
-    kept: list[_Kept] = field(default_factory=list)
+    kept: list[Kept] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
     warnings: tuple[str, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)
@@ -122,7 +110,9 @@ class _Making:
             self.warnings = tuple(dict.fromkeys([*self.warnings, *made.warnings]))
         watch = Stopwatch(listener)
         with watch.stage("accuracy"):
-            self._take(self._judged(made, options))
+            level = judged(self.mesh, made, options)
+            self.kept, left_out = taken(self.kept, level, self.mesh)
+            self.left_out += left_out
         self.judging = watch.timings["accuracy"]
         for timings in (made.occluder.timings, watch.timings):
             for stage, seconds in timings.items():
@@ -159,51 +149,3 @@ class _Making:
             listener(replace(progress, seconds=seconds, level=index, levels=count))
 
         return tell
-
-    def _judged(self, made: Simplification, options: Options) -> _Kept:
-        occluder, solid = made.occluder, made.solid
-        found = evaluate_accuracy(
-            self.mesh, occluder,
-            AccuracyOptions(
-                _VIEWS, _IMAGE, seed=options.seed, exact=True, viewers=options.viewers,
-                up=options.solid.up,
-            ),
-        )  # fmt: skip
-        level = Level(occluder, options.solid.resolution, self._deviation(occluder, solid))
-        return _Kept(level, solid, Figures(level.triangles, found.precision, found.recall))
-
-    def _deviation(self, occluder: Occluder, solid: Solid) -> float:
-        return deviation(occluder, self.mesh, solid.touched, solid.filled)
-
-    def _take(self, coarser: _Kept) -> None:
-        """Put a level behind those kept so far, less what it or they make useless."""
-        while self.kept:
-            finer = self.kept[-1]
-            reason = why_useless(coarser.figures, finer.figures)
-            if reason:
-                self.leave_out(coarser.level.resolution, reason)
-                return
-            if not finer.figures.hides:
-                reason = HIDES_NOTHING
-            else:
-                reason = why_replaced(finer.figures, coarser.figures)
-                heir = self._heir(finer, coarser) if reason else None
-                if heir is None:
-                    break
-                coarser = heir
-            self.leave_out(self.kept.pop().level.resolution, reason)
-        self.kept.append(coarser)
-
-    def _heir(self, finer: _Kept, coarser: _Kept) -> _Kept | None:
-        """The coarser level with the finer one's error bound, if it was measured to keep it.
-
-        Measured in the finer solid: what the coarser grid encloses is not all inside there.
-        """
-        bound, occluder = finer.level.error_bound, coarser.level.occluder
-        found = self._deviation(occluder, finer.solid)
-        if found + SLACK * finer.solid.filled.cell_size > bound:
-            return None
-        level = replace(
-            coarser.level, occluder=replace(occluder, error_bound=bound), deviation=found
-        )
-        return replace(coarser, level=level, solid=finer.solid)

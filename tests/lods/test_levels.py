@@ -10,10 +10,12 @@ import pytest
 
 from simplifier.errors import CancelledError, OptionError
 from simplifier.evaluation.deviation import SLACK, deviation
+from simplifier.geometry.occluder import Occluder
 from simplifier.lods import levels as making
 from simplifier.lods.levels import simplify_levels
 from simplifier.lods.plan import finest_bound, plan_levels
 from simplifier.options import LodOptions, SolidOptions, make_options
+from simplifier.pipeline import Simplification
 from simplifier.progress import STAGES, Stopwatch
 from simplifier.solidify import solidify
 from tests.solids import blob, box, sphere, torus
@@ -82,8 +84,8 @@ def test_a_coarser_level_takes_over_the_bound_of_a_finer_that_it_keeps(monkeypat
                 np.stack([soup[:, i], soup[:, (i + 1) % 3], middle], axis=1) for i in range(3)
             ]
             soup = np.concatenate(thirds)
-        finer = making.Occluder.of(soup, made.occluder.error_bound, {})
-        return making.Simplification(finer, made.solid, made.warnings)
+        finer = Occluder.of(soup, made.occluder.error_bound, {})
+        return Simplification(finer, made.solid, made.warnings)
 
     monkeypatch.setattr(making, "simplify_mesh", split)
     options = {"resolution": 32, "preset": "balanced", "moves": None}
@@ -125,8 +127,8 @@ def test_levels_that_hide_nothing(monkeypatch, empty, kept, left):
         made = real(mesh, options, *others)
         if options.solid.resolution not in empty:
             return made
-        nothing = making.Occluder.of(np.empty((0, 3, 3)), made.occluder.error_bound, {})
-        return making.Simplification(nothing, made.solid, made.warnings)
+        nothing = Occluder.of(np.empty((0, 3, 3)), made.occluder.error_bound, {})
+        return Simplification(nothing, made.solid, made.warnings)
 
     monkeypatch.setattr(making, "simplify_mesh", emptied)
     chain = made_of(blob(), LodOptions(lods=3), resolution=16, budget=32, moves=100).chain

@@ -30,7 +30,7 @@ def ground_heights(columns: Columns, area: float, eye: float) -> tuple[FloatArra
     it is true nowhere and the heights are those of the bases.
     """
     filled = columns.filled
-    opened = _opened(columns.lows, 2 * int(np.ceil(_BUMP * eye / columns.cell)) + 1)
+    opened = _opened(columns.lows, int(np.ceil(_BUMP * eye / columns.cell)))
     based = filled & (columns.lows <= opened + _UNEVEN * eye)
     low = based & (columns.highs <= columns.lows + _THICK * eye)
     surface = _wide(low & ~steep(columns.highs, columns.cell), _SHARE * area / columns.cell**2)
@@ -56,11 +56,17 @@ def steep(heights: FloatArray, cell: float) -> BoolArray:
     return result
 
 
-def _opened(lows: FloatArray, size: int) -> FloatArray:
-    """What is left of the heights when bumps narrower than ``size`` are cut off; gaps are none."""
-    eroded = ndimage.minimum_filter(lows, size, mode="nearest")
+def _opened(lows: FloatArray, reach: int) -> FloatArray:
+    """What is left of the heights when bumps up to 2 ``reach`` + 1 wide are cut off; gaps are none.
+
+    Windows about places outside of the grid count, too: else a slope would lose its upper end.
+    """
+    size = 2 * reach + 1
+    padded = np.pad(lows, reach, constant_values=np.inf)
+    eroded = ndimage.minimum_filter(padded, size, mode="constant", cval=np.inf)
     eroded[np.isinf(eroded)] = -np.inf
-    return np.asarray(ndimage.maximum_filter(eroded, size, mode="nearest"))
+    opened = ndimage.maximum_filter(eroded, size, mode="constant", cval=-np.inf)
+    return np.asarray(opened[reach:-reach, reach:-reach])
 
 
 def _wide(surface: BoolArray, least: float) -> BoolArray:

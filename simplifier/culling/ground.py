@@ -59,14 +59,13 @@ def steep(heights: FloatArray, cell: float) -> BoolArray:
 def _opened(lows: FloatArray, reach: int) -> FloatArray:
     """What is left of the heights when bumps up to 2 ``reach`` + 1 wide are cut off; gaps are none.
 
-    Windows about places outside of the grid count, too: else a slope would lose its upper end.
+    A slope loses the last ``reach`` of its upper end at the grid's edge, which costs a strip to
+    walk on; windows about places outside would keep it, and with it eaves that hang over the edge.
     """
     size = 2 * reach + 1
-    padded = np.pad(lows, reach, constant_values=np.inf)
-    eroded = ndimage.minimum_filter(padded, size, mode="constant", cval=np.inf)
+    eroded = ndimage.minimum_filter(lows, size, mode="nearest")
     eroded[np.isinf(eroded)] = -np.inf
-    opened = ndimage.maximum_filter(eroded, size, mode="constant", cval=-np.inf)
-    return np.asarray(opened[reach:-reach, reach:-reach])
+    return np.asarray(ndimage.maximum_filter(eroded, size, mode="nearest"))
 
 
 def _wide(surface: BoolArray, least: float) -> BoolArray:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
 
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 
@@ -91,6 +90,9 @@ def scales(transforms: FloatArray) -> FloatArray:
 
 def _extreme(points: FloatArray) -> NDArray[np.int64]:
     """Indices of the corners of the convex hull; of all points where they lie in a plane."""
+    # Imported where it is used: it takes a fifth of the start of a program that needs no scenes.
+    from scipy.spatial import ConvexHull, QhullError
+
     low, high = points.min(axis=0), points.max(axis=0)
     # Qhull judges by the largest coordinate, which may be a map's.
     try:

@@ -46,6 +46,8 @@ def write_scene(scene: Scene, path: str | Path) -> None:
         raise OutputError(
             f"scenes cannot be written as '{path.suffix}'", where=str(path), remedy="use .glb"
         )
+    if not len(scene):
+        raise OutputError("the scene has no object", where=str(path), remedy="load or make one")
     try:
         data = _encode(scene)
     except OutputError as error:

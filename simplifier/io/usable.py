@@ -35,11 +35,12 @@ def usable_scene(objects: Objects, where: str) -> Scene:
     meshes, mesh_faults = _checked([objects.meshes[place] for place in different])
     mesh_of = shared[objects.mesh_of]
     faults = _faults(mesh_of, meshes, mesh_faults, objects.transforms)
-    warnings += _left_out(names, faults)
+    left_out = _left_out(names, faults)
+    warnings += left_out
     good = np.array([not fault for fault in faults], dtype=np.bool_)
     if not good.any():
         raise EmptyMeshError(
-            warnings[-1] if names else "there is no object with a mesh",
+            left_out[0] if names else "there is no object with a mesh",
             where=where,
             remedy="" if names else "export it with meshes",
         )

@@ -16,7 +16,7 @@ from simplifier.errors import (
     UnknownFormatError,
     UnreadableMeshError,
 )
-from simplifier.io import load_mesh, load_occluder, readable_suffixes
+from simplifier.io import load_mesh, load_occluder, load_scene, readable_suffixes
 from tests.io.builders import TETRAHEDRON_FACES, TETRAHEDRON_POINTS, binary_ply, valid_files
 
 FILES = valid_files()
@@ -219,7 +219,7 @@ def test_damaged_files_never_crash(folder: Path, data: st.DataObject) -> None:
         if not content:
             return
     path = write(folder, name, bytes(content))
-    for load in (load_mesh, load_occluder):
+    for load in (load_mesh, load_occluder, load_scene):
         try:
             load(path)
         except OccluderError as error:

@@ -45,10 +45,11 @@ def two_boxes(*, ground=True):
 
 
 def house(*, door_leaf=False):
-    """Two rooms of 5 x 5, 2.6 high, with a doorway of 1.0 x 2.1 in the wall between them."""
+    """Two rooms of 5 x 5, 2.6 high; doorways of 1.0 x 2.1 between them and from the first out."""
     slabs = [box((10.6, 5.4, 0.2), (0.0, 0.0, z)) for z in (-0.2, 2.6)]
     walls = [
-        box((10.6, 0.2, 2.6), (0.0, 0.0, 0.0)), box((10.6, 0.2, 2.6), (0.0, 5.2, 0.0)),
+        box((2.0, 0.2, 2.6), (0.0, 0.0, 0.0)), box((7.6, 0.2, 2.6), (3.0, 0.0, 0.0)),
+        box((1.0, 0.2, 0.5), (2.0, 0.0, 2.1)), box((10.6, 0.2, 2.6), (0.0, 5.2, 0.0)),
         box((0.2, 5.0, 2.6), (0.0, 0.2, 0.0)), box((0.2, 5.0, 2.6), (10.4, 0.2, 0.0)),
         box((0.2, 2.0, 2.6), (5.2, 0.2, 0.0)), box((0.2, 2.0, 2.6), (5.2, 3.2, 0.0)),
         box((0.2, 1.0, 0.5), (5.2, 2.2, 2.1)),

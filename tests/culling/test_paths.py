@@ -152,7 +152,7 @@ def test_inside_climbs_stairs():
         box((4.0, 4.0, 0.2), (0.0, 0.0, -0.2)),
         *(box((0.3, 4.0, 0.2 * (i + 1) + 0.2), (4.0 + 0.3 * i, 0.0, -0.2)) for i in range(10)),
         box((4.0, 4.0, 2.2), (7.0, 0.0, -0.2)),
-        box((11.0, 4.0, 6.0), (0.0, 0.0, -0.2), without=(4,)),
+        box((11.0, 4.0, 6.0), (0.0, 0.0, -0.2), without=(1, 4)),
     ]
     path = generate_path(scene_of(*parts), "inside", frames=40, up="z", seed=1)
     z = positions(path)[:, 2]
@@ -173,6 +173,12 @@ def test_shells_without_floors_have_no_interior():
     shells = [box((20.0, 40.0, 12.0), (28.0 * i, 0.0, 0.0), without=(4,)) for i in range(2)]
     with pytest.raises(MeshError, match=r"no room .* inside .*; choose street or roof, or an eye"):
         generate_path(scene_of(*shells), "inside", up="z")
+
+
+def test_the_inside_of_solids_is_no_interior():
+    """Floor, walls and roof, but nothing leads out."""
+    with pytest.raises(MeshError, match="choose street or roof"):
+        generate_path(two_boxes(), "inside", up="z")
 
 
 # A flight.

@@ -88,7 +88,7 @@ def _flown(
 
 
 def _screen(text: str) -> tuple[int, int]:
-    """``"320x180"`` as columns and rows; raises :class:`OptionError` where it is not of that form."""
+    """``"320x180"`` as columns and rows; raises :class:`OptionError` for anything else."""
     found = re.fullmatch(r"(\d{1,6})[xX](\d{1,6})", text.strip(), flags=re.ASCII)
     if found is None:
         raise OptionError(

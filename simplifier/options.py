@@ -8,7 +8,9 @@ again.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Literal, get_args
 
 from simplifier.errors import OptionError
@@ -302,6 +304,70 @@ class PathOptions:
         _within("fov", self.fov, 1.0, 170.0)
 
 
+MOST_LEVELS = 16
+"""The most levels of detail of one object."""
+
+
+@dataclass(frozen=True)
+class LodOptions:
+    """Which levels of detail, and how they are looked at."""
+
+    lods: int | None = None
+    """How many, 1 to 16, from fine to coarse: each further one has half the resolution and half the
+    budget.  None with ``error_bounds``."""
+
+    error_bounds: tuple[float, ...] | None = None
+    """In place of a number: the error bound of each, world units, 1 to 16 different lengths in any
+    order, kept in rising order; budgets fall in proportion to the resolutions."""
+
+    pixel_error: float = 1.0
+    """Pixels that a level's error may have on the screen, 0.01 to 1000.  Raising it lets coarser
+    levels come nearer."""
+
+    screen_height: int = 1080
+    """Pixels from top to bottom of the screen, 1 to 100,000."""
+
+    fov: float = 60.0
+    """Vertical field of view, degrees, 1 to 179."""
+
+    def __post_init__(self) -> None:
+        if (self.lods is None) == (self.error_bounds is None):
+            raise OptionError(
+                "give either a number of levels or their error bounds",
+                where="lods",
+                remedy="choose one of the two",
+            )
+        if self.lods is not None:
+            _whole("lods", self.lods, 1, MOST_LEVELS)
+        if self.error_bounds is not None:
+            object.__setattr__(self, "error_bounds", _rising(self.error_bounds))
+        _within("pixel error", self.pixel_error, 0.01, 1000.0)
+        _whole("screen height", self.screen_height, 1, 100_000)
+        _within("fov", self.fov, 1.0, 179.0)
+
+
+def _rising(bounds: Sequence[float]) -> tuple[float, ...]:
+    """The lengths in rising order, if they are lengths, different, and not too many."""
+    if not 1 <= len(bounds) <= MOST_LEVELS:
+        raise OptionError(
+            f"{len(bounds)} lengths are given",
+            where="error bounds",
+            remedy=f"give 1 to {MOST_LEVELS}",
+        )
+    for bound in bounds:
+        _length("error bounds", bound)
+        if bound == 0.0:
+            remedy = "give positive lengths in the units of the mesh"
+            raise OptionError("no grid has a bound of 0", where="error bounds", remedy=remedy)
+    rising = tuple(sorted(bounds))
+    for finer, coarser in pairwise(rising):
+        if finer == coarser:
+            raise OptionError(
+                f"{coarser!r} is given twice", where="error bounds", remedy="give each length once"
+            )
+    return rising
+
+
 def make_options(
     longest_edge: float,
     *,
@@ -341,7 +407,7 @@ def make_options(
                 where="error bound",
                 remedy="choose one of the two",
             )
-        resolution = _resolution_for(error_bound, longest_edge)
+        resolution = resolution_for(error_bound, longest_edge)
     if moves is not None and time_limit is not None:
         raise OptionError(
             "cannot be given together with moves",
@@ -383,11 +449,16 @@ def _moves(effort: Effort, budget: int) -> int:
     return round(effort.moves * min(more, _MOST_MOVES))
 
 
-def _resolution_for(error_bound: float, longest_edge: float) -> int:
+def resolution_for(error_bound: float, longest_edge: float, where: str = "error bound") -> int:
+    """The least resolution that keeps the bound; ``where`` names the option in messages.
+
+    Raises :class:`~simplifier.errors.OptionError` for a bound that is no positive length or that
+    would take more than :data:`MOST_VOXELS`.
+    """
     if not isinstance(error_bound, (int, float)) or not 0.0 < error_bound < math.inf:
         raise OptionError(
             f"{error_bound!r} is not a length",
-            where="error bound",
+            where=where,
             remedy="give a positive length in the units of the mesh",
         )
     # One part in a billion of slack: a bound that came from a resolution gives it back.
@@ -396,7 +467,7 @@ def _resolution_for(error_bound: float, longest_edge: float) -> int:
         least = longest_edge * ERROR_VOXELS / MOST_VOXELS
         raise OptionError(
             f"{error_bound!r} would need more than {MOST_VOXELS} voxels along the longest edge",
-            where="error bound",
+            where=where,
             remedy=f"choose {least:.6g} or more",
         )
     return max(1, math.ceil(cells))

@@ -12,10 +12,13 @@ from typing import get_args
 
 import numpy as np
 
+from simplifier.culling.depth_buffer import Coverage, DepthBuffer
+from simplifier.culling.item_buffer import ItemBuffer
 from simplifier.culling.paths import generate_path
 from simplifier.errors import BackendUnavailableError, MeshError
 from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.evaluation.report import build_report
+from simplifier.geometry.camera import Camera
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
@@ -54,6 +57,7 @@ def warm_up() -> None:
     for kind in get_args(PathKind):
         with suppress(MeshError):  # the frame has no interior, which is found out by its floors
             generate_path(_scene(mesh), kind, frames=2)
+    _cull(mesh)
     with tempfile.TemporaryDirectory() as folder:
         for path in _files(Path(folder), occluder):
             load_mesh(path)
@@ -68,6 +72,17 @@ def _judged(mesh: TriangleMesh, options: Options, *, exact: bool) -> Occluder:
     )
     build_report(mesh, result.occluder, result.solid, accuracy, options={}, timings={})
     return result.occluder
+
+
+def _cull(mesh: TriangleMesh) -> None:
+    """Draw and test under both coverages, and draw the truth."""
+    camera = Camera.looking(np.zeros(3), np.ones(3), np.array([0.0, 1.0, 0.0]), 60.0, 0.1)
+    for coverage in get_args(Coverage):
+        buffer = DepthBuffer(16, 16, coverage)
+        buffer.draw_mesh(mesh.vertices, mesh.faces, camera)
+        buffer.test(mesh.bounds[None], camera)
+    items = ItemBuffer(16, 16)
+    items.draw(Scene((mesh,), ("mesh",), np.zeros(1, dtype=np.int32), np.eye(4)[None]), camera)
 
 
 def _files(folder: Path, occluder: Occluder) -> Iterator[Path]:

@@ -20,7 +20,7 @@ from simplifier.errors import (
     UnreadableMeshError,
 )
 from simplifier.options import make_options
-from tests.solids import box
+from tests.solids import blob, box
 
 FAST = {"resolution": 12, "budget": 12, "preset": "draft", "moves": 200}
 
@@ -114,3 +114,38 @@ def test_what_is_exported():
     assert set(simplifier.__all__) >= {"load", "simplify", "evaluate", "save", "OccluderError"}
     assert all(hasattr(simplifier, name) for name in simplifier.__all__)
     assert simplifier.__version__
+
+
+LODS = {"resolution": 24, "preset": "draft", "moves": 300, "budget": 24}
+
+
+def test_levels_of_detail_there_and_back(tmp_path):
+    chain = simplifier.simplify_lods(blob(), pixel_error=2.0, fov=45, **LODS)
+    assert isinstance(chain, simplifier.LodChain)
+    assert len(chain.levels) + len(chain.left_out) == 3
+    assert chain.at(0.0) is chain.levels[0]
+    assert chain.at(math.inf) is chain.levels[-1]
+    simplifier.save(chain, tmp_path / "blob.glb")
+    back = simplifier.load_lods(tmp_path / "blob.glb")
+    assert (back.lens, back.pixel_error) == (chain.lens, 2.0)
+    assert [level.error_bound for level in back.levels] == [
+        level.error_bound for level in chain.levels
+    ]
+    assert len(simplifier.load(tmp_path / "blob.glb").faces) == chain.levels[0].triangles
+
+
+def test_levels_by_error_bounds():
+    chain = simplifier.simplify_lods(
+        box(), error_bounds=[1.0, 0.3], budget=12, preset="draft", moves=0
+    )
+    assert chain.levels[0].error_bound <= 0.3
+    with pytest.raises(OptionError, match="error bounds: cannot be given together"):
+        simplifier.simplify_lods(box(), error_bounds=[1.0, 0.3], resolution=8)
+
+
+def test_levels_take_the_options_of_a_single_occluder():
+    one = inspect.signature(simplifier.simplify).parameters
+    many = inspect.signature(simplifier.simplify_lods).parameters
+    # Wholly inside there is no error to choose a level by.
+    assert set(one) - set(many) == {"conservative", "shrink"}
+    assert all(many[name].default == one[name].default for name in set(one) & set(many))

@@ -25,10 +25,7 @@ def summary_rows(flown: Flythrough) -> list[tuple[str, str]]:
         ("frames", _frames(flown)),
         ("parts", recall_words(whole.parts)),
         ("objects", recall_words(whole.objects)),
-        (
-            "wrongly culled",
-            f"{counted(whole.parts.wrong, 'part')} of {whole.parts.in_view:,} in view",
-        ),
+        ("wrongly culled", _wrong_words(whole.parts)),
         *_lost_row(whole),
         ("wrong pixels", pixel_words(whole)),
         ("worst frame", worst_words(flown)),
@@ -56,11 +53,10 @@ def worst_words(flown: Flythrough) -> str:
     words = []
     least, holes = flown.worst_recall, flown.worst_picture
     if least is not None:
-        words.append(
-            f"{percent(least.figures.parts.recall or 0.0)} of hidden parts in {least.index}"
-        )
+        recall = percent(least.figures.parts.recall or 0.0)
+        words.append(f"{recall} of hidden parts culled (frame {least.index})")
     if holes.figures.wrong_pixels:
-        words.append(f"{share(holes.figures.wrong_share)} of pixels wrong in {holes.index}")
+        words.append(f"{share(holes.figures.wrong_share)} wrong pixels (frame {holes.index})")
     return ", ".join(words) if words else "none"
 
 
@@ -85,6 +81,10 @@ def _frames(flown: Flythrough) -> str:
     done = f"{whole:,}" if flown.complete else f"{len(flown.frames):,} of {whole:,}"
     buffer = f"{flown.options.columns} x {flown.options.rows} pixels"
     return f"{done} of path '{flown.path.name}', {buffer}, pixel error {flown.pixel_error:g}"
+
+
+def _wrong_words(parts: Counts) -> str:
+    return f"{counted(parts.wrong, 'part')} of {parts.in_view - parts.hidden:,} visible"
 
 
 def _lost_row(whole: Figures) -> list[tuple[str, str]]:

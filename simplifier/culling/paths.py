@@ -49,8 +49,9 @@ def generate_path(
 
     ``kind``        ``street``: a walk at eye height over the ground, between the objects, and
                     where there is no ground at the height of the bases nearby; ``roof``: a flight
-                    just above the roofs, looking slightly down; ``inside``: a walk through rooms,
-                    and through the objects whose names say that they are doors.
+                    just above the roofs, looking slightly down; ``inside``: a walk through rooms
+                    that something leads out of, and through the objects whose names say that they
+                    are doors.
     ``frames``      1 to 100,000; a walk is as long as they allow: 8 eye heights a step on a
                     street, 3 inside.
     ``up``          the scene's up axis.

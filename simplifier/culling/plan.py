@@ -126,4 +126,6 @@ def _draw_box(picture: NDArray[np.uint8], corners: FloatArray, fate: Fate) -> No
     edge = _BLACK if alarm else tuple(int(0.72 * value) for value in colour)
     cv2.polylines(picture, [outline], True, edge, 2 if alarm else 1, cv2.LINE_AA)
     if alarm:  # also where the box is a pixel
-        cv2.circle(picture, outline.mean(axis=0).round().astype(int).tolist(), 4 * _FINE, colour, 2)
+        cv2.circle(
+            picture, outline.mean(axis=0).round().astype(int).tolist(), 6 * _FINE, colour, _FINE + 1
+        )

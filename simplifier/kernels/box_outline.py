@@ -1,9 +1,9 @@
 """Is a box hidden by a depth buffer, judged by its own outline and its own front?
 
-Exacter than the screen rectangle at the depth of its nearest corner, and dearer.  A row of pixels is
-tested where it meets the convex outline of the corners, and a pixel at the depth where its line of
-sight enters the box: a plane's reciprocal depth is linear over the screen, and the line is in the
-box only from behind all planes that face the camera, so the least of theirs is where it enters.
+Exacter than the screen rectangle at the depth of its nearest corner, and dearer.  A row of pixels
+is tested where it meets the convex outline of the corners, and a pixel at the depth where its line
+of sight enters the box: a plane's reciprocal depth is linear over the screen, and the line is in
+the box only from behind all planes that face the camera, so the least of theirs is where it enters.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from typing import Annotated, Any
 
 import typer
 
-from simplifier import cli_scene
+from simplifier import cli_cull, cli_scene
 from simplifier.cli_failures import guarded
 from simplifier.console import (
     accept_any_text,
@@ -383,6 +383,7 @@ def _print_study(study: Study) -> None:
 
 app.command("path")(cli_scene.path)
 app.command("scene")(cli_scene.scene)
+app.command("cull")(cli_cull.cull)
 
 
 @app.command()

@@ -7,9 +7,10 @@ from typing import Annotated
 
 import typer
 
+from simplifier.camera_paths.generate import generate_path
+from simplifier.camera_paths.options import PathKind, PathOptions
 from simplifier.cli_failures import guarded
 from simplifier.console import count_bar, print_line, print_rows, print_text
-from simplifier.culling.paths import generate_path
 from simplifier.errors import OutputError
 from simplifier.geometry import scene as scenes
 from simplifier.hierarchy.build import Build, build_occluders
@@ -26,7 +27,7 @@ from simplifier.io.camera_path import save_camera_path
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_writer import write_scene
 from simplifier.io.whole import check_folder, make_folder
-from simplifier.options import Axis, PathKind, PathOptions
+from simplifier.options import Axis
 
 Scene = Annotated[
     Path, typer.Argument(help="The scene: a mesh file, objects by its nodes, or a folder of them.")

@@ -12,9 +12,10 @@ from typing import get_args
 
 import numpy as np
 
+from simplifier.camera_paths.generate import generate_path
+from simplifier.camera_paths.options import PathKind
 from simplifier.culling.depth_buffer import Coverage, DepthBuffer
 from simplifier.culling.item_buffer import ItemBuffer
-from simplifier.culling.paths import generate_path
 from simplifier.errors import BackendUnavailableError, MeshError
 from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.evaluation.report import build_report
@@ -23,7 +24,7 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
 from simplifier.io import load_mesh, load_occluder, save_occluder, writable_suffixes
-from simplifier.options import Options, PathKind, SectionOptions, Trim, make_options
+from simplifier.options import Options, SectionOptions, Trim, make_options
 from simplifier.pipeline import simplify_mesh
 
 _HEADER = """ply

@@ -35,7 +35,8 @@ class FrameMeasure:
     ) -> None:
         self._parts, self._repeats = parts, options.repeats
         self._triangles = scene.triangle_counts
-        self.buffer = DepthBuffer(options.rows, options.columns)
+        inner = tree.options.conservative
+        self.buffer = DepthBuffer(options.rows, options.columns, "inner" if inner else "centre")
         self._culler = Culler(tree, self.buffer, pixel_error)
         self._truth = ItemBuffer(options.rows * options.detail, options.columns * options.detail)
         self._fates = np.zeros(len(parts.object_of), dtype=np.uint8)

@@ -21,6 +21,7 @@ from typing import get_args
 
 import numpy as np
 
+from simplifier.checks import check_whole
 from simplifier.errors import MeshError, OptionError
 from simplifier.evaluation.quads import sampled_quad_pixels
 from simplifier.geometry.grid import BoolArray
@@ -65,10 +66,10 @@ class AccuracyOptions:
     def __post_init__(self) -> None:
         _check_choice("viewers", self.viewers, get_args(Viewers))
         _check_choice("up", self.up, get_args(Axis))
-        _check_whole("views", self.views, 1, 65536)
-        _check_whole("image", self.image, 8, 4096)
-        _check_whole("quads", self.quads, 1, 10_000_000)
-        _check_whole("seed", self.seed, 0, 2**63 - 1)
+        check_whole("views", self.views, 1, 65536)
+        check_whole("image", self.image, 8, 4096)
+        check_whole("quads", self.quads, 1, 10_000_000)
+        check_whole("seed", self.seed, 0, 2**63 - 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,7 +177,7 @@ def view_masks(
     its u-lowest side; flip the rows before showing it as an image.  Raises as
     :func:`evaluate_accuracy`.
     """
-    _check_whole("image", image, 8, 4096)
+    check_whole("image", image, 8, 4096)
     original, (hidden,) = _masks(mesh, [occluder], _checked_directions(directions), image)
     return unpacked(original, image), unpacked(hidden, image)
 
@@ -241,16 +242,6 @@ def _share(right: FloatArray, other: FloatArray) -> FloatArray:
     """right / (right + other), and 1 where both are 0."""
     total = np.asarray(right + other)
     return np.divide(right, total, out=np.ones_like(total), where=total > 0.0)
-
-
-def _check_whole(name: str, value: int, least: int, largest: int) -> None:
-    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not whole or not least <= value <= largest:
-        raise OptionError(
-            f"{value!r} is not a whole number from {least} to {largest}",
-            where=name,
-            remedy="choose one in the range",
-        )
 
 
 def _check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:

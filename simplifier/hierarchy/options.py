@@ -8,6 +8,9 @@ from simplifier.errors import OptionError
 from simplifier.geometry.camera import Lens
 from simplifier.options import MOST_VOXELS, Axis
 
+COARSENESS = 2.0
+"""Voxels of a node that its occluder strays at least, or lacks where it keeps wholly inside."""
+
 
 @dataclass(frozen=True)
 class SceneOptions:

@@ -11,7 +11,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.io import save_occluder
 from simplifier.io.camera_path import load_camera_path
 from tests.acceptance.command import occluder
-from tests.culling.scenes import two_boxes
+from tests.walkable import two_boxes
 
 
 @pytest.fixture(scope="module")

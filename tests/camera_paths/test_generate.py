@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from examples.castle import castle
-from simplifier.culling.paths import generate_path
+from simplifier.camera_paths.generate import generate_path
 from simplifier.errors import MeshError, OptionError
 from simplifier.geometry.scene import Scene
 from simplifier.io.scene import load_scene
-from tests.culling.scenes import (
+from tests.solids import box
+from tests.walkable import (
     TO_UP,
     crossed,
     flat,
@@ -21,7 +22,6 @@ from tests.culling.scenes import (
     triangles,
     two_boxes,
 )
-from tests.solids import box
 
 LYON = (1_842_000.0, 5_176_000.0, 200.0)
 SEEDS = range(5)

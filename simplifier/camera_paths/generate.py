@@ -12,16 +12,17 @@ from typing import get_args
 
 import numpy as np
 
-from simplifier.culling.flight import roof_flight
-from simplifier.culling.interior import interior_walk
-from simplifier.culling.street import street_walk
-from simplifier.culling.upright import UprightScene
-from simplifier.culling.walk import views
+from simplifier.camera_paths.flight import roof_flight
+from simplifier.camera_paths.interior import interior_walk
+from simplifier.camera_paths.options import PathKind, PathOptions
+from simplifier.camera_paths.street import street_walk
+from simplifier.camera_paths.upright import UprightScene
+from simplifier.camera_paths.walk import views
 from simplifier.errors import MeshError
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.scene import Scene
-from simplifier.options import Axis, PathKind, PathOptions
+from simplifier.options import Axis
 
 Finder = Callable[[UprightScene, int, float, np.random.Generator], FloatArray | None]
 

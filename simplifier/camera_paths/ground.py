@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from simplifier.culling.columns import Columns
+from simplifier.camera_paths.columns import Columns
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray
 

@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from simplifier.culling.columns import Columns, window
-from simplifier.culling.ground import ground_heights, steep
-from simplifier.culling.routes import Ways, tour
-from simplifier.culling.upright import UprightScene
-from simplifier.culling.walk import Space, crossed_cells, smoothed, stepped, views
-from tests.culling.scenes import moved, scene_of
+from simplifier.camera_paths.columns import Columns, window
+from simplifier.camera_paths.ground import ground_heights, steep
+from simplifier.camera_paths.routes import Ways, tour
+from simplifier.camera_paths.upright import UprightScene
+from simplifier.camera_paths.walk import Space, crossed_cells, smoothed, stepped, views
 from tests.solids import box
+from tests.walkable import moved, scene_of
 
 place = st.tuples(*[st.floats(0.0, 9.0)] * 3).map(np.array)
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
-from simplifier.culling.columns import window
-from simplifier.culling.routes import Ids
-from simplifier.culling.upright import UprightScene
+from simplifier.camera_paths.columns import window
+from simplifier.camera_paths.routes import Ids
+from simplifier.camera_paths.upright import UprightScene
 from simplifier.geometry.grid import BoolArray, VoxelGrid
 from simplifier.geometry.mesh import FloatArray
 from simplifier.kernels.voxels import mark_triangles

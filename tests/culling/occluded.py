@@ -11,8 +11,8 @@ from simplifier.hierarchy.occluder_tree import FAR, NEAR, OccluderTree
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.parts import split_large
 from simplifier.hierarchy.tree import build_tree
-from tests.culling.scenes import scene_of
 from tests.solids import box, joined
+from tests.walkable import scene_of
 
 SMALL = CullOptions(rows=45, columns=80, repeats=1)
 
@@ -55,7 +55,7 @@ def exact(mesh):
     return Occluder(mesh.vertices, mesh.faces, 0.0)
 
 
-def tree_of(scene, occluders, pixel_error=0.5):
+def tree_of(scene, occluders, **options):
     """The occluders of objects, by name; exact ones are near, others far ones of a leaf."""
     parts = split_large(scene)
     tree = build_tree(parts.scene.bounds(), 8)
@@ -69,6 +69,6 @@ def tree_of(scene, occluders, pixel_error=0.5):
             level = NEAR if made[place].error_bound == 0.0 else FAR
             occluder_of[leaf, level] = place
     return OccluderTree(
-        SceneOptions(pixel_error=pixel_error), scene.names, parts.object_of, tree,
+        SceneOptions(**options), scene.names, parts.object_of, tree,
         parts.scene.transforms, occluder_of, tuple(made), np.full(len(made), 1e3),
     )  # fmt: skip

@@ -32,7 +32,7 @@ class SceneOptions:
     budget: int = 64
     resolution: int = 64
     width: int = 8
-    moves: int = 3000
+    moves: int = 2400
     up: Axis = "y"
     ground: bool = False
     smallest_hole: float = 0.0

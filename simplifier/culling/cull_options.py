@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from simplifier.checks import check_above_zero, check_whole
 from simplifier.culling.view import LARGEST_SCREEN
-from simplifier.errors import OptionError
 
 
 @dataclass(frozen=True)
 class CullOptions:
     """How a flythrough is measured.
 
-    ``rows``, ``columns``  of the depth buffer, pixels, 1 to 4096.
+    ``rows``, ``columns``  of the depth buffer, pixels, 1 to 16384 / ``detail``.
     ``pixel_error``  of the occluders that are drawn, at most, pixels, above 0 to 1000; None is what
                      they were built for.  Raising it draws fewer triangles and hides less.
     ``detail``       pixels of the item buffer along one of the depth buffer, 1 to 16.
@@ -28,21 +28,10 @@ class CullOptions:
     shots: int = 12
 
     def __post_init__(self) -> None:
-        _within("detail", self.detail, 1, 16)
-        _within("rows", self.rows, 1, LARGEST_SCREEN // self.detail)
-        _within("columns", self.columns, 1, LARGEST_SCREEN // self.detail)
-        _within("repeats", self.repeats, 1, 1000)
-        _within("shots", self.shots, 0, 100)
-        if self.pixel_error is not None and not 0.0 < self.pixel_error <= 1000.0:
-            raise OptionError(
-                f"{self.pixel_error!r} is out of range",
-                where="pixel error",
-                remedy="choose above 0 and at most 1000",
-            )
-
-
-def _within(name: str, value: int, low: int, high: int) -> None:
-    if not low <= value <= high:
-        raise OptionError(
-            f"{value!r} is out of range", where=name, remedy=f"choose {low:,} to {high:,}"
-        )
+        check_whole("detail", self.detail, 1, 16)
+        check_whole("rows", self.rows, 1, LARGEST_SCREEN // self.detail)
+        check_whole("columns", self.columns, 1, LARGEST_SCREEN // self.detail)
+        check_whole("repeats", self.repeats, 1, 1000)
+        check_whole("shots", self.shots, 0, 100)
+        if self.pixel_error is not None:
+            check_above_zero("pixel error", self.pixel_error, 1000.0)

@@ -25,6 +25,7 @@ _BEYOND, _WITHIN, _BLACK = (238, 238, 235), (255, 255, 255), (20, 20, 20)
 _BEHIND = 0.1  # of the picture's height, below the camera
 _MOST = 0.97  # of the parts in view lie in the picture: a few far ones would make all others small
 _FINE = 3  # pixels drawn for one of the picture, along each side
+_LEVEL = 30.0  # weight of being level: steep cameras tell by it alone, rolled ones spoil it
 _STEEP = 1e-3  # of a direction's level part; below, there is none
 
 
@@ -36,7 +37,7 @@ def up_axis(path: CameraPath) -> int:
     """
     score = np.zeros(3)
     for camera in path.cameras:
-        score += camera.axes[1] ** 2 - camera.axes[0] ** 2
+        score += camera.axes[1] ** 2 - _LEVEL * camera.axes[0] ** 2
     return int(np.argmax(score))
 
 

@@ -48,11 +48,12 @@ class Tree:
 def build_tree(boxes: FloatArray, width: int) -> Tree:
     """Tree over ``boxes`` (n, 2, 3), n at least 1, with 2 to ``width`` children a node.
 
-    Binary splits by least cost (area times number, both sides), then small neighbours
-    share a parent.  Where the planes may stand does not
-    depend on the boxes, so that a change to one leaves most nodes as they are.
+    Binary splits by least cost (area times number, both sides), then small neighbours share a
+    parent.  Nodes are numbered breadth first.  Where the planes may stand does not depend on the
+    boxes, so that a change to one leaves most nodes as they are.
     """
-    lows, highs = (np.ascontiguousarray(boxes[:, side]) for side in (0, 1))
+    # Copies, so that the kernels get writable arrays whatever the caller has.
+    lows, highs = (np.array(boxes[:, side], dtype=np.float64, order="C") for side in (0, 1))
     binary = 2 * len(boxes) - 1
     order = np.arange(len(boxes), dtype=np.int64)
     lefts = np.empty(binary, dtype=np.int64)

@@ -7,6 +7,8 @@ from pathlib import Path
 
 from simplifier.errors import OutputError
 
+_DRAFT = ".occluder-*.tmp"
+
 
 def check_folder(path: Path) -> None:
     """Raise :class:`OutputError` when the folder that ``path`` would be written to is not there."""
@@ -41,7 +43,7 @@ def write_whole(path: Path, data: bytes) -> None:
         target = path.resolve()
         if target.exists() and not target.is_file():
             raise OutputError("this is a folder or a device", where=str(path), remedy="name a file")
-        draft = target.with_name(f".occluder-{secrets.token_hex(8)}.tmp")
+        draft = target.with_name(_DRAFT.replace("*", secrets.token_hex(8)))
         try:
             draft.write_bytes(data)
             draft.replace(target)
@@ -56,3 +58,9 @@ def write_whole(path: Path, data: bytes) -> None:
             where=str(path),
             remedy="check the folder's permissions and the free space",
         ) from None
+
+
+def remove_drafts(folder: Path) -> None:
+    """Delete what killed processes were writing into a folder that no other process writes to."""
+    for draft in folder.glob(_DRAFT):
+        draft.unlink(missing_ok=True)

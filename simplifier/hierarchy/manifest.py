@@ -102,7 +102,7 @@ def _nodes(build: Build) -> list[dict[str, Any]]:
 def read_summaries(folder: Path) -> dict[str, Summary]:
     """Of the occluders of an earlier build; none where there is no such build or it is damaged."""
     try:
-        return summaries_of(_document(folder)["occluders"])
+        return summaries_of(value_of(_document(folder), "occluders", NAME))
     except (SceneError, *DAMAGE):
         return {}
 

@@ -20,8 +20,8 @@ from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.store import Summary
 from simplifier.hierarchy.tree import Tree
 
-DAMAGE = (KeyError, TypeError, ValueError, ArithmeticError)
-"""What a missing key, a wrong type, a wrong value or too large a number raises."""
+DAMAGE = (TypeError, ValueError, ArithmeticError)
+"""What a missing key or a wrong value, a wrong type or too large a number raises."""
 
 _MOST = 2**32
 _LEAF = {"bounds", "object", "part", "transform", *LEVELS}
@@ -97,6 +97,8 @@ def occluders_of(rows: Sequence[Row], keys: Sequence[str]) -> IntArray:
 
 def summaries_of(rows: Any) -> dict[str, Summary]:
     """By key; keys become names of files, so nothing else may stand for one."""
+    if not isinstance(rows, dict):
+        raise ValueError("'occluders' is no object")
     for key in rows:
         if not is_key(key):
             raise ValueError(f"{key!r} is no key of an occluder")
@@ -158,16 +160,24 @@ def _depth_first(
 
 def _numbers(values: list[Any], shape: tuple[int, ...], name: str) -> FloatArray:
     """(n, *shape) float64, finite."""
-    found = np.array(values)
-    if found.shape[1:] != shape or found.dtype.kind not in "if" or not np.isfinite(found).all():
+    found = _array(values, shape, "if")
+    if found is None or not np.isfinite(found).all():
         raise ValueError(f"{name!r} is not always {math.prod(shape)} finite numbers")
     return found.astype(np.float64)
 
 
 def _whole_numbers(values: list[Any], shape: tuple[int, ...], name: str) -> NDArray[np.int64]:
     """(n, *shape), -1 to 2**32: those of arrays and checksums."""
-    found = np.array(values)
-    whole = found.shape[1:] == shape and found.dtype.kind == "i"
-    if not whole or ((found < -1) | (found > _MOST)).any():
-        raise ValueError(f"{name!r} is not always a whole number")
+    found = _array(values, shape, "i")
+    if found is None or ((found < -1) | (found > _MOST)).any():
+        raise ValueError(f"{name!r} is not always {math.prod(shape)} whole numbers in range")
     return found
+
+
+def _array(values: list[Any], shape: tuple[int, ...], kinds: str) -> NDArray[Any] | None:
+    """(n, *shape) of one of numpy's kinds of numbers; None where the values are none such."""
+    try:
+        found = np.array(values)
+    except ValueError:  # rows of several lengths
+        return None
+    return found if found.shape[1:] == shape and found.dtype.kind in kinds else None

@@ -13,7 +13,7 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.hierarchy.options import SceneOptions
-from simplifier.options import MOST_VOXELS, Axis, Options, SectionOptions, make_options
+from simplifier.options import MOST_MOVES, MOST_VOXELS, Axis, Options, SectionOptions, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel
 from simplifier.selection.measure import bit_measure, fitted_projections, silhouettes
@@ -93,11 +93,8 @@ def hiding_radius(occluder: Occluder) -> float:
     projections = fitted_projections(axes, points, 0.0)
     images = silhouettes(points, occluder.faces, projections)
     pixels = 1.0 / np.linalg.norm(projections[:, 0, :3], axis=1)
-    unit = float(pixels.max())  # so that cubes neither overflow nor vanish
-    measures = [
-        bit_measure(image, float(pixel) / unit) for image, pixel in zip(images, pixels, strict=True)
-    ]
-    return float(np.cbrt(3.0 * np.mean(measures) / np.pi)) * unit
+    measures = [bit_measure(*pair) for pair in zip(images, pixels.tolist(), strict=True)]
+    return float(np.cbrt(3.0 * np.mean(measures) / np.pi))
 
 
 def _options(mesh: TriangleMesh, kind: Kind, stand: Stand, options: SceneOptions) -> Options:
@@ -109,7 +106,7 @@ def _options(mesh: TriangleMesh, kind: Kind, stand: Stand, options: SceneOptions
         longest, budget=options.budget, resolution=resolution, up=stand.ground or "y",
         ground=stand.ground is not None, smallest_hole=min(stand.smallest_hole, longest),
         conservative=options.conservative or kind == "near", preset="draft", seed=options.seed,
-        moves=options.moves * (_NEAR_EFFORT if kind == "near" else 1),
+        moves=min(options.moves * (_NEAR_EFFORT if kind == "near" else 1), MOST_MOVES),
     )  # fmt: skip
     return replace(
         made,

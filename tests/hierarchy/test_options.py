@@ -37,5 +37,5 @@ def test_out_of_range(field, name, value):
 def test_limits_are_within():
     SceneOptions(1, 1, 2, 0, "x", True, 1e300, True, 1e-9, 1, 1e-9, 0)
     SceneOptions(
-        100_000, 1024, 64, 100_000_000, "z", False, 0, False, 1000, 16_384, 179.9, 2**63 - 1
+        100_000, 1024, 64, 100_000_000, "z", False, 0, False, 1000, 16_384, 179.0, 2**63 - 1
     )

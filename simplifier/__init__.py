@@ -8,6 +8,11 @@
     print(report.precision, report.recall)
     simplifier.save(occluder, "castle_occluder.glb")
 
+    scene = simplifier.load_scene("city.glb")
+    tree = simplifier.simplify_scene(scene, "city_occluders", ground=True)
+    culler = simplifier.Culler(tree, simplifier.DepthBuffer())
+    verdicts = culler.cull(camera).verdicts
+
 Errors are :class:`simplifier.errors.OccluderError` and its kinds.
 """
 
@@ -16,12 +21,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from simplifier.culling.cull import Culled, Culler
+from simplifier.culling.depth_buffer import DepthBuffer, Verdict
 from simplifier.errors import OccluderError
 from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
+from simplifier.geometry.camera import Camera, CameraPath, Lens
 from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import load_lods, save_lods, save_occluder
+from simplifier.geometry.scene import Scene
+from simplifier.hierarchy.build import Tell, build_occluders
+from simplifier.hierarchy.manifest import (
+    load_occluder_tree,
+    occluder_store,
+    read_summaries,
+    write_manifest,
+)
+from simplifier.hierarchy.occluder_tree import OccluderTree
+from simplifier.hierarchy.options import SceneOptions
+from simplifier.io import load_camera_path, load_lods, load_scene, save_lods, save_occluder
 from simplifier.io import load_mesh as load
 from simplifier.lods.levels import simplify_levels
 from simplifier.lods.plan import finest_bound, plan_levels
@@ -40,19 +58,32 @@ from simplifier.version import VERSION as __version__
 
 __all__ = [
     "AccuracyReport",
+    "Camera",
+    "CameraPath",
+    "Culled",
+    "Culler",
+    "DepthBuffer",
+    "Lens",
     "Level",
     "LodChain",
     "Occluder",
     "OccluderError",
+    "OccluderTree",
     "Progress",
+    "Scene",
     "TriangleMesh",
+    "Verdict",
     "__version__",
     "evaluate",
     "load",
+    "load_camera_path",
     "load_lods",
+    "load_occluder_tree",
+    "load_scene",
     "save",
     "simplify",
     "simplify_lods",
+    "simplify_scene",
 ]
 
 
@@ -183,6 +214,49 @@ def save(result: Occluder | LodChain, path: str | Path) -> None:
         save_lods(result, path)
     else:
         save_occluder(result, path)
+
+
+def simplify_scene(
+    scene: Scene,
+    folder: str | Path,
+    *,
+    budget: int = 64,
+    resolution: int = 64,
+    width: int = 8,
+    moves: int = 2400,
+    up: Axis = "y",
+    ground: bool = False,
+    smallest_hole: float = 0.0,
+    conservative: bool = False,
+    pixel_error: float = 0.5,
+    rows: int = 180,
+    fov: float = 60.0,
+    seed: int = 0,
+    tell: Tell = lambda done, total: None,
+    cancel: Cancel | None = None,
+) -> OccluderTree:
+    """Make a tree of occluders for a scene of many objects, kept in ``folder``.
+
+    Options as :class:`~simplifier.hierarchy.options.SceneOptions` says.  What the folder holds of
+    an earlier run and the scene still needs is not made again.  Work is spread over processes, so
+    a script that calls this has to guard its main module (``if __name__ == "__main__"``).
+
+    ``tell``    called with how many occluders are there and how many there will be.
+    ``cancel``  once set, ends the call soon by :class:`~simplifier.errors.CancelledError`; what is
+                made by then is kept.
+
+    ``scene.json`` in the folder says what could not be made and why.  Raises
+    :class:`OccluderError`.
+    """
+    options = SceneOptions(
+        budget, resolution, width, moves, up, ground, smallest_hole, conservative, pixel_error,
+        rows, fov, seed,
+    )  # fmt: skip
+    place = Path(folder)
+    store = occluder_store(place)
+    build = build_occluders(scene, options, store, read_summaries(place), tell, cancel)
+    write_manifest(place, scene, options, build)
+    return load_occluder_tree(place)
 
 
 def evaluate(

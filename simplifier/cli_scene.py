@@ -91,7 +91,7 @@ def scene(
     budget: Annotated[int, typer.Option(help="Most triangles of a node's occluder.")] = 64,
     resolution: Annotated[int, typer.Option(help="Voxels along the longest edge of a node.")] = 64,
     width: Annotated[int, typer.Option(help="Most children of a node.")] = 8,
-    moves: Annotated[int, typer.Option(help="Refining moves for a node.")] = 3000,
+    moves: Annotated[int, typer.Option(help="Refining moves for a node.")] = 2400,
     up: Annotated[Axis, typer.Option(help="The scene's up axis: x, y or z.")] = "y",
     ground: Annotated[
         bool, typer.Option("--ground", help="Objects stand on the ground: close open bases.")

@@ -28,6 +28,9 @@ tolerance past the solid."""
 MOST_VOXELS = 1024
 """The finest grid, in voxels along the longest edge."""
 
+MOST_MOVES = 100_000_000
+"""The longest search."""
+
 Slicing = Literal["cpu", "gl"]
 Trim = Literal["gain", "area"]
 Axis = Literal["x", "y", "z"]
@@ -181,7 +184,7 @@ class RefineOptions:
     """Begin a search from decimated surfaces too, and keep one as it is where that hides most."""
 
     def __post_init__(self) -> None:
-        check_whole("moves", self.moves, 0, 100_000_000)
+        check_whole("moves", self.moves, 0, MOST_MOVES)
         check_whole("searches", self.searches, 1, 64)
         check_within("overcover", self.overcover, 0.0, 100.0)
         check_within("min precision", self.precision, 0.0, 1.0)

@@ -29,6 +29,7 @@ from simplifier.hierarchy.build import build_occluders
 from simplifier.hierarchy.manifest import load_occluder_tree, occluder_store, write_manifest
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.io import load_mesh, load_occluder, save_occluder, writable_suffixes
+from simplifier.kernels.item_buffer import merge_pictures
 from simplifier.options import Options, SectionOptions, Trim, make_options
 from simplifier.pipeline import simplify_mesh
 
@@ -90,7 +91,11 @@ def _cull(mesh: TriangleMesh) -> None:
         buffer.draw_mesh(mesh.vertices, mesh.faces, camera)
         buffer.test(mesh.bounds[None], camera)
     items = ItemBuffer(16, 16)
-    items.draw(Scene((mesh,), ("mesh",), np.zeros(1, dtype=np.int32), np.eye(4)[None]), camera)
+    items.draw(_scene(mesh), camera)
+    # What several threads draw of many triangles is put together by this.
+    merge_pictures(
+        np.zeros((2, 2)), items.items[:2, :2].copy(), np.ones((2, 2)), items.items[:2, :2].copy()
+    )
 
 
 def _fly(mesh: TriangleMesh, folder: Path, *, conservative: bool) -> None:

@@ -46,8 +46,12 @@ class Culler:
     is ever hidden wrongly.
     """
 
-    def __init__(self, tree: OccluderTree, buffer: DepthBuffer, pixel_error: float) -> None:
-        self.tree, self.buffer, self.pixel_error = tree, buffer, pixel_error
+    def __init__(
+        self, tree: OccluderTree, buffer: DepthBuffer, pixel_error: float | None = None
+    ) -> None:
+        """``pixel_error`` of what is drawn, pixels of the buffer; that of the build if None."""
+        self.tree, self.buffer = tree, buffer
+        self.pixel_error = tree.options.pixel_error if pixel_error is None else pixel_error
         self._finder = CutFinder.of(tree)
         self._bounds = np.ascontiguousarray(tree.tree.bounds)
         self._leaf = tree.tree.is_leaf

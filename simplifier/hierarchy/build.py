@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from simplifier.errors import CancelledError, MeshError, OccluderError
+from simplifier.errors import CancelledError, EmptyMeshError, MeshError
 from simplifier.geometry.scene import Scene
-from simplifier.hierarchy.node import Summary, node_occluder
+from simplifier.hierarchy.node import node_occluder
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.packed import pack, unpack
 from simplifier.hierarchy.parts import Parts, split_large
-from simplifier.hierarchy.plan import Job, Keys, plan_occluders
-from simplifier.hierarchy.store import OccluderStore
+from simplifier.hierarchy.plan import Job, Keys, Plan, plan_occluders
+from simplifier.hierarchy.store import OccluderStore, Summary
 from simplifier.hierarchy.tree import Tree, build_tree
-from simplifier.hierarchy.workers import Outcome, run_jobs
+from simplifier.hierarchy.workers import Outcome, run_jobs, run_jobs_here
 from simplifier.kernels.threads import thread_count
 from simplifier.progress import Cancel
 
@@ -33,6 +34,7 @@ _FEW_JOBS = 16  # are done sooner than other processes have started
 class Build:
     """What was built.
 
+    ``parts``      of the scene, which leaves hold.
     ``tree``       over the boxes of the parts.
     ``keys``       (k,) of the nodes' occluders, those that hide something.
     ``summaries``  of all occluders by key, those that hide nothing included.
@@ -60,32 +62,63 @@ def build_occluders(
     """Make an occluder for every node of a tree over the scene's objects, into the store.
 
     What is there is not made again, so a run that was cancelled or killed goes on from there, and a
-    changed object costs its own occluder and those on its path to the root.  ``known`` spares
-    reading those that are there.  An occluder that cannot be made is left out with a warning.
-    Raises :class:`~simplifier.errors.CancelledError`.
+    changed object costs its own occluders and those on its path to the root.  What is there but
+    damaged is made again; ``known``, from an earlier manifest, finds that out without reading them.
+    An occluder that cannot be made is left out with a warning.
+
+    The same scene, options and seed give the same files on any number of processes, in one run or
+    several.  Raises :class:`EmptyMeshError` for a scene without objects, :class:`CancelledError`,
+    :class:`~simplifier.errors.OutputError` when the store cannot be written, and
+    :class:`~simplifier.errors.BackendUnavailableError` when no process can be started.
     """
+    if len(scene) == 0:
+        raise EmptyMeshError("the scene has no object", remedy="give a scene with objects")
     parts = split_large(scene)
     tree = build_tree(parts.scene.bounds(), options.width)
     plan = plan_occluders(parts, tree, options)
-    there = store.keys() & plan.jobs.keys()
-    missing = [job for key, job in plan.jobs.items() if key not in there]
-    missing.sort(key=lambda job: (-len(job.parts), job.key))  # long ones first, for an even end
-    tell(len(there), len(plan.jobs))
-    summaries, failures = {}, []
-    for done, outcome in enumerate(_outcomes(parts, missing, options, store, cancel), start=1):
-        job = missing[outcome.job]
-        if outcome.failure:
-            failures.append(f"{_place(parts, job)}: no occluder ({outcome.failure})")
-        else:
-            summaries[job.key] = outcome.result
-        tell(len(there) + done, len(plan.jobs))
+    summaries = _kept(plan, store, known, cancel)
+    kept = len(summaries)
+    jobs = _missing(plan, parts, summaries)
+    failures: dict[int, str] = {}
+    tell(kept, len(plan.jobs))
+    with closing(_outcomes(parts.scene, jobs, options, store, cancel)) as outcomes:
+        for done, outcome in enumerate(outcomes, start=kept + 1):
+            if outcome.answer.failure:
+                failures[outcome.job] = outcome.answer.failure
+            else:
+                summaries[jobs[outcome.job].key] = outcome.answer.result
+            tell(done, len(plan.jobs))
+    _check(cancel)
+    return Build(
+        parts, tree, _worthwhile(plan.keys, summaries), summaries, len(summaries) - kept, kept,
+        tuple(f"{_place(scene, parts, jobs[i])}: no occluder ({failures[i]})"
+              for i in sorted(failures)),
+    )  # fmt: skip
+
+
+def _kept(
+    plan: Plan, store: OccluderStore, known: Mapping[str, Summary], cancel: Cancel | None
+) -> dict[str, Summary]:
+    """Of what earlier runs made and is not damaged."""
+    summaries = {}
+    for key in sorted(store.keys() & plan.jobs.keys()):
+        _check(cancel)
+        summary = store.kept(key, known.get(key))
+        if summary is not None:
+            summaries[key] = summary
+    return summaries
+
+
+def _missing(plan: Plan, parts: Parts, summaries: Mapping[str, Summary]) -> list[Job]:
+    """Large ones first, for an even end."""
+    triangles = parts.scene.triangle_counts
+    jobs = [job for key, job in plan.jobs.items() if key not in summaries]
+    return sorted(jobs, key=lambda job: (-int(triangles[job.parts].sum()), job.key))
+
+
+def _check(cancel: Cancel | None) -> None:
     if cancel is not None and cancel.is_set():
         raise CancelledError("cancelled; what was made is kept and not made again")
-    made = len(summaries)
-    summaries |= {key: known.get(key) or Summary.of(store.read(key)) for key in sorted(there)}
-    return Build(
-        parts, tree, _worthwhile(plan.keys, summaries), summaries, made, len(there), tuple(failures)
-    )
 
 
 def _worthwhile(keys: Sequence[Keys], summaries: Mapping[str, Summary]) -> tuple[Keys, ...]:
@@ -103,38 +136,20 @@ def _worthwhile(keys: Sequence[Keys], summaries: Mapping[str, Summary]) -> tuple
 
 
 def _outcomes(
-    parts: Parts,
+    scene: Scene,
     jobs: Sequence[Job],
     options: SceneOptions,
     store: OccluderStore,
     cancel: Cancel | None,
-) -> Iterator[Outcome]:
+) -> Generator[Outcome, None, None]:
     """In this process, on all threads, where that is sooner."""
     processes = min(thread_count(), len(jobs))
     if len(jobs) <= _FEW_JOBS or processes < 2:
-        for index, job in enumerate(jobs):
-            yield _outcome_here(parts.scene, options, store, cancel, index, job)
+        yield from run_jobs_here(partial(_make, scene, options, store, cancel), jobs, cancel)
         return
     with tempfile.TemporaryDirectory(prefix="occluder-") as folder:
-        pack(parts.scene, Path(folder))
-        arguments = (folder, options, store)
-        yield from run_jobs(_maker, arguments, jobs, processes, cancel)
-
-
-def _outcome_here(
-    scene: Scene,
-    options: SceneOptions,
-    store: OccluderStore,
-    cancel: Cancel | None,
-    index: int,
-    job: Job,
-) -> Outcome:
-    try:
-        return Outcome(index, _make(scene, options, store, cancel, job))
-    except CancelledError:
-        raise
-    except OccluderError as error:
-        return Outcome(index, failure=str(error))
+        pack(scene, Path(folder))
+        yield from run_jobs(_maker, (folder, options, store), jobs, processes, cancel)
 
 
 def _maker(folder: str, options: SceneOptions, store: OccluderStore) -> Callable[[Job], Summary]:
@@ -151,13 +166,12 @@ def _make(
         mesh = scene.meshes[scene.mesh_of[job.parts[0]]]
     if not np.isfinite(mesh.extent).all() or mesh.extent.max() == 0.0:
         raise MeshError("it has no extent")
-    occluder = node_occluder(mesh, job.kind, job.stand, options, cancel)
-    store.write(job.key, occluder)
-    return Summary.of(occluder)
+    return store.write(job.key, node_occluder(mesh, job.kind, job.stand, options, cancel))
 
 
-def _place(parts: Parts, job: Job) -> str:
+def _place(scene: Scene, parts: Parts, job: Job) -> str:
     """Which object or objects a message is about."""
-    first = parts.scene.names[min(job.parts)]
-    others = len(job.parts) - 1
-    return first if others == 0 else f"{first} and {others} others"
+    objects = np.unique(parts.object_of[job.parts])
+    others = len(objects) - 1
+    first = scene.names[objects[0]]
+    return first if others == 0 else f"{first} and {others} more"

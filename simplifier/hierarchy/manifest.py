@@ -1,4 +1,4 @@
-"""Build <-> scene.json: the tree as a file, with its occluders beside it.
+"""Build -> scene.json -> OccluderTree: the tree as a file, with its occluders beside it.
 
 The schema is ``docs/scene.schema.json``.  Lengths and places are in world units, but for those of
 ``occluders`` that leaves use: these are in the space of the leaf's mesh, which ``transform`` takes
@@ -8,23 +8,34 @@ to the world.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from simplifier.errors import OptionError, SceneError
-from simplifier.geometry.mesh import IntArray
+from simplifier.errors import MeshError, OptionError, SceneError
+from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.build import Build
-from simplifier.hierarchy.node import Summary
-from simplifier.hierarchy.occluder_tree import LEVELS, OccluderTree
+from simplifier.hierarchy.manifest_rows import (
+    DAMAGE,
+    keys_of,
+    objects_of,
+    occluders_of,
+    options_of,
+    parts_of,
+    rows_of,
+    summaries_of,
+    tree_of,
+    value_of,
+)
+from simplifier.hierarchy.occluder_tree import OccluderTree
 from simplifier.hierarchy.options import SceneOptions
-from simplifier.hierarchy.store import OccluderStore
-from simplifier.hierarchy.tree import Tree
-from simplifier.io.whole import write_whole
+from simplifier.hierarchy.store import OccluderStore, Summary
+from simplifier.io.source import read_bytes
+from simplifier.io.whole import make_folder, write_whole
 from simplifier.version import VERSION
 
 NAME = "scene.json"
@@ -35,12 +46,20 @@ SCHEMA_VERSION = 1
 
 
 def occluder_store(folder: Path) -> OccluderStore:
-    """Where the occluders of a scene lie."""
+    """Where the occluders of a scene lie; made if it is not there.
+
+    Raises :class:`~simplifier.errors.OutputError`.
+    """
+    make_folder(folder / FOLDER)
     return OccluderStore(folder / FOLDER)
 
 
 def write_manifest(folder: Path, scene: Scene, options: SceneOptions, build: Build) -> None:
-    """Write ``scene.json``, whole or not at all, and delete occluders that it does not name."""
+    """Write ``scene.json``, whole or not at all, and delete occluders that it does not name.
+
+    Its bytes depend on the scene, the options and the version alone.  Raises
+    :class:`~simplifier.errors.OutputError`.
+    """
     document = {
         "schema_version": SCHEMA_VERSION,
         "version": VERSION,
@@ -83,89 +102,71 @@ def _nodes(build: Build) -> list[dict[str, Any]]:
 def read_summaries(folder: Path) -> dict[str, Summary]:
     """Of the occluders of an earlier build; none where there is no such build or it is damaged."""
     try:
-        rows = json.loads((folder / NAME).read_bytes())["occluders"]
-        return {key: _summary(row) for key, row in rows.items()}
-    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return summaries_of(value_of(_document(folder), "occluders", NAME))
+    except (SceneError, *DAMAGE):
         return {}
-
-
-def _summary(row: Mapping[str, Any]) -> Summary:
-    return Summary(int(row["triangles"]), float(row["error_bound"]), float(row["radius"]))
 
 
 def load_occluder_tree(folder: str | Path) -> OccluderTree:
     """What :func:`write_manifest` wrote, with its occluders.
 
-    Raises :class:`SceneError` where the manifest or one of its occluders is missing or damaged.
+    Raises :class:`SceneError` where the manifest or one of its occluders is missing, damaged, or
+    of another schema version.  Every value is checked: what is returned is a tree.
     """
     folder = Path(folder)
+    document = _document(folder)
+    try:
+        rows = rows_of(value_of(document, "nodes", NAME))
+        tree = tree_of(rows)
+        objects = objects_of(value_of(document, "objects", NAME))
+        object_of, transforms = parts_of(rows, tree, len(objects))
+        summaries = summaries_of(value_of(document, "occluders", NAME))
+        keys = keys_of(rows, summaries)
+        return OccluderTree(
+            options_of(value_of(document, "options", NAME)), objects, object_of, tree, transforms,
+            occluders_of(rows, keys), _read(OccluderStore(folder / FOLDER), keys, summaries),
+            np.array([summaries[key].radius for key in keys]),
+        )  # fmt: skip
+    except (OptionError, *DAMAGE) as error:
+        raise _damaged(folder / NAME, str(error)) from None
+
+
+def _document(folder: Path) -> dict[str, Any]:
     path = folder / NAME
+    remedy = "build the scene with 'occluder scene'"
+    if not path.exists():
+        raise SceneError(f"there is no {NAME}", where=str(folder), remedy=remedy)
+    data = read_bytes(path, error=SceneError, remedy=remedy)
     try:
-        document = json.loads(path.read_bytes())
-    except OSError as error:
-        raise SceneError(
-            f"there is no {NAME} ({error.strerror})",
-            where=str(folder),
-            remedy="build it with 'occluder scene'",
-        ) from None
-    except ValueError:
+        document = json.loads(data)
+    except (ValueError, RecursionError):
         raise _damaged(path, "it is not JSON") from None
-    try:
-        version = document["schema_version"]
-        if version != SCHEMA_VERSION:
-            raise _damaged(path, f"its schema version is {version}, not {SCHEMA_VERSION}")
-        return _tree_of(document, folder)
-    except (LookupError, TypeError, ValueError, AttributeError, OptionError) as error:
-        raise _damaged(path, f"{type(error).__name__}: {error}") from None
+    if not isinstance(document, dict):
+        raise _damaged(path, "it is no JSON object")
+    version = document.get("schema_version")
+    if version != SCHEMA_VERSION:
+        raise SceneError(
+            f"it has schema version {version!r}, and this program reads {SCHEMA_VERSION}",
+            where=str(path),
+            remedy="build the scene again",
+        )
+    return document
+
+
+def _read(
+    store: OccluderStore, keys: Sequence[str], summaries: Mapping[str, Summary]
+) -> tuple[Occluder, ...]:
+    """Raises :class:`SceneError` where one is missing or not as it was written."""
+    occluders = []
+    for key in keys:
+        try:
+            if store.checksum(key) != summaries[key].checksum:
+                raise _damaged(store.path(key), "it is not what was written")
+            occluders.append(store.read(key))
+        except MeshError as error:
+            raise _damaged(store.path(key), error.what) from None
+    return tuple(occluders)
 
 
 def _damaged(path: Path, why: str) -> SceneError:
     return SceneError(f"it is damaged ({why})", where=str(path), remedy="build the scene again")
-
-
-def _tree_of(document: Mapping[str, Any], folder: Path) -> OccluderTree:
-    rows = document["nodes"]
-    children = np.array([row.get("children", (0, 0)) for row in rows], dtype=np.int32)
-    parts = np.array([row.get("part", -1) for row in rows], dtype=np.int32)
-    order, spans = _depth_first(children, parts)
-    tree = Tree(np.array([row["bounds"] for row in rows]), children, spans, order)
-    count = len(order)
-    object_of = np.empty(count, dtype=np.int32)
-    transforms = np.tile(np.eye(4), (count, 1, 1))
-    for row in rows:
-        if "part" in row:
-            object_of[row["part"]] = row["object"]
-            transforms[row["part"], :3] = row["transform"]
-    keys = sorted({row[name] for row in rows for name in LEVELS if name in row})
-    place = {key: index for index, key in enumerate(keys)}
-    store = OccluderStore(folder / FOLDER)
-    radii = np.array([_summary(document["occluders"][key]).radius for key in keys])
-    occluder_of = [[place.get(row.get(name), -1) for name in LEVELS] for row in rows]
-    return OccluderTree(
-        SceneOptions(**document["options"]), tuple(document["objects"]), object_of, tree,
-        transforms, np.array(occluder_of, dtype=np.int32),
-        tuple(store.read(key) for key in keys), radii,
-    )  # fmt: skip
-
-
-def _depth_first(children: IntArray, parts: IntArray) -> tuple[IntArray, IntArray]:
-    """(order, spans) of a tree: parts in the order of its leaves, and what lies below each node."""
-    order: list[int] = []
-    spans = np.zeros((len(children), 2), dtype=np.int32)
-    waiting = [(0, False)]
-    while waiting:
-        node, left = waiting.pop()
-        first, count = children[node].tolist()
-        if left:
-            spans[node, 1] = len(order)
-            continue
-        spans[node, 0] = len(order)
-        if count == 0:
-            order.append(int(parts[node]))
-        elif first <= node or first + count > len(children):
-            raise ValueError(f"node {node} has children that are not there or before it")
-        waiting.append((node, True))
-        waiting += [(child, False) for child in range(first + count - 1, first - 1, -1)]
-    if sorted(order) != list(range(len(order))):
-        raise ValueError("its leaves do not hold every part once")
-    return np.array(order, dtype=np.int32), spans

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-from simplifier.errors import OptionError
+from simplifier.checks import check_above_zero, check_flag, check_whole
 from simplifier.geometry.camera import Lens
-from simplifier.options import MOST_VOXELS, Axis
+from simplifier.options import Axis, make_options
+
+_LARGEST_ERROR = 1000.0  # pixels
+_MOST_CHILDREN = 64
+_MOST_ROWS = 16_384
 
 COARSENESS = 2.0
 """Voxels of a node that its occluder strays at least, or lacks where it keeps wholly inside."""
@@ -22,17 +27,20 @@ class SceneOptions:
     ``width``        most children of a node, 2 to 64.
     ``moves``        refining moves a node, 0 to 100,000,000.
     ``up``, ``ground``, ``smallest_hole``, ``conservative``  as for a single mesh; the ground is
-                     where each object stands.
-    ``pixel_error``  largest error of an occluder on the screen, pixels, above 0; nodes that are
-                     never that exact from within the scene get none.
-    ``rows``, ``fov``  of the depth buffer: its height in pixels and vertical degrees.
-    ``seed``         of every random choice.
+                     where each object stands, and the hole is in world units for all.
+    ``pixel_error``  largest error of an occluder on the screen, pixels, above 0 and at most 1000;
+                     nodes that are never that exact from within the scene get none.
+    ``rows``, ``fov``  of the depth buffer: its height in pixels, 1 to 16,384, and its vertical
+                     field of view in degrees, above 0 and at most 179.
+    ``seed``         of every random choice, 0 to 2**63 - 1.
+
+    Raises :class:`~simplifier.errors.OptionError` for what is out of range.
     """
 
     budget: int = 64
     resolution: int = 64
     width: int = 8
-    moves: int = 3000
+    moves: int = 2400
     up: Axis = "y"
     ground: bool = False
     smallest_hole: float = 0.0
@@ -43,23 +51,18 @@ class SceneOptions:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        _whole("resolution", self.resolution, 1, MOST_VOXELS)
-        _whole("width", self.width, 2, 64)
-        _whole("rows", self.rows, 1, 16384)
-        if not 0.0 < self.pixel_error <= 1000.0:
-            raise _out_of_range("pixel error", self.pixel_error, "above 0 and at most 1000")
-        if not 0.0 < self.fov < 180.0:
-            raise _out_of_range("fov", self.fov, "above 0 and below 180 degrees")
+        # What a node shares with a single mesh is checked as there; no hole is too long for all.
+        make_options(
+            math.inf, budget=self.budget, resolution=self.resolution, up=self.up,
+            smallest_hole=self.smallest_hole, moves=self.moves, seed=self.seed,
+        )  # fmt: skip
+        check_flag("ground", self.ground)
+        check_flag("conservative", self.conservative)
+        check_whole("width", self.width, 2, _MOST_CHILDREN)
+        check_whole("rows", self.rows, 1, _MOST_ROWS)
+        check_above_zero("pixel error", self.pixel_error, _LARGEST_ERROR)
+        check_above_zero("fov", self.fov, 179.0)
 
     @property
     def lens(self) -> Lens:
         return Lens(self.rows, self.fov)
-
-
-def _whole(name: str, value: int, low: int, high: int) -> None:
-    if not isinstance(value, int) or not low <= value <= high:
-        raise _out_of_range(name, value, f"{low:,} to {high:,}")
-
-
-def _out_of_range(name: str, value: object, allowed: str) -> OptionError:
-    return OptionError(f"{value!r} is out of range", where=name, remedy=f"choose {allowed}")

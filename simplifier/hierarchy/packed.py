@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.errors import OutputError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.scene import Scene
 
@@ -15,7 +16,7 @@ _ARRAYS = ("vertices", "faces", "vertex_ends", "face_ends", "mesh_of", "transfor
 
 
 def pack(scene: Scene, folder: Path) -> None:
-    """Write the geometry, without names and warnings."""
+    """Write the geometry, without names and warnings.  Raises :class:`OutputError`."""
     arrays: tuple[NDArray[Any], ...] = (
         np.concatenate([mesh.vertices for mesh in scene.meshes]),
         np.concatenate([mesh.faces for mesh in scene.meshes]),
@@ -24,12 +25,19 @@ def pack(scene: Scene, folder: Path) -> None:
         scene.mesh_of,
         scene.transforms,
     )
-    for name, array in zip(_ARRAYS, arrays, strict=True):
-        np.save(folder / f"{name}.npy", array)
+    try:
+        for name, array in zip(_ARRAYS, arrays, strict=True):
+            np.save(folder / f"{name}.npy", array)
+    except OSError as error:
+        raise OutputError(
+            f"the scene cannot be handed to other processes ({error.strerror})",
+            where=str(folder),
+            remedy="free some space, set TMPDIR to another folder, or OCCLUDER_THREADS=1",
+        ) from None
 
 
 def unpack(folder: Path) -> Scene:
-    """The geometry, read from the files when it is looked at."""
+    """The geometry, read from the files when it is looked at; names are empty."""
     vertices, faces, vertex_ends, face_ends, mesh_of, transforms = (
         np.asarray(np.load(folder / f"{name}.npy", mmap_mode="r")) for name in _ARRAYS
     )

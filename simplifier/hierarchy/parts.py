@@ -25,7 +25,8 @@ LEAST = 64
 class Parts:
     """What leaves of the tree hold, and what is tested for being hidden.
 
-    ``scene``      a scene whose objects are the parts; the parts of an object follow each other.
+    ``scene``      a scene whose objects are the parts; those of an object follow each other, and
+                   are called as it is with a number, from "<name>/0" on.
     ``object_of``  (p,) int32: the object that each part belongs to.
     """
 
@@ -37,7 +38,10 @@ def split_large(scene: Scene, share: int = SHARE, least: int = LEAST) -> Parts:
     """Cut large objects into pieces no longer than 1 / ``share`` of the scene's longest edge.
 
     By halves of the box, each triangle whole and on the side of its centroid, down to ``least``
-    triangles.  Instances of a mesh are cut alike, so their pieces are still instances.
+    triangles.  Lengths are those along the mesh's axes, as its most enlarged instance shows them.
+    Instances of a mesh are cut alike, so their pieces are still instances.
+
+    ``scene`` has one object or more.
     """
     bounds = scene.bounds()
     longest = float((bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)).max()) / share
@@ -48,22 +52,21 @@ def split_large(scene: Scene, share: int = SHARE, least: int = LEAST) -> Parts:
         for mesh, scale in zip(scene.meshes, stretch, strict=True)
     ]
     counts = np.array([len(some) for some in pieces])
-    first = np.cumsum(counts) - counts
-    object_of = np.repeat(np.arange(len(scene), dtype=np.int32), counts[scene.mesh_of])
-    number = np.arange(len(object_of)) - np.repeat(
-        np.cumsum(counts[scene.mesh_of]) - counts[scene.mesh_of], counts[scene.mesh_of]
-    )
-    names = [
-        scene.names[index] if counts[scene.mesh_of[index]] == 1 else f"{scene.names[index]}/{k}"
-        for index, k in zip(object_of.tolist(), number.tolist(), strict=True)
-    ]
+    of_objects = counts[scene.mesh_of]
+    object_of = np.repeat(np.arange(len(scene), dtype=np.int32), of_objects)
+    number = np.arange(len(object_of)) - _starts(of_objects)[object_of]
     parts = Scene(
         tuple(piece for some in pieces for piece in some),
-        tuple(names),
-        (first[scene.mesh_of[object_of]] + number).astype(np.int32),
+        tuple(f"{scene.names[index]}/{k}" for index, k in zip(object_of, number, strict=True)),
+        (_starts(counts)[scene.mesh_of[object_of]] + number).astype(np.int32),
         scene.transforms[object_of],
     )
     return Parts(parts, object_of)
+
+
+def _starts(counts: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Where each of some runs begins that lie end to end."""
+    return np.asarray(np.cumsum(counts) - counts)
 
 
 def _pieces(mesh: TriangleMesh, longest: float, least: int) -> list[TriangleMesh]:

@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.scene import scales
+from simplifier.hierarchy.keys import leaf_key, mesh_key, node_key, options_key, placed_key
 from simplifier.hierarchy.node import Kind, Stand
 from simplifier.hierarchy.options import COARSENESS, SceneOptions
 from simplifier.hierarchy.parts import Parts
-from simplifier.hierarchy.store import leaf_key, mesh_key, node_key, options_key, placed_key
 from simplifier.hierarchy.tree import Tree
 from simplifier.options import Axis
 
 _FEWEST_PARTS = 4  # below an inner node: with fewer, the leaves do as well for as many triangles
-_LEVEL = 1e-6  # sine of the angle up to which an axis counts as upright
+_LEVEL = 1e-6  # an axis counts as upright where the cosine to up is this near to 1
 
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """One occluder to make: the parts below a node, in the order in which they are joined."""
+    """One occluder to make.
+
+    ``parts``  below the node, in the order in which they are joined; for the occluder of a leaf any
+               one of those that share it.
+    """
 
     key: str
     kind: Kind
@@ -76,7 +81,8 @@ def plan_occluders(parts: Parts, tree: Tree, options: SceneOptions) -> Plan:
 
     def inner(below: IntArray) -> str:
         below = np.array(sorted(below.tolist(), key=placed.__getitem__), dtype=np.int32)
-        stand = Stand(options.up, options.ground and bool(whole[below].all()))
+        grounded = options.ground and bool(whole[below].all())
+        stand = Stand(options.up if grounded else None, options.smallest_hole)
         key = node_key((placed[part] for part in below), stand, of_options)
         jobs.setdefault(key, Job(key, "inner", below, stand))
         return key
@@ -103,24 +109,34 @@ def _useful(tree: Tree, options: SceneOptions) -> NDArray[np.bool_]:
 
 
 def _stands(parts: Parts, whole: NDArray[np.bool_], options: SceneOptions) -> list[Stand]:
-    """How each mesh stands in its own space: on the ground if all its instances do, upright."""
+    """How each mesh stands in its own space: what is so for all its instances."""
     scene = parts.scene
-    result = []
     by_mesh = np.argsort(scene.mesh_of, kind="stable")
     counts = np.bincount(scene.mesh_of, minlength=len(scene.meshes))
-    for which in np.split(by_mesh, np.cumsum(counts)[:-1]):
-        axis = _upright_axis(scene.transforms[which], "xyz".index(options.up))
-        grounded = options.ground and axis is not None and bool(whole[which].all())
-        result.append(Stand(axis if axis is not None else options.up, grounded))
-    return result
+    return [
+        _stand(scene.transforms[of_mesh], options, bool(whole[of_mesh].all()))
+        for of_mesh in np.split(by_mesh, np.cumsum(counts)[:-1])
+    ]
+
+
+def _stand(transforms: FloatArray, options: SceneOptions, whole: bool) -> Stand:
+    grounded = options.ground and whole
+    hole = options.smallest_hole / float(scales(transforms).max(initial=0.0) or 1.0)
+    return Stand(
+        _upright_axis(transforms, "xyz".index(options.up)) if grounded else None,
+        float(f"{hole:.6g}"),  # turning an instance must not change the key by rounding
+    )
 
 
 def _upright_axis(transforms: FloatArray, up: int) -> Axis | None:
-    """The axis of a mesh that points up under all of the transforms."""
-    columns = transforms[:, :3, :3]
-    upward = columns[:, up, :] / np.linalg.norm(columns, axis=1)
-    names: Sequence[Axis] = ("x", "y", "z")
+    """The axis of a mesh along which height grows, and along no other, under all transforms.
+
+    So level planes of the world are planes across it, sheared or not.
+    """
+    heights = transforms[:, up, :3]
+    shares = heights / np.linalg.norm(heights, axis=1, keepdims=True)
+    names: tuple[Axis, ...] = get_args(Axis)
     for axis, name in enumerate(names):
-        if (upward[:, axis] > 1.0 - _LEVEL).all():
+        if (shares[:, axis] > 1.0 - _LEVEL).all():
             return name
     return None

@@ -1,91 +1,102 @@
-"""Occluders kept under the hash of what they were made from."""
+"""Occluders kept in files under the hash of what they were made from."""
 
 from __future__ import annotations
 
-import hashlib
+import math
+import zlib
 from collections.abc import Iterable
-from dataclasses import astuple
+from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.errors import MeshError, UnreadableMeshError
 from simplifier.geometry.occluder import Occluder
-from simplifier.hierarchy.node import Kind, Stand
-from simplifier.hierarchy.options import SceneOptions
+from simplifier.hierarchy.keys import is_key
+from simplifier.hierarchy.node import hiding_radius
 from simplifier.io import load_occluder, save_occluder
-from simplifier.io.whole import make_folder
-from simplifier.version import VERSION
-
-_FORMAT = b"1"  # raised when the same input is to give another occluder
+from simplifier.io.source import read_bytes
+from simplifier.io.whole import remove_drafts
 
 
+@dataclass(frozen=True)
+class Summary:
+    """What a tree has to know of an occluder without reading it.
+
+    ``triangles``    0 where it would hide nothing.
+    ``error_bound``  proved, in the occluder's own space.
+    ``radius``       see :func:`~simplifier.hierarchy.node.hiding_radius`.
+    ``checksum``     CRC-32 of the occluder's file.
+    """
+
+    triangles: int
+    error_bound: float
+    radius: float
+    checksum: int
+
+
+@dataclass(frozen=True)
 class OccluderStore:
     """A folder of ``<key>.glb``; each appears whole or not at all, so a killed run leaves no half.
 
     A node whose occluder would hide nothing has a file without triangles, so that it is not tried
-    again.
+    again.  The folder has to be there to write to it.
     """
 
-    def __init__(self, folder: Path) -> None:
-        make_folder(folder)
-        self._folder = folder
+    folder: Path
 
     def path(self, key: str) -> Path:
-        return self._folder / f"{key}.glb"
+        """Raises ValueError for what is no key, which might lead out of the folder."""
+        if not is_key(key):
+            raise ValueError(f"{key!r} is no key of an occluder")
+        return self.folder / f"{key}.glb"
 
     def keys(self) -> set[str]:
-        """All that are there."""
-        return {path.stem for path in self._folder.glob("*.glb")}
+        """All that are there, damaged ones included."""
+        return {path.stem for path in self.folder.glob("*.glb") if is_key(path.stem)}
 
-    def write(self, key: str, occluder: Occluder) -> None:
+    def write(self, key: str, occluder: Occluder) -> Summary:
+        """Raises :class:`~simplifier.errors.OutputError`.
+
+        The summary is of what can be read back, which is rounded: it must not depend on which run
+        made the file.
+        """
         save_occluder(occluder, self.path(key))
+        return self.summary(key)
 
     def read(self, key: str) -> Occluder:
         """Raises :class:`~simplifier.errors.MeshError` where it is missing or damaged."""
-        return load_occluder(self.path(key))
+        occluder = load_occluder(self.path(key))
+        if not 0.0 <= occluder.error_bound < math.inf:
+            raise UnreadableMeshError(
+                "it does not say how far it may stray",
+                where=str(self.path(key)),
+                remedy="build the scene again",
+            )
+        return occluder
+
+    def summary(self, key: str) -> Summary:
+        """Raises as :meth:`read`."""
+        occluder = self.read(key)
+        radius = hiding_radius(occluder)
+        return Summary(len(occluder.faces), occluder.error_bound, radius, self.checksum(key))
+
+    def checksum(self, key: str) -> int:
+        """CRC-32 of the file's bytes.  Raises as :meth:`read`."""
+        return zlib.crc32(read_bytes(self.path(key)))
+
+    def kept(self, key: str, known: Summary | None = None) -> Summary | None:
+        """The summary of a file that is as it was written; None where it has to be made again.
+
+        ``known`` spares reading the occluder, and tells apart a file that was changed.
+        """
+        try:
+            if known is None:
+                return self.summary(key)
+            return known if self.checksum(key) == known.checksum else None
+        except MeshError:
+            return None
 
     def keep_only(self, keys: Iterable[str]) -> None:
-        """Delete what no scene refers to any more."""
+        """Delete what no scene refers to any more, and what killed runs left; no other files."""
         for stale in self.keys() - set(keys):
             self.path(stale).unlink(missing_ok=True)
-
-
-def mesh_key(mesh: TriangleMesh) -> bytes:
-    """Of the geometry alone."""
-    made = hashlib.sha256(len(mesh.vertices).to_bytes(8, "little"))
-    made.update(np.ascontiguousarray(mesh.vertices).data)
-    made.update(np.ascontiguousarray(mesh.faces).data)
-    return made.digest()
-
-
-def options_key(options: SceneOptions) -> bytes:
-    """Of what an occluder depends on: neither the tree's width nor where it will be seen from."""
-    kept = (
-        options.budget, options.resolution, options.moves, options.up, options.ground,
-        options.smallest_hole, options.conservative, options.seed, VERSION,
-    )  # fmt: skip
-    return _digest(_FORMAT, repr(kept).encode())
-
-
-def leaf_key(mesh: bytes, kind: Kind, stand: Stand, options: bytes) -> str:
-    """Of an occluder of a mesh, in the mesh's own space."""
-    return _digest(kind.encode(), mesh, repr(astuple(stand)).encode(), options).hex()[:32]
-
-
-def placed_key(mesh: bytes, transform: FloatArray) -> bytes:
-    """Of a mesh at its place in the world."""
-    return _digest(b"placed", mesh, np.ascontiguousarray(transform).tobytes())
-
-
-def node_key(below: Iterable[bytes], stand: Stand, options: bytes) -> str:
-    """Of an inner node from the keys of all parts below it, in an order that they alone decide."""
-    return _digest(b"inner", repr(astuple(stand)).encode(), options, *below).hex()[:32]
-
-
-def _digest(*pieces: bytes) -> bytes:
-    made = hashlib.sha256()
-    for piece in pieces:
-        made.update(len(piece).to_bytes(8, "little"))
-        made.update(piece)
-    return made.digest()
+        remove_drafts(self.folder)

@@ -16,7 +16,8 @@ class Tree:
     """A wide bounding volume hierarchy; node 0 is the root, children come after their parent.
 
     ``bounds``       (k, 2, 3) float64: lowest and highest corner of each node's box.
-    ``children``     (k, 2) int32: first child and how many, which follow each other; 0 for a leaf.
+    ``children``     (k, 2) int32: first child and how many, which follow each other; (0, 0) for a
+                     leaf.
     ``spans``        (k, 2) int32: the places in ``order`` of what lies below a node.
     ``order``        (n,) int32: the things that the tree was built over; a leaf holds one.
     """
@@ -48,11 +49,12 @@ class Tree:
 def build_tree(boxes: FloatArray, width: int) -> Tree:
     """Tree over ``boxes`` (n, 2, 3), n at least 1, with 2 to ``width`` children a node.
 
-    Binary splits by least cost (area times number, both sides), then small neighbours
-    share a parent.  Where the planes may stand does not
-    depend on the boxes, so that a change to one leaves most nodes as they are.
+    Binary splits by least cost (area times number, both sides), then small neighbours share a
+    parent.  Nodes are numbered breadth first.  Where the planes may stand does not depend on the
+    boxes, so that a change to one leaves most nodes as they are.
     """
-    lows, highs = (np.ascontiguousarray(boxes[:, side]) for side in (0, 1))
+    # Copies, so that the kernels get writable arrays whatever the caller has.
+    lows, highs = (np.array(boxes[:, side], dtype=np.float64, order="C") for side in (0, 1))
     binary = 2 * len(boxes) - 1
     order = np.arange(len(boxes), dtype=np.int64)
     lefts = np.empty(binary, dtype=np.int64)
@@ -63,6 +65,7 @@ def build_tree(boxes: FloatArray, width: int) -> Tree:
     first, counts, sources = (np.empty(binary, dtype=np.int64) for _ in range(3))
     nodes = widen(lefts, width, first, counts, sources)
     kept = sources[:nodes]
+    first[:nodes][counts[:nodes] == 0] = 0
     children = np.column_stack([first[:nodes], counts[:nodes]])
     return Tree(
         bounds[kept], children.astype(np.int32), spans[kept].astype(np.int32),

@@ -6,17 +6,22 @@ attempt of the job that it was at and nothing else: the job is given to a fresh 
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from multiprocessing.connection import Connection, wait
-from multiprocessing.process import BaseProcess
+from multiprocessing.connection import wait
 from typing import Any
 
-from simplifier.errors import OccluderError
+from simplifier.errors import BackendUnavailableError
+from simplifier.hierarchy.worker import (
+    Answer,
+    Attempt,
+    Start,
+    Work,
+    Worker,
+    answer_of,
+    without_interrupts,
+)
 from simplifier.progress import Cancel
 
 _ATTEMPTS = 2
@@ -25,15 +30,27 @@ _GLANCE = 0.05  # seconds between looks at whether to stop
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a job gave, or why it gave nothing."""
+    """What came of the job at a place."""
 
     job: int
-    result: Any = None
-    failure: str = ""
+    answer: Answer
+
+
+def run_jobs_here(
+    work: Work, jobs: Sequence[Any], cancel: Cancel | None = None
+) -> Iterator[Outcome]:
+    """As :func:`run_jobs`, in this process and in order; work may itself look at ``cancel``."""
+    for index, job in enumerate(jobs):
+        if cancel is not None and cancel.is_set():
+            return
+        answer = answer_of(work, job)
+        if cancel is not None and cancel.is_set():
+            return
+        yield Outcome(index, answer)
 
 
 def run_jobs(
-    start: Callable[..., Callable[[Any], object]],
+    start: Start,
     arguments: tuple[Any, ...],
     jobs: Sequence[Any],
     processes: int,
@@ -42,92 +59,84 @@ def run_jobs(
     """Do every job in one of some processes; yield each outcome as it comes, in any order.
 
     ``start(*arguments)`` is called once in each process and returns what does a job.  All of them
-    have to be importable and picklable.  When ``cancel`` is set, or the caller ends the iteration,
+    have to be importable and picklable.  When ``cancel`` is set, or the caller closes the iterator,
     the processes are ended and what they are at is lost.
+
+    Raises :class:`~simplifier.errors.OutputError` when a job does, and
+    :class:`BackendUnavailableError` when processes end before they are at any job.
     """
-    waiting = deque((index, 1) for index in range(len(jobs)))
-    workers: list[_Worker] = []
+    crew = _Crew(start, arguments, processes, deque(Attempt(job) for job in range(len(jobs))))
     try:
-        while waiting or any(worker.busy for worker in workers):
+        while crew.at_work:
             if cancel is not None and cancel.is_set():
                 return
-            while waiting and len(workers) < processes:
-                workers.append(_Worker(start, arguments))
-            for worker in workers:
-                if waiting and not worker.busy:
-                    worker.give(jobs, *waiting.popleft())
-            ready = wait([worker.connection for worker in workers if worker.busy], _GLANCE)
-            for worker in [worker for worker in workers if worker.connection in ready]:
-                outcome = worker.take()
+            crew.fill(jobs)
+            for worker in crew.answering():
+                outcome = crew.take(worker)
                 if outcome is not None:
                     yield outcome
-                    continue
-                index, attempt = worker.job
-                worker.end()
-                workers.remove(worker)
-                if attempt < _ATTEMPTS:
-                    waiting.append((index, attempt + 1))
-                else:
-                    yield Outcome(index, failure="the process that made it died, twice")
     finally:
-        for worker in workers:
-            worker.end()
+        crew.end()
 
 
-class _Worker:
-    """One process and the job that it is at."""
+class _Crew:
+    """The processes, and the attempts that wait for one."""
 
     def __init__(
-        self, start: Callable[..., Callable[[Any], object]], arguments: tuple[Any, ...]
+        self, start: Start, arguments: tuple[Any, ...], processes: int, waiting: deque[Attempt]
     ) -> None:
-        context = multiprocessing.get_context("spawn")
-        self.connection, theirs = context.Pipe()
-        self.job = (0, 0)
-        self.busy = False
-        self._process: BaseProcess = context.Process(
-            target=_serve, args=(theirs, start, arguments), daemon=True
-        )
-        self._process.start()
-        theirs.close()
+        self._start, self._arguments, self._processes = start, arguments, processes
+        self._waiting = waiting
+        self._workers: list[Worker] = []
+        self._stillborn = 0  # processes in a row that died before they were ready
 
-    def give(self, jobs: Sequence[Any], index: int, attempt: int) -> None:
-        self.job, self.busy = (index, attempt), True
-        with suppress(OSError):  # it has died: taking will tell
-            self.connection.send((index, jobs[index]))
+    @property
+    def at_work(self) -> bool:
+        return bool(self._waiting) or any(worker.attempt for worker in self._workers)
 
-    def take(self) -> Outcome | None:
-        """What came of the job; None when the process has died."""
+    def fill(self, jobs: Sequence[Any]) -> None:
+        """Start what processes are missing and give a job to each that has none."""
+        while self._waiting and len(self._workers) < self._processes:
+            with without_interrupts():
+                self._workers.append(Worker(self._start, self._arguments))
+        for worker in self._workers:
+            if self._waiting and worker.idle:
+                attempt = self._waiting.popleft()
+                worker.give(jobs[attempt.job], attempt)
+
+    def answering(self) -> list[Worker]:
+        """Those with something to say; none after a glance's time."""
+        ready = wait([one.connection for one in self._workers if not one.idle], _GLANCE)
+        return [worker for worker in self._workers if worker.connection in ready]
+
+    def take(self, worker: Worker) -> Outcome | None:
+        """What a worker says of its job, if it is over."""
+        attempt = worker.attempt
         try:
-            outcome: Outcome = self.connection.recv()
-        except (EOFError, OSError):
-            return None
-        self.busy = False
-        return outcome
+            answer = worker.take()
+        except EOFError:
+            self._bury(worker)
+            answer = Answer(failure="the process that made it died, twice")
+            if attempt is not None and attempt.number < _ATTEMPTS:
+                self._waiting.append(Attempt(attempt.job, attempt.number + 1))
+                return None
+        else:
+            self._stillborn = 0
+        return Outcome(attempt.job, answer) if attempt is not None and answer is not None else None
+
+    def _bury(self, worker: Worker) -> None:
+        self._workers.remove(worker)
+        worker.stop()
+        worker.join()
+        self._stillborn += not worker.ready
+        if self._stillborn > _ATTEMPTS * self._processes:
+            raise BackendUnavailableError(
+                "the processes that make occluders die before they begin",
+                remedy="call this below \"if __name__ == '__main__':\", or set OCCLUDER_THREADS=1",
+            )
 
     def end(self) -> None:
-        self._process.terminate()
-        self._process.join()
-        self.connection.close()
-
-
-def _serve(
-    connection: Connection,
-    start: Callable[..., Callable[[Any], object]],
-    arguments: tuple[Any, ...],
-) -> None:
-    """Do jobs until the other end closes."""
-    os.environ["OCCLUDER_THREADS"] = "1"  # the processes share the processors
-    with suppress(EOFError, KeyboardInterrupt, BrokenPipeError):
-        work = start(*arguments)
-        while True:
-            index, job = connection.recv()
-            connection.send(_outcome(work, index, job))
-
-
-def _outcome(work: Callable[[Any], object], index: int, job: Any) -> Outcome:
-    try:
-        return Outcome(index, work(job))
-    except OccluderError as error:
-        return Outcome(index, failure=str(error))
-    except MemoryError:
-        return Outcome(index, failure="out of memory")
+        for worker in self._workers:
+            worker.stop()
+        for worker in self._workers:
+            worker.join()

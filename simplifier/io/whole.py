@@ -9,6 +9,8 @@ from pathlib import Path
 
 from simplifier.errors import OutputError
 
+_DRAFT = ".occluder-*.tmp"
+
 
 def check_folder(path: Path) -> None:
     """Raise :class:`OutputError` when the folder that ``path`` would be written to is not there."""
@@ -66,7 +68,7 @@ def _drafted(path: Path, data: bytes) -> tuple[Path, Path]:
     target = path.resolve()
     if target.exists() and not target.is_file():
         raise OutputError("this is a folder or a device", where=str(path), remedy="name a file")
-    draft = target.with_name(f".occluder-{secrets.token_hex(8)}.tmp")
+    draft = target.with_name(_DRAFT.replace("*", secrets.token_hex(8)))
     try:
         draft.write_bytes(data)
     except BaseException:
@@ -89,3 +91,9 @@ def _told(path: Path) -> Iterator[None]:
             where=str(path),
             remedy="check the folder's permissions and the free space",
         ) from None
+
+
+def remove_drafts(folder: Path) -> None:
+    """Delete what killed processes were writing into a folder that no other process writes to."""
+    for draft in folder.glob(_DRAFT):
+        draft.unlink(missing_ok=True)

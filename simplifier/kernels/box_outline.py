@@ -36,7 +36,7 @@ def is_outline_hidden(boxes, index, view, depth, grown, corners, edges, planes):
     last_row = np.int64(min(max(bottom + grown, 0.0), rows - 1.0))
     for row in range(first_row, last_row + 1):
         left, right = _extent(edges, row - grown, row + 1.0 + grown)
-        if not left <= right:
+        if not (left <= right and right + grown >= 0.0 and left - grown <= columns):
             continue
         first = np.int64(min(max(left - grown, 0.0), columns - 1.0))
         last = np.int64(min(max(right + grown, 0.0), columns - 1.0))

@@ -95,12 +95,12 @@ def _lattice(lows, highs, order, begin, end, width, first, last):
             low = min(low, centre)
             high = max(high, centre)
         # So fine a lattice that its numbers are not exact would help nobody.
-        extent = max(high - low, 1e-12 * max(abs(low), abs(high)))
+        step = max(high - low, 1e-12 * max(abs(low), abs(high))) / BINS
         first[axis] = 0
         last[axis] = 0
         width[axis] = 1.0
-        if high > low and extent > 0.0:
-            width[axis] = 2.0 ** np.floor(np.log2(extent / BINS))
+        if high > low and step > 0.0:
+            width[axis] = 2.0 ** np.floor(np.log2(step))
             first[axis] = np.int64(np.floor(low / width[axis]))
             last[axis] = np.int64(np.floor(high / width[axis]))
 

@@ -64,7 +64,7 @@ def tree_of(scene, occluders, **options):
     occluder_of = np.full((len(tree), 2), -1, dtype=np.int32)
     for leaf in np.nonzero(tree.is_leaf)[0]:
         part = tree.order[tree.spans[leaf, 0]]
-        place = places.get(parts.scene.names[part], -1)
+        place = places.get(scene.names[parts.object_of[part]], -1)
         if place >= 0:
             level = NEAR if made[place].error_bound == 0.0 else FAR
             occluder_of[leaf, level] = place

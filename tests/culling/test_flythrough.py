@@ -47,7 +47,8 @@ def test_a_wall_hides_what_is_behind_it():
     assert (figures.scene_triangles, figures.triangles_in_view) == (7 * 12, 6 * 12)
     assert figures.wrong_pixels == 0 < figures.covered_pixels
     assert figures.milliseconds > 0.0
-    fates = dict(zip(found.parts.scene.names, found.shots[0].fates.tolist(), strict=True))
+    names = [found.scene.names[index] for index in found.parts.object_of]
+    fates = dict(zip(names, found.shots[0].fates.tolist(), strict=True))
     assert fates == {
         "wall": Fate.SEEN, "beside": Fate.SEEN, "at the back": Fate.ABSENT,
         **dict.fromkeys(HIDDEN, Fate.CULLED),

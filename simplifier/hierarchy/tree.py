@@ -16,7 +16,8 @@ class Tree:
     """A wide bounding volume hierarchy; node 0 is the root, children come after their parent.
 
     ``bounds``       (k, 2, 3) float64: lowest and highest corner of each node's box.
-    ``children``     (k, 2) int32: first child and how many, which follow each other; (0, 0) for a leaf.
+    ``children``     (k, 2) int32: first child and how many, which follow each other; (0, 0) for a
+                     leaf.
     ``spans``        (k, 2) int32: the places in ``order`` of what lies below a node.
     ``order``        (n,) int32: the things that the tree was built over; a leaf holds one.
     """

@@ -9,10 +9,11 @@
     memory             peak of a whole run at 256 voxels a side; target 1 GiB
     starts             first start, later starts, import
     kernels            single kernels beside their floors and their peers
+    culling            occluders drawn and boxes tested; target 10 ms for 10,000 of each
 
 Times are wall clock with all processors and kernels warm, the median over the repeats with the
-least and the most beside it (``kernels``: one processor).  Every part writes ``speed_PART.csv``,
-growth also a picture, and ``speed.md`` shows all that the folder holds.
+least and the most beside it (``kernels``, ``culling``: one processor).  Every part writes
+``speed_PART.csv``, growth also a picture, and ``speed.md`` shows all that the folder holds.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+from bench.culling import culling_times
 from bench.growth import BUDGET, RESOLUTION, TRIANGLES, Growth, fitted_slopes
 from bench.kernels import kernel_times
 from bench.plot import plot_growth
@@ -41,6 +43,7 @@ PARTS: Mapping[str, Part] = {
     "memory": memory_at_256,
     "starts": start_times,
     "kernels": kernel_times,
+    "culling": culling_times,
 }
 
 

@@ -8,33 +8,82 @@
     print(report.precision, report.recall)
     simplifier.save(occluder, "castle_occluder.glb")
 
+    scene = simplifier.load_scene("city.glb")
+    tree = simplifier.simplify_scene(scene, "city_occluders", ground=True)
+    culler = simplifier.Culler(tree, simplifier.DepthBuffer())
+    verdicts = culler.cull(camera).verdicts
+
 Errors are :class:`simplifier.errors.OccluderError` and its kinds.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
+
+from simplifier.culling.cull import Culled, Culler
+from simplifier.culling.depth_buffer import DepthBuffer, Verdict
 from simplifier.errors import OccluderError
 from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
+from simplifier.geometry.camera import Camera, CameraPath, Lens
+from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.scene import Scene
+from simplifier.hierarchy.build import Tell, build_occluders
+from simplifier.hierarchy.manifest import (
+    load_occluder_tree,
+    occluder_store,
+    read_summaries,
+    write_manifest,
+)
+from simplifier.hierarchy.occluder_tree import OccluderTree
+from simplifier.hierarchy.options import SceneOptions
+from simplifier.io import load_camera_path, load_lods, load_scene, save_lods, save_occluder
 from simplifier.io import load_mesh as load
-from simplifier.io import save_occluder as save
-from simplifier.options import Axis, Preset, Slicing, Trim, Viewers, make_options
+from simplifier.lods.levels import simplify_levels
+from simplifier.lods.plan import finest_bound, plan_levels
+from simplifier.options import (
+    Axis,
+    LodOptions,
+    Preset,
+    Slicing,
+    Trim,
+    Viewers,
+    make_options,
+)
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel, Listener, Progress
 from simplifier.version import VERSION as __version__
 
 __all__ = [
     "AccuracyReport",
+    "Camera",
+    "CameraPath",
+    "Culled",
+    "Culler",
+    "DepthBuffer",
+    "Lens",
+    "Level",
+    "LodChain",
     "Occluder",
     "OccluderError",
+    "OccluderTree",
     "Progress",
+    "Scene",
     "TriangleMesh",
+    "Verdict",
     "__version__",
     "evaluate",
     "load",
+    "load_camera_path",
+    "load_lods",
+    "load_occluder_tree",
+    "load_scene",
     "save",
     "simplify",
+    "simplify_lods",
+    "simplify_scene",
 ]
 
 
@@ -97,6 +146,117 @@ def simplify(
         time_limit=time_limit, seed=seed,
     )  # fmt: skip
     return simplify_mesh(mesh, options, listener, cancel).occluder
+
+
+def simplify_lods(
+    mesh: TriangleMesh,
+    *,
+    lods: int | None = None,
+    error_bounds: Sequence[float] | None = None,
+    pixel_error: float = 1.0,
+    screen_height: int = 1080,
+    fov: float = 60.0,
+    budget: int = 64,
+    resolution: int | None = None,
+    error_bound: float | None = None,
+    up: Axis = "y",
+    ground: bool = False,
+    viewers: Viewers = "all",
+    smallest_hole: float = 0.0,
+    trim: Trim = "gain",
+    slicer: Slicing = "cpu",
+    preset: Preset = "balanced",
+    min_precision: float = 0.995,
+    moves: int | None = None,
+    time_limit: float | None = None,
+    seed: int = 0,
+    listener: Listener | None = None,
+    cancel: Cancel | None = None,
+) -> LodChain:
+    """Make levels of detail of one occluder, each with its own error bound, finest first.
+
+    ``lods``         how many, 3 if neither it is given nor ``error_bounds``: the finest has the
+                     ``resolution`` (or ``error_bound``) and the ``budget``, each further one half
+                     of both.
+    ``error_bounds``  in their place: the bound of each level, world units, in any order; budgets
+                     fall in proportion to the resolutions.
+    ``pixel_error``  pixels that a level's error may have where it is used, on a screen of
+    ``screen_height`` pixels and a vertical field of view of ``fov`` degrees.
+    ``time_limit``   seconds for all levels together.
+    ``cancel``       ends the call with the levels so far, if the finest is there.
+
+    All else as for :func:`simplify`; there is no ``conservative`` and no ``shrink``, whose error
+    bound is 0 at any resolution.  Levels that bring nothing are left out, and ``left_out`` of the
+    result says which and why.  ``chain.at(distance)`` is the level to use; :func:`save` writes all.
+    Raises :class:`OccluderError`.
+    """
+    count = 3 if lods is None and error_bounds is None else lods
+    bounds = None if error_bounds is None else tuple(error_bounds)
+    levels = LodOptions(count, bounds, pixel_error, screen_height, fov)
+    longest = float(mesh.extent.max())
+    finest = make_options(
+        longest, budget=budget, resolution=resolution,
+        error_bound=finest_bound(levels, resolution, error_bound), up=up, ground=ground,
+        viewers=viewers, smallest_hole=smallest_hole, trim=trim, slicer=slicer, preset=preset,
+        min_precision=min_precision, moves=moves, time_limit=time_limit, seed=seed,
+    )  # fmt: skip
+    return simplify_levels(mesh, plan_levels(longest, finest, levels), listener, cancel).chain
+
+
+def save(result: Occluder | LodChain, path: str | Path) -> None:
+    """Write an occluder or levels of detail in the format of the suffix, all or nothing.
+
+    Levels go to one ``.glb`` by MSFT_lod, which :func:`load_lods` reads, and one by one to
+    ``NAME_lod0`` and so on beside it; for other formats to the latter alone.  Raises
+    :class:`~simplifier.errors.OutputError`.
+    """
+    if isinstance(result, LodChain):
+        save_lods(result, path)
+    else:
+        save_occluder(result, path)
+
+
+def simplify_scene(
+    scene: Scene,
+    folder: str | Path,
+    *,
+    budget: int = 64,
+    resolution: int = 64,
+    width: int = 8,
+    moves: int = 2400,
+    up: Axis = "y",
+    ground: bool = False,
+    smallest_hole: float = 0.0,
+    conservative: bool = False,
+    pixel_error: float = 0.5,
+    rows: int = 180,
+    fov: float = 60.0,
+    seed: int = 0,
+    tell: Tell = lambda done, total: None,
+    cancel: Cancel | None = None,
+) -> OccluderTree:
+    """Make a tree of occluders for a scene of many objects, kept in ``folder``.
+
+    Options as :class:`~simplifier.hierarchy.options.SceneOptions` says.  What the folder holds of
+    an earlier run and the scene still needs is not made again.  Work is spread over processes, so
+    a script that calls this has to guard its main module (``if __name__ == "__main__"``).
+
+    ``tell``    called with how many occluders are there and how many there will be.
+    ``cancel``  once set, ends the call soon by :class:`~simplifier.errors.CancelledError`; what is
+                made by then is kept.
+
+    ``scene.json`` in the folder says what could not be made and why.  Raises
+    :class:`OccluderError`.
+    """
+    options = SceneOptions(
+        budget, resolution, width, moves, up, ground, smallest_hole, conservative, pixel_error,
+        rows, fov, seed,
+    )  # fmt: skip
+    place = Path(folder)
+    store = occluder_store(place)
+    build = build_occluders(scene, options, store, read_summaries(place), tell, cancel)
+    write_manifest(place, scene, options, build)
+    return load_occluder_tree(place)
 
 
 def evaluate(

@@ -10,14 +10,14 @@ from __future__ import annotations
 import atexit
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from simplifier import cli_scene
+from simplifier import cli_cull, cli_scene
 from simplifier.cli_failures import guarded
 from simplifier.console import (
     accept_any_text,
@@ -29,7 +29,13 @@ from simplifier.console import (
     run_bar,
 )
 from simplifier.errors import MeshError, OutputError
-from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
+from simplifier.evaluation.accuracy import (
+    AccuracyOptions,
+    AccuracyReport,
+    evaluate_accuracies,
+    evaluate_accuracy,
+)
+from simplifier.evaluation.level_report import left_out_rows, level_rows
 from simplifier.evaluation.page import write_pictures
 from simplifier.evaluation.report import Report, build_report, write_report
 from simplifier.evaluation.tradeoff import SweepOptions, Trial, run_count, sweep
@@ -38,11 +44,15 @@ from simplifier.evaluation.tradeoff_study import Study, numbers, study_files, st
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.interrupts import INTERRUPTED, Interrupts, interrupts
-from simplifier.io import check_writable, load_mesh, load_occluder, save_occluder
+from simplifier.io import check_writable, load_mesh, load_occluder, save_lods, save_occluder
+from simplifier.io.save_lods import is_level_path
 from simplifier.io.whole import check_folder, make_folder, write_whole
+from simplifier.lods.levels import Levels, simplify_levels
+from simplifier.lods.plan import finest_bound, plan_levels, typed_lods
 from simplifier.options import (
     MOST_VOXELS,
     Axis,
+    LodOptions,
     Options,
     Preset,
     Slicing,
@@ -50,8 +60,8 @@ from simplifier.options import (
     Viewers,
     make_options,
 )
-from simplifier.pipeline import simplify_mesh
-from simplifier.progress import Listener, Stopwatch
+from simplifier.pipeline import Simplification, simplify_mesh
+from simplifier.progress import Cancel, Listener, Stopwatch
 from simplifier.solidify import solidify
 from simplifier.version import VERSION
 from simplifier.warmup import warm_up
@@ -97,6 +107,24 @@ def simplify(
     error_bound: Annotated[
         float | None,
         typer.Option(help="In place of a resolution: largest deviation, in the mesh's units."),
+    ] = None,
+    lods: Annotated[
+        int | None,
+        typer.Option(help="Levels of detail, each of half the resolution and half the budget."),
+    ] = None,
+    error_bounds: Annotated[
+        str | None,
+        typer.Option(metavar="LIST", help="Levels of detail by their error bounds in its place."),
+    ] = None,
+    pixel_error: Annotated[
+        float | None,
+        typer.Option(help="Pixels that a level's error may have.", show_default="1"),
+    ] = None,
+    screen_height: Annotated[
+        int | None, typer.Option(help="Of the screen, in pixels.", show_default="1080")
+    ] = None,
+    fov: Annotated[
+        float | None, typer.Option(help="Vertical field of view, degrees.", show_default="60")
     ] = None,
     up: Up = "y",
     ground: Ground = False,
@@ -154,20 +182,27 @@ def simplify(
 ) -> None:
     """Make an occluder from a mesh and report its precision and recall.
 
+    With levels of detail the output holds all of them if it is a glb, and each goes to a file of
+    its own, NAME_lod0 and so on; levels that bring nothing are left out.
+
     Ctrl-C ends the refining and keeps the best so far; once more ends the command at once.
     """
 
     def run(listener: Listener, interrupts: Interrupts) -> Report | None:
         accuracy_options = AccuracyOptions(views, image, quads, seed, exact, viewers, up)
+        levels = typed_lods(lods, error_bounds, pixel_error, screen_height, fov)
+        bound = error_bound
+        if levels is not None:
+            bound = finest_bound(levels, resolution, error_bound)
         check_writable(output)
-        _check_distinct(mesh, output)
+        _check_distinct(mesh, output, levels)
         _check_extras(report, pictures)
         watch = Stopwatch(listener)
         with watch.stage("load"):
             soup = load_mesh(mesh)
         options = make_options(
             float(soup.extent.max()), budget=budget, resolution=resolution,
-            error_bound=error_bound, up=up, ground=ground, viewers=viewers,
+            error_bound=bound, up=up, ground=ground, viewers=viewers,
             smallest_hole=smallest_hole, conservative=conservative, shrink=shrink,
             trim=trim, slicer=slicer, alpha=alpha, preset=preset,
             min_precision=min_precision, moves=moves, time_limit=time_limit, seed=seed,
@@ -175,19 +210,20 @@ def simplify(
         kept = reported = False
         try:
             with interrupts.deferred() as cancel:
-                result = simplify_mesh(soup, options, listener, cancel)
+                result = _made(soup, options, levels, listener, cancel)
                 with interrupts.held(), watch.stage("write"):
-                    save_occluder(result.occluder, output)
+                    files = _written(result, output)
                 kept = True
             if interrupts.heard and not result.interrupted:
                 raise KeyboardInterrupt
             with watch.stage("accuracy"):
-                accuracy = evaluate_accuracy(soup, result.occluder, accuracy_options)
+                accuracies = evaluate_accuracies(soup, _occluders(result), accuracy_options)
+            accuracy = accuracies[0]
             summary = build_report(
                 soup, result.occluder, result.solid, accuracy,
-                options=_resolved(options, accuracy_options),
-                timings={**result.occluder.timings, **watch.timings},
-                warnings=result.warnings, seed=seed,
+                options=_resolved(options, levels, accuracy_options),
+                timings=_timings(result, watch), warnings=result.warnings, seed=seed,
+                **_level_keys(result, accuracies, files),
             )  # fmt: skip
             with interrupts.held():
                 _write_report(summary, report)
@@ -347,6 +383,7 @@ def _print_study(study: Study) -> None:
 
 app.command("path")(cli_scene.path)
 app.command("scene")(cli_scene.scene)
+app.command("cull")(cli_cull.cull)
 
 
 @app.command()
@@ -384,8 +421,59 @@ def _run(work: Callable[[Listener, Interrupts], Report | None], name: str, *, de
     guarded(shown, debug=debug)
 
 
-def _check_distinct(mesh: Path, output: Path) -> None:
+def _made(
+    soup: TriangleMesh,
+    options: Options,
+    levels: LodOptions | None,
+    listener: Listener,
+    cancel: Cancel,
+) -> Simplification | Levels:
+    if levels is None:
+        return simplify_mesh(soup, options, listener, cancel)
+    plan = plan_levels(float(soup.extent.max()), options, levels)
+    return simplify_levels(soup, plan, listener, cancel)
+
+
+def _written(result: Simplification | Levels, output: Path) -> tuple[Path, ...]:
+    """The files of the occluders, finest first."""
+    if isinstance(result, Levels):
+        return save_lods(result.chain, output)
+    save_occluder(result.occluder, output)
+    return (output,)
+
+
+def _occluders(result: Simplification | Levels) -> list[Occluder]:
+    if isinstance(result, Levels):
+        return [level.occluder for level in result.chain.levels]
+    return [result.occluder]
+
+
+def _timings(result: Simplification | Levels, watch: Stopwatch) -> dict[str, float]:
+    """Seconds by stage; the levels were judged as they were made, too."""
+    timings = dict(result.timings if isinstance(result, Levels) else result.occluder.timings)
+    for stage, seconds in watch.timings.items():
+        timings[stage] = timings.get(stage, 0.0) + seconds
+    return timings
+
+
+def _level_keys(
+    result: Simplification | Levels, accuracies: Sequence[AccuracyReport], files: Sequence[Path]
+) -> dict[str, Any]:
+    """What the report says of levels of detail."""
+    if not isinstance(result, Levels):
+        return {}
+    chain = result.chain
+    return {"levels": level_rows(chain, accuracies, files), "left_out": left_out_rows(chain)}
+
+
+def _check_distinct(mesh: Path, output: Path, levels: LodOptions | None) -> None:
     """The mesh is not to be lost by a slip of the keyboard."""
+    if levels is not None and is_level_path(mesh, output):
+        raise OutputError(
+            "its levels would replace or remove the mesh itself",
+            where=str(output),
+            remedy="name another file for the occluder",
+        )
     if mesh.resolve() == output.resolve():
         raise OutputError(
             "this is the mesh itself",
@@ -419,7 +507,9 @@ def _write_pictures(
         write_pictures(pictures, *scene, summary, name=name)
 
 
-def _resolved(options: Options, accuracy: AccuracyOptions) -> dict[str, Any]:
+def _resolved(
+    options: Options, levels: LodOptions | None, accuracy: AccuracyOptions
+) -> dict[str, Any]:
     """Every option that had a part in the result, by the name that users type."""
     return {
         **asdict(options.solid),
@@ -428,6 +518,7 @@ def _resolved(options: Options, accuracy: AccuracyOptions) -> dict[str, Any]:
         **asdict(options.selection),
         "refine": asdict(options.refine),
         "time_limit": options.time_limit,
+        "lods": None if levels is None else asdict(levels),
         "accuracy": asdict(accuracy),
     }
 

@@ -7,9 +7,10 @@ from typing import Annotated
 
 import typer
 
+from simplifier.camera_paths.generate import generate_path
+from simplifier.camera_paths.options import PathKind, PathOptions
 from simplifier.cli_failures import guarded
 from simplifier.console import count_bar, print_line, print_rows, print_text
-from simplifier.culling.paths import generate_path
 from simplifier.errors import OutputError
 from simplifier.geometry import scene as scenes
 from simplifier.hierarchy.build import Build, build_occluders
@@ -26,7 +27,7 @@ from simplifier.io.camera_path import save_camera_path
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_writer import write_scene
 from simplifier.io.whole import check_folder, make_folder
-from simplifier.options import Axis, PathKind, PathOptions
+from simplifier.options import Axis
 
 Scene = Annotated[
     Path, typer.Argument(help="The scene: a mesh file, objects by its nodes, or a folder of them.")
@@ -90,7 +91,7 @@ def scene(
     budget: Annotated[int, typer.Option(help="Most triangles of a node's occluder.")] = 64,
     resolution: Annotated[int, typer.Option(help="Voxels along the longest edge of a node.")] = 64,
     width: Annotated[int, typer.Option(help="Most children of a node.")] = 8,
-    moves: Annotated[int, typer.Option(help="Refining moves for a node.")] = 3000,
+    moves: Annotated[int, typer.Option(help="Refining moves for a node.")] = 2400,
     up: Annotated[Axis, typer.Option(help="The scene's up axis: x, y or z.")] = "y",
     ground: Annotated[
         bool, typer.Option("--ground", help="Objects stand on the ground: close open bases.")

@@ -50,10 +50,11 @@ def progress_bar() -> Iterator[Listener]:
         task = bars.add_task("starting", total=len(STAGES), measure=None)
 
         def listen(progress: Progress) -> None:
+            done = progress.level * len(STAGES) + STAGES.index(progress.stage) + progress.share
+            which = f"{progress.level + 1}/{progress.levels} " if progress.levels > 1 else ""
             bars.update(
-                task, completed=STAGES.index(progress.stage) + progress.share,
-                description=f"{_NAMES[progress.stage]} {progress.share:4.0%}",
-                measure=progress.measure,
+                task, completed=done / progress.levels, measure=progress.measure,
+                description=f"{which}{_NAMES[progress.stage]} {progress.share:4.0%}",
             )  # fmt: skip
 
         yield listen
@@ -121,7 +122,10 @@ def print_text(line: str) -> None:
 
 def print_report(report: dict[str, Any], name: str) -> None:
     """The report's headline figures as a table on standard output."""
-    print_rows(name, _rows(report), report["warnings"])
+    print_rows(name, _rows(report))
+    if report.get("levels"):
+        _print_levels(report)
+    _print_warnings(report["warnings"])
 
 
 def print_rows(title: str, rows: Sequence[tuple[str, str]], warnings: Sequence[str] = ()) -> None:
@@ -132,8 +136,33 @@ def print_rows(title: str, rows: Sequence[tuple[str, str]], warnings: Sequence[s
     for label, value in rows:
         table.add_row(label, value)
     Console(soft_wrap=True).print(table)
+    _print_warnings(warnings)
+
+
+def _print_warnings(warnings: Sequence[str]) -> None:
     for warning in warnings:
         print_line(f"warning: {warning}")
+
+
+def _print_levels(report: dict[str, Any]) -> None:
+    """A row a level of detail, then why others were left out."""
+    table = Table(title="levels of detail", title_justify="left")
+    names = ("level", "triangles", "recall", "precision", "error bound", "voxels", "from distance")
+    for name in names:
+        table.add_column(name, justify="right")
+    for level in report["levels"]:
+        table.add_row(
+            str(level["level"]), f"{level['triangles']:,}", f"{level['recall']:.2%}",
+            f"{level['precision']:.2%}", _length(level["error_bound"], "none"),
+            str(level["resolution"]), _length(level["switch_distance"], "none"),
+        )  # fmt: skip
+    Console(soft_wrap=True).print(table)
+    for one in report["left_out"]:
+        print_text(f"left out: {one['resolution']} voxels: {one['reason']}")
+
+
+def _length(value: float | None, missing: str) -> str:
+    return missing if value is None else f"{value:.6g}"
 
 
 def print_line(message: str) -> None:
@@ -155,14 +184,13 @@ def _printable(text: str) -> str:
 
 def _rows(report: dict[str, Any]) -> list[tuple[str, str]]:
     worst = report["worst_view"]
-    bound = report["error_bound"]
     rows = [
         ("triangles", f"{report['input']['triangles']:,} -> {report['triangles']:,}"),
         ("precision", f"{report['precision']:.2%}"),
         ("recall", f"{report['recall']:.2%}"),
         ("worst view", f"recall {worst['recall']:.2%}, precision {worst['precision']:.2%}"),
         ("occlusion measure kept", f"{report['occlusion_measure']['ratio']:.2%}"),
-        ("error bound", "none promised" if bound is None else f"{bound:.6g}"),
+        ("error bound", _length(report["error_bound"], "none promised")),
         ("deviation", f"{report['deviation']:.6g}"),
         ("solid", " x ".join(str(n) for n in report["solid"]["resolution"]) + " voxels"),
     ]

@@ -13,7 +13,7 @@
     `-- CancelledError             the caller asked to stop
 
 A message says what is wrong, where, and what to do about it.  It is raised once, where the fault is
-found, and turned into an exit status (``cli.py``) or an HTTP answer in one place.
+found, and turned into an exit status (``cli_failures.py``) or an HTTP answer in one place.
 """
 
 from __future__ import annotations

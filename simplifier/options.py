@@ -8,9 +8,12 @@ again.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, get_args
+from itertools import pairwise
+from typing import Literal
 
+from simplifier.checks import check_length, check_one_of, check_whole, check_within, is_number
 from simplifier.errors import OptionError
 
 TOLERANCE_VOXELS = 1.0
@@ -33,46 +36,10 @@ Trim = Literal["gain", "area"]
 Axis = Literal["x", "y", "z"]
 Viewers = Literal["all", "above"]
 Preset = Literal["draft", "balanced", "best"]
-PathKind = Literal["street", "roof", "inside"]
-
-
-def _within(name: str, value: float, low: float, high: float) -> None:
-    # NaN fails the comparison; a whole number too large for a float must not meet one.
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not number or not low <= value <= high:
-        raise OptionError(
-            f"{value!r} is out of range", where=name, remedy=f"choose {low:,} to {high:,}"
-        )
-
-
-def _one_of(name: str, value: str, choices: tuple[str, ...]) -> None:
-    if value not in choices:
-        raise OptionError(
-            f"{value!r} is not known", where=name, remedy=f"choose one of {', '.join(choices)}"
-        )
-
-
-def _length(name: str, value: float) -> None:
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not number or not 0.0 <= value < math.inf:
-        raise OptionError(
-            f"{value!r} is not a length",
-            where=name,
-            remedy="give 0 or a positive length in the units of the mesh",
-        )
-
-
-def _whole(name: str, value: int, low: int, high: int) -> None:
-    if not isinstance(value, int):
-        raise OptionError(
-            f"{value!r} is not a whole number", where=name, remedy=f"choose {low:,} to {high:,}"
-        )
-    _within(name, value, low, high)
 
 
 def _check_time(seconds: float) -> None:
-    number = isinstance(seconds, (int, float)) and not isinstance(seconds, bool)
-    if not number or not 0.0 < seconds <= _LONGEST:
+    if not is_number(seconds) or not 0.0 < seconds <= _LONGEST:
         raise OptionError(
             f"{seconds!r} is no time",
             where="time limit",
@@ -117,10 +84,10 @@ class SolidOptions:
     """
 
     def __post_init__(self) -> None:
-        _whole("resolution", self.resolution, 1, MOST_VOXELS)
-        _one_of("up", self.up, ("x", "y", "z"))
-        _length("smallest hole", self.smallest_hole)
-        _length("shrink", self.shrink)
+        check_whole("resolution", self.resolution, 1, MOST_VOXELS)
+        check_one_of("up", self.up, ("x", "y", "z"))
+        check_length("smallest hole", self.smallest_hole)
+        check_length("shrink", self.shrink)
 
     @property
     def wholly_inside(self) -> bool:
@@ -153,12 +120,12 @@ class SectionOptions:
     """``cpu`` samples the grid; ``gl`` draws the voxel mesh into an OpenGL stencil buffer."""
 
     def __post_init__(self) -> None:
-        _whole("directions", self.directions, 1, 4096)
-        _whole("direction samples", self.direction_samples, 1, 64)
-        _whole("depths", self.depths, 1, 1024)
-        _within("depth step", self.depth_step, 0.1, 64.0)
-        _whole("depth samples", self.depth_samples, 1, 1024)
-        _one_of("slicer", self.slicer, ("cpu", "gl"))
+        check_whole("directions", self.directions, 1, 4096)
+        check_whole("direction samples", self.direction_samples, 1, 64)
+        check_whole("depths", self.depths, 1, 1024)
+        check_within("depth step", self.depth_step, 0.1, 64.0)
+        check_whole("depth samples", self.depth_samples, 1, 1024)
+        check_one_of("slicer", self.slicer, ("cpu", "gl"))
 
 
 @dataclass(frozen=True)
@@ -184,11 +151,11 @@ class SelectionOptions:
     more gain little."""
 
     def __post_init__(self) -> None:
-        _whole("budget", self.budget, 1, 100_000)
-        _within("alpha", self.alpha, 0.0, 1.0)
-        _whole("search views", self.views, 1, 4096)
-        _whole("exchanges", self.exchanges, 0, 10_000)
-        _one_of("trim", self.trim, ("gain", "area"))
+        check_whole("budget", self.budget, 1, 100_000)
+        check_within("alpha", self.alpha, 0.0, 1.0)
+        check_whole("search views", self.views, 1, 4096)
+        check_whole("exchanges", self.exchanges, 0, 10_000)
+        check_one_of("trim", self.trim, ("gain", "area"))
 
 
 @dataclass(frozen=True)
@@ -217,11 +184,11 @@ class RefineOptions:
     """Begin a search from decimated surfaces too, and keep one as it is where that hides most."""
 
     def __post_init__(self) -> None:
-        _whole("moves", self.moves, 0, MOST_MOVES)
-        _whole("searches", self.searches, 1, 64)
-        _within("overcover", self.overcover, 0.0, 100.0)
-        _within("min precision", self.precision, 0.0, 1.0)
-        _whole("refine views", self.views, 1, 4096)
+        check_whole("moves", self.moves, 0, MOST_MOVES)
+        check_whole("searches", self.searches, 1, 64)
+        check_within("overcover", self.overcover, 0.0, 100.0)
+        check_within("min precision", self.precision, 0.0, 1.0)
+        check_whole("refine views", self.views, 1, 4096)
 
 
 _FEW = 64  # triangles that a preset's moves are enough for
@@ -265,44 +232,74 @@ class Options:
     refining, whatever the moves.  None takes as long as the preset's work does."""
 
     def __post_init__(self) -> None:
-        _one_of("viewers", self.viewers, ("all", "above"))
-        _whole("seed", self.seed, 0, 2**63 - 1)
+        check_one_of("viewers", self.viewers, ("all", "above"))
+        check_whole("seed", self.seed, 0, 2**63 - 1)
         if self.time_limit is not None:
             _check_time(self.time_limit)
 
 
+MOST_LEVELS = 16
+"""The most levels of detail of one object."""
+
+
 @dataclass(frozen=True)
-class PathOptions:
-    """A walk or a flight through a scene."""
+class LodOptions:
+    """Which levels of detail, and how they are looked at."""
 
-    kind: PathKind
-    """``street``: between the objects; ``roof``: above them; ``inside``: through rooms."""
+    lods: int | None = None
+    """How many, 1 to 16, from fine to coarse: each further one has half the resolution and half the
+    budget.  None with ``error_bounds``."""
 
-    frames: int = 60
-    """Cameras, 1 to 100,000.  More lie closer together or lead further."""
+    error_bounds: tuple[float, ...] | None = None
+    """In place of a number: the error bound of each, world units, 1 to 16 different lengths in any
+    order, kept in rising order; budgets fall in proportion to the resolutions."""
 
-    up: Axis = "y"
-    """The scene's up axis."""
+    pixel_error: float = 1.0
+    """Pixels that a level's error may have on the screen, 0.01 to 1000.  Raising it lets coarser
+    levels come nearer."""
 
-    seed: int = 0
-    """Seed of every random choice, 0 to 2**63 - 1; another one gives another path."""
-
-    eye_height: float = 1.7
-    """World units, above 0: of a walker's eyes over the ground.  All other lengths of a path are
-    multiples of it; 1.7 is right where the unit is a metre."""
+    screen_height: int = 1080
+    """Pixels from top to bottom of the screen, 1 to 100,000."""
 
     fov: float = 60.0
-    """Vertical field of view, degrees, 1 to 170."""
+    """Vertical field of view, degrees, 1 to 179."""
 
     def __post_init__(self) -> None:
-        _one_of("kind", self.kind, get_args(PathKind))
-        _whole("frames", self.frames, 1, 100_000)
-        _one_of("up", self.up, get_args(Axis))
-        _whole("seed", self.seed, 0, 2**63 - 1)
-        _length("eye height", self.eye_height)
-        if self.eye_height == 0.0:
-            raise OptionError("0 is no height", where="eye height", remedy="give a positive length")
-        _within("fov", self.fov, 1.0, 170.0)
+        if (self.lods is None) == (self.error_bounds is None):
+            raise OptionError(
+                "give either a number of levels or their error bounds",
+                where="lods",
+                remedy="choose one of the two",
+            )
+        if self.lods is not None:
+            check_whole("lods", self.lods, 1, MOST_LEVELS)
+        if self.error_bounds is not None:
+            object.__setattr__(self, "error_bounds", _rising(self.error_bounds))
+        check_within("pixel error", self.pixel_error, 0.01, 1000.0)
+        check_whole("screen height", self.screen_height, 1, 100_000)
+        check_within("fov", self.fov, 1.0, 179.0)
+
+
+def _rising(bounds: Sequence[float]) -> tuple[float, ...]:
+    """The lengths in rising order, if they are lengths, different, and not too many."""
+    if not 1 <= len(bounds) <= MOST_LEVELS:
+        raise OptionError(
+            f"{len(bounds)} lengths are given",
+            where="error bounds",
+            remedy=f"give 1 to {MOST_LEVELS}",
+        )
+    for bound in bounds:
+        check_length("error bounds", bound)
+        if bound == 0.0:
+            remedy = "give positive lengths in the units of the mesh"
+            raise OptionError("no grid has a bound of 0", where="error bounds", remedy=remedy)
+    rising = tuple(sorted(bounds))
+    for finer, coarser in pairwise(rising):
+        if finer == coarser:
+            raise OptionError(
+                f"{coarser!r} is given twice", where="error bounds", remedy="give each length once"
+            )
+    return rising
 
 
 def make_options(
@@ -344,15 +341,15 @@ def make_options(
                 where="error bound",
                 remedy="choose one of the two",
             )
-        resolution = _resolution_for(error_bound, longest_edge)
+        resolution = resolution_for(error_bound, longest_edge)
     if moves is not None and time_limit is not None:
         raise OptionError(
             "cannot be given together with moves",
             where="time limit",
             remedy="choose one of the two",
         )
-    _one_of("preset", preset, tuple(PRESETS))
-    _length("shrink", shrink)
+    check_one_of("preset", preset, tuple(PRESETS))
+    check_length("shrink", shrink)
     solid = SolidOptions(
         64 if resolution is None else resolution, up, ground or viewers == "above",
         smallest_hole, conservative or shrink > 0.0, shrink,
@@ -386,11 +383,16 @@ def _moves(effort: Effort, budget: int) -> int:
     return round(effort.moves * min(more, _MOST_MOVES))
 
 
-def _resolution_for(error_bound: float, longest_edge: float) -> int:
+def resolution_for(error_bound: float, longest_edge: float, where: str = "error bound") -> int:
+    """The least resolution that keeps the bound; ``where`` names the option in messages.
+
+    Raises :class:`~simplifier.errors.OptionError` for a bound that is no positive length or that
+    would take more than :data:`MOST_VOXELS`.
+    """
     if not isinstance(error_bound, (int, float)) or not 0.0 < error_bound < math.inf:
         raise OptionError(
             f"{error_bound!r} is not a length",
-            where="error bound",
+            where=where,
             remedy="give a positive length in the units of the mesh",
         )
     # One part in a billion of slack: a bound that came from a resolution gives it back.
@@ -399,7 +401,7 @@ def _resolution_for(error_bound: float, longest_edge: float) -> int:
         least = longest_edge * ERROR_VOXELS / MOST_VOXELS
         raise OptionError(
             f"{error_bound!r} would need more than {MOST_VOXELS} voxels along the longest edge",
-            where="error bound",
+            where=where,
             remedy=f"choose {least:.6g} or more",
         )
     return max(1, math.ceil(cells))

@@ -26,12 +26,15 @@ class Progress:
     ``seconds``  since the run began.
     ``measure``  the share of the original's occlusion measure that the occluder has by now, in the
                  search's pictures and less what it covers wrongly; None before refining.
+    ``level``    of detail that is made, from 0, the finest; of ``levels``.
     """
 
     stage: str
     share: float
     seconds: float
     measure: float | None = None
+    level: int = 0
+    levels: int = 1
 
 
 Listener = Callable[[Progress], None]

@@ -12,15 +12,25 @@ from typing import get_args
 
 import numpy as np
 
-from simplifier.culling.paths import generate_path
+from simplifier.camera_paths.generate import generate_path
+from simplifier.camera_paths.options import PathKind
+from simplifier.culling.cull_options import CullOptions
+from simplifier.culling.depth_buffer import Coverage, DepthBuffer
+from simplifier.culling.flythrough import fly
+from simplifier.culling.item_buffer import ItemBuffer
 from simplifier.errors import BackendUnavailableError, MeshError
 from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.evaluation.report import build_report
+from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
+from simplifier.hierarchy.build import build_occluders
+from simplifier.hierarchy.manifest import load_occluder_tree, occluder_store, write_manifest
+from simplifier.hierarchy.options import SceneOptions
 from simplifier.io import load_mesh, load_occluder, save_occluder, writable_suffixes
-from simplifier.options import Options, PathKind, SectionOptions, Trim, make_options
+from simplifier.kernels.item_buffer import merge_pictures
+from simplifier.options import Options, SectionOptions, Trim, make_options
 from simplifier.pipeline import simplify_mesh
 
 _HEADER = """ply
@@ -54,7 +64,10 @@ def warm_up() -> None:
     for kind in get_args(PathKind):
         with suppress(MeshError):  # the frame has no interior, which is found out by its floors
             generate_path(_scene(mesh), kind, frames=2)
+    _cull(mesh)
     with tempfile.TemporaryDirectory() as folder:
+        for conservative in (False, True):
+            _fly(mesh, Path(folder) / str(conservative), conservative=conservative)
         for path in _files(Path(folder), occluder):
             load_mesh(path)
             load_occluder(path)
@@ -68,6 +81,33 @@ def _judged(mesh: TriangleMesh, options: Options, *, exact: bool) -> Occluder:
     )
     build_report(mesh, result.occluder, result.solid, accuracy, options={}, timings={})
     return result.occluder
+
+
+def _cull(mesh: TriangleMesh) -> None:
+    """Draw and test under both coverages, and draw the truth."""
+    camera = Camera.looking(np.zeros(3), np.ones(3), np.array([0.0, 1.0, 0.0]), 60.0, 0.1)
+    for coverage in get_args(Coverage):
+        buffer = DepthBuffer(16, 16, coverage)
+        buffer.draw_mesh(mesh.vertices, mesh.faces, camera)
+        buffer.test(mesh.bounds[None], camera)
+    items = ItemBuffer(16, 16)
+    items.draw(_scene(mesh), camera)
+    # What several threads draw of many triangles is put together by this.
+    merge_pictures(
+        np.zeros((2, 2)), items.items[:2, :2].copy(), np.ones((2, 2)), items.items[:2, :2].copy()
+    )
+
+
+def _fly(mesh: TriangleMesh, folder: Path, *, conservative: bool) -> None:
+    """Build a scene, read it again, and cull it from a camera."""
+    scene = _scene(mesh)
+    options = SceneOptions(budget=8, resolution=16, moves=100, conservative=conservative)
+    build = build_occluders(scene, options, occluder_store(folder), {})
+    write_manifest(folder, scene, options, build)
+    camera = Camera.looking(
+        np.array([1.5, 1.5, -5.0]), np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), 60.0, 0.1
+    )
+    fly(scene, load_occluder_tree(folder), CameraPath("", (camera,)), CullOptions(16, 16))
 
 
 def _files(folder: Path, occluder: Occluder) -> Iterator[Path]:

@@ -1,9 +1,11 @@
-"""The four names that a script uses."""
+"""The names that a script uses."""
 
 from __future__ import annotations
 
+import dataclasses
 import inspect
 import math
+import threading
 
 import numpy as np
 import pytest
@@ -19,8 +21,9 @@ from simplifier.errors import (
     UnknownFormatError,
     UnreadableMeshError,
 )
+from simplifier.hierarchy.options import SceneOptions
 from simplifier.options import make_options
-from tests.solids import box
+from tests.solids import blob, box
 
 FAST = {"resolution": 12, "budget": 12, "preset": "draft", "moves": 200}
 
@@ -114,3 +117,81 @@ def test_what_is_exported():
     assert set(simplifier.__all__) >= {"load", "simplify", "evaluate", "save", "OccluderError"}
     assert all(hasattr(simplifier, name) for name in simplifier.__all__)
     assert simplifier.__version__
+
+
+LODS = {"resolution": 24, "preset": "draft", "moves": 300, "budget": 24}
+
+
+def test_levels_of_detail_there_and_back(tmp_path):
+    chain = simplifier.simplify_lods(blob(), pixel_error=2.0, fov=45, **LODS)
+    assert isinstance(chain, simplifier.LodChain)
+    assert len(chain.levels) + len(chain.left_out) == 3
+    assert chain.at(0.0) is chain.levels[0]
+    assert chain.at(math.inf) is chain.levels[-1]
+    simplifier.save(chain, tmp_path / "blob.glb")
+    back = simplifier.load_lods(tmp_path / "blob.glb")
+    assert (back.lens, back.pixel_error) == (chain.lens, 2.0)
+    assert [level.error_bound for level in back.levels] == [
+        level.error_bound for level in chain.levels
+    ]
+    assert len(simplifier.load(tmp_path / "blob.glb").faces) == chain.levels[0].triangles
+
+
+def test_levels_by_error_bounds():
+    chain = simplifier.simplify_lods(
+        box(), error_bounds=[1.0, 0.3], budget=12, preset="draft", moves=0
+    )
+    assert chain.levels[0].error_bound <= 0.3
+    with pytest.raises(OptionError, match="error bounds: cannot be given together"):
+        simplifier.simplify_lods(box(), error_bounds=[1.0, 0.3], resolution=8)
+
+
+def test_levels_take_the_options_of_a_single_occluder():
+    one = inspect.signature(simplifier.simplify).parameters
+    many = inspect.signature(simplifier.simplify_lods).parameters
+    # Wholly inside there is no error to choose a level by.
+    assert set(one) - set(many) == {"conservative", "shrink"}
+    assert all(many[name].default == one[name].default for name in set(one) & set(many))
+
+
+def wall_and_boxes():
+    """A wall along x, and two boxes behind it, one of them past its end."""
+    wall = box((8.0, 4.0, 0.5), (-4.0, 0.0, 0.0))
+    meshes = [wall, box((1.0, 1.0, 1.0), (0.0, 0.5, 3.0)), box((1.0, 1.0, 1.0), (9.0, 0.5, 3.0))]
+    return simplifier.Scene(
+        tuple(meshes), ("wall", "behind", "beside"), np.arange(3, dtype=np.int32),
+        np.tile(np.eye(4), (3, 1, 1)),
+    )  # fmt: skip
+
+
+def test_a_scene_to_a_tree_to_verdicts(tmp_path):
+    told = []
+    tree = simplifier.simplify_scene(
+        wall_and_boxes(), tmp_path, resolution=16, moves=200, tell=lambda *done: told.append(done)
+    )
+    assert told[-1][0] == told[-1][1] > 0
+    assert isinstance(tree, simplifier.OccluderTree)
+    camera = simplifier.Camera.looking(
+        np.array([0.5, 1.0, -6.0]), np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), 90.0, 0.1
+    )
+    culled = simplifier.Culler(tree, simplifier.DepthBuffer()).cull(camera)
+    assert [simplifier.Verdict(v) for v in culled.verdicts] == [
+        simplifier.Verdict.VISIBLE, simplifier.Verdict.HIDDEN, simplifier.Verdict.VISIBLE,
+    ]  # fmt: skip
+    again = simplifier.load_occluder_tree(tmp_path)
+    assert again.objects == ("wall", "behind", "beside")
+
+
+def test_a_scene_is_not_begun_when_it_is_cancelled(tmp_path):
+    stop = threading.Event()
+    stop.set()
+    with pytest.raises(CancelledError):
+        simplifier.simplify_scene(wall_and_boxes(), tmp_path, cancel=stop)
+    assert not (tmp_path / "scene.json").exists()
+
+
+def test_the_options_of_a_scene_are_those_that_can_be_typed():
+    typed = inspect.signature(simplifier.simplify_scene).parameters
+    fields = {field.name: field.default for field in dataclasses.fields(SceneOptions)}
+    given = {name: one.default for name, one in typed.items() if name in fields}
+    assert given == fields

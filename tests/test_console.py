@@ -35,6 +35,23 @@ def test_the_table_has_the_headline_figures(capsys):
     assert shown.err == "warning: mind the gap\n"
 
 
+LEVEL = {
+    "level": 0, "triangles": 53, "recall": 0.8354, "precision": 0.9987, "error_bound": 0.0537,
+    "deviation": 0.03, "resolution": 64, "switch_distance": 50.2, "file": "castle_lod0.glb",
+}  # fmt: skip
+
+
+def test_levels_and_what_was_left_out(capsys):
+    coarse = {**LEVEL, "level": 1, "triangles": 8, "error_bound": None, "switch_distance": None}
+    left_out = [{"resolution": 16, "reason": "it hides nothing"}]
+    print_report({**REPORT, "levels": [LEVEL, coarse], "left_out": left_out}, "castle.obj")
+    shown = capsys.readouterr().out
+    assert "levels of detail" in shown
+    assert "50.2" in shown
+    assert shown.count("none ") == 2
+    assert shown.endswith("left out: 16 voxels: it hides nothing\n")
+
+
 def test_no_promise_is_told(capsys):
     print_report({**REPORT, "error_bound": None, "warnings": []}, "x")
     shown = capsys.readouterr()
@@ -83,11 +100,24 @@ def test_no_bar_where_there_is_no_terminal(capsys):
     assert (shown.out, shown.err) == ("", "")
 
 
-def test_the_bar_knows_every_stage(monkeypatch):
-    terminal = io.StringIO()
-    terminal.isatty = lambda: True
-    monkeypatch.setattr(sys, "stderr", terminal)
+def test_the_bar_tells_which_level_it_is(monkeypatch):
+    terminal = as_terminal(monkeypatch)
+    with progress_bar() as listener:
+        listener(Progress("cut", 0.5, 1.2, None, 2, 4))
+    assert "3/4 choosing polygons  50%" in terminal.getvalue()
+
+
+def as_terminal(monkeypatch):
+    """Standard error, as if it were one."""
+    stream = io.StringIO()
+    stream.isatty = lambda: True
+    monkeypatch.setattr(sys, "stderr", stream)
     monkeypatch.setenv("TERM", "xterm")
+    return stream
+
+
+def test_the_bar_knows_every_stage(monkeypatch):
+    terminal = as_terminal(monkeypatch)
     with progress_bar() as listener:
         for stage in STAGES:
             listener(Progress(stage, 0.5, 0.5))

@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 from simplifier.errors import OptionError
 from simplifier.options import (
     ERROR_VOXELS,
+    MOST_LEVELS,
     MOST_VOXELS,
     PRESETS,
+    LodOptions,
     Options,
     RefineOptions,
     SectionOptions,
@@ -41,6 +43,18 @@ RANGES = [
     (RefineOptions, "precision", 0.0, 1.0),
     (RefineOptions, "views", 1, 4096),
     (Options, "seed", 0, 2**63 - 1),
+]
+
+
+def lod_options(**changes):
+    return LodOptions(**{"lods": 2, **changes})
+
+
+RANGES += [
+    (lod_options, "lods", 1, MOST_LEVELS),
+    (lod_options, "pixel_error", 0.01, 1000.0),
+    (lod_options, "screen_height", 1, 100_000),
+    (lod_options, "fov", 1.0, 179.0),
 ]
 
 
@@ -192,6 +206,29 @@ def test_bounds_that_are_no_length(bound):
 def test_one_of_bound_and_resolution():
     with pytest.raises(OptionError, match="cannot be given together with a resolution"):
         make_options(1.0, resolution=64, error_bound=0.5)
+
+
+def test_error_bounds_of_levels():
+    assert LodOptions(error_bounds=(3, 1.0, 2)).error_bounds == (1.0, 2, 3)
+    many = tuple(range(1, MOST_LEVELS + 2))
+    assert LodOptions(error_bounds=many[:-1]).error_bounds == many[:-1]
+    for wrong, words in (
+        (many, "17 lengths are given; give 1 to 16"),
+        ((), "0 lengths are given"),
+        ((1.0, 1), "given twice; give each length once"),
+        ((1.0, 0.0), "no grid has a bound of 0"),
+    ):
+        with pytest.raises(OptionError, match=f"^error bounds: .*{words}"):
+            LodOptions(error_bounds=wrong)
+    for value in (-1.0, NAN, INF, "1", None, True):
+        with pytest.raises(OptionError, match=r"^error bounds: .* is not a length"):
+            LodOptions(error_bounds=(1.0, value))
+
+
+def test_one_of_number_and_bounds_of_levels():
+    for both in ({}, {"lods": 2, "error_bounds": (1.0,)}):
+        with pytest.raises(OptionError, match="give either a number of levels or their"):
+            LodOptions(**both)
 
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, NAN, INF, -INF, 10**400, "1", True, 1e7])

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
+from simplifier.culling.shared_edges import shared_edges
 from simplifier.geometry.camera import Camera, Lens
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.hierarchy.cut import CutFinder
@@ -28,15 +29,33 @@ class Culled:
     triangles: int
 
 
-class Culler:
-    """Culls a scene frame by frame; ``buffer`` holds the last one."""
+@dataclass(frozen=True, eq=False)
+class _Placed:
+    """An occluder in the world; ``edges`` that its triangles share, for inner coverage alone."""
 
-    def __init__(self, tree: OccluderTree, buffer: DepthBuffer, pixel_error: float) -> None:
-        self.tree, self.buffer, self.pixel_error = tree, buffer, pixel_error
+    vertices: FloatArray
+    faces: IntArray
+    error: float
+    edges: IntArray | None
+
+
+class Culler:
+    """Culls a scene frame by frame; ``buffer`` holds the last one.
+
+    With a buffer of inner coverage and occluders that keep wholly inside of closed objects nothing
+    is ever hidden wrongly.
+    """
+
+    def __init__(
+        self, tree: OccluderTree, buffer: DepthBuffer, pixel_error: float | None = None
+    ) -> None:
+        """``pixel_error`` of what is drawn, pixels of the buffer; that of the build if None."""
+        self.tree, self.buffer = tree, buffer
+        self.pixel_error = tree.options.pixel_error if pixel_error is None else pixel_error
         self._finder = CutFinder.of(tree)
         self._bounds = np.ascontiguousarray(tree.tree.bounds)
         self._leaf = tree.tree.is_leaf
-        self._placed: dict[tuple[int, int], tuple[FloatArray, IntArray, float]] = {}
+        self._placed: dict[tuple[int, int], _Placed] = {}
 
     def cull(self, camera: Camera) -> Culled:
         """Draw the cut from near to far, leaving out what is hidden by then, and test all parts.
@@ -52,16 +71,18 @@ class Culler:
 
         drawn, triangles = [], 0
         for node, level in self._finder.cut(camera, focal, self.pixel_error, skip):
-            vertices, faces, error = self._occluder(node, level)
-            buffer.draw_mesh(vertices, faces, camera, error)
+            mesh = self._occluder(node, level)
+            buffer.draw_mesh(mesh.vertices, mesh.faces, camera, mesh.error, mesh.edges)
             drawn.append((node, level))
-            triangles += len(faces)
+            triangles += len(mesh.faces)
         return Culled(self._verdicts(camera), tuple(drawn), triangles)
 
-    def _occluder(self, node: int, level: int) -> tuple[FloatArray, IntArray, float]:
-        """Vertices, world units, faces and error of a node's occluder; kept for later frames."""
+    def _occluder(self, node: int, level: int) -> _Placed:
+        """Kept for later frames."""
         if (node, level) not in self._placed:
-            self._placed[node, level] = self.tree.placed(node, level)
+            vertices, faces, error = self.tree.placed(node, level)
+            edges = shared_edges(faces) if self.buffer.coverage == "inner" else None
+            self._placed[node, level] = _Placed(vertices, faces, error, edges)
         return self._placed[node, level]
 
     def _verdicts(self, camera: Camera) -> NDArray[np.uint8]:

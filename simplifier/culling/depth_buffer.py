@@ -8,16 +8,24 @@ up to an error bound.
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.culling.shared_edges import shared_edges
 from simplifier.culling.view import check_screen, screen_view
 from simplifier.errors import MeshError, OptionError
 from simplifier.geometry.camera import Camera
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.kernels import box_verdict
 from simplifier.kernels.depth_buffer import TILE, draw_triangles
+from simplifier.kernels.inner_coverage import draw_inside
+
+Coverage = Literal["centre", "inner"]
+"""Which pixels an occluder is drawn into: with the centre in it, or with all of them in it."""
+
+_NO_EDGES = np.empty((0, 6), dtype=np.int32)
 
 
 class Verdict(IntEnum):
@@ -35,21 +43,26 @@ class DepthBuffer:
                screen is infinite.
     ``tiles``  (3, r, c) float32, 8 x 8 pixels each: least reciprocal depth, largest screen error of
                an occluder in pixels, and 1 where the least must be computed again.
-    ``margin`` pixels that a box's rectangle always grows by: half of one, for a covered centre says
-               nothing of the rest of its pixel, so centres on all sides of the box must be covered.
+    ``margin`` pixels that a box's rectangle always grows by: under centre coverage half of one, for
+               a centre says nothing of the rest of its pixel: those on all sides must be covered.
+
+    With ``coverage="inner"`` nothing that can be seen between triangles is called hidden, where
+    centres may miss a gap that is narrower than a pixel.  It hides less: what is thinner than a
+    pixel draws nothing, nor do pixels that three triangles share.
 
     The arrays are what kernels take that draw and test by themselves
     (:func:`~simplifier.kernels.depth_buffer.draw_triangles`,
     :func:`~simplifier.kernels.box_verdict.box_verdict`), with :meth:`view` of the camera.
     """
 
-    def __init__(self, rows: int = 180, columns: int = 320) -> None:
+    def __init__(self, rows: int = 180, columns: int = 320, coverage: Coverage = "centre") -> None:
         check_screen(rows, columns)
+        self.coverage = coverage
         self.rows, self.columns = rows, columns
         tiles = -(-rows // TILE), -(-columns // TILE)
         self.depth = np.zeros((tiles[0] * TILE, tiles[1] * TILE), dtype=np.float32)
         self.tiles = np.zeros((3, *tiles), dtype=np.float32)
-        self.margin = 0.5
+        self.margin = 0.5 if coverage == "centre" else 0.0
         self._camera: Camera | None = None
         self._view: FloatArray = np.zeros(16)
         self._corners = np.arange(3, dtype=np.int32).reshape(-1, 3)
@@ -74,22 +87,34 @@ class DepthBuffer:
                    that much further away; :meth:`test` answers for its outline.
 
         Triangles with a corner that is not finite, and those of an infinite error, draw nothing.
+        Under inner coverage pixels on an edge of two triangles are lost; :meth:`draw_mesh` keeps
+        them.
         Raises :class:`MeshError` for a wrong shape and :class:`OptionError` for an error below 0.
         """
         if triangles.ndim != 3 or triangles.shape[1:] != (3, 3):
             raise MeshError(f"triangles have shape {triangles.shape}", remedy="pass (m, 3, 3)")
         vertices = np.ascontiguousarray(triangles, dtype=np.float64).reshape(-1, 3)
-        self._draw(vertices, self._soup(len(triangles)), camera, error)
+        self._draw(vertices, self._soup(len(triangles)), _NO_EDGES, camera, error)
 
     def draw_mesh(
-        self, vertices: FloatArray, faces: IntArray, camera: Camera, error: float | FloatArray = 0.0
+        self,
+        vertices: FloatArray,
+        faces: IntArray,
+        camera: Camera,
+        error: float | FloatArray = 0.0,
+        edges: IntArray | None = None,
     ) -> None:
         """As :meth:`draw`, of ``vertices`` (n, 3) world units and ``faces`` (m, 3) int32.
+
+        ``edges`` is what :func:`~simplifier.culling.shared_edges.shared_edges` says of the faces;
+        inner coverage needs it, and finds it where it is not given.
 
         Raises :class:`MeshError` for wrong shapes and for faces that name no vertex.
         """
         _check_mesh(vertices, faces)
-        self._draw(vertices, faces, camera, error)
+        if edges is None:
+            edges = shared_edges(faces) if self.coverage == "inner" else _NO_EDGES
+        self._draw(vertices, faces, edges, camera, error)
 
     def test(self, boxes: FloatArray, camera: Camera) -> NDArray[np.uint8]:
         """(n,) :class:`Verdict` of world-space boxes (n, 2, 3): lowest and highest corners.
@@ -128,16 +153,21 @@ class DepthBuffer:
         return self._corners[:count]
 
     def _draw(
-        self, vertices: FloatArray, faces: IntArray, camera: Camera, error: float | FloatArray
-    ) -> None:
+        self, vertices: FloatArray, faces: IntArray, edges: IntArray, camera: Camera,
+        error: float | FloatArray,
+    ) -> None:  # fmt: skip
         errors = np.empty(len(faces))
         errors[:] = error
         if not (errors >= 0.0).all():
             raise OptionError("an occluder's error is below 0", remedy="give lengths of 0 or more")
-        draw_triangles(
-            np.require(vertices, np.float64, ["C", "W"]), np.require(faces, np.int32, ["C", "W"]),
-            errors, self.view(camera), self.depth, self.tiles,
-        )  # fmt: skip
+        points = np.require(vertices, np.float64, ["C", "W"])
+        indices = np.require(faces, np.int32, ["C", "W"])
+        view = self.view(camera)
+        if self.coverage == "centre":
+            draw_triangles(points, indices, errors, view, self.depth, self.tiles)
+        else:
+            pairs = np.require(edges, np.int32, ["C", "W"])
+            draw_inside(points, indices, pairs, errors, view, self.depth, self.tiles)
 
 
 def _check_mesh(vertices: FloatArray, faces: IntArray) -> None:

@@ -15,12 +15,13 @@ nothing here; the deviation tells them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import get_args
 
 import numpy as np
 
+from simplifier.checks import check_whole
 from simplifier.errors import MeshError, OptionError
 from simplifier.evaluation.quads import sampled_quad_pixels
 from simplifier.geometry.grid import BoolArray
@@ -34,7 +35,7 @@ from simplifier.options import Axis, Viewers
 QUANTILE_LEVELS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 """The shares of views that the report's quantiles stand for."""
 
-_BLOCK_BYTES = 1 << 26  # masks held at once, original and occluder together
+_BLOCK_BYTES = 1 << 26  # masks held at once, original and occluders together
 
 
 @dataclass(frozen=True)
@@ -65,10 +66,10 @@ class AccuracyOptions:
     def __post_init__(self) -> None:
         _check_choice("viewers", self.viewers, get_args(Viewers))
         _check_choice("up", self.up, get_args(Axis))
-        _check_whole("views", self.views, 1, 65536)
-        _check_whole("image", self.image, 8, 4096)
-        _check_whole("quads", self.quads, 1, 10_000_000)
-        _check_whole("seed", self.seed, 0, 2**63 - 1)
+        check_whole("views", self.views, 1, 65536)
+        check_whole("image", self.image, 8, 4096)
+        check_whole("quads", self.quads, 1, 10_000_000)
+        check_whole("seed", self.seed, 0, 2**63 - 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,11 +132,28 @@ def evaluate_accuracy(
     occluder's arrays cannot be drawn and :class:`OptionError` for directions that are not unit
     vectors.
     """
+    return evaluate_accuracies(mesh, [occluder], options, directions=directions)[0]
+
+
+def evaluate_accuracies(
+    mesh: TriangleMesh,
+    occluders: Sequence[Occluder],
+    options: AccuracyOptions | None = None,
+    *,
+    directions: FloatArray | None = None,
+) -> tuple[AccuracyReport, ...]:
+    """As :func:`evaluate_accuracy` each, but the mesh is drawn once for all."""
     chosen = options if options is not None else AccuracyOptions()
     lines = _checked_directions(_sight(chosen) if directions is None else directions)
-    pixels = np.zeros((len(lines), 3))
-    for first, last, original, hidden in _mask_blocks(mesh, occluder, lines, chosen.image):
-        pixels[first:last] = _quad_pixels(original, hidden, chosen, first)
+    pixels = np.zeros((len(occluders), len(lines), 3))
+    for first, last, original, masks in _mask_blocks(mesh, occluders, lines, chosen.image):
+        for index, hidden in enumerate(masks):
+            pixels[index, first:last] = _quad_pixels(original, hidden, chosen, first)
+    return tuple(_report(one, lines, chosen) for one in pixels)
+
+
+def _report(pixels: FloatArray, lines: FloatArray, options: AccuracyOptions) -> AccuracyReport:
+    """``pixels`` (V, 3): hidden rightly, missed and hidden wrongly in each view."""
     nt, pf, nf = np.ascontiguousarray(pixels.T)
     return AccuracyReport(
         precision=float(_share(nt.sum(), nf.sum())),
@@ -146,7 +164,7 @@ def evaluate_accuracy(
         nt=nt,
         pf=pf,
         nf=nf,
-        options=chosen,
+        options=options,
     )
 
 
@@ -159,8 +177,8 @@ def view_masks(
     its u-lowest side; flip the rows before showing it as an image.  Raises as
     :func:`evaluate_accuracy`.
     """
-    _check_whole("image", image, 8, 4096)
-    original, hidden = _masks(mesh, occluder, _checked_directions(directions), image)
+    check_whole("image", image, 8, 4096)
+    original, (hidden,) = _masks(mesh, [occluder], _checked_directions(directions), image)
     return unpacked(original, image), unpacked(hidden, image)
 
 
@@ -188,20 +206,20 @@ def _quad_pixels(
 
 
 def _mask_blocks(
-    mesh: TriangleMesh, occluder: Occluder, directions: FloatArray, image: int
-) -> Iterator[tuple[int, int, MaskArray, MaskArray]]:
-    """(first, last, original, occluder) masks of views first .. last - 1, in bounded memory."""
-    bytes_per_view = 2 * image * 8 * -(-image // 64)
+    mesh: TriangleMesh, occluders: Sequence[Occluder], directions: FloatArray, image: int
+) -> Iterator[tuple[int, int, MaskArray, list[MaskArray]]]:
+    """(first, last, original, occluders) masks of views first .. last - 1, in bounded memory."""
+    bytes_per_view = (1 + len(occluders)) * image * 8 * -(-image // 64)
     block = max(4, _BLOCK_BYTES // bytes_per_view)
     for first in range(0, len(directions), block):
         last = min(first + block, len(directions))
-        yield first, last, *_masks(mesh, occluder, directions[first:last], image)
+        yield first, last, *_masks(mesh, occluders, directions[first:last], image)
 
 
 def _masks(
-    mesh: TriangleMesh, occluder: Occluder, directions: FloatArray, image: int
-) -> tuple[MaskArray, MaskArray]:
-    """Bit rows of both, the image spanning the original's bounding sphere."""
+    mesh: TriangleMesh, occluders: Sequence[Occluder], directions: FloatArray, image: int
+) -> tuple[MaskArray, list[MaskArray]]:
+    """Bit rows of all, the image spanning the original's bounding sphere."""
     sphere = BoundingSphere.of(mesh)
     projections = np.empty((len(directions), 2, 4))
     projections[:, :, :3] = image_axes(directions)[:, :2] * (image / 2.0)
@@ -214,7 +232,7 @@ def _masks(
 
     original = silhouettes(mesh)
     try:
-        hidden = silhouettes(occluder)
+        hidden = [silhouettes(occluder) for occluder in occluders]
     except ValueError as error:
         raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error
     return original, hidden
@@ -224,16 +242,6 @@ def _share(right: FloatArray, other: FloatArray) -> FloatArray:
     """right / (right + other), and 1 where both are 0."""
     total = np.asarray(right + other)
     return np.divide(right, total, out=np.ones_like(total), where=total > 0.0)
-
-
-def _check_whole(name: str, value: int, least: int, largest: int) -> None:
-    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not whole or not least <= value <= largest:
-        raise OptionError(
-            f"{value!r} is not a whole number from {least} to {largest}",
-            where=name,
-            remedy="choose one in the range",
-        )
 
 
 def _check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:

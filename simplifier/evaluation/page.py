@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from simplifier.evaluation import page_parts as parts
 from simplifier.evaluation.accuracy import AccuracyReport
+from simplifier.evaluation.page_levels import levels
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.whole import make_folder, write_whole
@@ -72,6 +73,7 @@ def page_text(report: Report, gallery: Gallery, *, name: str = "mesh") -> str:
         summary=escape(parts.summary(report)),
         warnings=parts.warnings(report["warnings"]),
         tiles=parts.tiles(report),
+        levels=levels(report),
         views="".join(map(parts.view, gallery.views, gallery.view_files)),
         histograms=parts.histograms(report, gallery.recall, gallery.precision),
         timings=parts.timings(report["timings"]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import cv2
@@ -31,5 +32,8 @@ def encoded(image: RgbImage) -> bytes:
 def drawn(figure: Figure) -> RgbImage:
     """A figure at its own size, opaque; needs neither pyplot nor a display."""
     canvas: Any = FigureCanvasAgg(figure)  # matplotlib leaves its methods untyped
-    canvas.draw()
+    with warnings.catch_warnings():
+        # Letters of a name that the font lacks are drawn as boxes, which is enough.
+        warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
+        canvas.draw()
     return np.array(canvas.buffer_rgba())[..., :3]

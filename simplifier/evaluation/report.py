@@ -34,10 +34,14 @@ def build_report(
     timings: Mapping[str, float],
     warnings: Sequence[str] = (),
     seed: int = 0,
+    levels: Sequence[Report] = (),
+    left_out: Sequence[Report] = (),
 ) -> Report:
     """All that is known of an occluder, ready for ``json.dumps``.
 
-    ``options`` as resolved; ``timings`` seconds by stage, stages that did not run count 0.
+    ``options`` as resolved; ``timings`` seconds by stage, stages that did not run count 0.  With
+    ``levels`` of detail and those ``left_out``, rows of :mod:`simplifier.evaluation.level_report`,
+    the occluder is that of the finest.
     """
     measures = occlusion_measures(mesh, occluder)
     return {
@@ -59,6 +63,8 @@ def build_report(
         "options": dict(options),
         "input": _input(mesh),
         "solid": _solid(solid),
+        "levels": list(levels),
+        "left_out": list(left_out),
         "warnings": list(warnings),
         "seed": seed,
     }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +15,7 @@ from simplifier.evaluation.labels import Label, place_labels
 from simplifier.evaluation.png import drawn, encoded
 from simplifier.evaluation.tradeoff import KNOBS, Knob, Setting
 from simplifier.evaluation.tradeoff_cases import Case, Judged
-from simplifier.evaluation.wording import percent
+from simplifier.evaluation.wording import percent, plain
 from simplifier.geometry.mesh import FloatArray
 
 _PANEL = (6.4, 4.4)  # inches
@@ -57,7 +56,7 @@ def case_picture(case: Case, theme: Theme) -> bytes:
     figure = Figure(figsize=_PANEL, dpi=200, facecolor=theme.page)
     axes = figure.add_axes((0.085, 0.115, 0.895, 0.83))
     _draw_case(axes, case, theme)
-    return _encoded(figure)
+    return encoded(drawn(figure))
 
 
 def overview_picture(cases: Sequence[Case], precision: float, footer: str) -> bytes:
@@ -75,17 +74,10 @@ def overview_picture(cases: Sequence[Case], precision: float, footer: str) -> by
         row, column = meshes.index(case.mesh), budgets.index(case.budget)
         panel = _panel(row, column, columns, height)
         axes = figure.add_axes(panel)
-        title = f"{_plain(case.mesh)}, budget {case.budget:,}"
+        title = f"{plain(case.mesh)}, budget {case.budget:,}"
         axes.set_title(title, loc="left", fontsize=11, weight="bold", color=theme.ink, pad=20.0)
         _draw_case(axes, case, theme)
-    return _encoded(figure)
-
-
-def _encoded(figure: Figure) -> bytes:
-    with warnings.catch_warnings():
-        # Letters of a mesh's name that the font lacks are drawn as boxes, which is enough.
-        warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
-        return encoded(drawn(figure))
+    return encoded(drawn(figure))
 
 
 def _panel(row: int, column: int, columns: int, height: float) -> tuple[float, float, float, float]:
@@ -231,9 +223,3 @@ def _head(figure: Figure, precision: float, several: bool, height: float, theme:
 
 def _foot(figure: Figure, text: str, height: float, theme: Theme) -> None:
     figure.text(0.02, 0.1 / height, text, fontsize=8, color=theme.soft)
-
-
-def _plain(text: str) -> str:
-    """File names hold any byte, and matplotlib takes dollar signs for formulas."""
-    line = "".join(c if c.isprintable() else "?" for c in text)
-    return (line if len(line) <= 48 else f"{line[:45]}...").replace("$", r"\$")

@@ -29,3 +29,9 @@ def direction(vector: Iterable[float]) -> str:
     """``"(0.27, -0.80, 0.53)"``."""
     # Adding 0.0 turns -0.0, which would read "-0.00", into 0.0.
     return "(" + ", ".join(f"{round(float(x), 2) + 0.0:.2f}" for x in vector) + ")"
+
+
+def plain(text: str) -> str:
+    """For a picture: file names hold any byte, and matplotlib takes dollar signs for formulas."""
+    line = "".join(c if c.isprintable() else "?" for c in text)
+    return (line if len(line) <= 48 else f"{line[:45]}...").replace("$", r"\$")

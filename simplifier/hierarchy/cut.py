@@ -11,6 +11,7 @@ import numpy as np
 from simplifier.geometry.camera import Camera
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.hierarchy.occluder_tree import FAR, NEAR, OccluderTree
+from simplifier.hierarchy.options import COARSENESS
 from simplifier.hierarchy.tree import Tree
 
 _NONE = -1
@@ -28,7 +29,8 @@ def never(node: int) -> bool:
 class CutFinder:
     """What of a tree does not depend on the camera.
 
-    ``errors``, ``radii``  (k, 2) of the nodes' far and near occluders, world units.
+    ``errors``, ``radii``  (k, 2) of the nodes' far and near occluders, world units.  A far one that
+                     keeps wholly inside never errs but lacks as much, which counts the same.
     ``sizes``  (k,) diagonals of the nodes' boxes.
     """
 
@@ -40,8 +42,12 @@ class CutFinder:
     @classmethod
     def of(cls, occluders: OccluderTree) -> CutFinder:
         tree = occluders.tree
-        sizes = np.asarray(np.linalg.norm(tree.bounds[:, 1] - tree.bounds[:, 0], axis=1))
-        return cls(tree, occluders.errors(), occluders.hiding_radii(), sizes)
+        extents = tree.bounds[:, 1] - tree.bounds[:, 0]
+        errors = occluders.errors()
+        coarse = COARSENESS * extents.max(axis=1) / occluders.options.resolution
+        errors[:, FAR] = np.maximum(errors[:, FAR], coarse)
+        sizes = np.asarray(np.linalg.norm(extents, axis=1))
+        return cls(tree, errors, occluders.hiding_radii(), sizes)
 
     def cut(
         self,

@@ -134,6 +134,8 @@ def load_occluder_tree(folder: str | Path) -> OccluderTree:
 def _document(folder: Path) -> dict[str, Any]:
     path = folder / NAME
     remedy = "build the scene with 'occluder scene'"
+    if not path.exists():
+        raise SceneError(f"there is no {NAME}", where=str(folder), remedy=remedy)
     data = read_bytes(path, error=SceneError, remedy=remedy)
     try:
         document = json.loads(data)

@@ -23,7 +23,7 @@ Kind = Literal["near", "far", "inner"]
 
 _SECTIONS = SectionOptions(directions=8, depths=3)
 _VIEWS = 40  # that the search looks from; a scene has thousands of nodes
-_LEAF_EFFORT = 2  # times the moves: a leaf is drawn from near by, and for all instances of its mesh
+_NEAR_EFFORT = 2  # times the moves: drawn from near by, and for all instances of its mesh
 _FINER = 2  # times the voxels of what keeps wholly inside: it loses up to one on every side
 _ITSELF = 4  # times the budget: with fewer triangles a mesh is its own exact occluder
 _MEASURED_VIEWS = 16
@@ -106,7 +106,7 @@ def _options(mesh: TriangleMesh, kind: Kind, stand: Stand, options: SceneOptions
         longest, budget=options.budget, resolution=resolution, up=stand.ground or "y",
         ground=stand.ground is not None, smallest_hole=min(stand.smallest_hole, longest),
         conservative=options.conservative or kind == "near", preset="draft", seed=options.seed,
-        moves=min(options.moves * (1 if kind == "inner" else _LEAF_EFFORT), MOST_MOVES),
+        moves=min(options.moves * (_NEAR_EFFORT if kind == "near" else 1), MOST_MOVES),
     )  # fmt: skip
     return replace(
         made,

@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from simplifier.errors import OptionError
+from simplifier.checks import check_above_zero, check_flag, check_whole
 from simplifier.geometry.camera import Lens
 from simplifier.options import Axis, make_options
 
 _LARGEST_ERROR = 1000.0  # pixels
 _MOST_CHILDREN = 64
 _MOST_ROWS = 16_384
+
+COARSENESS = 2.0
+"""Voxels of a node that its occluder strays at least, or lacks where it keeps wholly inside."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,7 @@ class SceneOptions:
     ``pixel_error``  largest error of an occluder on the screen, pixels, above 0 and at most 1000;
                      nodes that are never that exact from within the scene get none.
     ``rows``, ``fov``  of the depth buffer: its height in pixels, 1 to 16,384, and its vertical
-                     field of view in degrees, above 0 and below 180.
+                     field of view in degrees, above 0 and at most 179.
     ``seed``         of every random choice, 0 to 2**63 - 1.
 
     Raises :class:`~simplifier.errors.OptionError` for what is out of range.
@@ -37,7 +40,7 @@ class SceneOptions:
     budget: int = 64
     resolution: int = 64
     width: int = 8
-    moves: int = 3000
+    moves: int = 2400
     up: Axis = "y"
     ground: bool = False
     smallest_hole: float = 0.0
@@ -53,33 +56,13 @@ class SceneOptions:
             math.inf, budget=self.budget, resolution=self.resolution, up=self.up,
             smallest_hole=self.smallest_hole, moves=self.moves, seed=self.seed,
         )  # fmt: skip
-        _flag("ground", self.ground)
-        _flag("conservative", self.conservative)
-        _whole("width", self.width, 2, _MOST_CHILDREN)
-        _whole("rows", self.rows, 1, _MOST_ROWS)
-        _above_zero("pixel error", self.pixel_error, _LARGEST_ERROR)
-        _above_zero("fov", self.fov, math.nextafter(180.0, 0.0), "below 180 degrees")
+        check_flag("ground", self.ground)
+        check_flag("conservative", self.conservative)
+        check_whole("width", self.width, 2, _MOST_CHILDREN)
+        check_whole("rows", self.rows, 1, _MOST_ROWS)
+        check_above_zero("pixel error", self.pixel_error, _LARGEST_ERROR)
+        check_above_zero("fov", self.fov, 179.0)
 
     @property
     def lens(self) -> Lens:
         return Lens(self.rows, self.fov)
-
-
-def _flag(name: str, value: bool) -> None:
-    if not isinstance(value, bool):
-        raise OptionError(f"{value!r} is neither yes nor no", where=name, remedy="give a bool")
-
-
-def _whole(name: str, value: int, low: int, high: int) -> None:
-    if type(value) is not int or not low <= value <= high:
-        raise _out_of_range(name, value, f"a whole number from {low:,} to {high:,}")
-
-
-def _above_zero(name: str, value: float, high: float, limit: str = "") -> None:
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not number or not 0.0 < value <= high:
-        raise _out_of_range(name, value, f"above 0 and {limit or f'at most {high:,.0f}'}")
-
-
-def _out_of_range(name: str, value: object, allowed: str) -> OptionError:
-    return OptionError(f"{value!r} is out of range", where=name, remedy=f"choose {allowed}")

@@ -12,13 +12,12 @@ from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.scene import scales
 from simplifier.hierarchy.keys import leaf_key, mesh_key, node_key, options_key, placed_key
 from simplifier.hierarchy.node import Kind, Stand
-from simplifier.hierarchy.options import SceneOptions
+from simplifier.hierarchy.options import COARSENESS, SceneOptions
 from simplifier.hierarchy.parts import Parts
 from simplifier.hierarchy.tree import Tree
 from simplifier.options import Axis
 
 _FEWEST_PARTS = 4  # below an inner node: with fewer, the leaves do as well for as many triangles
-_USUAL_ERROR = 2.0  # voxels that an inner node's occluder strays; it is known only when it is made
 _LEVEL = 1e-6  # an axis counts as upright where the cosine to up is this near to 1
 
 
@@ -103,8 +102,7 @@ def plan_occluders(parts: Parts, tree: Tree, options: SceneOptions) -> Plan:
 def _useful(tree: Tree, options: SceneOptions) -> NDArray[np.bool_]:
     """(k,) inner nodes that are ever drawn from within the root's box."""
     extents = tree.bounds[:, 1] - tree.bounds[:, 0]
-    voxels = extents.max(axis=1) / options.resolution
-    error = voxels * (0.0 if options.conservative else _USUAL_ERROR)
+    error = COARSENESS * extents.max(axis=1) / options.resolution
     seen_from = options.lens.distance(1.0, options.pixel_error) * error
     enough = np.diff(tree.spans, axis=1)[:, 0] >= _FEWEST_PARTS
     return np.asarray(enough & (seen_from <= np.linalg.norm(extents[0])))

@@ -1,8 +1,7 @@
-"""Write an occluder as a GLB that any viewer shows properly.
+"""Write an occluder, or a chain of levels, as a GLB that any viewer shows properly.
 
-Vertices are float32 around the centre of the bounding box, and the centre stands as float64 in the
-node's translation: so an occluder in map coordinates keeps its precision.  Normals are flat, the
-material is a lit colour and double-sided.  The bytes depend on the occluder alone.
+The bytes depend on the occluders alone.  Levels follow the extension MSFT_lod: the finest node, the
+only one of the scene, names the coarser ones, so that a viewer without it shows the finest.
 """
 
 from __future__ import annotations
@@ -11,18 +10,13 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simplifier.errors import OutputError
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.lod_chain import LodChain
 from simplifier.geometry.occluder import Occluder
-from simplifier.io.float32 import Float32Array, to_float32, unit_normals
+from simplifier.io.glb_meshes import GlbMeshes
 from simplifier.io.gltf import GENERATOR
 from simplifier.io.gltf_container import pack_glb
-
-_FLOAT, _SHORT, _INT = 5126, 5123, 5125
-_VERTEX_DATA, _INDEX_DATA = 34962, 34963
-_ORANGE = (0.9, 0.42, 0.12, 1.0)
+from simplifier.io.gltf_levels import EXTENSION
 
 
 def encode(occluder: Occluder) -> bytes:
@@ -31,81 +25,87 @@ def encode(occluder: Occluder) -> bytes:
     The extras of node and mesh hold the generator, the number of triangles and, when finite, the
     error bound.  Raises :class:`OutputError` when the occluder does not fit float32.
     """
-    extras: dict[str, Any] = {"generator": GENERATOR, "triangles": len(occluder.faces)}
-    if math.isfinite(occluder.error_bound):
-        extras["error_bound"] = float(occluder.error_bound)
-    document: dict[str, Any] = {
+    extras, meshes = _extras(occluder), GlbMeshes()
+    node = {"name": "occluder", "extras": extras, **meshes.add(occluder, extras)}
+    return pack_glb(_root([node]) | meshes.document(), meshes.binary)
+
+
+def encode_lods(chain: LodChain) -> bytes:
+    """A GLB with a node a level, finest first, "occluder_lod0" and so on.
+
+    The extras of a node also hold its level, resolution, deviation, switch distance, and the screen
+    and pixel error that this is for; those of the finest the screen coverages too.  Raises
+    :class:`OutputError` when an occluder does not fit float32.
+    """
+    meshes = GlbMeshes()
+    nodes = [
+        {
+            "name": f"occluder_lod{index}",
+            "extras": _level_extras(chain, index),
+            **meshes.add(level.occluder, _extras(level.occluder)),
+        }
+        for index, level in enumerate(chain.levels)
+    ]
+    root = _root(nodes)
+    if len(nodes) > 1:
+        nodes[0]["extensions"] = {EXTENSION: {"ids": list(range(1, len(nodes)))}}
+        nodes[0]["extras"]["MSFT_screencoverage"] = screen_coverages(chain)
+        root["extensionsUsed"] = [EXTENSION]
+    return pack_glb(root | meshes.document(), meshes.binary)
+
+
+def screen_coverages(chain: LodChain) -> list[float]:
+    """The least share of the screen's height from which each level is shown; 0 for the last.
+
+    It is that of the finest occluder's bounding sphere where its near side is at the distance from
+    which the next level is good enough: what a viewer that has only this file can find out itself.
+    """
+    occluder = chain.levels[0].occluder
+    corners = occluder.vertices[occluder.faces].reshape(-1, 3)
+    if len(corners) == 0:
+        return [0.0] * len(chain.levels)
+    centre = corners.min(axis=0) / 2.0 + corners.max(axis=0) / 2.0
+    radius = float(np.linalg.norm(corners - centre, axis=1).max())
+    distances = [chain.switch_distance(index) for index in range(1, len(chain.levels))]
+    return [*(_coverage(chain, radius, distance) for distance in distances), 0.0]
+
+
+def _coverage(chain: LodChain, radius: float, distance: float) -> float:
+    """The outline of a sphere, ``distance`` from its near side, in screen heights, at most 1."""
+    tangent = math.sqrt(distance) * math.sqrt(distance + 2.0 * radius)
+    diameter = 2.0 * radius * chain.lens.focal
+    return diameter / (tangent * chain.lens.rows) if diameter < tangent * chain.lens.rows else 1.0
+
+
+def _root(nodes: list[dict[str, Any]]) -> dict[str, Any]:
+    """A scene of the first node."""
+    return {
         "asset": {"version": "2.0", "generator": GENERATOR},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
-        "nodes": [{"name": "occluder", "extras": extras}],
+        "nodes": nodes,
     }
-    binary = b""
-    if len(occluder.faces):
-        centre = _centre(occluder)
-        document["nodes"][0] |= {"mesh": 0, "translation": centre.tolist()}
-        mesh, binary = _mesh(occluder.vertices[occluder.faces] - centre, occluder.faces)
-        document |= mesh
-        document["meshes"][0]["extras"] = extras
-    return pack_glb(document, binary)
 
 
-def _centre(occluder: Occluder) -> FloatArray:
-    """Middle of the bounding box of the vertices that are used."""
-    corners = occluder.vertices[occluder.faces].reshape(-1, 3)
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    with np.errstate(over="ignore"):
-        extent = high - low
-    if not np.isfinite(extent).all():
-        raise OutputError("the occluder is too large for 64-bit numbers", remedy="scale it down")
-    return np.asarray(low + extent / 2.0)
+def _extras(occluder: Occluder) -> dict[str, Any]:
+    extras: dict[str, Any] = {"generator": GENERATOR, "triangles": len(occluder.faces)}
+    if math.isfinite(occluder.error_bound):
+        extras["error_bound"] = float(occluder.error_bound)
+    return extras
 
 
-def _mesh(corners: FloatArray, faces: NDArray[np.int32]) -> tuple[dict[str, Any], bytes]:
-    """The JSON of mesh, material, accessors and buffer, and the buffer's bytes."""
-    points, normals, indices = _flat_shaded(corners, faces)
-    short = len(points) < 65535  # the last index means "restart" to a graphics card
-    stored = indices.astype("<u2" if short else "<u4")
-    parts = [points.astype("<f4").tobytes(), normals.astype("<f4").tobytes(), stored.tobytes()]
-    offsets = [0, len(parts[0]), len(parts[0]) + len(parts[1])]
-    vector = {"componentType": _FLOAT, "count": len(points), "type": "VEC3"}
-    material = {
-        "name": "occluder",
-        "doubleSided": True,
-        "pbrMetallicRoughness": {
-            "baseColorFactor": _ORANGE,
-            "metallicFactor": 0.0,
-            "roughnessFactor": 0.9,
+def _level_extras(chain: LodChain, index: int) -> dict[str, Any]:
+    level, distance = chain.levels[index], chain.switch_distance(index)
+    extras = _extras(level.occluder) | {
+        "level": index,
+        "resolution": level.resolution,
+        "deviation": float(level.deviation),
+        "lens": {
+            "screen_height": chain.lens.rows,
+            "fov": float(chain.lens.fov),
+            "pixel_error": float(chain.pixel_error),
         },
     }
-    primitive = {"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2, "material": 0, "mode": 4}
-    bounds = {"min": points.min(axis=0).tolist(), "max": points.max(axis=0).tolist()}
-    index_kind = {"componentType": _SHORT if short else _INT, "count": stored.size}
-    document = {
-        "materials": [material],
-        "meshes": [{"name": "occluder", "primitives": [primitive]}],
-        "accessors": [
-            {"bufferView": 0, **vector, **bounds},
-            {"bufferView": 1, **vector},
-            {"bufferView": 2, **index_kind, "type": "SCALAR"},
-        ],
-        "bufferViews": [
-            {"buffer": 0, "byteOffset": offset, "byteLength": len(part), "target": target}
-            for offset, part, target in zip(
-                offsets, parts, (_VERTEX_DATA, _VERTEX_DATA, _INDEX_DATA), strict=True
-            )
-        ],
-        "buffers": [{"byteLength": sum(map(len, parts))}],
-    }
-    return document, b"".join(parts)
-
-
-def _flat_shaded(
-    corners: FloatArray, faces: NDArray[np.int32]
-) -> tuple[Float32Array, Float32Array, NDArray[np.int64]]:
-    """Positions, normals and (3 m,) indices; triangles of one plane share their vertices."""
-    normals = np.repeat(unit_normals(corners), 3, axis=0)
-    positions = to_float32(corners.reshape(-1, 3))
-    keys = np.column_stack([faces.reshape(-1, 1), normals.view(np.int32)])
-    _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    return positions[first], normals[first], inverse.reshape(-1)
+    if math.isfinite(distance):
+        extras["switch_distance"] = distance
+    return extras

@@ -14,7 +14,7 @@ from simplifier.io.gltf_buffers import Buffers
 from simplifier.io.gltf_container import open_document
 from simplifier.io.gltf_json import number_or_nan
 from simplifier.io.gltf_primitives import read_gltf_mesh
-from simplifier.io.gltf_scene import Instances, list_instances
+from simplifier.io.gltf_scene import Instances, list_instances, scene_nodes
 from simplifier.io.objects import Objects
 
 IndexArray = NDArray[np.int64]
@@ -32,9 +32,14 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
     as the format asks for.  Quantized, normalized, sparse and interleaved accessors and
     EXT_mesh_gpu_instancing are understood.  Raises :class:`UnreadableMeshError`.
     """
-    where = str(path)
-    buffers = Buffers(open_document(data, where), path)
-    instances = list_instances(buffers)
+    buffers = Buffers(open_document(data, str(path)), path)
+    return read_instances(buffers, list_instances(buffers), str(path))
+
+
+def read_instances(
+    buffers: Buffers, instances: Instances, where: str
+) -> tuple[FloatArray, IndexArray]:
+    """Vertices (n, 3) float64 and faces (m, 3) int64 of instances, in world coordinates."""
     meshes = {mesh: read_gltf_mesh(buffers, mesh) for mesh in np.unique(instances.mesh_of).tolist()}
     _check_size(instances, meshes, where)
     vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)]
@@ -88,12 +93,13 @@ def _to_world(points: FloatArray, transform: FloatArray) -> FloatArray:
 def error_bound(data: bytes, path: Path) -> float:
     """The bound that ``glb_writer.encode`` left in a node's extras; infinite without one.
 
-    The largest one when several occluders were joined into one file.
+    The largest one when several occluders were joined into one file, the finest level's of levels
+    of detail.
     """
     root = open_document(data, str(path)).root
     bounds = []
-    for index in range(root.count("nodes")):
-        extras = root.item("nodes", index).members.get("extras")
+    for node in scene_nodes(root).nodes:
+        extras = node.members.get("extras")
         if isinstance(extras, dict) and extras.get("generator") == GENERATOR:
             bound = number_or_nan(extras.get("error_bound"))
             bounds.append(bound if bound >= 0.0 else math.inf)

@@ -11,6 +11,7 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.io.gltf_accessor import read_vectors
 from simplifier.io.gltf_buffers import Buffers
 from simplifier.io.gltf_json import JsonObject
+from simplifier.io.gltf_levels import level_ids
 from simplifier.io.gltf_transforms import local_transforms, transforms_of, world_transforms
 
 _INSTANCING = "EXT_mesh_gpu_instancing"
@@ -35,41 +36,68 @@ class Instances:
 
 
 @dataclass(frozen=True, eq=False)
-class _Tree:
-    """Nodes of the default scene, depth first; ``parents`` are places in ``nodes`` or -1."""
+class Nodes:
+    """Nodes of a glTF file, depth first.
+
+    ``nodes``, ``indices``  what the file says of each, and its number there.
+    ``parents``  places in ``nodes``, or -1.
+    """
 
     nodes: list[JsonObject]
     indices: list[int]
     parents: list[int]
 
+    def world(self, *, lenient: bool = False) -> FloatArray:
+        """(n, 4, 4) float64 from each node's space to that of nodes without a parent here."""
+        return world_transforms(local_transforms(self.nodes, lenient=lenient), self.parents)
+
 
 def list_instances(buffers: Buffers, *, lenient: bool = False) -> Instances:
     """Every mesh of the default scene, depth first in the order of the file.
 
-    Without a default scene all nodes count, and without nodes every mesh once.  Raises
-    ``UnreadableMeshError`` when a node is reached twice, which a tree forbids and a cycle implies,
-    for more than ``MOST_INSTANCES``, and, unless ``lenient``, for values of a transform that are
-    no finite numbers; if so, they become NaN.
+    Without a default scene all nodes count, and without nodes every mesh once.  Of levels of detail
+    only the finest counts.  Raises ``UnreadableMeshError`` when a node is reached twice, which a
+    tree forbids and a cycle implies, for more than ``MOST_INSTANCES``, and, unless ``lenient``, for
+    values of a transform that are no finite numbers; if so, they become NaN.
     """
     root = buffers.document.root
     if root.count("nodes") == 0:
         return _every_mesh(root)
-    tree = _walk(root)
-    world = world_transforms(local_transforms(tree.nodes, lenient=lenient), tree.parents)
+    nodes = scene_nodes(root)
+    return instances_of(buffers, nodes, nodes.world(lenient=lenient))
+
+
+def instances_of(buffers: Buffers, nodes: Nodes, world: FloatArray) -> Instances:
+    """The meshes of some nodes; ``world`` (n, 4, 4) as of :meth:`Nodes.world`."""
+    root = buffers.document.root
     names: list[str] = []
     meshes: list[int] = []
     transforms = [np.empty((0, 4, 4))]
-    for place in _standing(tree, root):
-        node, own = tree.nodes[place], world[place : place + 1]
+    for place in _standing(nodes, root):
+        node, own = nodes.nodes[place], world[place : place + 1]
         mesh = node.integer("mesh")
         if node.child("extensions").has(_INSTANCING):
             with np.errstate(invalid="ignore", over="ignore"):
                 own = own @ _instance_transforms(buffers, node)
-        name = _name(node) or _name(root.item("meshes", mesh)) or f"node {tree.indices[place]}"
+        name = _name(node) or _name(root.item("meshes", mesh)) or f"node {nodes.indices[place]}"
         names += [name, *(f"{name}.{number}" for number in range(2, len(own) + 1))][: len(own)]
         meshes += [mesh] * len(own)
         transforms.append(own)
     return Instances(names, np.array(meshes, dtype=np.int64), np.concatenate(transforms))
+
+
+def scene_nodes(root: JsonObject) -> Nodes:
+    """The nodes of :func:`list_instances`, with or without a mesh."""
+    coarser = {index for ids in level_ids(root).values() for index in ids}
+    reached, shown = _walk(root, _root_nodes(root), coarser)
+    if not root.has("scene") and reached < root.count("nodes"):
+        raise root.fail("its nodes form a cycle", "repair the node tree and export it again")
+    return shown
+
+
+def subtree(root: JsonObject, index: int) -> Nodes:
+    """A node, which has no parent here, and those below it."""
+    return _walk(root, [index], set())[1]
 
 
 def _every_mesh(root: JsonObject) -> Instances:
@@ -78,12 +106,13 @@ def _every_mesh(root: JsonObject) -> Instances:
     return Instances(names, np.arange(count), np.tile(np.eye(4), (count, 1, 1)))
 
 
-def _walk(root: JsonObject) -> _Tree:
-    tree = _Tree([], [], [])
+def _walk(root: JsonObject, begin: list[int], hidden: set[int]) -> tuple[int, Nodes]:
+    """How many nodes are reached, and those that are neither hidden nor below one that is."""
+    shown = Nodes([], [], [])
     reached: set[int] = set()
-    stack = [(index, -1) for index in reversed(_root_nodes(root))]
+    stack = [(index, -1, True) for index in reversed(begin)]
     while stack:
-        index, parent = stack.pop()
+        index, parent, visible = stack.pop()
         node = root.item("nodes", index)
         if index in reached:
             raise node.fail(
@@ -91,13 +120,14 @@ def _walk(root: JsonObject) -> _Tree:
                 "repair the node tree and export it again",
             )
         reached.add(index)
-        stack += [(child, len(tree.nodes)) for child in reversed(node.integers("children"))]
-        tree.nodes.append(node)
-        tree.indices.append(index)
-        tree.parents.append(parent)
-    if not root.has("scene") and len(reached) < root.count("nodes"):
-        raise root.fail("its nodes form a cycle", "repair the node tree and export it again")
-    return tree
+        visible = visible and index not in hidden
+        place = len(shown.nodes)
+        stack += [(child, place, visible) for child in reversed(node.integers("children"))]
+        if visible:
+            shown.nodes.append(node)
+            shown.indices.append(index)
+            shown.parents.append(parent)
+    return len(reached), shown
 
 
 def _root_nodes(root: JsonObject) -> list[int]:
@@ -114,15 +144,15 @@ def _name(owner: JsonObject) -> str:
     return name if isinstance(name, str) else ""
 
 
-def _standing(tree: _Tree, root: JsonObject) -> list[int]:
+def _standing(nodes: Nodes, root: JsonObject) -> list[int]:
     """Places of the nodes with a mesh.
 
     Their instances, which are only claimed so far, are counted before any transform is made.
     """
-    places = [place for place, node in enumerate(tree.nodes) if node.has("mesh")]
+    places = [place for place, node in enumerate(nodes.nodes) if node.has("mesh")]
     count = 0
     for place in places:
-        attributes = _instancing(tree.nodes[place])
+        attributes = _instancing(nodes.nodes[place])
         claims = [
             root.item("accessors", attributes.integer(name)).integer("count")
             for name, _ in _ATTRIBUTES

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from simplifier.errors import EmptyMeshError, UnreadableMeshError
+from simplifier.errors import EmptyMeshError, UnknownFormatError, UnreadableMeshError
+from simplifier.geometry.lod_chain import LodChain
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.formats import Codec, codec_for_reading
+from simplifier.io.gltf_lods import decode_lods
 from simplifier.io.objects import Objects
 from simplifier.io.sniff import foreign_content
 from simplifier.io.source import read_bytes
@@ -55,6 +57,22 @@ def load_objects(path: Path) -> Objects:
     if codec.objects:
         return codec.objects(data, path)
     return Objects.one(path.stem, codec.decode(data, path))
+
+
+def load_lods(path: str | Path) -> LodChain:
+    """The levels of detail of a ``.glb`` that ``save_lods`` wrote, finest first.
+
+    Raises :class:`UnknownFormatError` for another suffix, and :class:`UnreadableMeshError` as
+    :func:`load_mesh` and when there are no levels or they are damaged.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in (".glb", ".gltf"):
+        raise UnknownFormatError(
+            f"files that end in '{path.suffix}' hold no levels of detail",
+            where=str(path),
+            remedy="use the .glb file, or load a level's own file as an occluder",
+        )
+    return decode_lods(_open(path)[1], path)
 
 
 def _open(path: Path) -> tuple[Codec, bytes]:

@@ -19,14 +19,17 @@ def save_occluder(occluder: Occluder, path: str | Path) -> None:
     ``.ply``, ``.obj``, ``.off`` and ``.tres`` keep float64, ``.glb`` keeps float32 relative to the
     occluder's centre, ``.stl`` float32 in absolute coordinates.  Raises :class:`OutputError`.
     """
-    path = Path(path)
+    write_whole(Path(path), encoded(occluder, Path(path)))
+
+
+def encoded(occluder: Occluder, path: Path) -> bytes:
+    """What the file is to hold.  Raises :class:`OutputError`."""
     codec = _codec_for_writing(path)
     _check(occluder, path)
     try:
-        data = codec.encode(occluder) if codec.encode else b""
+        return codec.encode(occluder) if codec.encode else b""
     except OutputError as error:
         raise OutputError(error.what, where=str(path), remedy=error.remedy) from None
-    write_whole(path, data)
 
 
 def check_writable(path: str | Path) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import secrets
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from simplifier.errors import OutputError
@@ -39,16 +41,47 @@ def write_whole(path: Path, data: bytes) -> None:
     An old file stays until then.  Raises :class:`OutputError` when the folder is not there or
     cannot be written, the target is no file, or the disk is full; nothing is left behind.
     """
+    write_all_whole({path: data})
+
+
+def write_all_whole(files: Mapping[Path, bytes]) -> None:
+    """As :func:`write_whole`, several: none is replaced before all are written beside the targets.
+
+    What can go wrong after that is that the folder changes meanwhile.
+    """
+    drafts: list[tuple[Path, Path]] = []
     try:
-        target = path.resolve()
-        if target.exists() and not target.is_file():
-            raise OutputError("this is a folder or a device", where=str(path), remedy="name a file")
-        draft = target.with_name(_DRAFT.replace("*", secrets.token_hex(8)))
-        try:
-            draft.write_bytes(data)
-            draft.replace(target)
-        finally:
-            draft.unlink(missing_ok=True)
+        for path, data in files.items():
+            with _told(path):
+                drafts.append(_drafted(path, data))
+        for path, (draft, target) in zip(files, drafts, strict=True):
+            with _told(path):
+                draft.replace(target)
+    finally:
+        for draft, _ in drafts:
+            with suppress(OSError):
+                draft.unlink(missing_ok=True)
+
+
+def _drafted(path: Path, data: bytes) -> tuple[Path, Path]:
+    """Write the data beside the target; that file and the target."""
+    target = path.resolve()
+    if target.exists() and not target.is_file():
+        raise OutputError("this is a folder or a device", where=str(path), remedy="name a file")
+    draft = target.with_name(_DRAFT.replace("*", secrets.token_hex(8)))
+    try:
+        draft.write_bytes(data)
+    except BaseException:
+        draft.unlink(missing_ok=True)
+        raise
+    return draft, target
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Turn what the system refuses into :class:`OutputError`."""
+    try:
+        yield
     except FileNotFoundError:
         raise _no_folder(path) from None
     except (OSError, ValueError, RuntimeError) as error:  # no right, a full disk, NUL, link loops

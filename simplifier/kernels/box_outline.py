@@ -1,9 +1,9 @@
 """Is a box hidden by a depth buffer, judged by its own outline and its own front?
 
-Exacter than the screen rectangle at the depth of its nearest corner, and dearer.  A row of pixels is
-tested where it meets the convex outline of the corners, and a pixel at the depth where its line of
-sight enters the box: a plane's reciprocal depth is linear over the screen, and the line is in the
-box only from behind all planes that face the camera, so the least of theirs is where it enters.
+Exacter than the screen rectangle at the depth of its nearest corner, and dearer.  A row of pixels
+is tested where it meets the convex outline of the corners, and a pixel at the depth where its line
+of sight enters the box: a plane's reciprocal depth is linear over the screen, and the line is in
+the box only from behind all planes that face the camera, so the least of theirs is where it enters.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def is_outline_hidden(boxes, index, view, depth, grown, corners, edges, planes):
     last_row = np.int64(min(max(bottom + grown, 0.0), rows - 1.0))
     for row in range(first_row, last_row + 1):
         left, right = _extent(edges, row - grown, row + 1.0 + grown)
-        if not left <= right:
+        if not (left <= right and right + grown >= 0.0 and left - grown <= columns):
             continue
         first = np.int64(min(max(left - grown, 0.0), columns - 1.0))
         last = np.int64(min(max(right + grown, 0.0), columns - 1.0))

@@ -36,7 +36,9 @@ FARTHEST, ERROR, STALE = 0, 1, 2
 THINNEST = 1e-4
 """Pixels; a thinner triangle's plane drowns in rounding, so its farthest corner stands for it."""
 
-_PUSH = 2.0**-22
+PUSH = 2.0**-22
+"""Share of a triangle's nearest reciprocal depth that pays for rounding to float32."""
+
 _UP = 1.0 + 2.0**-22  # before rounding to float32: the result is not below
 
 
@@ -91,7 +93,7 @@ def plane_through(points, a, b, c, error):
     cx, cy = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
     area = bx * cy - cx * by
     longest = max(abs(bx), abs(by), abs(cx), abs(cy), abs(bx - cx), abs(by - cy))
-    push = _PUSH * max(p, q, r)
+    push = PUSH * max(p, q, r)
     if not abs(area) > THINNEST * longest:
         return 0.0, 0.0, min(p, q, r) - push
     slope_x = ((q - p) * cy - (r - p) * by) / area
@@ -135,16 +137,17 @@ def _draw_triangle(points, a, b, c, error, blur, view, depth, tiles):
         end = first_centre(max(x0, x1), columns)
         if first < end:
             value = start + slope_x * (first - ax) + slope_y * (row - ay)
-            _fill_span(depth, row, first, end, value, slope_x)
+            fill_span(depth, row, first, end, value, slope_x)
             first_column = min(first_column, first)
             last_column = max(last_column, end - 1)
         if (row & (TILE - 1)) == TILE - 1 or row == top - 1:
-            _touch(tiles, row >> TILE_SHIFT, first_column, last_column, blur)
+            touch(tiles, row >> TILE_SHIFT, first_column, last_column, blur)
             first_column, last_column = np.int64(columns), np.int64(-1)
 
 
 @inline_kernel
-def _fill_span(depth, row, first, end, value, slope):
+def fill_span(depth, row, first, end, value, slope):
+    """The nearer of what is there and a plane; all centres must lie within the triangle."""
     start, step = np.float32(value), np.float32(slope)
     for column in range(end - first):
         here = start + np.float32(column) * step
@@ -152,7 +155,7 @@ def _fill_span(depth, row, first, end, value, slope):
 
 
 @inline_kernel
-def _touch(tiles, tile_row, first_column, last_column, blur):
+def touch(tiles, tile_row, first_column, last_column, blur):
     """The tiles of columns that were written to: stale, and at least as blurred."""
     for tile in range(first_column >> TILE_SHIFT, (last_column >> TILE_SHIFT) + 1):
         tiles[STALE, tile_row, tile] = 1.0

@@ -96,6 +96,12 @@ def commands(meshes, folder):
         ["--viewers", "above", "--shrink", "0.05"],
     ):
         yield ["simplify", first, "-o", last, *FEW, *more]
+    walk, few = str(folder / "walk.json"), ["--resolution", "10", "--moves", "50"]
+    yield ["path", first, "-o", walk, "--frames", "2", "--eye-height", "0.1"]
+    for name, more in (("plain", []), ("inside", ["--conservative", "--ground"])):
+        built = str(folder / name)
+        yield ["scene", first, "-o", built, *few, *more]
+        yield ["cull", first, "--occluders", built, "--path", walk, "-o", built, "--image", "32x18"]
 
 
 def signatures():

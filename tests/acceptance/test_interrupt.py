@@ -63,7 +63,8 @@ def interrupted(tmp_path):
         assert b"Traceback" not in shown
         assert b"Exception ignored" not in shown
         files = {path.name: path.read_bytes() for path in folder.iterdir()}
-        assert set(files) <= {"out.glb", "report.json"}  # no draft is left
+        levels = {f"out_lod{index}.glb" for index in range(3)}
+        assert set(files) <= {"out.glb", "report.json"} | levels  # no draft is left
         # A terminal breaks long lines, where paths are long.
         return process.returncode, " ".join(shown.decode().split()), files
 
@@ -82,6 +83,19 @@ def test_refining_keeps_the_best_so_far(interrupted, tmp_path):
     report = json.loads(files["report.json"])
     check_report(report)
     assert report["warnings"] == ["interrupted: the best so far"]
+
+
+def test_levels_so_far_are_kept(interrupted, tmp_path):
+    lods = ("--lods", "3", "--resolution", "24", "--moves", "40000", "--views", "4")
+    status, _, files = interrupted(b"2/3 refining", 0.1, *lods)
+    assert status == 0
+    report = json.loads(files["report.json"])
+    check_report(report)
+    made = {row["file"] for row in report["levels"]}
+    assert set(files) == {"out.glb", "report.json"} | made
+    assert [one["resolution"] for one in report["left_out"]][-1] == 6
+    assert "interrupted" in report["left_out"][-1]["reason"]
+    check_occluder(tmp_path)
 
 
 def test_measuring_keeps_the_occluder(interrupted, tmp_path):

@@ -15,6 +15,7 @@ from bench import (
     decimated,
     growth,
     kernels,
+    lods,
     meshes,
     methods,
     point,
@@ -269,3 +270,15 @@ def test_decimated_starts_of_a_tiny_stand_in(tiny_stand_in, monkeypatch, capsys)
     rows = [line.split(" | ") for line in lines if line.startswith("| bunny_4968")]
     assert [row[1] for row in rows[:2]] == ["enclosed", "sheet"]
     assert [row[2] for row in rows[2:]] == ["sections", "enclosed", "sheet"]
+
+
+def test_levels_of_a_tiny_stand_in(tiny_stand_in, capsys):
+    words = ["--lods", "2", "--resolution", "8", "--budget", "8", "--views", "4"]
+    lods.main([str(tiny_stand_in.path), *words])
+    header, rule, *rows = capsys.readouterr().out.splitlines()
+    assert len(rows) == 2
+    assert rows[0].startswith("| bunny_4968, ")
+    assert all(row.count("|") == header.count("|") == rule.count("|") for row in rows)
+    kept = [row.split(" | ") for row in rows if row.endswith(" |  |")]
+    assert kept
+    assert all(float(row[3]) >= float(row[4]) >= 0.0 for row in kept)

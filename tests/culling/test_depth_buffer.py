@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
 from simplifier.errors import MeshError, OptionError
 from simplifier.geometry.camera import Camera
-from tests.rasters import looking_ahead, random_camera
+from tests.rasters import hits, looking_ahead, random_camera
 
 AHEAD = Camera.looking(np.zeros(3), np.array([0, 0, 1.0]), np.array([0, 1.0, 0]), 60.0, 0.1)
 
@@ -202,3 +202,35 @@ def test_refuses_what_has_another_shape_or_sense():
     for rows, columns in ((0, 5), (5, 0), (5, 20_000)):
         with pytest.raises(OptionError, match="pixels"):
             DepthBuffer(rows, columns)
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 2**32 - 1))
+def test_inner_coverage_never_hides_a_point_that_can_be_seen(seed):
+    """Points all over the boxes, each looked at along its own ray past every occluder."""
+    rng = np.random.default_rng(seed)
+    camera = random_camera(rng)
+    vertices = camera.position + rng.normal(size=(12, 3)) * 4.0
+    faces = rng.integers(0, 12, (16, 3)).astype(np.int32)
+    _, boxes = scene_of(rng, camera, boxes=80)
+    buffer = DepthBuffer(23, 41, "inner")
+    buffer.draw_mesh(vertices, faces, camera)
+    hidden = np.nonzero(buffer.test(boxes, camera) == Verdict.HIDDEN)[0]
+    event("some hidden" if len(hidden) > 3 else "few hidden")
+    for index in hidden:
+        low, high = boxes[index]
+        face = rng.integers(0, 3, 400)
+        points = low + rng.uniform(size=(400, 3)) * (high - low)
+        points[np.arange(400), face] = np.where(rng.uniform(size=400) < 0.5, low[face], high[face])
+        assert not seen(points, vertices[faces], camera, 41 / 23).any()
+
+
+def seen(points, triangles, camera, aspect):
+    """(n,) whether no triangle lies before a point that is on the screen."""
+    local = (points - camera.position) @ camera.axes.T
+    half = np.tan(np.radians(0.5 * camera.fov)) * local[:, 2]
+    result = (np.abs(local[:, 0]) < half * aspect) & (np.abs(local[:, 1]) < half)
+    for triangle in triangles:
+        depth, doubt = hits(triangle, camera, (points - camera.position)[None] / local[:, 2, None])
+        result &= ~((depth[0] > 1.0 / local[:, 2]) | doubt[0])
+    return result

@@ -8,9 +8,15 @@ import trimesh
 
 from simplifier.errors import MeshError, OptionError
 from simplifier.evaluation import accuracy
-from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy, view_masks
+from simplifier.evaluation.accuracy import (
+    AccuracyOptions,
+    evaluate_accuracies,
+    evaluate_accuracy,
+    view_masks,
+)
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from tests.solids import blob
 
 SMALL = AccuracyOptions(views=24, image=64, quads=2000)
 FRONT = np.array([[0.0, 0.0, 1.0]])
@@ -249,3 +255,19 @@ def test_real_mesh_against_half_of_itself(asset):
     ]
     assert reports[0].precision == reports[1].precision == 1.0
     assert reports[0].recall == pytest.approx(reports[1].recall, rel=0.02)
+
+
+def test_several_occluders_are_judged_as_each_alone():
+    mesh = blob()
+    occluders = [Occluder(mesh.vertices, mesh.faces[:count]) for count in (len(mesh.faces), 40, 0)]
+    for exact in (False, True):
+        options = AccuracyOptions(views=5, image=48, quads=200, seed=3, exact=exact)
+        together = evaluate_accuracies(mesh, occluders, options)
+        assert len(together) == 3
+        for occluder, report in zip(occluders, together, strict=True):
+            alone = evaluate_accuracy(mesh, occluder, options)
+            assert np.array_equal(alone.nt, report.nt)
+            assert np.array_equal(alone.pf, report.pf)
+            assert np.array_equal(alone.nf, report.nf)
+            assert (alone.recall, alone.precision) == (report.recall, report.precision)
+    assert evaluate_accuracies(mesh, [], AccuracyOptions(views=2)) == ()

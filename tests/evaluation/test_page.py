@@ -185,6 +185,26 @@ def test_warnings_come_first_and_only_when_there_are_some(report, gallery):
     assert page.index('class="warnings"') < page.index('class="tiles')
 
 
+def test_levels_are_a_table_and_only_when_there_are_some(report, gallery):
+    assert "Levels of detail" not in page_text(report, gallery)
+    level = {
+        "level": 0, "triangles": 1053, "recall": 0.8351, "precision": 0.99876, "error_bound": 0.05,
+        "deviation": 0.02, "resolution": 64, "switch_distance": 50.25, "file": HOSTILE,
+    }  # fmt: skip
+    coarse = {**level, "level": 1, "triangles": 8, "error_bound": None, "switch_distance": None}
+    report["levels"] = [level, coarse]
+    report["left_out"] = [{"resolution": 16, "reason": HOSTILE + "reason"}]
+    page = page_text(report, gallery)
+    reader = Reader(page)
+    assert "script" not in reader.tags
+    assert "".join(reader.words).count(HOSTILE) == 3
+    assert "0 1,053 83.5 % 99.87 % 0.05000 0.02000 64 50.25" in reader.text
+    assert "1 8 83.5 % 99.87 % no promise 0.02000 64 no promise" in reader.text
+    assert "Left out: 16 voxels:" in reader.text
+    report["left_out"] = []
+    assert "Left out" not in page_text(report, gallery)
+
+
 def test_an_occluder_without_a_promise(report, gallery):
     report["error_bound"] = None
     text = Reader(page_text(report, gallery)).text

@@ -5,14 +5,21 @@ from __future__ import annotations
 import copy
 import json
 import math
+from pathlib import Path
 
 import jsonschema
 import numpy as np
 import pytest
 
 from simplifier.errors import OutputError
-from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
+from simplifier.evaluation.accuracy import (
+    AccuracyOptions,
+    evaluate_accuracies,
+    evaluate_accuracy,
+)
+from simplifier.evaluation.level_report import left_out_rows, level_rows
 from simplifier.evaluation.report import build_report, write_report
+from simplifier.geometry.lod_chain import LeftOut, Level, LodChain
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.options import SolidOptions
@@ -80,6 +87,33 @@ def test_keys_and_figures(report):
     assert report["input"]["triangles"] == 10
     assert report["input"]["vertices"] == 8
     assert report["input"]["bounds"] == [[0.0, 0.0, 0.0], [2.0, 1.0, 1.0]]
+
+
+def test_levels(report):
+    """Rows as the schema says; without levels both lists are empty."""
+    assert report["levels"] == report["left_out"] == []
+    mesh = box()
+    levels = tuple(
+        Level(Occluder(mesh.vertices, mesh.faces[:count], bound), 8, 0.1)
+        for count, bound in ((12, 0.25), (6, math.inf))
+    )
+    chain = LodChain(levels, left_out=(LeftOut(4, "it hides nothing"),))
+    occluders = [level.occluder for level in levels]
+    accuracies = evaluate_accuracies(mesh, occluders, AccuracyOptions(views=3, image=32))
+    rows = level_rows(chain, accuracies, [Path("a/x_lod0.glb"), Path("a/x_lod1.glb")])
+    made = report_of(mesh, occluders[0], levels=rows, left_out=left_out_rows(chain))
+    check_report(json.loads(json.dumps(made, allow_nan=False)))
+    first, second = made["levels"]
+    assert (first["level"], first["triangles"], first["file"]) == (0, 12, "x_lod0.glb")
+    assert first["recall"] == accuracies[0].recall == 1.0
+    assert first["switch_distance"] == chain.switch_distance(0)
+    assert (second["error_bound"], second["switch_distance"]) == (None, None)
+    assert made["left_out"] == [{"resolution": 4, "reason": "it hides nothing"}]
+    validator = jsonschema.Draft202012Validator(SCHEMA)
+    for key in first:
+        without = {name: value for name, value in first.items() if name != key}
+        assert not validator.is_valid({**made, "levels": [without]}), key
+        assert not validator.is_valid({**made, "levels": [{**first, key: object()}]}), key
 
 
 def test_views(report):

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from simplifier.culling.upright import UprightScene
+from simplifier.camera_paths.upright import UprightScene
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray
 from simplifier.kernels.columns import block_columns, raise_columns

@@ -12,16 +12,17 @@ from typing import get_args
 
 import numpy as np
 
-from simplifier.culling.flight import roof_flight
-from simplifier.culling.interior import interior_walk
-from simplifier.culling.street import street_walk
-from simplifier.culling.upright import UprightScene
-from simplifier.culling.walk import views
+from simplifier.camera_paths.flight import roof_flight
+from simplifier.camera_paths.interior import interior_walk
+from simplifier.camera_paths.options import PathKind, PathOptions
+from simplifier.camera_paths.street import street_walk
+from simplifier.camera_paths.upright import UprightScene
+from simplifier.camera_paths.walk import views
 from simplifier.errors import MeshError
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.scene import Scene
-from simplifier.options import Axis, PathKind, PathOptions
+from simplifier.options import Axis
 
 Finder = Callable[[UprightScene, int, float, np.random.Generator], FloatArray | None]
 
@@ -49,8 +50,9 @@ def generate_path(
 
     ``kind``        ``street``: a walk at eye height over the ground, between the objects, and
                     where there is no ground at the height of the bases nearby; ``roof``: a flight
-                    just above the roofs, looking slightly down; ``inside``: a walk through rooms,
-                    and through the objects whose names say that they are doors.
+                    just above the roofs, looking slightly down; ``inside``: a walk through rooms
+                    that something leads out of, and through the objects whose names say that they
+                    are doors.
     ``frames``      1 to 100,000; a walk is as long as they allow: 8 eye heights a step on a
                     street, 3 inside.
     ``up``          the scene's up axis.

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from scipy import ndimage
 
-from simplifier.culling.columns import Columns, columns_of
-from simplifier.culling.upright import UprightScene
+from simplifier.camera_paths.columns import Columns, columns_of
+from simplifier.camera_paths.upright import UprightScene
 from simplifier.geometry.mesh import FloatArray
 
 _COLUMNS = 1000  # along the longer side

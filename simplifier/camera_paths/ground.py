@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from simplifier.culling.columns import Columns
+from simplifier.camera_paths.columns import Columns
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray
 
@@ -30,7 +30,7 @@ def ground_heights(columns: Columns, area: float, eye: float) -> tuple[FloatArra
     it is true nowhere and the heights are those of the bases.
     """
     filled = columns.filled
-    opened = _opened(columns.lows, 2 * int(np.ceil(_BUMP * eye / columns.cell)) + 1)
+    opened = _opened(columns.lows, int(np.ceil(_BUMP * eye / columns.cell)))
     based = filled & (columns.lows <= opened + _UNEVEN * eye)
     low = based & (columns.highs <= columns.lows + _THICK * eye)
     surface = _wide(low & ~steep(columns.highs, columns.cell), _SHARE * area / columns.cell**2)
@@ -56,8 +56,13 @@ def steep(heights: FloatArray, cell: float) -> BoolArray:
     return result
 
 
-def _opened(lows: FloatArray, size: int) -> FloatArray:
-    """What is left of the heights when bumps narrower than ``size`` are cut off; gaps are none."""
+def _opened(lows: FloatArray, reach: int) -> FloatArray:
+    """What is left of the heights when bumps up to 2 ``reach`` + 1 wide are cut off; gaps are none.
+
+    A slope loses the last ``reach`` of its upper end at the grid's edge, which costs a strip to
+    walk on; windows about places outside would keep it, and with it eaves that hang over the edge.
+    """
+    size = 2 * reach + 1
     eroded = ndimage.minimum_filter(lows, size, mode="nearest")
     eroded[np.isinf(eroded)] = -np.inf
     return np.asarray(ndimage.maximum_filter(eroded, size, mode="nearest"))

@@ -33,16 +33,17 @@ class Space:
 
 
 def smoothed(route: FloatArray, space: Space) -> FloatArray:
-    """The route (n, 3) with every place drawn between its neighbours, as far as is allowed."""
+    """The route (n, 3) with every place drawn between its neighbours, as far as is allowed.
+
+    Places of a route are neighbours in a grid, and no eye is allowed in the cells on both sides of
+    a wall, so none can be drawn through it.
+    """
     points = route.copy()
     for _ in range(_ROUNDS):
         for first in (1, 2):  # every other place, so that no two neighbours move at once
             moving = np.arange(first, len(points) - 1, 2)
-            before, after = points[moving - 1], points[moving + 1]
-            drawn = 0.5 * points[moving] + 0.25 * (before + after)
+            drawn = 0.5 * points[moving] + 0.25 * (points[moving - 1] + points[moving + 1])
             fine = space.allows(drawn)
-            fine[fine] = space.clear(before[fine], drawn[fine])
-            fine[fine] = space.clear(drawn[fine], after[fine])
             points[moving[fine]] = drawn[fine]
     return points
 

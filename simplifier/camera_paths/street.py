@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from simplifier.culling.columns import Columns, blocked_band, columns_of, window
-from simplifier.culling.ground import ground_heights, steep
-from simplifier.culling.routes import Ids, Ways, tour
-from simplifier.culling.upright import UprightScene
-from simplifier.culling.walk import Space, crossed_cells, smoothed, stepped
+from simplifier.camera_paths.columns import Columns, blocked_band, columns_of, window
+from simplifier.camera_paths.ground import ground_heights, steep
+from simplifier.camera_paths.routes import Ids, Ways, tour
+from simplifier.camera_paths.upright import UprightScene
+from simplifier.camera_paths.walk import Space, crossed_cells, smoothed, stepped
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray
 

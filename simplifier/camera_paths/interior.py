@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.culling.floors import Floors, find_floors
-from simplifier.culling.routes import Ids, Ways, tour
-from simplifier.culling.upright import UprightScene
-from simplifier.culling.walk import Space, crossed_cells, smoothed, stepped
+from simplifier.camera_paths.floors import Floors, find_floors
+from simplifier.camera_paths.routes import Ids, Ways, tour
+from simplifier.camera_paths.upright import UprightScene
+from simplifier.camera_paths.walk import Space, crossed_cells, smoothed, stepped
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray
 

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
+from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
-from simplifier.culling.columns import window
-from simplifier.culling.routes import Ids
-from simplifier.culling.upright import UprightScene
+from simplifier.camera_paths.columns import window
+from simplifier.camera_paths.routes import Ids
+from simplifier.camera_paths.upright import UprightScene
 from simplifier.geometry.grid import BoolArray, VoxelGrid
 from simplifier.geometry.mesh import FloatArray
 from simplifier.kernels.voxels import mark_triangles
@@ -64,9 +64,10 @@ class Floors:
         return np.asarray(far + 0.5)
 
     def indoors(self) -> tuple[BoolArray, BoolArray]:
-        """(n,) whether a place has a roof, and whether it has walls enough to be a room.
+        """(n,) whether a place has a roof, and whether it is in a room.
 
-        A roofed one needs a wall in three of the four directions of the grid, another in all.
+        A room has a way out, be it a window, else it is the inside of a solid; and walls: in three
+        of the four directions of the grid where it has a roof, in all four where it has none.
         """
         x, y, z = self.eye_voxels
         walls = np.zeros(len(self.cells), dtype=np.int64)
@@ -78,7 +79,9 @@ class Floors:
                 walls += behind[x, y, z]
         above = np.flip(np.logical_or.accumulate(np.flip(self.grid.inside, 2), axis=2), 2)
         roofed = above[x, y, z]
-        return roofed, np.where(roofed, walls >= 3, walls == 4)
+        spaces, _ = ndimage.label(~self.grid.inside)
+        leads_out = spaces[x, y, z] == spaces[0, 0, -1]  # the uppermost voxels are all free
+        return roofed, np.where(roofed, walls >= 3, walls == 4) & leads_out
 
 
 def find_floors(upright: UprightScene, eye: float) -> Floors:
@@ -102,9 +105,10 @@ def _touched(upright: UprightScene, eye: float) -> VoxelGrid:
     low, high = window(upright, coarsest * math.sqrt(_MOST_VOXELS * coarsest / height))
     volume = float(np.prod(high - low)) * height
     cell = max((volume / _MOST_VOXELS) ** (1.0 / 3.0), _FINEST * eye)
-    # A voxel more on all sides: what lies on the window's edge is inside of the grid.
-    origin = np.array([*(low - cell), -cell])
-    shape = np.ceil(np.array([*(high - low), height]) / cell).astype(np.int64) + 2
+    # What lies on the window's edge touches the voxel past it, and one may go around in the next.
+    margin = 2
+    origin = np.array([*low, 0.0]) - margin * cell
+    shape = np.ceil(np.array([*(high - low), height]) / cell).astype(np.int64) + 2 * margin
     touched = np.zeros(tuple(shape), dtype=np.bool_)
     top = origin + shape * cell
     for vertices, faces in upright.triangles(origin, top):

@@ -1,0 +1,62 @@
+"""A command as a whole: seconds, and the peak memory of it and all processes that it starts."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bench.machine import ROOT
+
+_GLANCE = 0.05  # seconds
+
+
+@dataclass(frozen=True)
+class Run:
+    """``peak_mib``: the largest sum of proportional set sizes (shared pages count once)."""
+
+    seconds: float
+    peak_mib: float
+    output: str
+
+
+def run_command(command: Sequence[str]) -> Run:
+    """Run a command from the project's root and watch it; raises CalledProcessError."""
+    begin = time.perf_counter()
+    peak = 0
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=ROOT
+    ) as process:
+        while process.poll() is None:
+            peak = max(peak, sum(_kib(pid) for pid in _tree(process.pid)))
+            time.sleep(_GLANCE)
+        seconds = time.perf_counter() - begin
+        assert process.stdout is not None
+        output = process.stdout.read()
+    if process.returncode:
+        raise subprocess.CalledProcessError(process.returncode, command, output)
+    return Run(seconds, peak / 1024.0, output)
+
+
+def _tree(root: int) -> list[int]:
+    """A process and all below it, as far as they are still there."""
+    found, waiting = [], [root]
+    while waiting:
+        pid = waiting.pop()
+        found.append(pid)
+        for task in Path(f"/proc/{pid}/task").glob("*/children"):
+            try:
+                waiting += [int(child) for child in task.read_text().split()]
+            except OSError:  # it has just ended
+                continue
+    return found
+
+
+def _kib(pid: int) -> int:
+    try:
+        lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
+    except OSError:
+        return 0
+    return sum(int(line.split()[1]) for line in lines if line.startswith("Pss:"))

@@ -1,0 +1,94 @@
+"""A flythrough in words: the rows of the terminal, and the lines over its pictures."""
+
+from __future__ import annotations
+
+import math
+import statistics
+
+from simplifier.culling.fate import Counts
+from simplifier.culling.flythrough import Flythrough
+from simplifier.culling.frame import Figures
+from simplifier.evaluation.wording import percent
+
+COUNTED = (
+    "hidden: visible in no pixel, though it would cover one alone; a part is an object or a piece "
+    "of a large one; wrong pixels show a part that was culled"
+)
+"""What the figures count, in one line."""
+
+
+def summary_rows(flown: Flythrough) -> list[tuple[str, str]]:
+    """Named values for the terminal."""
+    whole, count = flown.total, len(flown.frames)
+    triangles = f"{whole.occluder_triangles / count:,.0f} a frame"
+    return [
+        ("frames", _frames(flown)),
+        ("parts", recall_words(whole.parts)),
+        ("objects", recall_words(whole.objects)),
+        ("wrongly culled", _wrong_words(whole.parts)),
+        *_lost_row(whole),
+        ("wrong pixels", pixel_words(whole)),
+        ("worst frame", worst_words(flown)),
+        ("occluder triangles", f"{triangles}, {share(whole.triangle_share)} of the scene's"),
+        ("occluders", f"{whole.occluders / count:,.0f} a frame"),
+        ("time to cull", f"{median_milliseconds(flown):.2f} ms a frame (median)"),
+    ]
+
+
+def recall_words(counts: Counts) -> str:
+    """``"98.9 % of 26,389 hidden culled"``."""
+    if counts.recall is None:
+        return "none hidden"
+    return f"{percent(counts.recall)} of {counts.hidden:,} hidden culled"
+
+
+def pixel_words(figures: Figures) -> str:
+    """``"14 of 15,035,282 (0.000093 %)"``."""
+    shown = f" ({share(figures.wrong_share)})" if figures.wrong_pixels else ""
+    return f"{figures.wrong_pixels:,} of {figures.covered_pixels:,}{shown}"
+
+
+def worst_words(flown: Flythrough) -> str:
+    """Where least was culled, and where the picture had the most holes."""
+    words = []
+    least, holes = flown.worst_recall, flown.worst_picture
+    if least is not None:
+        recall = percent(least.figures.parts.recall or 0.0)
+        words.append(f"{recall} of hidden parts culled (frame {least.index})")
+    if holes.figures.wrong_pixels:
+        words.append(f"{share(holes.figures.wrong_share)} wrong pixels (frame {holes.index})")
+    return ", ".join(words) if words else "none"
+
+
+def median_milliseconds(flown: Flythrough) -> float:
+    return statistics.median(frame.figures.milliseconds for frame in flown.frames)
+
+
+def share(value: float) -> str:
+    """A percentage of two digits, for shares that may be small: ``"0.000093 %"``."""
+    hundred = 100.0 * value
+    before = math.floor(math.log10(hundred)) if hundred > 0.0 else 1
+    return f"{hundred:.{max(0, 1 - before)}f} %"
+
+
+def counted(number: int, what: str) -> str:
+    """``"1 part"``, ``"1,234 parts"``."""
+    return f"{number:,} {what}{'' if number == 1 else 's'}"
+
+
+def _frames(flown: Flythrough) -> str:
+    whole = len(flown.path.cameras)
+    done = f"{whole:,}" if flown.complete else f"{len(flown.frames):,} of {whole:,}"
+    buffer = f"{flown.options.columns} x {flown.options.rows} pixels"
+    return f"{done} of path '{flown.path.name}', {buffer}, pixel error {flown.pixel_error:g}"
+
+
+def _wrong_words(parts: Counts) -> str:
+    return f"{counted(parts.wrong, 'part')} of {parts.in_view - parts.hidden:,} visible"
+
+
+def _lost_row(whole: Figures) -> list[tuple[str, str]]:
+    """Only where the tests are at fault."""
+    if not whole.parts.lost:
+        return []
+    return [("LOST", f"{whole.parts.lost:,} visible parts held to be outside of the view")]

@@ -1,0 +1,82 @@
+"""Camera -> Frame: the occluders' verdicts, timed, and the truth beside them."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from simplifier.culling.cull import Culled, Culler
+from simplifier.culling.cull_options import CullOptions
+from simplifier.culling.depth_buffer import DepthBuffer
+from simplifier.culling.fate import Counts, Fate, fates, object_sums, object_verdicts
+from simplifier.culling.frame import Figures, Frame
+from simplifier.culling.item_buffer import ItemBuffer
+from simplifier.culling.shot import Shot, view_picture
+from simplifier.geometry.camera import Camera
+from simplifier.geometry.scene import Scene
+from simplifier.hierarchy.occluder_tree import OccluderTree
+from simplifier.hierarchy.parts import Parts
+
+
+class FrameMeasure:
+    """Measures frames one by one; ``pixel_error`` as :class:`Culler` takes it.
+
+    ``buffer``  what the occluders were drawn into last.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        parts: Parts,
+        tree: OccluderTree,
+        options: CullOptions,
+        pixel_error: float,
+    ) -> None:
+        self._parts, self._repeats = parts, options.repeats
+        self._triangles = scene.triangle_counts
+        inner = tree.options.conservative
+        self.buffer = DepthBuffer(options.rows, options.columns, "inner" if inner else "centre")
+        self._culler = Culler(tree, self.buffer, pixel_error)
+        self._truth = ItemBuffer(options.rows * options.detail, options.columns * options.detail)
+        self._fates = np.zeros(len(parts.object_of), dtype=np.uint8)
+
+    def frame(self, index: int, camera: Camera) -> Frame:
+        """Cull and draw the truth."""
+        culled, seconds = self._timed(camera)
+        truth, object_of, count = self._truth, self._parts.object_of, len(self._triangles)
+        truth.clear()
+        truth.draw(self._parts.scene, camera)
+        visible = truth.visible
+        self._fates = fates(culled.verdicts, truth.fragments, visible)
+        of_objects = fates(
+            object_verdicts(culled.verdicts, object_of, count),
+            object_sums(truth.fragments, object_of, count),
+            object_sums(visible, object_of, count),
+        )
+        figures = Figures(
+            objects=Counts.of(of_objects),
+            parts=Counts.of(self._fates),
+            covered_pixels=int(visible.sum()),
+            wrong_pixels=int(visible[self._fates == Fate.WRONG].sum()),
+            occluders=len(culled.drawn),
+            occluder_triangles=culled.triangles,
+            scene_triangles=int(self._triangles.sum()),
+            triangles_in_view=int(self._triangles[of_objects != Fate.ABSENT].sum()),
+            milliseconds=1000.0 * seconds,
+        )
+        return Frame(index, figures)
+
+    def shot(self, index: int, camera: Camera) -> Shot:
+        """Pictures of the frame that was measured last."""
+        view = view_picture(self._truth, camera, self._parts.object_of, self._fates)
+        return Shot(index, camera, view, self.buffer.depth_image(), self._fates)
+
+    def _timed(self, camera: Camera) -> tuple[Culled, float]:
+        """The frame and the least seconds: whatever else runs can only make it slower."""
+        times = []
+        for _ in range(self._repeats):
+            begin = time.perf_counter()
+            culled = self._culler.cull(camera)
+            times.append(time.perf_counter() - begin)
+        return culled, min(times)

@@ -1,0 +1,45 @@
+"""What the report says of levels of detail: a row each, and those that were left out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from simplifier.evaluation.accuracy import AccuracyReport
+from simplifier.geometry.lod_chain import LodChain
+
+Rows = list[dict[str, Any]]
+
+
+def level_rows(
+    chain: LodChain, accuracies: Sequence[AccuracyReport], files: Sequence[Path]
+) -> Rows:
+    """A row a level, finest first; ``accuracies`` and ``files`` in the same order."""
+    return [
+        {
+            "level": index,
+            "triangles": level.triangles,
+            "error_bound": _finite(level.error_bound),
+            "deviation": level.deviation,
+            "resolution": level.resolution,
+            "switch_distance": _finite(chain.switch_distance(index)),
+            "precision": accuracy.precision,
+            "recall": accuracy.recall,
+            "file": file.name,
+        }
+        for index, (level, accuracy, file) in enumerate(
+            zip(chain.levels, accuracies, files, strict=True)
+        )
+    ]
+
+
+def left_out_rows(chain: LodChain) -> Rows:
+    """Resolution and reason of each level that brought nothing."""
+    return [asdict(one) for one in chain.left_out]
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

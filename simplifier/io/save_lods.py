@@ -1,0 +1,77 @@
+"""Chains of levels to files: one GLB with all, and one file a level beside it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from simplifier.errors import OutputError
+from simplifier.geometry.lod_chain import LodChain
+from simplifier.io.glb_writer import encode_lods
+from simplifier.io.save import check_writable, encoded
+from simplifier.io.whole import write_all_whole
+
+
+def save_lods(chain: LodChain, path: str | Path) -> tuple[Path, ...]:
+    """Write the levels in the format of the suffix, ``NAME_lod0`` and so on beside ``path``.
+
+    For ``.glb`` all levels also go to ``path`` itself, by the extension MSFT_lod; other formats
+    have no place for them.  Files of the same pattern above the last level, of an earlier run, are
+    removed.  Returns the files of the levels, finest first.  All are written or none is; raises
+    :class:`OutputError` as :func:`~simplifier.io.save.save_occluder`.
+    """
+    path = Path(path)
+    check_writable(path)
+    paths = level_paths(path, len(chain.levels))
+    files = {
+        place: encoded(level.occluder, place)
+        for place, level in zip(paths, chain.levels, strict=True)
+    }
+    if path.suffix.lower() == ".glb":
+        files[path] = _encoded_chain(chain, path)
+    write_all_whole(files)
+    for stale in _stale(path, len(chain.levels)):
+        _remove(stale)
+    return paths
+
+
+def level_paths(path: Path, count: int) -> tuple[Path, ...]:
+    """The files of the levels, finest first."""
+    return tuple(path.with_name(f"{path.stem}_lod{index}{path.suffix}") for index in range(count))
+
+
+def is_level_path(path: Path, output: Path) -> bool:
+    """Whether ``save_lods`` to ``output`` could replace or remove ``path``."""
+    path, output = path.resolve(), output.resolve()
+    return path.parent == output.parent and _level_of(path, output) is not None
+
+
+def _encoded_chain(chain: LodChain, path: Path) -> bytes:
+    try:
+        return encode_lods(chain)
+    except OutputError as error:
+        raise OutputError(error.what, where=str(path), remedy=error.remedy) from None
+
+
+def _level_of(path: Path, output: Path) -> int | None:
+    """The level that a file name stands for, None for any other file."""
+    pattern = f"{re.escape(output.stem)}_lod(0|[1-9][0-9]*){re.escape(output.suffix)}"
+    found = re.fullmatch(pattern, path.name)
+    return int(found[1]) if found else None
+
+
+def _stale(output: Path, count: int) -> list[Path]:
+    """Files of levels from ``count`` on."""
+    levels = [(_level_of(path, output), path) for path in output.resolve().parent.iterdir()]
+    return [path for level, path in levels if level is not None and level >= count]
+
+
+def _remove(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise OutputError(
+            f"this level of an earlier run cannot be removed ({error.strerror})",
+            where=str(path),
+            remedy="remove it: it does not belong to the new levels",
+        ) from None

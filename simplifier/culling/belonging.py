@@ -32,7 +32,8 @@ def parts_of(scene: Scene, tree: OccluderTree) -> Parts:
     off = np.abs(boxes - built).max(axis=(1, 2))
     worst = int(np.argmax(off))
     if not off[worst] <= _TOLERANCE * extent:
-        raise _foreign(f"the box of '{parts.scene.names[worst]}' is off by {off[worst]:.3g}")
+        name = scene.names[parts.object_of[worst]]
+        raise _foreign(f"the box of '{name}' is off by {off[worst]:.3g}")
     return parts
 
 

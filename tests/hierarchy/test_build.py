@@ -46,7 +46,7 @@ def folder(whole, tmp_path):
 
 
 def test_a_small_city(tmp_path):
-    scene = city(3)
+    scene = city(2)
     options = SceneOptions(budget=16, resolution=8, moves=10, pixel_error=50.0)
     build = built(scene, tmp_path, options)
     assert build.warnings == ()
@@ -134,6 +134,7 @@ def test_cancel_raises_and_keeps_what_was_made(tmp_path, monkeypatch, few):
         built(STREET, tmp_path, tell=tell, cancel=cancel)
     kept = len(files(tmp_path))
     assert kept >= 2
+    monkeypatch.undo()
     assert built(STREET, tmp_path).kept == kept
 
 

@@ -20,7 +20,7 @@ BAD = [
     ("conservative", "conservative", [0, "yes"]),
     ("pixel_error", "pixel error", [0.0, -1.0, math.nan, 1001.0, "1", True]),
     ("rows", "rows", [0, 16_385, 1.5]),
-    ("fov", "fov", [0.0, 180.0, math.nan, "60", True]),
+    ("fov", "fov", [0.0, 179.5, math.nan, "60", True]),
     ("seed", "seed", [-1, 2**63, 0.0]),
 ]
 

@@ -7,7 +7,7 @@ import pytest
 from scipy import ndimage
 
 from simplifier.geometry.grid import VoxelGrid
-from simplifier.voxel.morphology import dilated
+from simplifier.voxel.morphology import dilated, glued
 
 
 @pytest.mark.parametrize("reach", [0, 1, 2])
@@ -22,3 +22,16 @@ def test_dilated(reach, seed):
     border = np.ones_like(grown)
     border[1:-1, 1:-1, 1:-1] = False
     assert not (grown & border).any()
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_glued(seed):
+    shape = tuple(np.random.default_rng(seed).integers(1, 9, 3))
+    inside = np.random.default_rng(seed).random(shape) < 0.1
+    grid = VoxelGrid(inside, np.array([1.0, 2.0, 3.0]), 0.5)
+    grown = glued(grid)
+    expected = ndimage.binary_dilation(inside, np.ones((3, 3, 3)))
+    np.testing.assert_array_equal(grown.inside, expected)
+    assert grown.inside.flags.c_contiguous
+    assert (grown.origin == grid.origin).all()
+    assert grown.cell_size == grid.cell_size

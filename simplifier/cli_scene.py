@@ -88,7 +88,9 @@ def scene(
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Folder for scene.json and the occluders.")
     ],
-    budget: Annotated[int, typer.Option(help="Most triangles of a node's occluder.")] = 64,
+    budget: Annotated[
+        int, typer.Option(help="Most triangles of an object's occluder; those above it have half.")
+    ] = 64,
     resolution: Annotated[int, typer.Option(help="Voxels along the longest edge of a node.")] = 64,
     width: Annotated[int, typer.Option(help="Most children of a node.")] = 8,
     moves: Annotated[int, typer.Option(help="Refining moves for a node.")] = 2400,

@@ -20,15 +20,17 @@ COUNTED = (
 def summary_rows(flown: Flythrough) -> list[tuple[str, str]]:
     """Named values for the terminal."""
     whole, count = flown.total, len(flown.frames)
+    recall, wrong = worst_words(flown)
     triangles = f"{whole.occluder_triangles / count:,.0f} a frame"
     return [
         ("frames", _frames(flown)),
         ("parts", recall_words(whole.parts)),
+        ("fewest parts", recall),
         ("objects", recall_words(whole.objects)),
         ("wrongly culled", _wrong_words(whole.parts)),
         *_lost_row(whole),
         ("wrong pixels", pixel_words(whole)),
-        ("worst frame", worst_words(flown)),
+        ("most wrong", wrong),
         ("occluder triangles", f"{triangles}, {share(whole.triangle_share)} of the scene's"),
         ("occluders", f"{whole.occluders / count:,.0f} a frame"),
         ("time to cull", f"{median_milliseconds(flown):.2f} ms a frame (median)"),
@@ -48,16 +50,15 @@ def pixel_words(figures: Figures) -> str:
     return f"{figures.wrong_pixels:,} of {figures.covered_pixels:,}{shown}"
 
 
-def worst_words(flown: Flythrough) -> str:
-    """Where least was culled, and where the picture had the most holes."""
-    words = []
+def worst_words(flown: Flythrough) -> tuple[str, str]:
+    """Where least of the hidden parts was culled, and where the picture had the most holes."""
     least, holes = flown.worst_recall, flown.worst_picture
+    recall, wrong = "none hidden", "none wrong"
     if least is not None:
-        recall = percent(least.figures.parts.recall or 0.0)
-        words.append(f"{recall} of hidden parts culled (frame {least.index})")
+        recall = f"{percent(least.figures.parts.recall or 0.0)} culled, in frame {least.index}"
     if holes.figures.wrong_pixels:
-        words.append(f"{share(holes.figures.wrong_share)} wrong pixels (frame {holes.index})")
-    return ", ".join(words) if words else "none"
+        wrong = f"{share(holes.figures.wrong_share)} of pixels, in frame {holes.index}"
+    return recall, wrong
 
 
 def median_milliseconds(flown: Flythrough) -> float:

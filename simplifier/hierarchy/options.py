@@ -21,7 +21,9 @@ COARSENESS = 2.0
 class SceneOptions:
     """How the occluders of a scene are made.
 
-    ``budget``       most triangles of a node's occluder, 1 to 100,000.
+    ``budget``       most triangles of a leaf's near occluder, 1 to 100,000; inner nodes have half
+                     of it and far occluders of leaves a quarter, and a mesh of up to four times
+                     as many is its own near one.
     ``resolution``   voxels along the longest edge of a node, 1 to 1024; raising it makes occluders
                      of use from nearer by, and costs time.
     ``width``        most children of a node, 2 to 64.

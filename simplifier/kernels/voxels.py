@@ -16,7 +16,10 @@ def _edge(ax, ay, bx, by, sign):
     """Edge a -> b as (nx, ny, offset): n . p + offset >= 0 for unit boxes at p that it admits."""
     nx = (ay - by) * sign
     ny = (bx - ax) * sign
-    slack = _TOUCH * (abs(nx) + abs(ny))
+    length = abs(nx) + abs(ny)
+    if length <= _TOUCH:  # so short that the sign may be noise; the other two say all there is
+        return 0.0, 0.0, 0.0
+    slack = _TOUCH * length
     offset = max(nx, 0.0) + max(ny, 0.0) - (nx * ax + ny * ay) + slack
     return nx, ny, offset
 

@@ -76,14 +76,15 @@ def test_rows_of_the_terminal():
     shown = dict(summary_rows(flown()))
     assert shown["frames"] == "1 of path 'by hand', 80 x 45 pixels, pixel error 0.5"
     assert shown["parts"] == shown["objects"] == "100.0 % of 4 hidden culled"
-    assert shown["worst frame"] == "100.0 % of hidden parts culled (frame 0)"
+    assert shown["fewest parts"] == "100.0 % culled, in frame 0"
+    assert shown["most wrong"] == "none wrong"
     assert shown["wrong pixels"].startswith("0 of ")
     assert shown["wrongly culled"] == "0 parts of 2 visible"
     assert "LOST" not in shown
     wrong = dict(summary_rows(flown(wall=wall_with_window())))
-    assert "wrong pixels (frame 0)" in wrong["worst frame"]
+    assert wrong["most wrong"].endswith(" % of pixels, in frame 0")
     empty = dict(summary_rows(flown(looking(forward=(1.0, 0.0, 0.0)))))
-    assert empty["parts"] == "none hidden"
+    assert empty["parts"] == empty["fewest parts"] == "none hidden"
 
 
 def test_an_interrupted_run_says_so():

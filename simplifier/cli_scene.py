@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from simplifier.camera_paths.generate import generate_path
 from simplifier.camera_paths.options import PathKind, PathOptions
 from simplifier.cli_failures import guarded
 from simplifier.console import count_bar, print_line, print_rows, print_text
@@ -61,6 +60,9 @@ def path(
     """Write cameras along a walk or a flight through a scene, to judge occluders along."""
 
     def run() -> None:
+        # Here, not above: what it needs of scipy takes longer to load than a small change to build.
+        from simplifier.camera_paths.generate import generate_path
+
         PathOptions(kind, frames, up, seed, eye_height, fov)  # refused before the scene is read
         _check_output(scene, output)
         with interrupts() as listening:

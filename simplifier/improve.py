@@ -8,7 +8,6 @@ import numpy as np
 
 from simplifier.affordable import FEW_VIEWS, affordable_views
 from simplifier.deadline import Deadline
-from simplifier.decimation.starts import enclosed_start, sheet_start
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.solid import Solid
@@ -87,6 +86,9 @@ def _decimated(
     mesh: TriangleMesh, solid: Solid, budget: int, allowed: BoolArray, margin: float
 ) -> list[FloatArray]:
     """The solid's surface, and the mesh itself, in no more triangles."""
+    # Here, not above: scipy's images take a tenth of a second to load, and many runs need none.
+    from simplifier.decimation.starts import enclosed_start, sheet_start
+
     makers = (
         lambda: enclosed_start(solid.core, allowed, margin, budget),
         lambda: sheet_start(mesh, solid.core, allowed, margin, budget),

@@ -12,7 +12,6 @@ from typing import get_args
 
 import numpy as np
 
-from simplifier.camera_paths.generate import generate_path
 from simplifier.camera_paths.options import PathKind
 from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.depth_buffer import Coverage, DepthBuffer
@@ -49,6 +48,9 @@ _MIXED = ((3, 0, 1, 2), (4, 0, 1, 2, 3))  # faces of unequal size are read row b
 
 def warm_up() -> None:
     """Fill the cache; a later process of the same user on the same processor compiles nothing."""
+    # Here, not above: it takes long to load, and the command line loads this module.
+    from simplifier.camera_paths.generate import generate_path
+
     mesh = _frame()
     little = make_options(1.0, budget=8, resolution=16, moves=100)
     little = replace(little, sections=SectionOptions(directions=4, depths=2))

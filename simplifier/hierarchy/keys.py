@@ -13,7 +13,7 @@ from simplifier.hierarchy.node import Kind, Stand
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.version import VERSION
 
-_FORMAT = b"3"  # raised when the same input is to give another occluder
+_FORMAT = b"4"  # raised when the same input is to give another occluder
 _DIGITS = 32
 
 
@@ -49,7 +49,7 @@ def placed_key(mesh: bytes, transform: FloatArray) -> bytes:
 
 def node_key(below: Iterable[bytes], stand: Stand, options: bytes) -> str:
     """Of an inner node from the keys of all parts below it, in an order that they alone decide."""
-    return _digest(b"inner", _said(stand), options, *below).hex()[:_DIGITS]
+    return _digest(b"inner", _said(stand), options, b"".join(below)).hex()[:_DIGITS]
 
 
 def is_key(text: str) -> bool:

@@ -94,7 +94,8 @@ def _nodes(build: Build) -> list[dict[str, Any]]:
                 "part": part,
                 "transform": transforms[part],
             }
-        row |= {name: key for name, key in asdict(build.keys[node]).items() if key is not None}
+        keys = build.keys[node]
+        row |= {name: key for name, key in (("far", keys.far), ("near", keys.near)) if key}
         nodes.append(row)
     return nodes
 

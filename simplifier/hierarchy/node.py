@@ -56,7 +56,8 @@ def node_occluder(
     world.
 
     The *near* one of a leaf is exact, so it can be drawn from anywhere: the triangles themselves if
-    they are few, else an occluder that keeps wholly inside.  The *far* one has a quarter of the
+    they are few, else what hides more, the largest of them or an occluder that keeps wholly inside.
+    The *far* one has a quarter of the
     budget and an error: from where that does not show, a node of 64 voxels is a dozen pixels wide.
     An inner node's is made after one dilation step, which glues neighbours together, with half of
     the budget, as there is more below it.
@@ -76,12 +77,25 @@ def node_occluder(
     if proved > 0.0:
         strays = deviation(made, mesh, result.solid.touched, result.solid.filled)
         proved = min(proved, strays + SLACK * result.solid.core.cell_size)
-    return _worth(Occluder(made.vertices, made.faces, proved), mesh, options.resolution)
+    found = Occluder(made.vertices, made.faces, proved)
+    if kind == "near":
+        found = max(found, _largest(mesh, _ITSELF * options.budget), key=hiding_radius)
+    return _worth(found, mesh, options.resolution)
 
 
 def is_own_occluder(mesh: TriangleMesh, options: SceneOptions) -> bool:
     """Whether a mesh has so few triangles that no other exact occluder is worth making."""
     return len(mesh.faces) <= _ITSELF * options.budget
+
+
+def _largest(mesh: TriangleMesh, count: int) -> Occluder:
+    """The triangles of largest area, which hide nothing that the mesh does not."""
+    corners = mesh.vertices[mesh.faces]
+    areas = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    chosen = np.sort(np.argsort(-areas, kind="stable")[:count])
+    return Occluder.of(corners[chosen], 0.0, {})
 
 
 def hiding_radius(occluder: Occluder) -> float:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.scene import Scene, scales
 
-SHARE = 16
+SHARE = 24
 """A piece is no longer than this part of the scene's longest edge, where it can be cut at all."""
 
 LEAST = 64

@@ -73,11 +73,15 @@ def plan_occluders(parts: Parts, tree: Tree, options: SceneOptions) -> Plan:
     ]
     jobs: dict[str, Job] = {}
 
+    leaf_keys: dict[tuple[int, Kind], str] = {}  # a mesh may have a hundred thousand instances
+
     def leaf(part: int, kind: Kind) -> str:
         mesh = int(scene.mesh_of[part])
-        key = leaf_key(of_meshes[mesh], kind, stands[mesh], of_options)
-        jobs.setdefault(key, Job(key, kind, np.array([part], dtype=np.int32), stands[mesh]))
-        return key
+        if (mesh, kind) not in leaf_keys:
+            key = leaf_key(of_meshes[mesh], kind, stands[mesh], of_options)
+            leaf_keys[mesh, kind] = key
+            jobs.setdefault(key, Job(key, kind, np.array([part], dtype=np.int32), stands[mesh]))
+        return leaf_keys[mesh, kind]
 
     def inner(below: IntArray) -> str:
         below = np.array(sorted(below.tolist(), key=placed.__getitem__), dtype=np.int32)

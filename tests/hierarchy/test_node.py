@@ -191,3 +191,22 @@ def test_the_radius_stays_where_the_occluder_goes():
 
 def test_nothing_has_no_radius():
     assert hiding_radius(Occluder(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))) == 0.0
+
+
+def test_an_open_mesh_of_many_triangles_lends_its_largest():
+    """Nothing is inside, so what keeps inside would hide nothing: two walls and their ornaments."""
+    walls = np.array([
+        [[0, 0, 0], [8, 0, 0], [8, 4, 0]], [[0, 0, 0], [8, 4, 0], [0, 4, 0]],
+        [[0, 0, 0], [0, 0, 8], [0, 4, 8]], [[0, 0, 0], [0, 4, 8], [0, 4, 0]],
+    ], dtype=np.float64)  # fmt: skip
+    generator = np.random.default_rng(1)
+    bits = generator.uniform(0.0, 4.0, (200, 1, 3)) + generator.uniform(0.0, 0.1, (200, 3, 3))
+    corners = np.concatenate([bits[:100], walls, bits[100:]])
+    mesh = TriangleMesh.from_soup(corners.reshape(-1, 3), np.arange(612).reshape(-1, 3))
+    occluder = node_occluder(mesh, "near", ANYHOW, OPTIONS)
+    assert occluder.error_bound == 0.0
+    assert len(occluder.faces) == 4 * OPTIONS.budget
+    made = {tuple(sorted(map(tuple, one))) for one in occluder.vertices[occluder.faces].tolist()}
+    own = {tuple(sorted(map(tuple, one))) for one in corners.tolist()}
+    assert made <= own
+    assert {tuple(sorted(map(tuple, one))) for one in walls.tolist()} <= made

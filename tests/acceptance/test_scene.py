@@ -1,0 +1,173 @@
+"""``occluder scene`` through the real command line."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import signal
+import subprocess
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+import simplifier
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.scene import Scene
+from simplifier.io.scene_writer import write_scene
+from tests.acceptance.command import OCCLUDER, ROOT, environment, occluder, read_all, read_until
+from tests.io.builders import GltfBuilder
+from tests.solids import blob, box, sphere
+
+QUICK = ("--resolution", "10", "--moves", "40", "--budget", "8")
+BOX = ([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
+       [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+        [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]])  # fmt: skip
+
+
+def village(count=24, grown=None):
+    """Instances of three meshes in rows; the mesh of object ``grown`` is its own, and larger."""
+    meshes = [box((1, 2, 1)), sphere(0.8, rings=8), blob(2)]
+    mesh_of = np.arange(count, dtype=np.int32) % 3
+    transforms = np.tile(np.eye(4), (count, 1, 1))
+    transforms[:, 0, 3] = 40.0 * (np.arange(count) // 6)
+    transforms[:, 2, 3] = 50.0 * (np.arange(count) % 6)
+    if grown is not None:
+        old = meshes[mesh_of[grown]]
+        mesh_of[grown] = 3
+        meshes.append(TriangleMesh(old.vertices * 1.1, old.faces))
+    return Scene(tuple(meshes), tuple(f"house {i}" for i in range(count)), mesh_of, transforms)
+
+
+def built(folder, *more, scene="scene.glb", **changes):
+    return occluder("scene", folder / scene, "-o", folder / "out", *QUICK, *more, **changes)
+
+
+def files(folder):
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def made(output):
+    """How many occluders were made now, and how many were there."""
+    line = next(line for line in output.splitlines() if "made now" in line)
+    now, kept = line.split("│")[2].split(",", 1)
+    return int(now), int(kept.split()[0])
+
+
+def test_a_village_and_what_a_change_costs(tmp_path):
+    write_scene(village(), tmp_path / "scene.glb")
+    first = built(tmp_path, "--preview")
+    assert (first.returncode, first.stderr) == (0, "")
+    count, kept = made(first.stdout)
+    assert count > 5
+    assert kept == 0
+    document = json.loads((tmp_path / "out" / "scene.json").read_text())
+    jsonschema.validate(document, json.loads((ROOT / "docs" / "scene.schema.json").read_text()))
+    assert document["objects"] == [f"house {i}" for i in range(24)]
+    for row in document["occluders"].values():
+        occluder_made = simplifier.load(tmp_path / "out" / row["file"])
+        assert len(occluder_made.faces) == row["triangles"]
+    shown = simplifier.load_scene(tmp_path / "out" / "preview.glb")
+    assert len(shown) == 24
+    before = files(tmp_path / "out")
+
+    again = built(tmp_path, "--preview")
+    assert made(again.stdout) == (0, count)
+    assert files(tmp_path / "out") == before
+
+    write_scene(village(grown=13), tmp_path / "scene.glb")
+    changed = built(tmp_path)
+    now, kept = made(changed.stdout)
+    assert 0 < now <= 5  # near, far and the path to the root
+    assert kept >= count - now
+    tree = simplifier.load_occluder_tree(tmp_path / "out")
+    assert tree.objects[13] == "house 13"
+
+
+def test_bad_objects_are_named_and_the_rest_is_built(tmp_path):
+    builder = GltfBuilder()
+    good = builder.mesh(*BOX)
+    points = builder.mesh(BOX[0], mode=0)
+    flat = builder.mesh([[0, 0, 0], [1, 1, 1], [2, 2, 2]], [[0, 1, 2]])
+    builder.node(name="tower", mesh=good)
+    builder.node(name="tower", mesh=good, translation=[3, 0, 0])
+    builder.node(name="mirror image", mesh=good, translation=[6, 0, 0], scale=[-1, 1, 1])
+    builder.node(name="squashed", mesh=good, scale=[1, 0, 1])
+    builder.node(name="dots", mesh=points)
+    builder.node(name="line", mesh=flat)
+    (tmp_path / "scene.glb").write_bytes(builder.glb())
+    done = built(tmp_path)
+    assert done.returncode == 0
+    for name in ("'tower", "'squashed'", "'dots'", "'line'"):
+        assert name in done.stderr
+    assert "mirror image" not in done.stderr
+    assert all(line.startswith("warning: ") for line in done.stderr.splitlines())
+    tree = simplifier.load_occluder_tree(tmp_path / "out")
+    assert tree.objects == ("tower", "tower.2", "mirror image")
+    assert (tree.occluder_of[tree.tree.is_leaf] >= 0).any(axis=1).all()
+
+
+def test_a_scene_without_objects_leaves_nothing(tmp_path):
+    builder = GltfBuilder()
+    builder.node(name="nothing here")
+    (tmp_path / "scene.glb").write_bytes(builder.glb())
+    done = built(tmp_path)
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "out" / "scene.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("more", "name"),
+    [
+        (("--width", "1"), "width"),
+        (("--pixel-error", "0"), "pixel error"),
+        (("--fov", "180"), "fov"),
+        (("--rows", "0"), "rows"),
+        (("--smallest-hole", "-1"), "smallest hole"),
+    ],
+)
+def test_options_out_of_range(tmp_path, more, name):
+    write_scene(village(3), tmp_path / "scene.glb")
+    done = built(tmp_path, *more)
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"error: {name}: ")
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "out" / "scene.json").exists()
+
+
+def test_ctrl_c_keeps_what_was_made_and_the_next_run_goes_on(tmp_path):
+    """The scene has more meshes than are done in one process, so there are children to end."""
+    meshes = [sphere(0.5 + 0.01 * i, rings=12) for i in range(10)]
+    transforms = np.tile(np.eye(4), (10, 1, 1))
+    transforms[:, 0, 3] = 3.0 * np.arange(10)
+    scene = Scene(tuple(meshes), tuple(map(str, range(10))), np.arange(10, dtype=np.int32),
+                  transforms)  # fmt: skip
+    write_scene(scene, tmp_path / "scene.glb")
+    words = [*OCCLUDER, "scene", tmp_path / "scene.glb", "-o", tmp_path / "out",
+             "--resolution", "24", "--moves", "30000", "--budget", "8"]  # fmt: skip
+    controller, terminal = pty.openpty()
+    with subprocess.Popen(
+        words, stderr=terminal, stdout=subprocess.PIPE,
+        env=environment(TERM="xterm-256color", COLUMNS="120", OCCLUDER_THREADS="2"),
+    ) as process:  # fmt: skip
+        os.close(terminal)
+        shown = read_until(controller, b" 2/")
+        process.send_signal(signal.SIGINT)
+        shown += read_all(controller)
+        process.wait(timeout=30)
+    os.close(controller)
+    assert process.returncode == 130, shown
+    assert not (tmp_path / "out" / "scene.json").exists()
+    kept = len(list((tmp_path / "out" / "occluders").glob("*.glb")))
+    assert kept >= 2
+    assert not list(Path(tmp_path / "out").rglob("*.tmp"))
+    done = occluder(*map(str, words[len(OCCLUDER) :]))
+    assert done.returncode == 0
+    assert made(done.stdout)[1] >= kept

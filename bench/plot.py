@@ -1,8 +1,9 @@
-"""The picture of a growth: time, time by stage, and peak memory, all axes logarithmic."""
+"""Pictures of a growth: time, time by stage, and peak memory, all axes logarithmic."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import log
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -30,6 +31,21 @@ def plot_growth(path: Path, rows: Sequence[Row], column: str, command: str) -> N
     _finish(stage, at, column, "seconds", f"By stage, {first[0]['mesh']}")
     _finish(memory, at, column, "MiB", "Peak resident memory of the process")
     stage.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    figure.supxlabel("\n".join(header(command)), fontsize=7, color="#555555")
+    figure.savefig(path, dpi=110)
+
+
+def plot_scene_growth(path: Path, rows: Sequence[Row], command: str) -> None:
+    """Write a PNG of build time and memory against objects, beside n log n through the last."""
+    figure = Figure(figsize=(11.0, 4.6), layout="constrained")
+    time, memory = figure.subplots(1, 2)
+    at, took = _column(rows, "objects"), _column(rows, "first_s")
+    scale = took[-1] / (at[-1] * log(at[-1]))
+    time.plot(at, took, "o-", label="first build")
+    time.plot(at, [scale * n * log(n) for n in at], "--", color="#888888", label="n log n")
+    memory.plot(at, _column(rows, "peak_mib"), "o-", label="all processes, peak")
+    _finish(time, at, "objects", "seconds", "A first build")
+    _finish(memory, at, "objects", "MiB", "Its memory")
     figure.supxlabel("\n".join(header(command)), fontsize=7, color="#555555")
     figure.savefig(path, dpi=110)
 
@@ -71,6 +87,7 @@ _AXES = {
     "triangles": "triangles of the mesh",
     "resolution": "voxels along the longest edge",
     "budget": "budget, triangles",
+    "objects": "objects of the scene",
 }
 
 

@@ -23,6 +23,7 @@ import numpy as np
 
 from bench.machine import ROOT
 from bench.meshes import ASSETS
+from bench.plot import plot_scene_growth
 from bench.process_tree import Run, run_command
 from bench.record import Row, told, write_page, write_table
 from examples.city import city
@@ -203,7 +204,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for row in PARTS[name](scenes, given.output):
             rows.append(row)
             print(f"{name}: {told(row)}", flush=True)
-        write_table(given.output / f"scenes_{name}.csv", rows, command)
+        path = given.output / f"scenes_{name}.csv"
+        write_table(path, rows, command)
+        if name == "growth":
+            plot_scene_growth(path.with_suffix(".png"), rows, command)
     print(write_page(given.output, "scenes", PARTS))
 
 

@@ -83,7 +83,9 @@ def _normals(depth: FloatArray, camera: Camera) -> FloatArray:
     points = np.stack([depth * across, depth * up[:, None], depth], axis=-1)
     normals = np.cross(_step(points, 1), _step(points, 0))
     normals /= np.maximum(np.linalg.norm(normals, axis=-1, keepdims=True), 1e-300)
-    return np.where(normals[..., 2:] > 0.0, -normals, normals)
+    # By the line of sight: level ground has nothing forward in its normal but rounding.
+    away = (normals * points).sum(axis=-1, keepdims=True) > 0.0
+    return np.where(away, -normals, normals)
 
 
 def _step(points: FloatArray, axis: int) -> FloatArray:

@@ -13,8 +13,9 @@ from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.fate import Fate
 from simplifier.culling.flythrough import fly
 from simplifier.culling.flythrough_plot import flythrough_plot
+from simplifier.culling.item_buffer import ItemBuffer
 from simplifier.culling.plan import COLOURS, plan_picture, up_axis
-from simplifier.culling.shot import RED, Shot
+from simplifier.culling.shot import RED, Shot, view_picture
 from simplifier.geometry.camera import Camera, CameraPath
 from tests.culling.occluded import (
     SMALL,
@@ -26,6 +27,8 @@ from tests.culling.occluded import (
     tree_of,
     wall_with_window,
 )
+from tests.solids import box
+from tests.walkable import scene_of
 
 LEGEND = 48  # rows at the bottom, where all colours are
 
@@ -163,3 +166,14 @@ def test_the_up_axis_of_a_path(up, pitch):
             "", tuple(Camera.looking(np.zeros(3), a, skyward, 60.0, 0.1) for a in ahead)
         )
         assert up_axis(path) == up
+
+
+def test_level_ground_has_one_shade():
+    """Nothing in its normal points forward but rounding, which once striped it."""
+    ground = scene_of(box((100.0, 100.0, 1.0), (-50.0, -50.0, -1.0)))
+    camera = looking((0.0, 0.0, 1.7), (0.3, 1.0, 0.0))
+    items = ItemBuffer(90, 160)
+    items.draw(ground, camera)
+    view = view_picture(items, camera, np.zeros(1, dtype=np.int32), np.array([Fate.SEEN]))
+    near = view[60:]
+    assert (np.ptp(near.astype(int), axis=(0, 1)) <= 3).all()

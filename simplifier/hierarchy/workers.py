@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from multiprocessing.connection import wait
 from typing import Any
@@ -37,16 +38,22 @@ class Outcome:
 
 
 def run_jobs_here(
-    work: Work, jobs: Sequence[Any], cancel: Cancel | None = None
+    work: Work, jobs: Sequence[Any], threads: int, cancel: Cancel | None = None
 ) -> Iterator[Outcome]:
-    """As :func:`run_jobs`, in this process and in order; work may itself look at ``cancel``."""
-    for index, job in enumerate(jobs):
-        if cancel is not None and cancel.is_set():
-            return
-        answer = answer_of(work, job)
-        if cancel is not None and cancel.is_set():
-            return
-        yield Outcome(index, answer)
+    """As :func:`run_jobs`, in threads of this process and in order; work may look at ``cancel``.
+
+    Where ``cancel`` is set, or the caller closes the iterator, this waits for what is under way.
+    """
+    with ThreadPoolExecutor(threads) as pool:
+        attempts = [pool.submit(answer_of, work, job) for job in jobs]
+        try:
+            for index, attempt in enumerate(attempts):
+                answer = attempt.result()
+                if cancel is not None and cancel.is_set():
+                    return
+                yield Outcome(index, answer)
+        finally:
+            pool.shutdown(cancel_futures=True)
 
 
 def run_jobs(

@@ -69,14 +69,14 @@ def test_what_fails_costs_no_other():
 
 def test_the_same_in_this_process():
     jobs = [("square", 3), ("refuse", 0), ("memory", 0), ("fault", 7), ("square", 5)]
-    done = [(outcome.job, outcome.answer) for outcome in run_jobs_here(starter(), jobs)]
+    done = [(outcome.job, outcome.answer) for outcome in run_jobs_here(starter(), jobs, 2)]
     assert [place for place, _ in done] == list(range(5))
     assert [(answer.result, answer.failure) for _, answer in done] == answers(jobs)
 
 
 @pytest.mark.parametrize(
     "run",
-    [lambda jobs: run_jobs(starter, (), jobs, 2), lambda jobs: run_jobs_here(starter(), jobs)],
+    [lambda jobs: run_jobs(starter, (), jobs, 2), lambda jobs: run_jobs_here(starter(), jobs, 2)],
 )
 def test_a_full_disk_ends_all(run):
     with pytest.raises(OutputError, match="the disk is full"):
@@ -105,7 +105,7 @@ def test_cancel_ends_all_within_a_second():
 
 def test_cancel_in_this_process():
     cancel = threading.Event()
-    outcomes = run_jobs_here(starter(), [("square", 1), ("square", 2)], cancel)
+    outcomes = run_jobs_here(starter(), [("square", 1), ("square", 2)], 2, cancel)
     next(outcomes)
     cancel.set()
     assert list(outcomes) == []

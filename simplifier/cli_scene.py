@@ -132,9 +132,9 @@ def scene(
             budget, resolution, width, moves, up, ground, smallest_hole, conservative,
             pixel_error, rows, fov, seed,
         )  # fmt: skip
-        make_folder(output)
         with interrupts() as listening:
             read = load_scene(source)
+            make_folder(output)  # a scene that cannot be read leaves nothing behind
             with listening.deferred() as cancel, count_bar("occluders") as tell:
                 build = build_occluders(
                     read, options, occluder_store(output), read_summaries(output), tell, cancel

@@ -120,7 +120,7 @@ def test_a_scene_without_objects_leaves_nothing(tmp_path):
     done = built(tmp_path)
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1
-    assert not (tmp_path / "out" / "scene.json").exists()
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
@@ -139,7 +139,7 @@ def test_options_out_of_range(tmp_path, more, name):
     assert done.returncode == 2
     assert done.stderr.startswith(f"error: {name}: ")
     assert done.stderr.count("\n") == 1
-    assert not (tmp_path / "out" / "scene.json").exists()
+    assert not (tmp_path / "out").exists()
 
 
 def test_ctrl_c_keeps_what_was_made_and_the_next_run_goes_on(tmp_path):

@@ -60,10 +60,10 @@ def cull(
     def run() -> None:
         columns, rows = _screen(image)
         options = CullOptions(rows, columns, pixel_error)
-        make_folder(output)
         with interrupts() as listening:
             cameras, tree = load_camera_path(path), load_occluder_tree(occluders)
             read = load_scene(scene)  # last, for it takes longest
+            make_folder(output)
             flown = _flown(read, tree, cameras, options, listening)
             with listening.deferred():  # what was measured is not to be lost to a late Ctrl-C
                 for name, data in flythrough_files(flown, scene.resolve().name):

@@ -37,14 +37,16 @@ def _gain(shapes, polygon, level, union, view_scores, first, stride, scratch):
 
 
 @kernel
-def _refreshed(shapes, polygon, level, union, view_scores, need, scratch):
-    """The gain of a pair and whether it is exact: False when it is sure to be below ``need``.
+def _refreshed(shapes, polygon, level, union, view_scores, weight, bar, scratch):
+    """The gain of a pair and whether it is exact: False when weighted it is sure to miss ``bar``.
 
-    A quarter of the views tells most pairs; what they promise is then raised by the doubt.
+    A quarter of the views tells most pairs; what they promise is then raised by the doubt.  The
+    worth is the caller's to the last bit: rounded otherwise, a pair could be turned down here and
+    still be the best there, for ever.
     """
     gain = _gain(shapes, polygon, level, union, view_scores, 0, _STRIDE, scratch)
     promise = np.int64(_STRIDE * gain / _DOUBT)
-    if promise < need:
+    if promise * weight < bar:
         return promise, False
     for first in range(1, _STRIDE):
         gain += _gain(shapes, polygon, level, union, view_scores, first, _STRIDE, scratch)
@@ -110,7 +112,7 @@ def _fill(shapes, pairs, gains, taken, drawn, images, union, view_scores, limits
         before = taken[polygon]
         if not fresh[best]:
             gains[best], fresh[best] = _refreshed(
-                shapes, polygon, level, union, view_scores, bar / weights[level - before], scratch
+                shapes, polygon, level, union, view_scores, weights[level - before], bar, scratch
                 )  # fmt: skip
             continue
         if gains[best] < alpha * total:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.kernels.cut_search import search_cut
+from simplifier.kernels.cut_search import _refreshed, search_cut
 from simplifier.selection.candidates import Candidates
 from tests.selection import plain
 from tests.selection.scenes import projections, random_candidates, random_chains
@@ -106,3 +106,33 @@ def test_a_search_that_is_halted_takes_nothing():
     cut, score, filled = search(candidates, 30, exchanges=1_000_000_000, halt=1)
     assert (cut.sum(), score) == (0, 0)
     assert filled.sum() > 0
+
+
+def test_a_promise_worth_as_much_as_the_bar_is_looked_at_in_full():
+    """Turned down by a quotient that rounds up, it stayed the best of all, and the search hung."""
+    candidates = random_candidates(3, 12)
+    shapes = (candidates.points, candidates.lowest, candidates.offsets, candidates.maps)
+    views = candidates.maps.shape[1]
+    union, scores = np.zeros((views, 64), np.uint64), np.zeros(views, np.int64)
+    room = (
+        np.empty((int(candidates.triangles.max()) + 2, 2)),
+        np.zeros(66, np.uint64), np.zeros(66, np.uint64),
+    )  # fmt: skip
+
+    def refreshed(weight, bar, polygon):
+        level = candidates.triangles[polygon]
+        return _refreshed(shapes, polygon, level, union, scores, weight, bar, room)
+
+    promises = [refreshed(1.0, np.inf, polygon) for polygon in range(len(candidates))]
+    assert not any(exact for _, exact in promises)
+    weights = np.random.default_rng(0).uniform(0.01, 1.0, 10_000)
+    found = 0
+    for polygon, (promise, _) in enumerate(promises):
+        # The quotient would have turned these down.
+        tricky = weights[promise * weights / weights > promise]
+        found += len(tricky)
+        for weight in tricky[:20].tolist():
+            bar = promise * weight
+            assert refreshed(weight, bar, polygon)[1]
+            assert not refreshed(weight, np.nextafter(bar, np.inf), polygon)[1]
+    assert found > 100

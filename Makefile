@@ -1,7 +1,7 @@
 # make demo   install, make an occluder for a generated castle, write everything to out/demo
 # make test   format, lint, types, import contracts, tests
 # make test-slow  what takes minutes: a start with an empty kernel cache
-# make bench  speed and quality on the real assets (long)
+# make bench  speed, quality and scenes on the real assets (long)
 
 PYTHON ?= python3
 VENV := .venv
@@ -34,6 +34,7 @@ bench: $(READY)
 	$(BIN)/pip install --quiet -c constraints.txt -e '.[bench]'
 	$(BIN)/python -m bench.speed
 	$(BIN)/python -m bench.quality
+	$(BIN)/python -m bench.scenes
 
 # Installed once, and again when what it depends on changes.
 $(READY): pyproject.toml constraints.txt

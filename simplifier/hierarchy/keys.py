@@ -44,7 +44,8 @@ def leaf_key(mesh: bytes, kind: Kind, stand: Stand, options: bytes) -> str:
 
 def placed_key(mesh: bytes, transform: FloatArray) -> bytes:
     """Of a mesh at its place in the world."""
-    return _digest(b"placed", mesh, np.ascontiguousarray(transform).tobytes())
+    # Both of one length each, so no lengths are needed to tell them apart; scenes have many.
+    return hashlib.sha256(b"placed" + mesh + transform.tobytes()).digest()
 
 
 def node_key(below: Iterable[bytes], stand: Stand, options: bytes) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
+from typing import cast
 
 from simplifier.errors import UnreadableMeshError
 
@@ -54,6 +55,8 @@ class JsonObject:
             return None
         if len(values) != length:
             raise self._not_numbers(key, length)
+        if set(map(type, values)) == {float}:  # nearly always, and a scene has many matrices
+            return cast(list[float], values)
         return [number_or_nan(value) for value in values]
 
     def texts(self, key: str) -> list[str]:

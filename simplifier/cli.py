@@ -19,7 +19,7 @@ from typing import Annotated, Any
 import typer
 
 from simplifier import cli_cull, cli_scene
-from simplifier.cli_failures import guarded
+from simplifier.cli_failures import Debug, guarded
 from simplifier.console import (
     accept_any_text,
     print_front,
@@ -94,7 +94,6 @@ Quads = Annotated[int, typer.Option(help="Random quads in each view.")]
 Exact = Annotated[bool, typer.Option("--exact", help="Count all quads in place of a sample.")]
 Seed = Annotated[int, typer.Option(help="Seed of everything random.")]
 ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the report as JSON.")]
-Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of a failure.")]
 
 
 @app.command()

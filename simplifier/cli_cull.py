@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from simplifier.cli_failures import guarded
+from simplifier.cli_failures import Debug, guarded
 from simplifier.console import print_line, print_rows, print_text, run_bar
 from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.flythrough import Flythrough, fly
@@ -48,9 +48,7 @@ def cull(
             show_default="as they were built for",
         ),
     ] = None,
-    debug: Annotated[
-        bool, typer.Option("--debug", help="Show the traceback of a failure.")
-    ] = False,
+    debug: Debug = False,
 ) -> None:
     """Judge the occluders of a scene along a camera path: what they hide, against the truth.
 

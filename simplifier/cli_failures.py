@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable
+from typing import Annotated
 
 import typer
 
 from simplifier.console import print_line
 from simplifier.errors import CancelledError, OccluderError, OptionError
 from simplifier.interrupts import INTERRUPTED
+
+Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of a failure.")]
 
 
 def guarded(work: Callable[[], object], *, debug: bool) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from simplifier.camera_paths.options import PathKind, PathOptions
-from simplifier.cli_failures import guarded
+from simplifier.cli_failures import Debug, guarded
 from simplifier.console import count_bar, print_line, print_rows, print_text
 from simplifier.errors import OutputError
 from simplifier.geometry import scene as scenes
@@ -53,9 +53,7 @@ def path(
     ] = 1.7,
     fov: Annotated[float, typer.Option(help="Vertical field of view, degrees.")] = 60.0,
     seed: Annotated[int, typer.Option(help="Another one gives another path.")] = 0,
-    debug: Annotated[
-        bool, typer.Option("--debug", help="Show the traceback of a failure.")
-    ] = False,
+    debug: Debug = False,
 ) -> None:
     """Write cameras along a walk or a flight through a scene, to judge occluders along."""
 
@@ -117,9 +115,7 @@ def scene(
         bool, typer.Option("--preview", help="Write all leaves' occluders to preview.glb.")
     ] = False,
     seed: Annotated[int, typer.Option(help="Seed of everything random.")] = 0,
-    debug: Annotated[
-        bool, typer.Option("--debug", help="Show the traceback of a failure.")
-    ] = False,
+    debug: Debug = False,
 ) -> None:
     """Make a tree of occluders for a scene of many objects.
 

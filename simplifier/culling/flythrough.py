@@ -83,8 +83,7 @@ def fly(
     if not path.cameras:
         raise UnreadablePathError("it has no frames", where=f"path '{path.name}'")
     parts = parts_of(scene, tree)
-    pixel_error = tree.options.pixel_error if options.pixel_error is None else options.pixel_error
-    measure = FrameMeasure(scene, parts, tree, options, pixel_error)
+    measure = FrameMeasure(scene, parts, tree, options)
     chosen = _spread(len(path.cameras), options.shots)
     frames, shots = [], []
     for index, camera in enumerate(path.cameras):
@@ -96,7 +95,7 @@ def fly(
             shots.append(measure.shot(index, camera))
     if not frames:
         raise CancelledError("cancelled before the first frame was measured")
-    return Flythrough(scene, parts, path, options, pixel_error, tuple(frames), tuple(shots))
+    return Flythrough(scene, parts, path, options, measure.pixel_error, tuple(frames), tuple(shots))
 
 
 def _spread(count: int, most: int) -> set[int]:

@@ -20,24 +20,21 @@ from simplifier.hierarchy.parts import Parts
 
 
 class FrameMeasure:
-    """Measures frames one by one; ``pixel_error`` as :class:`Culler` takes it.
+    """Measures frames one by one.
 
-    ``buffer``  what the occluders were drawn into last.
+    ``buffer``       what the occluders were drawn into last.
+    ``pixel_error``  that they were drawn with.
     """
 
     def __init__(
-        self,
-        scene: Scene,
-        parts: Parts,
-        tree: OccluderTree,
-        options: CullOptions,
-        pixel_error: float,
+        self, scene: Scene, parts: Parts, tree: OccluderTree, options: CullOptions
     ) -> None:
         self._parts, self._repeats = parts, options.repeats
         self._triangles = scene.triangle_counts
         inner = tree.options.conservative
         self.buffer = DepthBuffer(options.rows, options.columns, "inner" if inner else "centre")
-        self._culler = Culler(tree, self.buffer, pixel_error)
+        self._culler = Culler(tree, self.buffer, options.pixel_error)
+        self.pixel_error = self._culler.pixel_error
         self._truth = ItemBuffer(options.rows * options.detail, options.columns * options.detail)
         self._fates = np.zeros(len(parts.object_of), dtype=np.uint8)
 

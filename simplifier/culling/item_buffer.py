@@ -125,19 +125,8 @@ class ItemBuffer:
     def _boxes_of(self, scene: Scene) -> FloatArray:
         """(n, 2, 3) boxes that hold the objects, world units; kept for the next picture."""
         if self._boxes is None or self._boxes[0] is not scene:
-            self._boxes = scene, _object_boxes(scene)
+            self._boxes = scene, scene.bounds()
         return self._boxes[1]
-
-
-def _object_boxes(scene: Scene) -> FloatArray:
-    """Around the transformed boxes of the meshes: larger than needed, but soon found."""
-    bounds = np.array([mesh.bounds for mesh in scene.meshes]).reshape(-1, 2, 3)[scene.mesh_of]
-    centres, halves = bounds.mean(axis=1), 0.5 * (bounds[:, 1] - bounds[:, 0])
-    linear = scene.transforms[:, :3, :3]
-    middles = np.einsum("nij,nj->ni", linear, centres) + scene.transforms[:, :3, 3]
-    # A little more, for rounding.
-    reaches = np.einsum("nij,nj->ni", np.abs(linear), halves) + 1e-12 * np.abs(middles)
-    return np.ascontiguousarray(np.stack([middles - reaches, middles + reaches], axis=1))
 
 
 def _share(parts: Sequence[Part], first: int, last: int) -> Iterator[Part]:

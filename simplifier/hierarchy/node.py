@@ -57,10 +57,9 @@ def node_occluder(
 
     The *near* one of a leaf is exact, so it can be drawn from anywhere: the triangles themselves if
     they are few, else what hides more, the largest of them or an occluder that keeps wholly inside.
-    The *far* one has a quarter of the
-    budget and an error: from where that does not show, a node of 64 voxels is a dozen pixels wide.
-    An inner node's is made after one dilation step, which glues neighbours together, with half of
-    the budget, as there is more below it.
+    The *far* one has a quarter of the budget and an error: from where that does not show, a node of
+    64 voxels is a dozen pixels wide.  An inner node's is made after one dilation step, which glues
+    neighbours together, with half of the budget, as there is more below it.
 
     ``error_bound`` is what was measured and is proved: no point of the occluder is further from the
     triangles or from the interior that they enclose.  Raises

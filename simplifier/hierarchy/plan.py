@@ -72,7 +72,6 @@ def plan_occluders(parts: Parts, tree: Tree, options: SceneOptions) -> Plan:
         for mesh, transform in zip(scene.mesh_of, scene.transforms, strict=True)
     ]
     jobs: dict[str, Job] = {}
-
     leaf_keys: dict[tuple[int, Kind], str] = {}  # a mesh may have a hundred thousand instances
 
     def leaf(part: int, kind: Kind) -> str:

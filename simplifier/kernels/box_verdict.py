@@ -12,14 +12,14 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.box_outline import EDGES, PLANES, is_outline_hidden
-from simplifier.kernels.coarse_depth import blur_if_block_hidden, largest_blur
+from simplifier.kernels.coarse_depth import is_block_nearer, largest_blur
 from simplifier.kernels.compile import inline_kernel, kernel
 from simplifier.kernels.perspective import COLUMNS, NEAR, ROWS, projected
 
 VISIBLE, HIDDEN, OUTSIDE = 0, 1, 2
 
 _SLACK = 1e-6  # pixels, for rounding
-_ROUNDS = 4  # of the margin; a box that has not settled by then counts as visible
+_ROUNDS = 8  # of the margin; a box that has not settled by then counts as visible
 _UP = 1.0 + 2.0**-22  # before rounding to float32: the result is not below
 
 
@@ -53,28 +53,16 @@ def box_verdict(boxes, index, view, depth, tiles, margin, corners, edges, planes
     grown = margin
     for _ in range(_ROUNDS):
         reach = grown + _SLACK
-        blur = blur_if_block_hidden(
-            depth, tiles, value,
-            _pixel(top - reach, rows), _pixel(bottom + reach, rows),
-            _pixel(left - reach, columns), _pixel(right + reach, columns),
-        )  # fmt: skip
-        if blur < 0.0:
-            break
-        if margin + blur <= grown:
-            return HIDDEN
-        grown = margin + blur
-    for _ in range(_ROUNDS):
-        reach = grown + _SLACK
-        blur = largest_blur(
-            tiles,
-            _pixel(top - reach, rows), _pixel(bottom + reach, rows),
-            _pixel(left - reach, columns), _pixel(right + reach, columns),
-        )  # fmt: skip
-        if margin + blur <= grown:
+        first_row, last_row = _pixel(top - reach, rows), _pixel(bottom + reach, rows)
+        first, last = _pixel(left - reach, columns), _pixel(right + reach, columns)
+        needed = margin + largest_blur(tiles, first_row, last_row, first, last)
+        if needed <= grown:
+            if is_block_nearer(depth, tiles, value, first_row, last_row, first, last):
+                return HIDDEN
             if is_outline_hidden(boxes, index, view, depth, reach, corners, edges, planes):
                 return HIDDEN
             return VISIBLE
-        grown = margin + blur
+        grown = needed
     return VISIBLE
 
 

@@ -9,12 +9,11 @@ from simplifier.kernels.depth_buffer import ERROR, FARTHEST, STALE, TILE, TILE_S
 
 
 @kernel
-def blur_if_block_hidden(depth, tiles, value, first_row, last_row, first_column, last_column):
-    """Largest screen error of the tiles of a block of pixels, or -1 where one is not nearer.
+def is_block_nearer(depth, tiles, value, first_row, last_row, first_column, last_column):
+    """Whether all of a block of pixels are nearer.
 
-    ``value``  float32, the reciprocal depth that all pixels must exceed.
+    ``value``  float32, the reciprocal depth that they must exceed.
     """
-    blur = np.float32(0.0)
     for tile_row in range(first_row >> TILE_SHIFT, (last_row >> TILE_SHIFT) + 1):
         for tile in range(first_column >> TILE_SHIFT, (last_column >> TILE_SHIFT) + 1):
             if not is_tile_nearer(depth, tiles, tile_row, tile, value):
@@ -25,9 +24,8 @@ def blur_if_block_hidden(depth, tiles, value, first_row, last_row, first_column,
                     max(first_column, column), min(last_column, column + TILE - 1),
                 )  # fmt: skip
                 if not least > value:
-                    return np.float32(-1.0)
-            blur = max(blur, tiles[ERROR, tile_row, tile])
-    return blur
+                    return False
+    return True
 
 
 @inline_kernel

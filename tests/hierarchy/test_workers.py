@@ -122,15 +122,17 @@ def test_a_caller_that_stops_early_ends_all():
 
 PROGRAM = """
 import multiprocessing, sys
+from contextlib import closing
 from simplifier.hierarchy.workers import run_jobs
 from tests.hierarchy.jobs import starter
 
 if __name__ == "__main__":
-    outcomes = run_jobs(starter, (), [("square", 1), ("sleep", 60.0), ("sleep", 60.0)], 2)
+    jobs = [("square", 1), ("sleep", 60.0), ("sleep", 60.0)]
     try:
-        next(outcomes)
-        print(*(child.pid for child in multiprocessing.active_children()), flush=True)
-        next(outcomes)
+        with closing(run_jobs(starter, (), jobs, 2)) as outcomes:  # Ctrl-C may come outside of it
+            next(outcomes)
+            print(*(child.pid for child in multiprocessing.active_children()), flush=True)
+            next(outcomes)
     except KeyboardInterrupt:
         print("interrupted", len(multiprocessing.active_children()), flush=True)
 """

@@ -1,0 +1,1 @@
+"""What a job is, and what storage and engines promise each other."""

@@ -1,0 +1,180 @@
+"""Values: a job, what it is asked, what came of it.  Times are Unix seconds, UTC."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+
+class JobKind(StrEnum):
+    """What is to be made."""
+
+    OCCLUDER = "occluder"
+    """Occluders by level from a mesh, and their report."""
+    EVALUATION = "evaluation"
+    """The report of an occluder made elsewhere."""
+    SCENE = "scene"
+    """A tree of occluders from a scene of many objects."""
+
+
+class JobState(StrEnum):
+    """Where a job is.  It enters one of the last three once, and never leaves it."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+    @property
+    def ended(self) -> bool:
+        return self in (JobState.SUCCEEDED, JobState.FAILED, JobState.CANCELLED)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a job failed.
+
+    ``kind`` is stable, for programs: ``unreadable-mesh``, ``invalid-options``, ``out-of-memory``,
+    ``out-of-time``, ``process-died``, ``disk-full``, ``unavailable`` or ``internal-error``.
+    ``detail`` and ``remedy`` are sentences without a full stop.
+    """
+
+    kind: str
+    detail: str
+    remedy: str = ""
+
+
+@dataclass(frozen=True)
+class Blob:
+    """Bytes in the blob store: the SHA-256 of them in hex, and how many."""
+
+    digest: str
+    size: int
+
+
+@dataclass(frozen=True)
+class JobFile:
+    """A file of a job: ``mesh.glb`` of its inputs, ``occluder.glb`` of its results and so on.
+
+    ``name`` has forward slashes and is unique within the job and ``is_input``.
+    """
+
+    name: str
+    blob: Blob
+    media_type: str
+    is_input: bool = False
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The numbers of a result that lists and histories show; None where the kind has none.
+
+    ``precision``, ``recall``  of the finest level, 0 to 1; ``worst_recall`` in its worst view.
+    ``triangles``       of the finest occluder (of all occluders, for a scene).
+    ``levels``          of detail (occluders, for a scene).
+    ``error_bound``     of the finest, world units.
+    ``seconds``         that the work took; ``timings`` by stage.
+    """
+
+    triangles: int
+    input_triangles: int
+    levels: int
+    seconds: float
+    precision: float | None = None
+    recall: float | None = None
+    worst_recall: float | None = None
+    worst_view: int | None = None
+    error_bound: float | None = None
+    timings: Mapping[str, float] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Submission:
+    """A job as it is asked for.
+
+    ``name``      of the file as its owner calls it; for people only, never a path here.
+    ``options``   by keyword, resolved and checked, only what JSON can hold.
+    ``inputs``    files that are in the blob store already.
+    ``asset``     whose run it becomes, if any.
+    ``idempotency_key``  the same key and ``fingerprint`` give the same job again.
+    ``attempts``  how often it is tried if its process dies.
+    ``may_reuse`` whether a stored result of the same work will do.
+    """
+
+    tenant: str
+    kind: JobKind
+    name: str
+    options: Mapping[str, Any]
+    inputs: tuple[JobFile, ...]
+    version: str
+    asset: str | None = None
+    webhook: str | None = None
+    idempotency_key: str | None = None
+    attempts: int = 3
+    may_reuse: bool = True
+    retry_of: str | None = None
+
+    @property
+    def work_key(self) -> str:
+        """Equal for the same work: kind, inputs, options and version."""
+        inputs = sorted((one.name, one.blob.digest) for one in self.inputs)
+        return _hash([self.kind, self.version, inputs, dict(self.options)])
+
+    @property
+    def fingerprint(self) -> str:
+        """Equal for the same request: the work, and what is to be done with its result."""
+        return _hash([self.work_key, self.name, self.asset, self.webhook])
+
+
+def _hash(value: object) -> str:
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Job:
+    """A job as it is stored.
+
+    ``number``   rises with every job, whatever the clock does: the order of lists.
+    ``attempt``  how often it was begun; ``attempts`` how often it may be.
+    ``reused``   the job whose stored result it was given, if any.
+    """
+
+    id: str
+    number: int
+    tenant: str
+    kind: JobKind
+    state: JobState
+    name: str
+    options: Mapping[str, Any]
+    version: str
+    created: float
+    attempt: int
+    attempts: int
+    asset: str | None = None
+    webhook: str | None = None
+    started: float | None = None
+    ended: float | None = None
+    cancel_asked: bool = False
+    failure: Failure | None = None
+    summary: Summary | None = None
+    reused: str | None = None
+    retry_of: str | None = None
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A job that its holder may work at until the lease runs out.
+
+    ``job.attempt`` is the fence: what a holder with an older one says is not heard.
+    """
+
+    job: Job
+    owner: str
+    inputs: tuple[JobFile, ...]

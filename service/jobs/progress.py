@@ -1,0 +1,75 @@
+"""How far running jobs are: kept in memory, told to whoever listens, lost without harm."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class JobProgress:
+    """How far a job is.
+
+    ``stage``     of :data:`simplifier.STAGES`, or ``occluders`` for a scene.
+    ``fraction``  of the whole job, 0 to 1, never falling within an attempt.
+    ``measure``   share of the original's occlusion measure that the best so far has; None before.
+    ``level``     of detail that is made, from 0; of ``levels``.
+    """
+
+    stage: str
+    fraction: float
+    measure: float | None = None
+    level: int = 0
+    levels: int = 1
+    seconds: float = 0.0
+
+
+Heard = Callable[[str], None]
+"""Called with a job's id, in any thread, when its progress or its state has changed."""
+
+
+class ProgressBoard:
+    """The latest progress of each running job.  Safe to use from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._latest: dict[str, JobProgress] = {}
+        self._listeners: dict[str, set[Heard]] = {}
+
+    def latest(self, job_id: str) -> JobProgress | None:
+        with self._lock:
+            return self._latest.get(job_id)
+
+    def tell(self, job_id: str, progress: JobProgress) -> None:
+        """A running job has come further."""
+        with self._lock:
+            self._latest[job_id] = progress
+        self.changed(job_id)
+
+    def end(self, job_id: str) -> None:
+        """An attempt is over, or the job is: its progress counts no more."""
+        with self._lock:
+            self._latest.pop(job_id, None)
+        self.changed(job_id)
+
+    def changed(self, job_id: str) -> None:
+        """The state of a job is another."""
+        with self._lock:
+            listeners = list(self._listeners.get(job_id, ()))
+        for hear in listeners:
+            hear(job_id)
+
+    def listen(self, job_id: str, hear: Heard) -> Callable[[], None]:
+        """Hear of a job from now on, until the returned function is called."""
+        with self._lock:
+            self._listeners.setdefault(job_id, set()).add(hear)
+
+        def stop() -> None:
+            with self._lock:
+                listeners = self._listeners.get(job_id, set())
+                listeners.discard(hear)
+                if not listeners:
+                    self._listeners.pop(job_id, None)
+
+        return stop

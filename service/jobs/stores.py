@@ -1,0 +1,144 @@
+"""What engines, routes and webhooks need of storage.
+
+Every method is one transaction, safe to call from any thread, and raises
+:class:`~service.errors.DiskFullError` or :class:`~service.errors.DatabaseDamagedError` when the
+database can no longer be written or read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, Protocol
+
+from service.jobs.job import (
+    Blob,
+    Claim,
+    Failure,
+    Job,
+    JobFile,
+    JobKind,
+    JobState,
+    Submission,
+    Summary,
+)
+
+
+@dataclass(frozen=True)
+class JobFilter:
+    """Which jobs to list: all that are given must hold; times are Unix seconds."""
+
+    states: frozenset[JobState] = frozenset()
+    kinds: frozenset[JobKind] = frozenset()
+    asset: str | None = None
+    created_from: float | None = None
+    created_before: float | None = None
+
+
+@dataclass(frozen=True)
+class JobPage:
+    """Jobs, newest first, and the cursor of the next page; None on the last."""
+
+    jobs: tuple[Job, ...]
+    cursor: int | None
+
+
+class JobStore(Protocol):
+    """Jobs and their files."""
+
+    def submit(self, submission: Submission, queue_limit: int) -> tuple[Job, bool]:
+        """Take a job in; whether it is new, or the one that its idempotency key gave before.
+
+        It has succeeded at once, with the same files, where a result of the same work is stored
+        for the same tenant.  Its asset is made when there is none.  Raises
+        :class:`~service.errors.ConflictError` for a key used with another request and
+        :class:`~service.errors.QueueFullError`.
+        """
+
+    def job(self, tenant: str | None, job_id: str) -> Job:
+        """Raises :class:`~service.errors.NotFoundError`; a tenant of None sees all."""
+
+    def jobs(
+        self, tenant: str | None, wanted: JobFilter, *, before: int | None, limit: int
+    ) -> JobPage: ...
+
+    def files(self, job_id: str) -> tuple[JobFile, ...]: ...
+
+    def cancel(self, tenant: str | None, job_id: str) -> Job:
+        """End a queued job; ask for the end of a running one.
+
+        Raises :class:`~service.errors.NotFoundError`, and :class:`~service.errors.ConflictError`
+        when it has ended.
+        """
+
+    def counts(self) -> Mapping[JobState, int]: ...
+
+    # What engines call.
+
+    def claim(self, owner: str, lease_seconds: float) -> Claim | None:
+        """Begin an attempt of the oldest queued job."""
+
+    def renew(self, claims: Collection[Claim], lease_seconds: float) -> Mapping[str, bool]:
+        """Of those that are still held, by job id: whether their end was asked for."""
+
+    def succeed(self, claim: Claim, files: Sequence[JobFile], summary: Summary) -> bool:
+        """Whether the claim still held; if not, nothing has changed."""
+
+    def fail(self, claim: Claim, failure: Failure, *, final: bool) -> JobState | None:
+        """End the job, or queue it again where ``final`` is false and attempts are left.
+
+        The state that it has now; None when the claim no longer held.
+        """
+
+    def end_cancelled(self, claim: Claim) -> bool:
+        """Whether the claim still held."""
+
+    def recover(self, failure: Failure, *, all_leases: bool) -> Sequence[Job]:
+        """Take back running jobs whose lease has run out (or all), as :meth:`fail` does.
+
+        ``all_leases`` is for the start of the one server that a data folder has.
+        """
+
+
+class Keeping(Protocol):
+    """A block within which nothing that was put or found is swept away, until rows name it."""
+
+    def put(self, source: BinaryIO) -> Blob:
+        """Store bytes, hashed as they are read.  Raises :class:`~service.errors.DiskFullError`."""
+
+    def put_file(self, path: Path) -> Blob:
+        """Store a file of the same disk by moving it."""
+
+    async def put_stream(self, chunks: AsyncIterator[bytes]) -> Blob:
+        """Store an upload as it comes, never holding more than a chunk; its errors pass through."""
+
+    def adopt(self, blob: Blob) -> None:
+        """Keep what is stored already.  Raises KeyError when it is not."""
+
+
+class BlobStore(Protocol):
+    """Bytes by their SHA-256.  One server a store; all methods are safe from any thread."""
+
+    def keeping(self) -> AbstractContextManager[Keeping]: ...
+
+    def open(self, blob: Blob) -> BinaryIO:
+        """A seekable file.  Raises KeyError when it is not there."""
+
+    def path(self, blob: Blob) -> Path:
+        """A file to be read by another process of this machine.  Raises KeyError."""
+
+    def digests(self) -> Iterator[str]:
+        """All that are stored, in no order."""
+
+    def sweep(self, named: Callable[[], Collection[str]]) -> int:
+        """Remove what is neither named nor kept; how many.
+
+        ``named`` is called once the store has begun to note what is put or adopted: whatever was
+        committed before is among its digests, and whatever comes later is noted.  So nothing that a
+        row names can go, whatever the clock does.
+        """
+
+    def free_bytes(self) -> int:
+        """What the disk has left."""

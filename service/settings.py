@@ -1,0 +1,116 @@
+"""What the service is told by its surroundings: ``OCCLUDER_*``."""
+
+from __future__ import annotations
+
+import os
+from ipaddress import ip_address
+from pathlib import Path
+
+from pydantic import Field, field_validator
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+_MIB = 1 << 20
+
+
+def _processors() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+class Settings(BaseSettings):
+    """One attribute a setting: ``OCCLUDER_`` and its name in capitals.
+
+    ``docs/service.md`` lists them from the descriptions here.
+    """
+
+    model_config = SettingsConfigDict(env_prefix="OCCLUDER_", frozen=True, extra="forbid")
+
+    data: Path = Field(
+        Path("occluder_data"), description="Folder of the database, the blobs and work under way."
+    )
+    host: str = Field("127.0.0.1", description="Address to listen on.")
+    port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one.")
+    public_url: str = Field(
+        "", description="How others reach the service, for links in webhooks; empty: by the host."
+    )
+
+    require_keys: bool | None = Field(
+        None, description="Whether an API key is needed; unset: as soon as one beyond loopback is."
+    )
+    allowed_hosts: tuple[str, ...] = Field(
+        (), description="Names that requests may come to, beside the address listened on."
+    )
+
+    workers: int = Field(
+        default_factory=_processors, ge=1, le=256, description="Jobs done at the same time."
+    )
+    attempts: int = Field(
+        3, ge=1, le=20, description="How often a job whose process dies is tried."
+    )
+    job_seconds: float = Field(
+        1800.0, gt=0.0, description="Time that a job may take, seconds; then it fails."
+    )
+    job_memory: int = Field(
+        4096 * _MIB, ge=256 * _MIB, description="Memory that a job may use, bytes; then it fails."
+    )
+    jobs_per_process: int = Field(
+        500, ge=1, description="Jobs after which a warm process is replaced by a fresh one."
+    )
+    lease_seconds: float = Field(
+        30.0, ge=1.0, description="Time after which a silent server's jobs are taken over, seconds."
+    )
+    queue_limit: int = Field(
+        1000, ge=1, description="Jobs that may wait; further ones are answered 429."
+    )
+
+    max_upload: int = Field(2048 * _MIB, ge=1, description="Largest upload, bytes.")
+    upload_idle_seconds: float = Field(
+        30.0, gt=0.0, description="Silence after which an upload is given up, seconds."
+    )
+    min_upload_rate: int = Field(
+        1024, ge=0, description="Bytes a second that an upload must keep up on average, after a "
+        "minute; 0 for any."
+    )  # fmt: skip
+    min_free: int = Field(
+        256 * _MIB, ge=0, description="Bytes of the disk that are left free; then 507 is answered."
+    )
+    max_wait: float = Field(
+        60.0, ge=0.0, description="Longest that 'Prefer: wait' makes an answer wait, seconds."
+    )
+
+    keep_days: float = Field(
+        90.0, ge=0.0, description="Days that ended jobs are kept, 0 for ever; the latest run of an "
+        "asset always stays."
+    )  # fmt: skip
+    clean_seconds: float = Field(
+        3600.0, gt=0.0, description="Time between two rounds of removing what is old, seconds."
+    )
+
+    webhook_private: bool = Field(
+        False, description="Whether webhooks may go to private and loopback addresses."
+    )
+    webhook_attempts: int = Field(8, ge=1, le=50, description="How often a webhook is tried.")
+    webhook_seconds: float = Field(
+        10.0, gt=0.0, description="Time that the receiver of a webhook has, seconds."
+    )
+
+    @field_validator("public_url")
+    @classmethod
+    def _http(cls, url: str) -> str:
+        if url and not url.startswith(("http://", "https://")):
+            raise ValueError("must begin with http:// or https://")
+        return url.rstrip("/")
+
+    @property
+    def on_loopback(self) -> bool:
+        """Whether only this machine can reach the service."""
+        try:
+            return ip_address(self.host).is_loopback
+        except ValueError:
+            return self.host == "localhost"
+
+    @property
+    def keys_needed(self) -> bool:
+        """Whether a request needs an API key."""
+        return not self.on_loopback if self.require_keys is None else self.require_keys

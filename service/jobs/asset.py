@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -27,8 +26,12 @@ class Thresholds:
 
 @dataclass(frozen=True)
 class Asset:
-    """A name of a tenant's, and the latest of its runs that succeeded."""
+    """A name of a tenant's, and the latest of its runs that succeeded.
 
+    ``name``  any text of 1 to 300 characters, slashes among them; ``id`` is for addresses.
+    """
+
+    id: str
     tenant: str
     name: str
     created: float
@@ -45,23 +48,44 @@ class AssetPage:
     cursor: str | None
 
 
+@dataclass(frozen=True)
+class RunPage:
+    """Runs of an asset, newest first, and the cursor of the next page; None on the last."""
+
+    runs: tuple[Job, ...]
+    cursor: int | None
+
+
 class AssetStore(Protocol):
-    """Assets and their runs: jobs with a summary, oldest of them last."""
+    """Assets and their runs: jobs that succeeded and have a summary.
+
+    A tenant of None sees all.  Methods raise :class:`~service.errors.NotFoundError` for an asset
+    that is not there or another's.
+    """
 
     def assets(
-        self, tenant: str | None, *, contains: str = "", after: str | None = None, limit: int = 100
-    ) -> AssetPage: ...
+        self,
+        tenant: str | None,
+        *,
+        name: str | None = None,
+        contains: str = "",
+        after: str | None = None,
+        limit: int = 100,
+    ) -> AssetPage:
+        """Those of a name exactly, or with some text in their name, whatever its case."""
 
-    def asset(self, tenant: str | None, name: str) -> Asset:
-        """Raises :class:`~service.errors.NotFoundError`."""
+    def asset(self, tenant: str | None, asset_id: str) -> Asset: ...
 
-    def history(
-        self, tenant: str | None, name: str, *, before: int | None = None, limit: int = 100
-    ) -> Sequence[Job]:
-        """Its runs that succeeded, newest first.  Raises NotFoundError."""
+    def runs(
+        self, tenant: str | None, asset_id: str, *, before: int | None = None, limit: int = 100
+    ) -> RunPage: ...
 
-    def set_thresholds(self, tenant: str, name: str, thresholds: Thresholds) -> Asset:
-        """The asset is made when there is none."""
+    def put(self, tenant: str, name: str, thresholds: Thresholds) -> tuple[Asset, bool]:
+        """Make the asset, or change what is demanded of it; whether it was made."""
 
-    def remove(self, tenant: str, name: str) -> None:
-        """With its runs that have ended.  Raises NotFoundError; ConflictError while one has not."""
+    def set_thresholds(
+        self, tenant: str | None, asset_id: str, thresholds: Thresholds
+    ) -> Asset: ...
+
+    def remove(self, tenant: str | None, asset_id: str) -> None:
+        """With its jobs.  Raises :class:`~service.errors.ConflictError` while one has not ended."""

@@ -59,9 +59,11 @@ class Blob:
 
 @dataclass(frozen=True)
 class JobFile:
-    """A file of a job: ``mesh.glb`` of its inputs, ``occluder.glb`` of its results and so on.
+    """A file of a job, by a name of ours, unique within the job, with forward slashes.
 
-    ``name`` has forward slashes and is unique within the job and ``is_input``.
+    Inputs: ``input/mesh.glb``, ``input/occluder.obj``, ``input/scene.glb`` and so on.  Results:
+    ``occluder.glb`` with all levels, ``lod0.glb``, ``lod0.obj``... one by one, ``report.json``,
+    ``report.html``, ``pictures/silhouettes.png``...
     """
 
     name: str
@@ -158,6 +160,7 @@ class Job:
     attempt: int
     attempts: int
     asset: str | None = None
+    asset_id: str | None = None
     webhook: str | None = None
     started: float | None = None
     ended: float | None = None

@@ -32,7 +32,7 @@ class JobFilter:
 
     states: frozenset[JobState] = frozenset()
     kinds: frozenset[JobKind] = frozenset()
-    asset: str | None = None
+    asset_id: str | None = None
     created_from: float | None = None
     created_before: float | None = None
 
@@ -64,7 +64,14 @@ class JobStore(Protocol):
         self, tenant: str | None, wanted: JobFilter, *, before: int | None, limit: int
     ) -> JobPage: ...
 
-    def files(self, job_id: str) -> tuple[JobFile, ...]: ...
+    def files(self, job_id: str) -> tuple[JobFile, ...]:
+        """Of its inputs and results, by name."""
+
+    def expire(self, ended_before: float) -> int:
+        """Forget jobs that ended before then, except the latest run of each asset; how many."""
+
+    def named_digests(self) -> set[str]:
+        """Of every file of every job."""
 
     def cancel(self, tenant: str | None, job_id: str) -> Job:
         """End a queued job; ask for the end of a running one.

@@ -1,1 +1,1 @@
-"""Where jobs and bytes stay: the database and the blobs."""
+"""The database and the blobs."""

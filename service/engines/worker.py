@@ -39,7 +39,8 @@ from service.jobs.progress import JobProgress
 logger = logging.getLogger(__name__)
 
 Tell = Callable[[JobProgress], None]
-Work = Callable[[Task, Tell, threading.Event], Summary]
+Cancel = threading.Event
+Work = Callable[[Task, Tell, Cancel], Summary]
 """Does a task: writes its files and returns its numbers.
 
 Raises :class:`TaskFailedError` with a reason for the job's owner, :class:`TaskCancelledError` once

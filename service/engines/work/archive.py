@@ -10,11 +10,17 @@ import zlib
 from pathlib import Path, PurePosixPath
 
 import simplifier
+from service.engines.messages import Task
 
 _MOST_ENTRIES = 20_000
 _CHUNK = 1 << 20
 _REMEDY = "zip the folder again"
 _DRIVE = re.compile(r"[A-Za-z]:")
+
+
+def unpacked_folder(task: Task) -> Path:
+    """Where the archive of a task is unpacked."""
+    return Path(task.scratch) / "unpacked"
 
 
 def unpack(archive: Path, folder: Path, limit: int) -> None:

@@ -45,6 +45,18 @@ class ServiceError(Exception):
         self.headers = dict(headers or {})
         super().__init__(f"{detail}; {remedy}" if remedy else detail)
 
+    def problem(self, instance: str) -> dict[str, Any]:
+        """The body of the answer; ``instance`` is the path that was asked for."""
+        return {
+            "type": f"/problems/{self.slug}",
+            "title": self.title,
+            "status": self.status,
+            "detail": self.detail,
+            "remedy": self.remedy,
+            "instance": instance,
+            **self.extra,
+        }
+
 
 class BadRequestError(ServiceError):
     """The request cannot be understood."""
@@ -128,6 +140,12 @@ class RangeNotSatisfiableError(ServiceError):
         )
 
 
+class MisdirectedError(ServiceError):
+    """The request is for a host that this service is not."""
+
+    slug, status, title = "misdirected", 421, "This service is not that host"
+
+
 class InvalidOptionsError(ServiceError):
     """Options are unknown or out of range; ``errors`` says so of each."""
 
@@ -146,6 +164,19 @@ class InvalidOptionsError(ServiceError):
                     for one in self.errors
                 ]
             },
+        )
+
+
+class TooManyAttemptsError(ServiceError):
+    """Keys that nobody has were tried too often from one address."""
+
+    slug, status, title = "too-many-attempts", 429, "Too many unknown keys were tried"
+
+    def __init__(self, retry_after: int) -> None:
+        super().__init__(
+            "too many unknown API keys came from this address",
+            remedy=f"check the key, and try again in {retry_after} seconds",
+            headers={"Retry-After": str(retry_after)},
         )
 
 

@@ -46,18 +46,19 @@ EVERYWHERE = (400, 401, 403, 421, 422, 429, 500, 503)
 
 def refusals(*statuses: int) -> Responses:
     """Documented problems, one a status."""
-    return {status: _refusal(status) for status in sorted(statuses)}
+    return {status: refusal(status) for status in sorted(set(statuses))}
 
 
-def _refusal(status: int) -> dict[str, Any]:
+def refusal(status: int) -> dict[str, Any]:
+    """One of them."""
     body = {"schema": {"$ref": "#/components/schemas/Problem"}}
-    refusal: dict[str, Any] = {
+    documented: dict[str, Any] = {
         "description": _MEANINGS[status],
         "content": {MEDIA_TYPE: body},
     }
     if status in _HEADERS:
-        refusal["headers"] = _HEADERS[status]
-    return refusal
+        documented["headers"] = _HEADERS[status]
+    return documented
 
 
 def header(description: str, *, required: bool = False) -> dict[str, Any]:

@@ -12,7 +12,8 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 _MIB = 1 << 20
 
 
-def _processors() -> int:
+def processors() -> int:
+    """That this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -43,7 +44,7 @@ class Settings(BaseSettings):
     )
 
     workers: int = Field(
-        default_factory=_processors, ge=1, le=256, description="Jobs done at the same time."
+        default_factory=processors, ge=1, le=256, description="Jobs done at the same time."
     )
     attempts: int = Field(
         3, ge=1, le=20, description="How often a job whose process dies is tried."
@@ -65,6 +66,9 @@ class Settings(BaseSettings):
     )
 
     max_upload: int = Field(2048 * _MIB, ge=1, description="Largest upload, bytes.")
+    max_unpacked: int = Field(
+        8192 * _MIB, ge=1, description="Bytes that the zip of a scene may hold, unpacked."
+    )
     upload_idle_seconds: float = Field(
         30.0, gt=0.0, description="Silence after which an upload is given up, seconds."
     )

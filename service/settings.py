@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 from ipaddress import ip_address
 from pathlib import Path
+from typing import Annotated
 
 from pydantic import Field, field_validator
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 _MIB = 1 << 20
 
@@ -39,8 +40,10 @@ class Settings(BaseSettings):
     require_keys: bool | None = Field(
         None, description="Whether an API key is needed; unset: as soon as one beyond loopback is."
     )
-    allowed_hosts: tuple[str, ...] = Field(
-        (), description="Names that requests may come to, beside the address listened on."
+    allowed_hosts: Annotated[tuple[str, ...], NoDecode] = Field(
+        (),
+        description="Names that requests may come to, beside the address listened on: with commas "
+        "between; *.example.org stands for all below it, * for any.",
     )
 
     workers: int = Field(
@@ -98,6 +101,13 @@ class Settings(BaseSettings):
     webhook_seconds: float = Field(
         10.0, gt=0.0, description="Time that the receiver of a webhook has, seconds."
     )
+
+    @field_validator("allowed_hosts", mode="before")
+    @classmethod
+    def _by_commas(cls, hosts: object) -> object:
+        if not isinstance(hosts, str):
+            return hosts
+        return tuple(host.strip() for host in hosts.split(",") if host.strip())
 
     @field_validator("public_url")
     @classmethod

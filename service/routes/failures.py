@@ -39,7 +39,8 @@ class ProblemResponse(Response):
 
 def answer(request: Request, error: ServiceError) -> ProblemResponse:
     """What is sent for an error."""
-    instance = quote(request.url.path, safe="/:@!$&'()*+,;=~%")
+    # Not from request.url, which drops line breaks.
+    instance = quote(request.scope["path"], safe="/:@!$&'()*+,;=~%")
     return ProblemResponse(
         problem_of(error, instance), status_code=error.status, headers=error.headers
     )
@@ -51,7 +52,7 @@ def handle_failures(app: FastAPI) -> None:
     async def of_service(request: Request, error: Exception) -> Response:
         assert isinstance(error, ServiceError)
         if error.status == 500:
-            _LOG.error("%s %s: %s", request.method, request.url.path, error)
+            _LOG.error("%s %s: %s", request.method, request.scope["path"], error)
         return answer(request, error)
 
     async def of_fields(request: Request, error: Exception) -> Response:
@@ -84,7 +85,7 @@ def handle_failures(app: FastAPI) -> None:
 
 
 def _of_http(request: Request, error: HTTPException) -> ServiceError:
-    path = request.url.path
+    path = request.scope["path"]
     match error.status_code:
         case 404:
             return NotFoundError(f"there is nothing at '{path}'", remedy="see /docs")

@@ -91,6 +91,12 @@ class NotFoundError(ServiceError):
     slug, status, title = "not-found", 404, "There is no such thing"
 
 
+class MethodNotAllowedError(ServiceError):
+    """The address is right, and there is nothing to be done there by this method."""
+
+    slug, status, title = "method-not-allowed", 405, "The method is not allowed here"
+
+
 class NotAcceptableError(ServiceError):
     """Nothing of what the request accepts can be given."""
 
@@ -125,6 +131,13 @@ class RangeNotSatisfiableError(ServiceError):
     """The range lies outside of the file."""
 
     slug, status, title = "range-not-satisfiable", 416, "The range lies outside of the file"
+
+    def __init__(self, size: int) -> None:
+        super().__init__(
+            f"the range lies outside of the file's {size} bytes",
+            remedy="ask for a part that lies within",
+            headers={"Content-Range": f"bytes */{size}"},
+        )
 
 
 class MisdirectedError(ServiceError):
@@ -178,6 +191,12 @@ class QueueFullError(ServiceError):
             remedy=f"try again in {retry_after} seconds",
             headers={"Retry-After": str(retry_after)},
         )
+
+
+class JobFailedError(ServiceError):
+    """The job that the answer waited for has failed, and not for the mesh or the options."""
+
+    slug, status, title = "job-failed", 500, "The job failed"
 
 
 class DatabaseDamagedError(ServiceError):

@@ -87,7 +87,7 @@ class Client:
 
         The job has succeeded already where the same work was done before.
         """
-        query = {**(options or {}), "asset": asset, "webhook": webhook}
+        query = {**_in_address(options), "asset": asset, "webhook": webhook}
         upload = Upload.of(mesh, name)
         return _submitted(self._wire.post_body("/v1/occluders", upload, query, tell))
 
@@ -102,7 +102,7 @@ class Client:
         tell: Tell = lambda share: None,
     ) -> RemoteJob:
         """Have a tree of occluders made of a scene: a GLB, or a zip of a folder of meshes."""
-        query = {**(options or {}), "asset": asset, "webhook": webhook}
+        query = {**_in_address(options), "asset": asset, "webhook": webhook}
         upload = Upload.of(scene, name)
         return _submitted(self._wire.post_body("/v1/scenes", upload, query, tell))
 
@@ -240,6 +240,14 @@ class Client:
             elif event.type == "progress" and job is not None:
                 job = replace(job, progress=progress_of(json.loads(event.data)))
                 yield job
+
+
+def _in_address(options: Options | None) -> dict[str, Any]:
+    """Options as parameters of an address: lists are written with commas."""
+    return {
+        name: ",".join(map(str, value)) if isinstance(value, (list, tuple)) else value
+        for name, value in (options or {}).items()
+    }
 
 
 def _submitted(body: Mapping[str, Any]) -> RemoteJob:

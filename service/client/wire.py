@@ -21,7 +21,7 @@ _SILENCE = httpx.Timeout(40.0, connect=10.0)  # a stream without even a comment 
 _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 
 Query = Mapping[str, Any]
-"""Parameters of an address; those of None, and of no values, are left out."""
+"""Parameters of an address or a form: None is left out, of a list each is given."""
 
 
 class Wire:

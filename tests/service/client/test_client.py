@@ -52,7 +52,7 @@ def test_a_mesh_goes_as_it_is_with_its_options_in_the_address(talk, tmp_path):
     assert "transfer-encoding" not in sent.headers  # so that the server knows the length at once
     assert sent.headers["authorization"] == "Bearer occ_secret"
     assert sent.query == {
-        "budget": ["32"], "ground": ["true"], "error_bounds": ["0.1", "0.4"],
+        "budget": ["32"], "ground": ["true"], "error_bounds": ["0.1,0.4"],
         "asset": ["props/castle"], "filename": ["a castle.obj"],
     }  # fmt: skip
     assert shares == sorted(shares)

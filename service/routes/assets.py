@@ -36,7 +36,7 @@ class WantedAssets(BaseModel):
     name: Name | None = Field(None, description="The one of this very name.")
     contains: str = Field("", max_length=300, description="With this in their name, in any case.")
     cursor: str | None = Field(
-        None, min_length=1, max_length=300, description="From `next` of the page before."
+        None, pattern=r"^[0-9]{1,18}:[\s\S]{1,300}$", description="From `next` of the page before."
     )
     limit: int = Field(100, ge=1, le=500, description="Most assets of a page.")
 

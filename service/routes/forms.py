@@ -37,12 +37,9 @@ def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) ->
     options = table.from_query(pair for pair in asked if pair[0] not in _LABELS)
     more = table.from_json(parts["options"]) if parts.get("options") else {}
     labels = [pair for pair in (*asked, *parts.items()) if pair[0] in _LABELS]
-    strangers = [name for name in parts if name not in (*_LABELS, "options")]
-
-    faults = [FieldError(name, "there is no such part", "leave it out") for name in strangers]
     both = [name for name in options if name in more]
     both += [name for name in _LABELS if sum(one == name for one, _ in labels) > 1]
-    faults += [FieldError(name, "it is given twice", "give it once") for name in both]
+    faults = [FieldError(name, "it is given twice", "give it once") for name in both]
     said = dict(labels)
     for name, most in zip(_LABELS, (_LONGEST_NAME, _LONGEST_ADDRESS), strict=True):
         if name in said and not 1 <= len(said[name]) <= most:

@@ -10,6 +10,8 @@ from service.routes.callers import KEYED, Writer
 from service.routes.services import TheServices
 from service.routes.submission import take_in
 from service.routes.upload_docs import upload_answers, upload_docs
+from service.routes.uploads import Wanted
+from simplifier import MESH_SUFFIXES
 
 router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
 
@@ -33,4 +35,6 @@ async def make_occluders(request: Request, services: TheServices, caller: Writer
     The body is the mesh, options are in the query; or a form with the parts `mesh` and `options`.
     The same mesh, options and version give the stored result at once.
     """
-    return await take_in(request, services, caller, JobKind.OCCLUDER, ("mesh",))
+    return await take_in(
+        request, services, caller, JobKind.OCCLUDER, (Wanted("mesh", MESH_SUFFIXES),)
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Protocol
 
@@ -51,7 +51,7 @@ class Services:
     work: Work
     metrics: Metrics
     authenticate: Callable[[Mapping[str, str], str], Caller]
-    check_webhook: Callable[[str], None]
+    check_webhook: Callable[[str], Awaitable[None]]
     checks: Mapping[str, Check]
     ended: Callable[[Job], None]
 

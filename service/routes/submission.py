@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from anyio.to_thread import run_sync
 from fastapi import Request
 from fastapi.responses import Response
 
 from service.access.key import Caller
-from service.errors import BadRequestError
-from service.jobs.job import Job, JobFile, JobKind, JobState, Submission
+from service.jobs.job import Job, JobKind, JobState, Submission
 from service.routes.formats import chosen_format
 from service.routes.forms import read_form, read_idempotency_key
 from service.routes.hearing import ended_within
@@ -17,11 +18,11 @@ from service.routes.outcomes import problem_of_job
 from service.routes.prefer import wait_seconds
 from service.routes.results import result_answer
 from service.routes.services import Services
-from service.routes.uploads import Upload, read_upload
+from service.routes.uploads import Uploads, Wanted, receive
 
 
 async def take_in(
-    request: Request, services: Services, caller: Caller, kind: JobKind, parts: tuple[str, ...]
+    request: Request, services: Services, caller: Caller, kind: JobKind, parts: Sequence[Wanted]
 ) -> Response:
     """Take an upload of some parts in as a job; a raw body is the first and only part.
 
@@ -35,8 +36,8 @@ async def take_in(
     if not _in_parts(request):
         read_form(request, {}, table)
     with services.blobs.keeping() as keeping:
-        upload = await read_upload(request, keeping, services.settings, parts)
-        submission = await _submission(request, services, caller, kind, parts, upload, key)
+        uploads = await receive(request, keeping, parts, services.settings)
+        submission = await _submission(request, services, caller, kind, parts, uploads, key)
         job, new = await run_sync(services.jobs.submit, submission, services.settings.queue_limit)
     if new:
         await run_sync(services.taken, job)
@@ -48,28 +49,19 @@ async def _submission(
     services: Services,
     caller: Caller,
     kind: JobKind,
-    parts: tuple[str, ...],
-    upload: Upload,
+    parts: Sequence[Wanted],
+    uploads: Uploads,
     key: str | None,
 ) -> Submission:
-    missing = [part for part in parts if part not in upload.files]
-    if missing:
-        raise BadRequestError(
-            f"the form has no part '{missing[0]}'", remedy=f"send the parts {', '.join(parts)}"
-        )
-    form = read_form(request, upload.fields, services.tables[kind])
+    form = read_form(request, uploads.texts, services.tables[kind])
     if form.webhook is not None:
-        await run_sync(services.check_webhook, form.webhook)
-    inputs = tuple(
-        JobFile(f"input/{part}{file.suffix}", file.blob, file.media_type, is_input=True)
-        for part, file in upload.files.items()
-    )
+        await services.check_webhook(form.webhook)
     return Submission(
         tenant=caller.tenant,
         kind=kind,
-        name=upload.files[parts[0]].filename,
+        name=uploads.files[parts[0].name].label,
         options=form.options,
-        inputs=inputs,
+        inputs=tuple(file.job_file for file in uploads.files.values()),
         version=services.version,
         asset=form.asset,
         webhook=form.webhook,

@@ -9,7 +9,7 @@ import resource
 import signal
 import socket
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from types import FrameType
 
 import uvicorn
@@ -18,6 +18,9 @@ from service.app import create_app
 from service.cli.protocol import HttpProtocol
 from service.errors import SettingsError
 from service.settings import Settings
+from service.storage.data_folder import DataFolder
+from service.storage.database import Database
+from service.storage.key_store import SqlKeyStore
 from simplifier.console import print_text
 
 _IDLE = 75  # seconds that a connection without a request is kept: longer than proxies keep theirs
@@ -32,6 +35,7 @@ def run_server(settings: Settings) -> None:
     Raises :class:`~service.errors.SettingsError` where it cannot listen or the data folder cannot
     be used.
     """
+    _check_keys(settings)
     _log_plainly()
     _allow_files()
     listener = _bound(settings)
@@ -84,6 +88,21 @@ class _Server(uvicorn.Server):
             # Workers end with this process; their jobs are taken up again after the next start.
             os._exit(128 + sig)
         self.should_exit = True
+
+
+def _check_keys(settings: Settings) -> None:
+    """Refuse to serve nobody: where a key is needed there has to be one."""
+    if not settings.keys_needed:
+        return
+    folder = DataFolder(settings.data)
+    folder.make()
+    with closing(Database.open(folder.database)) as database:
+        known = SqlKeyStore(database).keys()
+        if all(key.revoked is not None for key in known):
+            raise SettingsError(
+                f"on {settings.host} an API key is needed, and '{settings.data}' has none; "
+                "make one: occluder keys create --name NAME --scope write"
+            )
 
 
 def _bound(settings: Settings) -> socket.socket:

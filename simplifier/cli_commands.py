@@ -18,6 +18,7 @@ from typer.core import TyperGroup
 
 from simplifier.console import print_line
 from simplifier.errors import CommandError
+from simplifier.interrupts import INTERRUPTED
 
 GROUP = "occluder.commands"
 
@@ -80,6 +81,9 @@ class Commands(TyperGroup):
         except CommandError as error:
             print_line(f"error: {error}")
             raise typer.Exit(1) from None
+        except KeyboardInterrupt:  # else typer ends without a word
+            print_line("error: interrupted; nothing was kept")
+            raise typer.Exit(INTERRUPTED) from None
         return super().resolve_command(ctx, args)
 
 

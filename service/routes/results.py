@@ -127,7 +127,6 @@ def result_answer(
         # By then another job may have the same address, so it has to be asked for each time.
         file = _offered(files, FORMATS[job.kind][media_type])
         answer = send_file(request, services.blobs, file, cache="private, no-cache")
-        answer.headers["Link"] = f'</v1/jobs/{job.id}>; rel="related"'
     answer.headers["Vary"] = "Accept, Prefer"
     return answer
 

@@ -37,5 +37,5 @@ def test_it_can_be_cancelled():
 
 
 def test_a_hole_longer_than_the_mesh_is_found_with_the_mesh():
-    with pytest.raises(OptionError, match="smallest hole: 9.0 is longer than the mesh"):
+    with pytest.raises(OptionError, match=r"smallest hole: 9.0 is longer than the mesh"):
         simplifier.judge(box(), wall(), EvaluateOptions(smallest_hole=9.0))

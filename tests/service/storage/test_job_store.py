@@ -263,21 +263,23 @@ def test_the_latest_run_of_an_asset_never_expires(jobs: SqlJobStore, clock: Cloc
     submit(jobs, "third", asset="castle")
     jobs.fail(claim(jobs), DIED, final=True)
     assert jobs.expire(ended_before=clock.now + 1.0) == 2
-    assert [job.id for job in jobs.jobs(None, JobFilter(), before=None, limit=9).jobs] == [latest.id]
+    assert [job.id for job in jobs.jobs(None, JobFilter(), before=None, limit=9).jobs] == [
+        latest.id
+    ]
 
 
 def test_more_jobs_expire_than_one_transaction_takes(jobs: SqlJobStore, clock: Clock) -> None:
     finish(jobs)
-    for _ in range(450):
+    for _ in range(250):
         submit(jobs)
-    assert jobs.expire(ended_before=clock.now + 1.0) == 451
+    assert jobs.expire(ended_before=clock.now + 1.0) == 251
     assert sum(jobs.counts().values()) == 0
 
 
 def test_counts_name_every_state(jobs: SqlJobStore) -> None:
     assert jobs.counts() == dict.fromkeys(JobState, 0)
-    submit(jobs, "a")
-    finish(jobs, "a")  # claims the one before
+    finish(jobs, "a")
+    submit(jobs, "b")
     assert jobs.counts() == dict.fromkeys(JobState, 0) | {
         JobState.QUEUED: 1,
         JobState.SUCCEEDED: 1,

@@ -1,6 +1,8 @@
 # make demo   install, make an occluder for a generated castle, write everything to out/demo
 # make test   format, lint, types, import contracts, tests
 # make test-slow  what takes minutes: a start with an empty kernel cache
+# make serve  the HTTP service at http://127.0.0.1:8000
+# make docker-check  the steps of the container image in an empty folder, without an engine (minutes)
 # make bench  speed, quality and scenes on the real assets (long)
 
 PYTHON ?= python3
@@ -8,7 +10,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test test-slow check bench clean
+.PHONY: demo test test-slow check serve docker-check bench clean
 
 demo: $(READY)
 	mkdir -p out/demo
@@ -29,6 +31,12 @@ check: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+serve: $(READY)
+	$(BIN)/occluder serve
+
+docker-check:
+	docker/check.sh
 
 bench: $(READY)
 	$(BIN)/pip install --quiet -c constraints.txt -e '.[bench]'

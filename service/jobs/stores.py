@@ -96,6 +96,8 @@ class JobStore(Protocol):
     def fail(self, claim: Claim, failure: Failure, *, final: bool) -> JobState | None:
         """End the job, or queue it again where ``final`` is false and attempts are left.
 
+        Where its end was asked for and ``final`` is false, it ends cancelled.
+
         The state that it has now; None when the claim no longer held.
         """
 

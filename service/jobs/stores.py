@@ -119,7 +119,10 @@ class JobStore(Protocol):
 
 
 class Keeping(Protocol):
-    """A block within which nothing that was put or found is swept away, until rows name it."""
+    """A block within which nothing that was put or found is swept away, until rows name it.
+
+    All methods are safe from any thread until the block ends.
+    """
 
     def put(self, source: BinaryIO) -> Blob:
         """Store bytes, hashed as they are read.  Raises :class:`~service.errors.DiskFullError`."""

@@ -18,7 +18,7 @@ from service.routes.jobs import shown
 from service.routes.sending import send_file
 from service.routes.services import Services, TheServices
 from service.schemas.job import Failure
-from service.schemas.openapi import EVERYWHERE, binary, header, json_of, refusals
+from service.schemas.openapi import EVERYWHERE, anything, binary, header, json_of, refusals
 from service.schemas.result import FilePage, Result, ResultFile
 
 router = APIRouter(prefix="/v1", tags=["results"], dependencies=KEYED)
@@ -32,7 +32,20 @@ _FRESH = {"description": "You have these bytes already.", "headers": _FILE_HEADE
 _PART = {
     "description": "The part that `Range` asks for.",
     "headers": {**_FILE_HEADERS, "Content-Range": header("Which part of how much.")},
-    "content": binary("*/*"),
+    "content": anything(),
+}
+
+# Range and If-Range are described in words: checkers of this document take every answer that says
+# application/json for a whole JSON text, which a part is not.
+_ASKED: dict[str, Any] = {
+    "parameters": [
+        {
+            "name": "If-None-Match",
+            "in": "header",
+            "description": "ETags that you have: 304 where the file is one of them.",
+            "schema": {"type": "string"},
+        }
+    ]
 }
 
 ANSWERS: dict[int | str, dict[str, Any]] = {
@@ -56,6 +69,7 @@ ANSWERS: dict[int | str, dict[str, Any]] = {
     "/jobs/{job_id}/result",
     response_class=Response,
     responses={**ANSWERS, 206: _PART, 304: _FRESH, **refusals(*EVERYWHERE, 404, 406, 409, 416)},
+    openapi_extra=_ASKED,
     summary="What a job has made",
 )
 def get_result(job_id: str, request: Request, services: TheServices, caller: Reader) -> Response:
@@ -77,7 +91,7 @@ def list_files(job_id: str, services: TheServices, caller: Reader) -> FilePage:
 
 
 _FILE_RESPONSES: dict[int | str, dict[str, Any]] = {
-    200: {"description": "Its bytes.", "headers": _FILE_HEADERS, "content": binary("*/*")},
+    200: {"description": "Its bytes.", "headers": _FILE_HEADERS, "content": anything()},
     206: _PART,
     304: _FRESH,
     **refusals(*EVERYWHERE, 404, 416),
@@ -88,12 +102,14 @@ _FILE_RESPONSES: dict[int | str, dict[str, Any]] = {
     "/jobs/{job_id}/files/{name:path}",
     response_class=Response,
     responses=_FILE_RESPONSES,
+    openapi_extra=_ASKED,
     summary="A file of a job",
 )
 def get_file(
     job_id: str, name: str, request: Request, services: TheServices, caller: Reader
 ) -> Response:
-    """Its bytes, whole or in part. It never changes; its ETag is the SHA-256 of it."""
+    """Its bytes, whole or, by `Range` and `If-Range`, in part. It never changes; its ETag is the
+    SHA-256 of it."""
     job = services.jobs.job(caller.tenant, job_id)
     return send_file(request, services.blobs, _file(services.jobs.files(job.id), name))
 
@@ -104,7 +120,7 @@ def get_file(
     responses={
         200: {"description": "It is there.", "headers": _FILE_HEADERS},
         304: _FRESH,
-        **refusals(*EVERYWHERE, 404, 416),
+        **refusals(*EVERYWHERE, 404),
     },
     summary="Whether a file is there",
 )

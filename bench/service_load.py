@@ -13,9 +13,7 @@ A real server in a temporary folder, clients on the same machine: they share its
 from __future__ import annotations
 
 import argparse
-import http.client
 import os
-import socket
 import statistics
 import sys
 import tempfile
@@ -25,6 +23,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing
+from http.client import HTTPConnection
 from itertools import count
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
@@ -153,18 +152,16 @@ def overhead_rows(arguments: argparse.Namespace) -> Iterator[Row]:
 def connection_rows(arguments: argparse.Namespace) -> Iterator[Row]:
     """Connections that have asked once and stay open; then one more asks, and all ask again."""
     del arguments
-    request = b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
     with served() as server, ExitStack() as opened:
         lines = [
-            opened.enter_context(socket.create_connection(("127.0.0.1", server.port), 10))
-            for _ in range(CONNECTIONS)
+            opened.enter_context(closing(_line_that_stays(server.port))) for _ in range(CONNECTIONS)
         ]
-        first = sum(_asked(line, request) for line in lines)
+        first = sum(_is_well(line) for line in lines)
         with _polling(server.port, "/v1/jobs") as poll:
             time.sleep(5.0)
             poll.send(None)
             waits = sorted(poll.recv())
-        again = sum(_asked(line, request) for line in lines)
+        again = sum(_is_well(line) for line in lines)
         yield {
             "connections": CONNECTIONS, "answered": first, "answered_again": again,
             "list_p50_ms": _share(waits, 0.5), "list_p99_ms": _share(waits, 0.99),
@@ -210,7 +207,7 @@ class _polling:
 
 
 def _poll(pipe: Connection, port: int, path: str) -> None:
-    line = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+    line = HTTPConnection("127.0.0.1", port, timeout=30)
     waits: list[float] = []
     pipe.send(None)
     while not pipe.poll(0.01):
@@ -227,7 +224,7 @@ def _poll(pipe: Connection, port: int, path: str) -> None:
 def _by_http(server: Served, data: bytes, preset: str) -> float:
     """As the README's curl: one request, answered with the occluder."""
     begin = time.perf_counter()
-    line = http.client.HTTPConnection("127.0.0.1", server.port, timeout=120)
+    line = HTTPConnection("127.0.0.1", server.port, timeout=120)
     with closing(line):
         line.request(
             "POST", f"/v1/occluders?filename=mesh.obj&preset={preset}", data,
@@ -267,9 +264,19 @@ def _written(path: Path, size: int) -> float:
     return time.perf_counter() - begin
 
 
-def _asked(line: socket.socket, request: bytes) -> bool:
-    line.sendall(request)
-    return line.recv(65536).startswith(b"HTTP/1.1 200")
+def _line_that_stays(port: int) -> HTTPConnection:
+    """An open connection, which is not opened again where the server closes it."""
+    line = HTTPConnection("127.0.0.1", port, timeout=30)
+    line.connect()
+    line.auto_open = 0
+    return line
+
+
+def _is_well(line: HTTPConnection) -> bool:
+    line.request("GET", "/healthz")
+    answer = line.getresponse()
+    answer.read()
+    return answer.status == 200
 
 
 def _obj(mesh: simplifier.TriangleMesh) -> bytes:

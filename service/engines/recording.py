@@ -9,10 +9,10 @@ from pathlib import Path
 
 from service.engines.attempt import GivenUp, NotDone, Orders, Outcome, Succeeded
 from service.engines.failures import disk_full
-from service.engines.media_types import media_type_of
 from service.engines.trouble import Trouble
 from service.errors import DiskFullError
 from service.jobs.job import Claim, JobFile
+from service.jobs.media_types import media_type_of
 from service.jobs.stores import BlobStore, JobStore, Keeping
 
 _ROOM_SECONDS = 60.0  # that a result waits for room on the disk

@@ -67,11 +67,17 @@ class ByHand:
         self.woken.set()
 
     def begin(self) -> Job:
+        assert self.try_to_begin()
+        return self.claim.job
+
+    def try_to_begin(self) -> bool:
+        """Whether a job was waiting."""
         claim = self.jobs.claim("hand", 60.0)
-        assert claim is not None
+        if claim is None:
+            return False
         self.claim = claim
         self.board.changed(claim.job.id)
-        return claim.job
+        return True
 
     def succeed(self, *, recall: float = 0.8, seconds: float = 1.5) -> Job:
         """End the job that was begun, with two levels of detail."""

@@ -34,7 +34,7 @@ from service.webhooks.sender import Describe, WebhookSender
 from service.webhooks.tenant_secrets import TenantSecrets
 from simplifier import __version__
 
-_THREADS = 128
+_THREADS = 32
 """Requests that may be at the database or the disk at once; each waits for milliseconds."""
 
 
@@ -101,9 +101,7 @@ def opened(settings: Settings) -> Iterator[Services]:
             board=board,
             work=engine,
             metrics=metrics,
-            authenticate=Authenticator(
-                SqlKeyStore(database), keys_needed=settings.keys_needed
-            ).caller,
+            authenticator=Authenticator(SqlKeyStore(database), keys_needed=settings.keys_needed),
             check_webhook=check,
             checks=_checks(settings, database, blobs, engine),
             ended=ended,

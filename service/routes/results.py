@@ -35,6 +35,17 @@ _PART = {
     "content": anything(),
 }
 
+_ASKED: dict[str, Any] = {
+    "parameters": [
+        {"name": name, "in": "header", "description": what, "schema": {"type": "string"}}
+        for name, what in (
+            ("If-None-Match", "ETags that you have: 304 where the file is one of them."),
+            ("Range", "One range of bytes; several, or other units, give the whole file."),
+            ("If-Range", "The ETag that the range is of; of another file it gives the whole."),
+        )
+    ]
+}
+
 ANSWERS: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "The result, or the file that `Accept` asks for: GLB with all levels of "
@@ -56,6 +67,7 @@ ANSWERS: dict[int | str, dict[str, Any]] = {
     "/jobs/{job_id}/result",
     response_class=Response,
     responses={**ANSWERS, 206: _PART, 304: _FRESH, **refusals(*EVERYWHERE, 404, 406, 409, 416)},
+    openapi_extra=_ASKED,
     summary="What a job has made",
 )
 def get_result(job_id: str, request: Request, services: TheServices, caller: Reader) -> Response:
@@ -88,6 +100,7 @@ _FILE_RESPONSES: dict[int | str, dict[str, Any]] = {
     "/jobs/{job_id}/files/{name:path}",
     response_class=Response,
     responses=_FILE_RESPONSES,
+    openapi_extra=_ASKED,
     summary="A file of a job",
 )
 def get_file(
@@ -104,7 +117,7 @@ def get_file(
     responses={
         200: {"description": "It is there.", "headers": _FILE_HEADERS},
         304: _FRESH,
-        **refusals(*EVERYWHERE, 404, 416),
+        **refusals(*EVERYWHERE, 404),
     },
     summary="Whether a file is there",
 )

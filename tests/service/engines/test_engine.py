@@ -192,11 +192,11 @@ def test_processes_that_die_at_birth_are_told_and_started_again(tmp_path, monkey
         assert place.engine.problem is None
 
 
-def test_an_engine_without_a_process_says_so_and_stops(tmp_path):
+def test_an_engine_without_a_process_leaves_jobs_alone_and_stops(tmp_path, caplog):
     place = Workplace(tmp_path / "place", "tests.service.engines.works:start_never", workers=1)
     with place.open():
         id_ = place.submit()
-        assert "exit status 3" in until(lambda: place.engine.problem)
+        until(lambda: "exit status 3" in caplog.text)
     assert place.job(id_).state is JobState.QUEUED
 
 
@@ -251,7 +251,7 @@ def test_leases_are_renewed_while_a_job_runs(tmp_path):
         id_ = place.submit("wait")
         until(lambda: place.jobs.rows[id_].lease)
         first = place.jobs.rows[id_].lease
-        until(lambda: place.jobs.rows[id_].lease > first + 1.0)
+        until(lambda: place.jobs.rows[id_].lease > first + 0.5)
         assert place.job(id_).attempt == 1
 
 

@@ -152,7 +152,7 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
     services = Services(
         settings=settings, version="1.0", tables=option_tables(settings.job_seconds), jobs=jobs,
         assets=assets, blobs=blobs, board=board, work=hand, metrics=metrics,
-        authenticate=Authenticator(keys, keys_needed=settings.keys_needed).caller,
+        authenticator=Authenticator(keys, keys_needed=settings.keys_needed),
         check_webhook=check_webhook, checks={"engine": lambda: faults.get("engine")},
         ended=metrics.count,
     )  # fmt: skip

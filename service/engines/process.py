@@ -43,7 +43,7 @@ _ENVIRONMENT = {
 
 
 class ProcessDiedError(Exception):
-    """A worker process is gone, or talked nonsense; the message says how it ended: "was ended by"."""
+    """A worker process is gone, or talked nonsense; the message goes on after "its process"."""
 
 
 class WorkerProcess:
@@ -58,7 +58,7 @@ class WorkerProcess:
         with ours, theirs:
             self._process = subprocess.Popen(
                 [
-                    sys.executable, "-P", "-m", "service.engines.worker",
+                    sys.executable, "-P", "-m", "service.engines",
                     str(theirs.fileno()), work,
                 ],
                 stdin=subprocess.DEVNULL,

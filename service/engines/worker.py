@@ -1,4 +1,4 @@
-"""A worker process: ``python -m service.engines.worker DESCRIPTOR MODULE:FUNCTION``.
+"""A worker process: ``python -m service.engines DESCRIPTOR MODULE:FUNCTION``.
 
 The descriptor is its end of a socket pair.  The function gets everything ready and returns what
 does a task.  The process lives until the other end closes, and then ends at once, whatever it is
@@ -39,7 +39,8 @@ from service.jobs.progress import JobProgress
 logger = logging.getLogger(__name__)
 
 Tell = Callable[[JobProgress], None]
-Work = Callable[[Task, Tell, threading.Event], Summary]
+Cancel = threading.Event
+Work = Callable[[Task, Tell, Cancel], Summary]
 """Does a task: writes its files and returns its numbers.
 
 Raises :class:`TaskFailedError` with a reason for the job's owner, :class:`TaskCancelledError` once
@@ -139,7 +140,3 @@ def main() -> None:
     module, _, function = sys.argv[2].partition(":")
     start: Start = getattr(importlib.import_module(module), function)
     serve(Connection(int(sys.argv[1])), start)
-
-
-if __name__ == "__main__":
-    main()

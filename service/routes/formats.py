@@ -18,10 +18,11 @@ FORMATS: Mapping[JobKind, Mapping[str, str]] = {
         "model/ply": "lod0.ply",
         "application/ply": "lod0.ply",
         "model/stl": "lod0.stl",
+        "model/off": "lod0.off",
         HTML: "report.html",
     },
     JobKind.EVALUATION: {HTML: "report.html"},
-    JobKind.SCENE: {"application/zip": "occluders.zip"},
+    JobKind.SCENE: {"application/zip": "scene.zip", "model/gltf-binary": "preview.glb"},
 }
 """By kind of job and media type, the file; JSON comes before all of them.
 

@@ -39,6 +39,8 @@ ADVICE = {
     "media type. The detail lists what can be read.",
     "range-not-satisfiable": "Content-Range says how long the file is: ask for a part of that.",
     "invalid-options": "Each member of 'errors' names one field, its fault and what to choose.",
+    "misdirected": "Ask by the address that the service listens on. Behind a name of its own, the "
+    "service's owner has to add that to OCCLUDER_ALLOWED_HOSTS.",
     "queue-full": "Wait as long as Retry-After says, and send again. The service's owner can raise "
     "OCCLUDER_QUEUE_LIMIT or OCCLUDER_WORKERS.",
     "job-failed": "'failure' says why. Out of memory or time: choose a lower resolution, or ask "

@@ -30,10 +30,10 @@ def send_file(
     """
     etag = f'"{file.blob.digest}"'
     headers = {"ETag": etag, "Cache-Control": cache, "Accept-Ranges": "bytes"}
-    if is_fresh(request.headers, etag):
+    if request.method in ("GET", "HEAD") and is_fresh(request.headers, etag):
         return Response(status_code=304, headers=headers)
     size = file.blob.size
-    part = part_wanted(request.headers, etag, size)
+    part = part_wanted(request.headers, etag, size) if request.method == "GET" else None
     sent = part or Part(0, size)
     if part:
         headers["Content-Range"] = f"bytes {part.start}-{part.stop - 1}/{size}"

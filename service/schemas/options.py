@@ -18,7 +18,7 @@ from simplifier import OptionError, OptionField
 Given = Mapping[str, Any]
 Resolve = Callable[[dict[str, Any]], dict[str, Any]]
 
-_LONGEST_ECHO = 200  # characters of a wrong value that are said back
+_LONGEST_ECHO = 200  # characters: a wrong value may be much longer
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,9 @@ def _fault(name: str, error: OptionError) -> FieldError:
 
 
 def _short(text: str) -> str:
-    return text if len(text) <= _LONGEST_ECHO else f"{text[:_LONGEST_ECHO]}..."
+    """Without the middle of a long value, after which the fault is said."""
+    half = _LONGEST_ECHO // 2
+    return text if len(text) <= _LONGEST_ECHO else f"{text[:half]}...{text[-half:]}"
 
 
 def _refuse(constant: str) -> float:

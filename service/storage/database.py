@@ -190,7 +190,7 @@ def _prepare(file: Path) -> None:
             )
         found = connection.exec_driver_sql("PRAGMA quick_check(1)").scalar_one()
         if found != "ok":
-            raise damaged(file, found)
+            raise damaged(file, found.splitlines()[-1])
         migrate(connection)
         if connection.exec_driver_sql("PRAGMA foreign_key_check").first() is not None:
             raise damaged(file, "a row names another that is not there")

@@ -25,7 +25,8 @@ from service.storage.blobs.draft import Draft
 from service.storage.blobs.holds import Holds
 
 _DIGEST = re.compile(r"[0-9a-f]{64}")
-_BLOCK = 1 << 20
+_BLOCK = 1 << 18
+"""Bytes that go to a thread at once.  More is hardly faster, and each slow upload holds as many."""
 
 T = TypeVar("T")
 

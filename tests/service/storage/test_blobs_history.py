@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import io
-import shutil
-import tempfile
 from collections import Counter
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    invariant,
+    precondition,
+    rule,
+    run_state_machine_as_test,
+)
 
 from service.storage.blobs.file_blobs import FileBlobs
 from tests.service.storage.blob_store_contract import blob_of
@@ -23,19 +27,17 @@ contents = st.sampled_from(CONTENTS)
 class History(RuleBasedStateMachine):
     """Beside the store a plain model: what is stored, what rows name, what each keeping holds."""
 
-    def __init__(self) -> None:
+    def __init__(self, folder: Path) -> None:
         super().__init__()
-        self.folder = Path(tempfile.mkdtemp())
+        self.folder = folder
         self.stored: set[bytes] = set()
         self.rows: Counter[bytes] = Counter()
         self.keepings: list[tuple[object, object, set[bytes]]] = []
         self.start()
+        self.store.sweep(set)  # what the history before this one has left
 
     def start(self) -> None:
         self.store = FileBlobs(self.folder)
-
-    def teardown(self) -> None:
-        shutil.rmtree(self.folder)
 
     def open_keeping(self) -> None:
         block = self.store.keeping()
@@ -131,5 +133,8 @@ class History(RuleBasedStateMachine):
                 assert file.read() == data
 
 
-History.TestCase.settings = settings(max_examples=25, stateful_step_count=25, deadline=None)
-TestHistory = History.TestCase
+def test_any_history(tmp_path):
+    run_state_machine_as_test(
+        lambda: History(tmp_path / "blobs"),
+        settings=settings(max_examples=40, stateful_step_count=25, deadline=None),
+    )

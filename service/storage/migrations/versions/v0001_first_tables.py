@@ -28,6 +28,8 @@ def upgrade() -> None:
         sa.CheckConstraint("min_recall BETWEEN 0 AND 1", name="min_recall"),
         sqlite_autoincrement=True,
     )
+    op.create_index("ix_assets_name", "assets", ["name", "number"])
+
     op.create_table(
         "jobs",
         sa.Column("number", sa.Integer, primary_key=True),
@@ -68,9 +70,10 @@ def upgrade() -> None:
         sqlite_autoincrement=True,
     )
     op.create_index("ix_jobs_tenant", "jobs", ["tenant", "number", "state", "kind", "created"])
+    op.create_index("ix_jobs_tenant_state", "jobs", ["tenant", "state", "number"])
     op.create_index("ix_jobs_state", "jobs", ["state", "number"])
     op.create_index("ix_jobs_asset", "jobs", ["asset_number", "state", "number"])
-    op.create_index("ix_jobs_work_key", "jobs", ["work_key"])
+    op.create_index("ix_jobs_work", "jobs", ["work_key", "tenant", "state", "number"])
     op.create_index("ix_jobs_ended", "jobs", ["ended"])
 
     op.create_table(

@@ -40,10 +40,10 @@ def add_dashboard(app: FastAPI) -> None:
     inside = app.router.lifespan_context
 
     @asynccontextmanager
-    async def lifespan(started: FastAPI) -> AsyncIterator[object]:
+    async def lifespan(started: FastAPI) -> AsyncIterator[None]:
         # Pages end first: their timers work with the services.
-        async with inside(started) as state, host.router.lifespan_context(host):
-            yield state
+        async with inside(started), host.router.lifespan_context(host):
+            yield
 
     app.router.lifespan_context = lifespan
 

@@ -9,7 +9,7 @@ from typing import Protocol
 from service.jobs.job import Job, Summary
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Thresholds:
     """Least precision and recall of a run, 0 to 1; None demands nothing."""
 
@@ -57,7 +57,7 @@ class RunPage:
     cursor: int | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class RunNumbers:
     """Of a run, what a list of thousands of assets shows."""
 
@@ -72,7 +72,7 @@ class RunNumbers:
     worst_view: int | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Standing:
     """How an asset stands.
 

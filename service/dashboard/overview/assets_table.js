@@ -16,6 +16,7 @@ const LOOK = AgGrid.themeQuartz.withParams({
   backgroundColor: "var(--surface)",
   borderColor: "var(--line)",
   browserColorScheme: "inherit",
+  cellHorizontalPaddingScale: 0.75,
   chromeBackgroundColor: "var(--raised)",
   fontFamily: "inherit",
   fontSize: 13,
@@ -98,31 +99,31 @@ function sparkCell(cell) {
 }
 
 function columns(editable) {
-  const number = { type: "rightAligned", cellClass: "number" };
+  const number = { type: "rightAligned", cellClass: ["number", "ag-right-aligned-cell"] };
   const narrow = window.innerWidth < NARROW;
   const all = [
     { field: "name", headerName: "Asset", flex: 1, minWidth: 200, cellRenderer: nameCell,
-      getQuickFilterText: (cell) => cell.value, lockVisible: true },
-    { field: "verdict", headerName: "Thresholds", width: 112, cellRenderer: verdictCell },
-    { field: "precision", headerName: "Precision", width: 104, ...number,
+      lockVisible: true },
+    { field: "verdict", headerName: "Thresholds", width: 108, cellRenderer: verdictCell },
+    { field: "precision", headerName: "Precision", width: 96, ...number,
       valueFormatter: shown(percent) },
-    { field: "recall", headerName: "Recall", width: 94, ...number, valueFormatter: shown(percent) },
-    { field: "recalls", headerName: "Recall so far", width: 116, cellRenderer: sparkCell,
+    { field: "recall", headerName: "Recall", width: 86, ...number, valueFormatter: shown(percent) },
+    { field: "recalls", headerName: "Recall so far", width: 114, cellRenderer: sparkCell,
       sortable: false },
-    { field: "worst", headerName: "Worst view", width: 108, ...number,
+    { field: "worst", headerName: "Worst view", width: 100, ...number,
       valueFormatter: shown(percent),
       tooltipValueGetter: (cell) => cell.data.worstView === null ? "" : `view ${cell.data.worstView}` },
-    { field: "input", headerName: "Triangles in", width: 114, ...number, hide: narrow,
+    { field: "input", headerName: "Triangles in", width: 108, ...number, hide: narrow,
       valueFormatter: shown((value) => value.toLocaleString("en-US")) },
-    { field: "triangles", headerName: "Out", width: 68, ...number,
+    { field: "triangles", headerName: "Out", width: 64, ...number,
       valueFormatter: shown((value) => value.toLocaleString("en-US")) },
-    { field: "seconds", headerName: "Run time", width: 98, ...number, hide: narrow,
+    { field: "seconds", headerName: "Run time", width: 90, ...number, hide: narrow,
       valueFormatter: shown((value) => `${value.toFixed(1)} s`) },
-    { field: "created", headerName: "Latest run", width: 142, hide: narrow,
+    { field: "created", headerName: "Latest run", width: 144, hide: narrow,
       valueFormatter: shown(moment) },
   ];
   if (editable) {
-    all.push({ colId: "demand", headerName: "Demand", width: 84, cellRenderer: demandCell,
+    all.push({ colId: "demand", headerName: "Edit", width: 66, cellRenderer: demandCell,
       sortable: false });
   }
   return all;
@@ -167,11 +168,11 @@ export default {
     };
   },
   mounted() {
+    this.words = []; // all of which a name has to hold
     this.api = AgGrid.createGrid(this.$refs.grid, {
       theme: LOOK,
       columnDefs: columns(this.editable),
       defaultColDef: {
-        getQuickFilterText: () => "",
         suppressHeaderMenuButton: true,
         sortingOrder: ["asc", "desc", null],
       },
@@ -182,9 +183,8 @@ export default {
       suppressCellFocus: false,
       tooltipShowDelay: 400,
       overlayNoRowsTemplate: "<span>No asset has this in its name.</span>",
-      isExternalFilterPresent: () => this.wanted !== "all",
-      doesExternalFilterPass: (row) =>
-        this.wanted === "missed" ? row.data.verdict === "missed" : row.data.worse,
+      isExternalFilterPresent: () => this.wanted !== "all" || this.words.length > 0,
+      doesExternalFilterPass: (row) => this.passes(row.data),
       onCellClicked: (event) => this.act(event),
       onCellKeyDown: (event) => event.event.key === "Enter" && this.act(event),
       onModelUpdated: (event) => (this.displayed = event.api.getDisplayedRowCount()),
@@ -216,7 +216,9 @@ export default {
 
     /* From whoever looks at it. */
     find(event) {
-      this.api.setGridOption("quickFilterText", event.target.value);
+      // Not the grid's own filter, which asks all columns for their text.
+      this.words = event.target.value.toLowerCase().split(/\s+/).filter(Boolean);
+      this.api.onFilterChanged();
     },
     narrow() {
       this.api.onFilterChanged();
@@ -244,6 +246,12 @@ export default {
       if (!this.$refs.chooser.contains(event.target)) this.$refs.chooser.open = false;
     },
 
+    passes(row) {
+      if (this.wanted === "missed" && row.verdict !== "missed") return false;
+      if (this.wanted === "worse" && !row.worse) return false;
+      const name = row.name.toLowerCase();
+      return this.words.every((word) => name.includes(word));
+    },
     count() {
       const counts = { all: 0, missed: 0, worse: 0 };
       this.api.forEachNode((row) => {

@@ -40,13 +40,13 @@ export default {
     draw() {
       const colour = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
       const text = { color: colour("--quiet"), fontSize: 12 };
-      const axis = (name) => ({
+      const axis = (name, step) => ({
         name,
         nameLocation: "middle",
         nameTextStyle: text,
         type: "value",
         max: 1,
-        min: (range) => Math.max(0, Math.floor(Math.min(range.min, 0.99) * 50) / 50),
+        min: (range) => Math.max(0, Math.floor(Math.min(range.min, 0.99) / step) * step),
         axisLabel: { ...text, formatter: (value) => `${Math.round(value * 1000) / 10} %` },
         axisLine: { show: true, lineStyle: { color: colour("--line") } },
         splitLine: { lineStyle: { color: colour("--line") } },
@@ -61,7 +61,7 @@ export default {
         {
           animation: false,
           grid: { left: 62, right: 18, top: 34, bottom: 46 },
-          legend: { top: 0, left: 0, textStyle: text, itemGap: 16 },
+          legend: { top: 0, left: 0, textStyle: text, itemGap: 16, itemWidth: 10, itemHeight: 10 },
           // As text on the canvas: a name that holds markup stays a name.
           tooltip: {
             renderMode: "richText",
@@ -76,8 +76,8 @@ export default {
               return `${name}\nprecision ${percent(point.precision)}, recall ${percent(point.recall)}`;
             },
           },
-          xAxis: { ...axis("Precision"), nameGap: 28 },
-          yAxis: { ...axis("Recall"), nameGap: 46 },
+          xAxis: { ...axis("Precision", 0.01), nameGap: 28 },
+          yAxis: { ...axis("Recall", 0.1), nameGap: 46 },
           series: SERIES.map((one) => ({
             name: one.name === "missed" ? "thresholds missed" : "all others",
             type: "scatter",

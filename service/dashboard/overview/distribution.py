@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,9 @@ class Distribution(Element, component="distribution.js", esm={"nicegui-echart": 
         self.run_method("setPoints", self._points)
 
 
-def points_of(overview: Overview) -> list[Point]:
+@lru_cache(maxsize=4)
+def points_of(overview: Overview) -> Sequence[Point]:
+    """Shared by all pages that show the same."""
     return [
         {
             "id": line.id,

@@ -13,7 +13,8 @@ from service.dashboard.overview.beginning import beginning
 from service.dashboard.overview.demand import open_demand
 from service.dashboard.overview.distribution import Distribution
 from service.dashboard.overview.export import csv_of
-from service.dashboard.overview.rows import AssetLine, Overview, read_overview, summary
+from service.dashboard.overview.rows import AssetLine, Overview, summary
+from service.dashboard.overview.sharing import shared_overview
 from service.dashboard.overview.table import AssetsTable
 from service.dashboard.overview.worsened import Worsened
 from service.dashboard.session import Visitor, current_caller, current_visitor
@@ -66,16 +67,13 @@ class _Page:
         except ServiceError as refusal:
             self._figures.text = f"These numbers may be old: {refusal.detail}."
         else:
-            if overview is not None and overview.since == self._since:
+            if overview not in (None, self._overview) and overview.since == self._since:
                 self._show(overview)
 
-    def _read(self) -> Overview | None:
-        """In a thread; None where nothing has changed."""
-        tenant, assets = self._visitor.caller().tenant, self._visitor.services.assets
-        shown = self._overview
-        if shown and shown.since == self._since and shown.stamp == assets.stamp(tenant):
-            return None
-        return read_overview(assets, tenant, self._since)
+    def _read(self) -> Overview:
+        """In a thread."""
+        tenant = self._visitor.caller().tenant
+        return shared_overview(self._visitor.services.assets, tenant, self._since)
 
     def _show(self, overview: Overview) -> None:
         self._overview = overview

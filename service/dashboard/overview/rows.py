@@ -22,7 +22,7 @@ class Verdict(StrEnum):
     NEVER_RUN = "no run yet"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class AssetLine:
     """One asset."""
 
@@ -45,7 +45,7 @@ class AssetLine:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Change:
     """An asset whose latest run is worse than the one it had on some day.
 
@@ -64,9 +64,12 @@ class Change:
         return max(before - after for before, after in pairs)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Overview:
-    """All assets by name, and those that got worse since a day, the largest fall first."""
+    """All assets by name, and those that got worse since a day, the largest fall first.
+
+    ``stamp``  of the store, from before it was read.
+    """
 
     lines: tuple[AssetLine, ...]
     worse: tuple[Change, ...]
@@ -81,8 +84,12 @@ def summary(overview: Overview) -> str:
     day = f"{overview.since.day} {overview.since:%B %Y}"
     return (
         f"{count:,} {'asset' if count == 1 else 'assets'}. "
-        f"{missed or 'None'} below thresholds, {len(overview.worse) or 'none'} worse since {day}."
+        f"{_count(missed)} below thresholds, {_count(len(overview.worse))} worse since {day}."
     )
+
+
+def _count(number: int) -> str:
+    return f"{number:,}" if number else "none"
 
 
 def read_overview(assets: AssetStore, tenant: str, since: datetime) -> Overview:

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import nicegui
 from nicegui.element import Element
 
-from service.dashboard.overview.rows import AssetLine, Overview
+from service.dashboard.overview.rows import AssetLine, Overview, Verdict
 
 _GRID = Path(nicegui.__file__).parent / "elements" / "aggrid" / "dist"
+
+_URGENCY = {
+    Verdict.MISSED: 0,
+    Verdict.NEVER_RUN: 1,
+    Verdict.OPEN: 2,
+    Verdict.HELD: 2,
+}
 
 Row = Mapping[str, Any]
 
@@ -38,14 +46,21 @@ class AssetsTable(Element, component="assets_table.js", esm={"nicegui-aggrid": s
         self.on("export", lambda event: on_export([str(one) for one in event.args]))
 
     def show(self, overview: Overview) -> None:
-        worse = {change.line.id for change in overview.worse}
-        before, self._rows = self._rows, {line.id: row_of(line, worse) for line in overview.lines}
+        before, self._rows = self._rows, rows_of(overview)
         if self._ready and self._rows != before:
             self.run_method("changeRows", difference(before, self._rows))
 
     def _begin(self) -> None:
         self._ready = True
         self.run_method("setRows", list(self._rows.values()))
+
+
+@lru_cache(maxsize=4)
+def rows_of(overview: Overview) -> Mapping[str, Row]:
+    """By asset id, those that miss their thresholds first; shared by all pages that show it."""
+    worse = {change.line.id for change in overview.worse}
+    urgent_first = sorted(overview.lines, key=lambda line: _URGENCY[line.verdict])
+    return {line.id: row_of(line, worse) for line in urgent_first}
 
 
 def row_of(line: AssetLine, worse: Collection[str]) -> Row:
@@ -57,7 +72,7 @@ def row_of(line: AssetLine, worse: Collection[str]) -> Row:
         "verdict": str(line.verdict),
         "precision": run and run.precision,
         "recall": run and run.recall,
-        "recalls": line.recalls,
+        "recalls": [round(recall, 4) for recall in line.recalls],
         "worst": run and run.worst_recall,
         "worstView": run and run.worst_view,
         "input": run and run.input_triangles,

@@ -25,14 +25,15 @@ def page_frame(title: str, *, here: str) -> Iterator[None]:
     ui.page_title(f"{title} - planar-occluder")
     ui.add_head_html(f'<link rel="stylesheet" href="{STYLE}">')
     ui.colors(primary="#0b5cad", positive="#1a7a3c", negative="#b3261e", warning="#8a5a00")
-    ui.link("Skip to the content", "#content").classes("skip-link")
     with ui.header(elevated=False).classes("bar").props("bordered"):
+        ui.link("Skip to the content", "#content").classes("skip-link")
         _brand()
         _navigation(here)
         ui.space()
         theme_switch()
         _whoever(current_caller())
-    with ui.element("main").props('id=content tabindex="-1"').classes("content"):
+    # NiceGUI's page around it is the main part already.
+    with ui.element("div").props('id=content tabindex="-1"').classes("content"):
         ui.label(title).props("role=heading aria-level=1").classes("title")
         yield
 

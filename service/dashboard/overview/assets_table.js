@@ -182,12 +182,12 @@ export default {
       ensureDomOrder: true,
       suppressCellFocus: false,
       tooltipShowDelay: 400,
-      overlayNoRowsTemplate: "<span>No asset has this in its name.</span>",
+      localeText: { noRowsToShow: "No asset is like this." },
       isExternalFilterPresent: () => this.wanted !== "all" || this.words.length > 0,
       doesExternalFilterPass: (row) => this.passes(row.data),
       onCellClicked: (event) => this.act(event),
       onCellKeyDown: (event) => event.event.key === "Enter" && this.act(event),
-      onModelUpdated: (event) => (this.displayed = event.api.getDisplayedRowCount()),
+      onModelUpdated: (event) => this.tellCount(event.api),
       onColumnResized: (event) => event.finished && event.source !== "flex" && this.remember(),
       onColumnMoved: (event) => event.finished && this.remember(),
       onColumnVisible: () => this.remember(),
@@ -251,6 +251,11 @@ export default {
       if (this.wanted === "worse" && !row.worse) return false;
       const name = row.name.toLowerCase();
       return this.words.every((word) => name.includes(word));
+    },
+    tellCount(api) {
+      this.displayed = api.getDisplayedRowCount();
+      if (this.displayed === 0) api.showNoRowsOverlay();
+      else api.hideOverlay();
     },
     count() {
       const counts = { all: 0, missed: 0, worse: 0 };

@@ -46,7 +46,7 @@ export default {
         nameTextStyle: text,
         type: "value",
         max: 1,
-        min: (range) => Math.max(0, Math.floor(Math.min(range.min, 0.99) / step) * step),
+        min: (range) => Math.max(0, Math.floor(Math.min(range.min, 0.99) / step + 1e-6) * step),
         axisLabel: { ...text, formatter: (value) => `${Math.round(value * 1000) / 10} %` },
         axisLine: { show: true, lineStyle: { color: colour("--line") } },
         splitLine: { lineStyle: { color: colour("--line") } },
@@ -77,7 +77,7 @@ export default {
             },
           },
           xAxis: { ...axis("Precision", 0.01), nameGap: 28 },
-          yAxis: { ...axis("Recall", 0.1), nameGap: 46 },
+          yAxis: { ...axis("Recall", 0.2), nameGap: 46 },
           series: SERIES.map((one) => ({
             name: one.name === "missed" ? "thresholds missed" : "all others",
             type: "scatter",

@@ -65,6 +65,7 @@ def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
     with closing(Database.open(folder / "occluder.db")) as database:
         now, store = time.time(), SqlKeyStore(database)
         seed_assets(database, made_up(MANY, runs=3), now, "many")
+        seed_assets(database, made_up(120, runs=20), now, "pictured")
         seed_assets(database, [Past(name, (0.7, 0.8)) for name in HOSTILE], now, "hostile")
         fallen = Past("props/castle", (0.8,) * 9 + (0.6,), thresholds=Thresholds(None, 0.7))
         steady = Past("props/tower", (0.8,) * 10, thresholds=Thresholds(0.9, 0.5))
@@ -73,7 +74,7 @@ def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
         seed_assets(database, pasts, now, "guest")
         keys = {
             tenant: store.create(tenant, "artist", Scope.WRITE)[1]
-            for tenant in ("many", "hostile", "few", "none")
+            for tenant in ("many", "pictured", "hostile", "few", "none")
         }
         keys["guest"] = store.create("guest", "reader", Scope.READ)[1]
         surroundings = {
@@ -141,17 +142,18 @@ def test_a_filter_shows_those_whose_names_hold_all_its_words(studio: Studio, pag
         ("dashboard_overview_dark", TABLET, "dark"),
     ],
 )
-def test_the_page_of_thousands_is_kept_as_a_picture(
+def test_the_page_is_kept_as_a_picture(
     studio: Studio, browser: Browser, tmp_path: Path, name: str, viewport: Any, scheme: Any
 ) -> None:
     context = browser.new_context(viewport=viewport, color_scheme=scheme)
     try:
         page = context.new_page()
-        studio.open(page, "many")
-        expect(page.get_by_text(f"{MANY} shown")).to_be_visible(timeout=15_000)
+        studio.open(page, "pictured")
+        expect(page.get_by_text("120 shown")).to_be_visible()
         chart = page.locator(".distribution canvas")
         expect(chart).to_be_visible()
         assert colours(chart) > 20
+        page.evaluate("scrollTo(0, 0)")
         keep_picture(page, name, tmp_path)
     finally:
         context.close()
@@ -259,6 +261,21 @@ def test_rows_open_by_click_and_by_enter(studio: Studio, page: Page, watch: Watc
     page.goto(studio.address)
     page.get_by_role("row").filter(has=link).locator("[col-id=name]").focus()
     page.keyboard.press("Enter")
+    page.wait_for_url(f"{studio.address}{asset}")
+
+
+def test_a_point_of_the_distribution_opens_its_asset(
+    studio: Studio, page: Page, watch: Watch
+) -> None:
+    watch.expect("404")
+    studio.open(page, "few")
+    asset = page.get_by_role("link", name="props/tower").get_attribute("href")
+    chart = page.locator(".distribution canvas")
+    box = chart.bounding_box()
+    assert box is not None
+    # Precision 99.9 % of 99 to 100 %, recall 80 % of 60 to 100 %, within the margins.
+    place = {"x": 62 + 0.9 * (box["width"] - 80), "y": 34 + 0.5 * (box["height"] - 80)}
+    chart.click(position=place)  # type: ignore[arg-type]
     page.wait_for_url(f"{studio.address}{asset}")
 
 

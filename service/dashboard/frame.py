@@ -41,7 +41,9 @@ def page_frame(title: str, *, here: str) -> Iterator[None]:
 @contextmanager
 def panel(title: str, *, titled: bool = True) -> Iterator[None]:
     """A part of a page; ``titled`` is whether its title is shown, or only read out."""
-    with ui.element("section").classes("panel").props(f'aria-label="{title}"'):
+    section = ui.element("section").classes("panel")
+    section.props["aria-label"] = title
+    with section:
         if titled:
             ui.label(title).classes("panel-title").props("role=heading aria-level=2")
         yield

@@ -21,6 +21,7 @@ from service.dashboard import sign_in
 from service.dashboard.gate import Gate
 from service.dashboard.icon import ICON
 from service.dashboard.overview import page as overview
+from service.dashboard.overview import rows_route
 
 PAGES = (overview,)
 """Modules whose import makes pages."""
@@ -35,6 +36,7 @@ def add_dashboard(app: FastAPI) -> None:
     ``app.state.services`` has to be there from then on.
     """
     app.include_router(sign_in.router)
+    app.include_router(rows_route.router)
     host = _host()
     app.router.routes.append(_Pages(Gate(host, app)))
     inside = app.router.lifespan_context

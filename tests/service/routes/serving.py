@@ -15,6 +15,7 @@ import httpx
 import uvicorn
 
 from service.access.authentication import Authenticator
+from service.access.session import Sessions
 from service.errors import FieldError, InvalidOptionsError
 from service.jobs.job import Failure, Job, JobFile, Summary
 from service.jobs.progress import ProgressBoard
@@ -149,10 +150,11 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
         if "private" in address:
             raise InvalidOptionsError([FieldError("webhook", "this is private", "choose another")])
 
+    sessions = Sessions(bytes(32))
     services = Services(
         settings=settings, version="1.0", tables=option_tables(settings.job_seconds), jobs=jobs,
         assets=assets, blobs=blobs, board=board, work=hand, metrics=metrics,
-        authenticator=Authenticator(keys, keys_needed=settings.keys_needed),
+        authenticator=Authenticator(keys, sessions, keys_needed=settings.keys_needed),
         check_webhook=check_webhook, checks={"engine": lambda: faults.get("engine")},
         ended=metrics.count,
     )  # fmt: skip

@@ -43,7 +43,7 @@ def run_server(settings: Settings) -> None:
     try:
         app = create_app(settings)
         config = uvicorn.Config(
-            app, http=HttpProtocol, ws="none", lifespan="off", log_config=None, access_log=False,
+            app, http=HttpProtocol, lifespan="off", log_config=None, access_log=False,
             server_header=False, proxy_headers=False, backlog=_WAITING, timeout_keep_alive=_IDLE,
             timeout_graceful_shutdown=_LAST_GRACE,
         )  # fmt: skip

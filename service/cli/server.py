@@ -47,6 +47,7 @@ def run_server(settings: Settings) -> None:
             server_header=False, proxy_headers=False, backlog=_WAITING, timeout_keep_alive=_IDLE,
             timeout_graceful_shutdown=_LAST_GRACE,
         )  # fmt: skip
+        config.load()  # the pages look at it when the application starts
         server = _Server(config, _address(settings.host, listener))
 
         async def serve() -> None:

@@ -1,0 +1,1 @@
+"""The pages of the service: what a result is worth, at a glance and in every detail."""

@@ -45,6 +45,18 @@ class ServiceError(Exception):
         self.headers = dict(headers or {})
         super().__init__(f"{detail}; {remedy}" if remedy else detail)
 
+    def problem(self, instance: str) -> dict[str, Any]:
+        """The body of the answer; ``instance`` is the path that was asked for."""
+        return {
+            "type": f"/problems/{self.slug}",
+            "title": self.title,
+            "status": self.status,
+            "detail": self.detail,
+            "remedy": self.remedy,
+            "instance": instance,
+            **self.extra,
+        }
+
 
 class BadRequestError(ServiceError):
     """The request cannot be understood."""
@@ -77,6 +89,12 @@ class NotFoundError(ServiceError):
     """There is no such thing, or it belongs to another tenant."""
 
     slug, status, title = "not-found", 404, "There is no such thing"
+
+
+class MethodNotAllowedError(ServiceError):
+    """The address is right, and there is nothing to be done there by this method."""
+
+    slug, status, title = "method-not-allowed", 405, "The method is not allowed here"
 
 
 class NotAcceptableError(ServiceError):
@@ -114,6 +132,19 @@ class RangeNotSatisfiableError(ServiceError):
 
     slug, status, title = "range-not-satisfiable", 416, "The range lies outside of the file"
 
+    def __init__(self, size: int) -> None:
+        super().__init__(
+            f"the range lies outside of the file's {size} bytes",
+            remedy="ask for a part that lies within",
+            headers={"Content-Range": f"bytes */{size}"},
+        )
+
+
+class MisdirectedError(ServiceError):
+    """The request is for a host that this service is not."""
+
+    slug, status, title = "misdirected", 421, "This service is not that host"
+
 
 class InvalidOptionsError(ServiceError):
     """Options are unknown or out of range; ``errors`` says so of each."""
@@ -136,6 +167,19 @@ class InvalidOptionsError(ServiceError):
         )
 
 
+class TooManyAttemptsError(ServiceError):
+    """Keys that nobody has were tried too often from one address."""
+
+    slug, status, title = "too-many-attempts", 429, "Too many unknown keys were tried"
+
+    def __init__(self, retry_after: int) -> None:
+        super().__init__(
+            "too many unknown API keys came from this address",
+            remedy=f"check the key, and try again in {retry_after} seconds",
+            headers={"Retry-After": str(retry_after)},
+        )
+
+
 class QueueFullError(ServiceError):
     """As many jobs wait as may."""
 
@@ -147,6 +191,12 @@ class QueueFullError(ServiceError):
             remedy=f"try again in {retry_after} seconds",
             headers={"Retry-After": str(retry_after)},
         )
+
+
+class JobFailedError(ServiceError):
+    """The job that the answer waited for has failed, and not for the mesh or the options."""
+
+    slug, status, title = "job-failed", 500, "The job failed"
 
 
 class DatabaseDamagedError(ServiceError):

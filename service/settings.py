@@ -5,14 +5,16 @@ from __future__ import annotations
 import os
 from ipaddress import ip_address
 from pathlib import Path
+from typing import Annotated
 
 from pydantic import Field, field_validator
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 _MIB = 1 << 20
 
 
-def _processors() -> int:
+def processors() -> int:
+    """That this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -38,12 +40,14 @@ class Settings(BaseSettings):
     require_keys: bool | None = Field(
         None, description="Whether an API key is needed; unset: as soon as one beyond loopback is."
     )
-    allowed_hosts: tuple[str, ...] = Field(
-        (), description="Names that requests may come to, beside the address listened on."
+    allowed_hosts: Annotated[tuple[str, ...], NoDecode] = Field(
+        (),
+        description="Names that requests may come to, beside the address listened on: with commas "
+        "between; *.example.org stands for all below it, * for any.",
     )
 
     workers: int = Field(
-        default_factory=_processors, ge=1, le=256, description="Jobs done at the same time."
+        default_factory=processors, ge=1, le=256, description="Jobs done at the same time."
     )
     attempts: int = Field(
         3, ge=1, le=20, description="How often a job whose process dies is tried."
@@ -65,6 +69,9 @@ class Settings(BaseSettings):
     )
 
     max_upload: int = Field(2048 * _MIB, ge=1, description="Largest upload, bytes.")
+    max_unpacked: int = Field(
+        8192 * _MIB, ge=1, description="Bytes that the zip of a scene may hold, unpacked."
+    )
     upload_idle_seconds: float = Field(
         30.0, gt=0.0, description="Silence after which an upload is given up, seconds."
     )
@@ -94,6 +101,13 @@ class Settings(BaseSettings):
     webhook_seconds: float = Field(
         10.0, gt=0.0, description="Time that the receiver of a webhook has, seconds."
     )
+
+    @field_validator("allowed_hosts", mode="before")
+    @classmethod
+    def _by_commas(cls, hosts: object) -> object:
+        if not isinstance(hosts, str):
+            return hosts
+        return tuple(host.strip() for host in hosts.split(",") if host.strip())
 
     @field_validator("public_url")
     @classmethod

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-
-import numpy as np
+from numbers import Integral, Real
 
 from simplifier.errors import OptionError
 
@@ -25,7 +24,7 @@ def check_within(name: str, value: float, low: float, high: float) -> None:
 
 def check_whole(name: str, value: int, low: int, high: int) -> None:
     """A whole number from ``low`` to ``high``, both included."""
-    if not isinstance(value, (int, np.integer)):
+    if not isinstance(value, Integral):
         raise OptionError(
             f"{value!r} is not a whole number", where=name, remedy=f"choose {low:,} to {high:,}"
         )
@@ -42,6 +41,14 @@ def check_above_zero(name: str, value: float, high: float) -> None:
         )
 
 
+def check_positive(name: str, value: float) -> None:
+    """A number above 0, however large."""
+    if not is_number(value) or not 0.0 < value < math.inf:
+        raise OptionError(
+            f"{value!r} is out of range", where=name, remedy="choose a number above 0"
+        )
+
+
 def check_length(name: str, value: float) -> None:
     """0 or a positive length."""
     if not is_number(value) or not 0.0 <= value < math.inf:
@@ -50,6 +57,16 @@ def check_length(name: str, value: float) -> None:
             where=name,
             remedy="give 0 or a positive length in the units of the mesh",
         )
+
+
+def check_lengths(name: str, values: Sequence[float]) -> None:
+    """A list or tuple of positive lengths."""
+    if not isinstance(values, (list, tuple)):
+        raise OptionError(
+            f"{values!r} is no list of lengths", where=name, remedy="give a list of numbers"
+        )
+    for value in values:
+        check_positive(name, value)
 
 
 def check_one_of(name: str, value: str, choices: Sequence[str]) -> None:
@@ -68,4 +85,5 @@ def check_flag(name: str, value: bool) -> None:
 
 def is_number(value: object) -> bool:
     """A whole number or a float, of Python or numpy; a bool is none."""
-    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    # numpy registers its own with these, so that options need not import it.
+    return isinstance(value, Real) and not isinstance(value, bool)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from simplifier.cli_failures import Debug, guarded
+from simplifier.cli_failures import Debug, run_guarded
 from simplifier.console import print_line, print_rows, print_text, run_bar
 from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.flythrough import Flythrough, fly
@@ -75,7 +75,7 @@ def cull(
             frames = f"{len(flown.frames)} of {len(cameras.cameras)} frames"
             print_line(f"warning: interrupted after {frames}; {output} holds what they gave")
 
-    guarded(run, debug=debug)
+    run_guarded(run, debug=debug)
 
 
 def _flown(

@@ -15,7 +15,7 @@ from simplifier.interrupts import INTERRUPTED
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of a failure.")]
 
 
-def guarded(work: Callable[[], object], *, debug: bool) -> None:
+def run_guarded(work: Callable[[], object], *, debug: bool) -> None:
     """Turn failures into one line and an exit status."""
     try:
         work()

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from simplifier.camera_paths.options import PathKind, PathOptions
-from simplifier.cli_failures import Debug, guarded
+from simplifier.cli_failures import Debug, run_guarded
+from simplifier.cli_options import with_options
 from simplifier.console import count_bar, print_line, print_rows, print_text
 from simplifier.errors import OutputError
 from simplifier.geometry import scene as scenes
@@ -26,6 +27,7 @@ from simplifier.io.camera_path import save_camera_path
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_writer import write_scene
 from simplifier.io.whole import check_folder, make_folder
+from simplifier.option_fields import SCENE_FIELDS
 from simplifier.options import Axis
 
 Scene = Annotated[
@@ -72,7 +74,7 @@ def path(
                     print_line(f"warning: {warning}")
                 print_text(f"{output}: {len(found.cameras)} frames of kind {kind}")
 
-    guarded(run, debug=debug)
+    run_guarded(run, debug=debug)
 
 
 def _check_output(scene: Path, output: Path) -> None:
@@ -83,39 +85,16 @@ def _check_output(scene: Path, output: Path) -> None:
         )
 
 
+@with_options(SCENE_FIELDS)
 def scene(
     source: Scene,
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Folder for scene.json and the occluders.")
     ],
-    budget: Annotated[
-        int, typer.Option(help="Most triangles of an object's occluder; those above it have half.")
-    ] = 64,
-    resolution: Annotated[int, typer.Option(help="Voxels along the longest edge of a node.")] = 64,
-    width: Annotated[int, typer.Option(help="Most children of a node.")] = 8,
-    moves: Annotated[int, typer.Option(help="Refining moves for a node.")] = 2400,
-    up: Annotated[Axis, typer.Option(help="The scene's up axis: x, y or z.")] = "y",
-    ground: Annotated[
-        bool, typer.Option("--ground", help="Objects stand on the ground: close open bases.")
-    ] = False,
-    smallest_hole: Annotated[
-        float, typer.Option(help="Openings narrower than this count as closed, scene's units.")
-    ] = 0.0,
-    conservative: Annotated[
-        bool,
-        typer.Option("--conservative", help="Keep wholly inside: never hide too much if closed."),
-    ] = False,
-    pixel_error: Annotated[
-        float,
-        typer.Option(help="Largest error of what is drawn, in pixels of the depth buffer."),
-    ] = 0.5,
-    rows: Annotated[int, typer.Option(help="Height of the depth buffer, pixels.")] = 180,
-    fov: Annotated[float, typer.Option(help="Vertical field of view, degrees.")] = 60.0,
-    preview: Annotated[
-        bool, typer.Option("--preview", help="Write all leaves' occluders to preview.glb.")
-    ] = False,
-    seed: Annotated[int, typer.Option(help="Seed of everything random.")] = 0,
+    *,
+    preview: bool,
     debug: Debug = False,
+    **chosen: Any,
 ) -> None:
     """Make a tree of occluders for a scene of many objects.
 
@@ -124,10 +103,7 @@ def scene(
     """
 
     def run() -> None:
-        options = SceneOptions(
-            budget, resolution, width, moves, up, ground, smallest_hole, conservative,
-            pixel_error, rows, fov, seed,
-        )  # fmt: skip
+        options = SceneOptions(**chosen)
         with interrupts() as listening:
             read = load_scene(source)
             make_folder(output)  # a scene that cannot be read leaves nothing behind
@@ -142,7 +118,7 @@ def scene(
                     write_scene(leaf_occluders(tree), output / "preview.glb")
             print_rows(str(output), _built(read, build), [*read.warnings, *build.warnings])
 
-    guarded(run, debug=debug)
+    run_guarded(run, debug=debug)
 
 
 def _built(read: scenes.Scene, build: Build) -> list[tuple[str, str]]:

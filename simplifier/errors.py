@@ -10,6 +10,7 @@
     |-- OptionError                an option is unknown or out of range (exit status 2)
     |-- BackendUnavailableError    a backend was asked for that this machine cannot run
     |-- OutputError                the result cannot be written
+    |-- CommandError               a command from another package cannot be loaded
     `-- CancelledError             the caller asked to stop
 
 A message says what is wrong, where, and what to do about it.  It is raised once, where the fault is
@@ -69,6 +70,10 @@ class BackendUnavailableError(OccluderError):
 
 class OutputError(OccluderError):
     """The result cannot be written."""
+
+
+class CommandError(OccluderError):
+    """A command from another package cannot be loaded."""
 
 
 class CancelledError(OccluderError):

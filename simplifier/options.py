@@ -8,9 +8,7 @@ again.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from typing import Literal
 
 from simplifier.checks import check_length, check_one_of, check_whole, check_within, is_number
@@ -39,15 +37,16 @@ Preset = Literal["draft", "balanced", "best"]
 
 
 def _check_time(seconds: float) -> None:
-    if not is_number(seconds) or not 0.0 < seconds <= _LONGEST:
+    if not is_number(seconds) or not 0.0 < seconds <= LONGEST_SECONDS:
         raise OptionError(
             f"{seconds!r} is no time",
             where="time limit",
-            remedy=f"give seconds, above 0 and at most {_LONGEST:,.0f}",
+            remedy=f"give seconds, above 0 and at most {LONGEST_SECONDS:,.0f}",
         )
 
 
-_LONGEST = 1e6  # seconds: eleven days
+LONGEST_SECONDS = 1e6
+"""The longest time limit, seconds: eleven days."""
 
 
 @dataclass(frozen=True)
@@ -238,70 +237,6 @@ class Options:
             _check_time(self.time_limit)
 
 
-MOST_LEVELS = 16
-"""The most levels of detail of one object."""
-
-
-@dataclass(frozen=True)
-class LodOptions:
-    """Which levels of detail, and how they are looked at."""
-
-    lods: int | None = None
-    """How many, 1 to 16, from fine to coarse: each further one has half the resolution and half the
-    budget.  None with ``error_bounds``."""
-
-    error_bounds: tuple[float, ...] | None = None
-    """In place of a number: the error bound of each, world units, 1 to 16 different lengths in any
-    order, kept in rising order; budgets fall in proportion to the resolutions."""
-
-    pixel_error: float = 1.0
-    """Pixels that a level's error may have on the screen, 0.01 to 1000.  Raising it lets coarser
-    levels come nearer."""
-
-    screen_height: int = 1080
-    """Pixels from top to bottom of the screen, 1 to 100,000."""
-
-    fov: float = 60.0
-    """Vertical field of view, degrees, 1 to 179."""
-
-    def __post_init__(self) -> None:
-        if (self.lods is None) == (self.error_bounds is None):
-            raise OptionError(
-                "give either a number of levels or their error bounds",
-                where="lods",
-                remedy="choose one of the two",
-            )
-        if self.lods is not None:
-            check_whole("lods", self.lods, 1, MOST_LEVELS)
-        if self.error_bounds is not None:
-            object.__setattr__(self, "error_bounds", _rising(self.error_bounds))
-        check_within("pixel error", self.pixel_error, 0.01, 1000.0)
-        check_whole("screen height", self.screen_height, 1, 100_000)
-        check_within("fov", self.fov, 1.0, 179.0)
-
-
-def _rising(bounds: Sequence[float]) -> tuple[float, ...]:
-    """The lengths in rising order, if they are lengths, different, and not too many."""
-    if not 1 <= len(bounds) <= MOST_LEVELS:
-        raise OptionError(
-            f"{len(bounds)} lengths are given",
-            where="error bounds",
-            remedy=f"give 1 to {MOST_LEVELS}",
-        )
-    for bound in bounds:
-        check_length("error bounds", bound)
-        if bound == 0.0:
-            remedy = "give positive lengths in the units of the mesh"
-            raise OptionError("no grid has a bound of 0", where="error bounds", remedy=remedy)
-    rising = tuple(sorted(bounds))
-    for finer, coarser in pairwise(rising):
-        if finer == coarser:
-            raise OptionError(
-                f"{coarser!r} is given twice", where="error bounds", remedy="give each length once"
-            )
-    return rising
-
-
 def make_options(
     longest_edge: float,
     *,
@@ -334,20 +269,9 @@ def make_options(
     resolution and error bound, or moves and time limit, are both given, or ``smallest_hole`` is
     longer than the mesh.
     """
+    check_alternatives(resolution, error_bound, moves, time_limit)
     if error_bound is not None:
-        if resolution is not None:
-            raise OptionError(
-                "cannot be given together with a resolution",
-                where="error bound",
-                remedy="choose one of the two",
-            )
         resolution = resolution_for(error_bound, longest_edge)
-    if moves is not None and time_limit is not None:
-        raise OptionError(
-            "cannot be given together with moves",
-            where="time limit",
-            remedy="choose one of the two",
-        )
     check_one_of("preset", preset, tuple(PRESETS))
     check_length("shrink", shrink)
     solid = SolidOptions(
@@ -375,6 +299,23 @@ def make_options(
         seed=seed,
         time_limit=time_limit,
     )
+
+
+def check_alternatives(
+    resolution: int | None,
+    error_bound: float | None,
+    moves: int | None,
+    time_limit: float | None,
+) -> None:
+    """Refuse two answers to one question; raises :class:`~simplifier.errors.OptionError`."""
+    for name, value, other, rival in (
+        ("error bound", error_bound, "a resolution", resolution),
+        ("time limit", time_limit, "moves", moves),
+    ):
+        if value is not None and rival is not None:
+            raise OptionError(
+                f"cannot be given together with {other}", where=name, remedy="choose one of the two"
+            )
 
 
 def _moves(effort: Effort, budget: int) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from simplifier.cut import cut_solid
@@ -26,6 +27,11 @@ class Simplification:
     solid: Solid
     warnings: tuple[str, ...]
     interrupted: bool = False
+
+    @property
+    def timings(self) -> Mapping[str, float]:
+        """Seconds by stage."""
+        return self.occluder.timings
 
 
 def simplify_mesh(

@@ -167,8 +167,10 @@ def wall_and_boxes():
 def test_a_scene_to_a_tree_to_verdicts(tmp_path):
     told = []
     tree = simplifier.simplify_scene(
-        wall_and_boxes(), tmp_path, resolution=16, moves=200, tell=lambda *done: told.append(done)
-    )
+        wall_and_boxes(), tmp_path, resolution=16, moves=200, preview=True,
+        tell=lambda *done: told.append(done),
+    )  # fmt: skip
+    assert len(simplifier.load(tmp_path / "preview.glb").faces) > 0
     assert told[-1][0] == told[-1][1] > 0
     assert isinstance(tree, simplifier.OccluderTree)
     camera = simplifier.Camera.looking(

@@ -10,12 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.errors import OptionError
+from simplifier.lods.options import MOST_LEVELS, LodOptions
 from simplifier.options import (
     ERROR_VOXELS,
-    MOST_LEVELS,
     MOST_VOXELS,
     PRESETS,
-    LodOptions,
     Options,
     RefineOptions,
     SectionOptions,

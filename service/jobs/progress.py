@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,6 +25,8 @@ class JobProgress:
     levels: int = 1
     seconds: float = 0.0
 
+
+logger = logging.getLogger(__name__)
 
 Heard = Callable[[str], None]
 """Called with a job's id, in any thread, when its progress or its state has changed."""
@@ -58,7 +61,10 @@ class ProgressBoard:
         with self._lock:
             listeners = list(self._listeners.get(job_id, ()))
         for hear in listeners:
-            hear(job_id)
+            try:
+                hear(job_id)
+            except Exception:  # a listener that has gone must not cost the job
+                logger.exception("somebody failed to hear of job %s", job_id)
 
     def listen(self, job_id: str, hear: Heard) -> Callable[[], None]:
         """Hear of a job from now on, until the returned function is called."""

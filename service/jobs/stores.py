@@ -102,6 +102,13 @@ class JobStore(Protocol):
     def end_cancelled(self, claim: Claim) -> bool:
         """Whether the claim still held."""
 
+    def release(self, claim: Claim) -> bool:
+        """Queue the job again where its attempt is not to count; whether the claim still held.
+
+        ``attempts`` rises by one in place of ``attempt`` falling, so that the fence stays one.  A
+        job whose end was asked for is cancelled instead.
+        """
+
     def recover(self, failure: Failure, *, all_leases: bool) -> Sequence[Job]:
         """Take back running jobs whose lease has run out (or all), as :meth:`fail` does.
 

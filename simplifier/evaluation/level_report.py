@@ -15,9 +15,13 @@ Rows = list[dict[str, Any]]
 
 
 def level_rows(
-    chain: LodChain, accuracies: Sequence[AccuracyReport], files: Sequence[Path]
+    chain: LodChain, accuracies: Sequence[AccuracyReport], files: Sequence[Path] | None
 ) -> Rows:
-    """A row a level, finest first; ``accuracies`` and ``files`` in the same order."""
+    """A row a level, finest first; ``accuracies`` and ``files`` in the same order.
+
+    ``files`` is None where the levels were not written.
+    """
+    names = [None] * len(chain.levels) if files is None else [file.name for file in files]
     return [
         {
             "level": index,
@@ -28,10 +32,10 @@ def level_rows(
             "switch_distance": _finite(chain.switch_distance(index)),
             "precision": accuracy.precision,
             "recall": accuracy.recall,
-            "file": file.name,
+            "file": name,
         }
-        for index, (level, accuracy, file) in enumerate(
-            zip(chain.levels, accuracies, files, strict=True)
+        for index, (level, accuracy, name) in enumerate(
+            zip(chain.levels, accuracies, names, strict=True)
         )
     ]
 

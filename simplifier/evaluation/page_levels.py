@@ -38,7 +38,7 @@ def _row(level: Report) -> str:
         number(level["deviation"]),
         f"{level['resolution']:,}",
         number(level["switch_distance"]),
-        level["file"],
+        level["file"] or "not written",
     )
     shown = "".join(f"<td>{escape(str(cell))}</td>" for cell in cells)
     return f"<tr><th scope=row>{level['level']}</th>{shown}</tr>"

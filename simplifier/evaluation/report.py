@@ -36,14 +36,17 @@ def build_report(
     seed: int = 0,
     levels: Sequence[Report] = (),
     left_out: Sequence[Report] = (),
+    strays: float | None = None,
 ) -> Report:
     """All that is known of an occluder, ready for ``json.dumps``.
 
     ``options`` as resolved; ``timings`` seconds by stage, stages that did not run count 0.  With
     ``levels`` of detail and those ``left_out``, rows of :mod:`simplifier.evaluation.level_report`,
-    the occluder is that of the finest.
+    the occluder is that of the finest.  ``strays`` is its deviation, measured here if it is None.
     """
     measures = occlusion_measures(mesh, occluder)
+    if strays is None:
+        strays = deviation(occluder, mesh, solid.touched, solid.filled)
     return {
         "schema_version": SCHEMA_VERSION,
         "version": VERSION,
@@ -58,7 +61,7 @@ def build_report(
             "ratio": measures.ratio,
         },
         "error_bound": _finite(occluder.error_bound),
-        "deviation": deviation(occluder, mesh, solid.touched, solid.filled),
+        "deviation": strays,
         "timings": {stage: timings.get(stage, 0.0) for stage in STAGES},
         "options": dict(options),
         "input": _input(mesh),

@@ -13,7 +13,7 @@ from simplifier.io.load import load_objects
 from simplifier.io.objects import Objects
 
 
-def objects_of_folder(folder: Path) -> tuple[Objects, list[str]]:
+def objects_of_folder(folder: Path, *, allow_external: bool) -> tuple[Objects, list[str]]:
     """The objects, by relative path and then as in the file, and what could not be read.
 
     A file's object is named by its relative path without the suffix, and the objects of a glTF file
@@ -25,7 +25,7 @@ def objects_of_folder(folder: Path) -> tuple[Objects, list[str]]:
     for path in files:
         name = path.relative_to(folder).with_suffix("").as_posix()
         try:
-            objects = load_objects(path)
+            objects = load_objects(path, allow_external=allow_external)
         except OccluderError as error:
             warnings.append(f"{error} (the file was left out)")
             continue

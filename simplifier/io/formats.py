@@ -26,6 +26,8 @@ class Codec:
                      none; None when the format has no place for it.
     ``objects``      (content, path) to the objects of the file, nothing checked; None for a format
                      whose files are one object each.
+    ``external``     (content, path) to the names of the other files that the file refers to; None
+                     for a format of which no other file is ever opened.
     """
 
     name: str
@@ -33,11 +35,14 @@ class Codec:
     encode: Callable[[Occluder], bytes] | None = None
     error_bound: Callable[[bytes, Path], float] | None = None
     objects: Callable[[bytes, Path], Objects] | None = None
+    external: Callable[[bytes, Path], list[str]] | None = None
 
 
 CODECS: dict[str, Codec] = {
-    ".glb": Codec("binary glTF", gltf.decode, glb_writer.encode, gltf.error_bound, gltf.objects),
-    ".gltf": Codec("glTF", gltf.decode, None, gltf.error_bound, gltf.objects),
+    ".glb": Codec(
+        "binary glTF", gltf.decode, glb_writer.encode, gltf.error_bound, gltf.objects, gltf.external
+    ),
+    ".gltf": Codec("glTF", gltf.decode, None, gltf.error_bound, gltf.objects, gltf.external),
     ".obj": Codec("Wavefront OBJ", obj.decode, obj.encode),
     ".off": Codec("Object File Format", off.decode, off.encode),
     ".ply": Codec("Stanford PLY", ply.decode, ply.encode),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray
-from simplifier.io.gltf_buffers import Buffers
+from simplifier.io.gltf_buffers import Buffers, external_uris
 from simplifier.io.gltf_container import open_document
 from simplifier.io.gltf_json import number_or_nan
 from simplifier.io.gltf_primitives import read_gltf_mesh
@@ -65,6 +65,11 @@ def objects(data: bytes, path: Path) -> Objects:
     used, mesh_of = np.unique(instances.mesh_of, return_inverse=True)
     meshes = [read_gltf_mesh(buffers, mesh) for mesh in used.tolist()]
     return Objects(instances.names, meshes, mesh_of.reshape(-1), instances.transforms)
+
+
+def external(data: bytes, path: Path) -> list[str]:
+    """The files that :func:`decode` and :func:`objects` may open beside this one."""
+    return external_uris(open_document(data, str(path)).root)
 
 
 def _check_size(

@@ -13,7 +13,7 @@ from simplifier.io.gltf_json import JsonObject
 
 _TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
-# An accessor without data is all zeros and could claim any size.
+# An accessor without data is all zeros and could claim any size, and a file have many of them.
 _MOST_ZEROS = 1_000_000
 
 
@@ -31,10 +31,14 @@ def read_accessor(buffers: Buffers, index: int, kind: str) -> NDArray[Any]:
     if accessor.has("bufferView"):
         place = accessor.integer("bufferView"), accessor.integer("byteOffset", 0)
         values = _read(buffers, accessor, *place, dtype, count, width)
-    elif count <= _MOST_ZEROS:
-        values = np.zeros((count, width), dtype=dtype)
     else:
-        raise accessor.fail(f"claims {count} elements without any data", "export it again")
+        buffers.zeros += count
+        if buffers.zeros > _MOST_ZEROS:
+            raise accessor.fail(
+                f"claims {count} elements without any data, {buffers.zeros} with those before",
+                "export it again",
+            )
+        values = np.zeros((count, width), dtype=dtype)
     if accessor.has("sparse"):
         values = _with_sparse(buffers, accessor, values)
     return values

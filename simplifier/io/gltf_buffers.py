@@ -19,11 +19,15 @@ _PARTS = re.compile(r"[/\\]")
 
 @dataclass(eq=False)
 class Buffers:
-    """Buffers by index, each read once."""
+    """Buffers by index, each read once.
+
+    ``zeros``  elements so far that were claimed without any data.
+    """
 
     document: GltfDocument
     path: Path
     loaded: dict[int, bytes] = field(default_factory=dict)
+    zeros: int = 0
 
     def view(self, index: int) -> tuple[bytes, int, int, int]:
         """Buffer view ``index`` as (bytes, begin, end, stride); stride 0 means tightly packed."""
@@ -58,6 +62,14 @@ class Buffers:
                 f"holds {len(data)} of {length} bytes", "the file is truncated; copy it again"
             )
         return data[:length]
+
+
+def external_uris(root: JsonObject) -> list[str]:
+    """What stands outside of the file: the names that its buffers have for other files."""
+    uris = [
+        root.item("buffers", index).members.get("uri") for index in range(root.count("buffers"))
+    ]
+    return [uri for uri in uris if isinstance(uri, str) and not _DATA.match(uri)]
 
 
 def _fetch(uri: str, path: Path, buffer: JsonObject) -> bytes:

@@ -18,27 +18,31 @@ from simplifier.io.sniff import foreign_content
 from simplifier.io.source import read_bytes
 
 
-def load_mesh(path: str | Path) -> TriangleMesh:
+def load_mesh(path: str | Path, *, allow_external: bool = True) -> TriangleMesh:
     """All meshes of a file as one triangle soup, in the order of the file, nothing merged.
 
     glTF node transforms are applied in float64.  Raises :class:`UnknownFormatError` for a suffix
     that is not in ``readable_suffixes()``, :class:`UnreadableMeshError` for a file that is missing,
     damaged or something else than its suffix says, :class:`EmptyMeshError` when it has no triangle.
+
+    ``allow_external``  whether a glTF file may keep its buffers in files beside it; if not, a file
+                        that names others is refused as unreadable, and no other is opened.
     """
     path = Path(path)
-    codec, data = _open(path)
+    codec, data = _open(path, allow_external)
     return TriangleMesh.from_soup(*codec.decode(data, path), where=str(path))
 
 
-def load_occluder(path: str | Path) -> Occluder:
+def load_occluder(path: str | Path, *, allow_external: bool = True) -> Occluder:
     """An occluder written by ``save_occluder``, or any other mesh to be used as one.
 
     The error bound is read back from GLB; elsewhere it is infinite.  A file without a triangle of
     non-zero area is an occluder that hides nothing, with 0 faces.  Unused vertices and triangles
-    without area are dropped.  Raises as :func:`load_mesh`, except for the empty mesh.
+    without area are dropped.  ``allow_external`` and errors as for :func:`load_mesh`, but for the
+    empty mesh.
     """
     path = Path(path)
-    codec, data = _open(path)
+    codec, data = _open(path, allow_external)
     vertices, faces = codec.decode(data, path)
     bound = codec.error_bound(data, path) if codec.error_bound else math.inf
     try:
@@ -48,12 +52,12 @@ def load_occluder(path: str | Path) -> Occluder:
     return Occluder(mesh.vertices, mesh.faces, bound)
 
 
-def load_objects(path: Path) -> Objects:
+def load_objects(path: Path, *, allow_external: bool = True) -> Objects:
     """The objects of a file as it states them; one, named as the file, where it has no nodes.
 
-    Raises as :func:`load_mesh`, except for the empty mesh.
+    ``allow_external`` and errors as for :func:`load_mesh`, except for the empty mesh.
     """
-    codec, data = _open(path)
+    codec, data = _open(path, allow_external)
     if codec.objects:
         return codec.objects(data, path)
     return Objects.one(path.stem, codec.decode(data, path))
@@ -72,10 +76,10 @@ def load_lods(path: str | Path) -> LodChain:
             where=str(path),
             remedy="use the .glb file, or load a level's own file as an occluder",
         )
-    return decode_lods(_open(path)[1], path)
+    return decode_lods(_open(path, allow_external=True)[1], path)
 
 
-def _open(path: Path) -> tuple[Codec, bytes]:
+def _open(path: Path, allow_external: bool) -> tuple[Codec, bytes]:
     """The codec of the suffix and the content, which must not begin like another format."""
     codec = codec_for_reading(path)
     data = read_bytes(path)
@@ -86,4 +90,16 @@ def _open(path: Path) -> tuple[Codec, bytes]:
             where=str(path),
             remedy="give the file its right suffix, or export it again",
         )
+    if codec.external and not allow_external:
+        _check_alone(codec.external(data, path), path)
     return codec, data
+
+
+def _check_alone(uris: list[str], path: Path) -> None:
+    if uris:
+        raise UnreadableMeshError(
+            f"refers to another file, '{uris[0][:60]}', and only files that hold all of their data"
+            " are read here",
+            where=str(path),
+            remedy="export a single .glb",
+        )

@@ -10,7 +10,7 @@ from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.ply_body import BinaryBody, Body, TextBody
-from simplifier.io.ply_header import Element, PlyHeader, read_header
+from simplifier.io.ply_header import Element, PlyHeader, Property, read_header
 from simplifier.io.ply_rows import Rows, locate_rows
 from simplifier.io.polygons import IndexArray, triangulate_polygons
 from simplifier.io.strips import split_strips
@@ -68,13 +68,19 @@ def _wanted(
 
 
 def _read_vertices(element: Element, rows: Rows, where: str) -> FloatArray:
+    axes = [_coordinate(element, name, where) for name in "xyz"]
+    # Only now: with a coordinate in each row, the count is no more than the file can hold.
     vertices = np.empty((element.count, 3))
-    for axis, name in enumerate("xyz"):
-        one = element.property(name)
-        if one is None or one.count_kind:
-            raise UnreadableMeshError(f"the vertices have no coordinate '{name}'", where=where)
+    for axis, one in enumerate(axes):
         vertices[:, axis] = rows.scalars(one)
     return vertices
+
+
+def _coordinate(element: Element, name: str, where: str) -> Property:
+    one = element.property(name)
+    if one is None or one.count_kind:
+        raise UnreadableMeshError(f"the vertices have no coordinate '{name}'", where=where)
+    return one
 
 
 def _read_lists(element: Element, rows: Rows, where: str) -> tuple[IndexArray, IndexArray]:

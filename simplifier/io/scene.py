@@ -13,7 +13,7 @@ from simplifier.io.load import load_objects
 from simplifier.io.usable import usable_scene
 
 
-def load_scene(path: str | Path) -> Scene:
+def load_scene(path: str | Path, *, allow_external: bool = True) -> Scene:
     """All objects of a file or of a folder's files, those of one mesh sharing it.
 
     ``.glb`` and ``.gltf``: an object for each node with a mesh, and for each instance of
@@ -26,12 +26,13 @@ def load_scene(path: str | Path) -> Scene:
     or is not affine) are left out with a warning, and repeated names are numbered with one.  Raises
     :class:`EmptyMeshError` when no object is left, :class:`UnknownFormatError` and
     :class:`UnreadableMeshError` as ``load_mesh`` does, the latter also for more than ten million
-    objects; there is no limit on the triangles that instances add up to.
+    objects; there is no limit on the triangles that instances add up to.  ``allow_external`` as
+    there, of a folder's files each.
     """
     path = Path(path)
     if not path.is_dir():
-        return usable_scene(load_objects(path), str(path))
-    objects, warnings = objects_of_folder(path)
+        return usable_scene(load_objects(path, allow_external=allow_external), str(path))
+    objects, warnings = objects_of_folder(path, allow_external=allow_external)
     if not objects.names:
         raise EmptyMeshError(
             warnings[0] if warnings else "the folder holds no mesh file",

@@ -7,6 +7,7 @@ import os
 import pty
 import signal
 import subprocess
+import sys
 import time
 
 import pytest
@@ -125,3 +126,26 @@ def test_at_any_moment(interrupted, tmp_path, after):
     assert ("report.json" in files) != (KEPT in shown)
     if "report.json" in files:
         check_report(json.loads(files["report.json"]))
+
+
+LOADING = """
+import signal, sys
+from simplifier import cli
+
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == "numba":
+            signal.raise_signal(signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupting())
+sys.argv = ["occluder", "simplify", "mesh.ply", "-o", "out.glb"]
+cli.main()
+"""
+
+
+def test_while_the_command_is_loaded():
+    done = subprocess.run(
+        [sys.executable, "-c", LOADING],
+        env=environment(), capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (130, "error: interrupted; nothing was kept\n")

@@ -13,8 +13,9 @@ from simplifier.evaluation.deviation import SLACK, deviation
 from simplifier.geometry.occluder import Occluder
 from simplifier.lods import levels as making
 from simplifier.lods.levels import simplify_levels
-from simplifier.lods.plan import finest_bound, plan_levels
-from simplifier.options import LodOptions, SolidOptions, make_options
+from simplifier.lods.options import LodOptions, finest_bound
+from simplifier.lods.plan import plan_levels
+from simplifier.options import SolidOptions, make_options
 from simplifier.pipeline import Simplification
 from simplifier.progress import STAGES, Stopwatch
 from simplifier.solidify import solidify

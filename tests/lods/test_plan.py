@@ -10,14 +10,9 @@ from hypothesis import strategies as st
 
 from simplifier.errors import OptionError
 from simplifier.geometry.camera import Lens
-from simplifier.lods.plan import (
-    LEAST_BUDGET,
-    LEAST_VOXELS,
-    finest_bound,
-    plan_levels,
-    typed_lods,
-)
-from simplifier.options import ERROR_VOXELS, MOST_VOXELS, LodOptions, make_options
+from simplifier.lods.options import LodOptions, chosen_lods, finest_bound
+from simplifier.lods.plan import LEAST_BUDGET, LEAST_VOXELS, plan_levels
+from simplifier.options import ERROR_VOXELS, MOST_VOXELS, make_options
 
 
 def grids(plan):
@@ -114,25 +109,24 @@ def test_a_bound_too_fine_names_the_option():
         make_options(1.0, error_bound=finest_bound(levels, None, None))
 
 
-def test_typed():
-    assert typed_lods(None, None, None, None, None) is None
-    assert typed_lods(3, None, None, None, None) == LodOptions(3)
-    assert typed_lods(None, "3, 1,2", 2.0, 720, 40.0) == LodOptions(
+def test_chosen():
+    assert chosen_lods(None, None, None, None, None) is None
+    assert chosen_lods(3, None, None, None, None) == LodOptions(3)
+    assert chosen_lods(None, [3.0, 1.0, 2.0], 2.0, 720, 40.0) == LodOptions(
         None, (1.0, 2.0, 3.0), 2.0, 720, 40.0
     )
 
 
 @pytest.mark.parametrize(
-    ("typed", "words"),
+    ("chosen", "words"),
     [
-        ((3, "1,2", None, None, None), "lods: give either"),
-        ((None, "1,,2", None, None, None), "error bounds: '1,,2' is no list of lengths"),
-        ((None, "1,1", None, None, None), "error bounds: 1.0 is given twice"),
+        ((3, (1.0, 2.0), None, None, None), "lods: give either"),
+        ((None, (1.0, 1.0), None, None, None), "error bounds: 1.0 is given twice"),
         ((None, None, 2.0, None, None), "pixel error: only levels of detail have one"),
         ((None, None, None, 720, None), "screen height: only levels of detail have one"),
         ((None, None, None, None, 50.0), "fov: only levels of detail have one"),
     ],
 )
-def test_typed_wrongly(typed, words):
+def test_chosen_wrongly(chosen, words):
     with pytest.raises(OptionError, match=words):
-        typed_lods(*typed)
+        chosen_lods(*chosen)

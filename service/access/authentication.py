@@ -1,0 +1,119 @@
+"""From the headers of a request to whoever sent it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from service.access.attempts import FailedAttempts
+from service.access.key import LOCAL, Caller, KeyStore, Scope, hash_of
+from service.errors import ForbiddenError, TooManyAttemptsError, UnauthenticatedError
+
+_TRUSTED_SECONDS = 1.0  # for which a revoked key may still be let in
+_REMEMBERED_SECONDS = 600.0
+_MOST_REMEMBERED = 4096
+
+_SEND_A_KEY = "send 'Authorization: Bearer occ_...'; 'occluder keys create' makes a key"
+
+
+@dataclass(frozen=True)
+class _Known:
+    """A key that was good at a time of the clock."""
+
+    caller: Caller
+    at: float
+
+
+class Authenticator:
+    """Tells callers by their keys.  Safe from any thread; ``clock`` is monotonic, in seconds.
+
+    A key that was good within the last second is not looked up again, so a revoked one ends within
+    a second.  An address that tries many unknown keys is put off without a look-up, except for keys
+    that were good lately: others behind the same proxy are not locked out with it.
+    """
+
+    def __init__(
+        self,
+        keys: KeyStore,
+        *,
+        keys_needed: bool,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._keys = keys
+        self._keys_needed = keys_needed
+        self._clock = clock
+        self._failures = FailedAttempts(clock)
+        self._lock = threading.Lock()
+        self._known: dict[str, _Known] = {}
+
+    def caller(self, headers: Mapping[str, str], address: str) -> Caller:
+        """Whoever sends a request from an address.  ``headers`` by their names in lower case.
+
+        A key that is sent is judged even where none is needed.  Raises
+        :class:`~service.errors.UnauthenticatedError` and
+        :class:`~service.errors.TooManyAttemptsError`.
+        """
+        secret = _sent_key(headers)
+        if secret is None:
+            if self._keys_needed:
+                raise UnauthenticatedError(_what_is_missing(headers), remedy=_SEND_A_KEY)
+            return LOCAL
+        return self._of_key(secret, address)
+
+    def _of_key(self, secret: str, address: str) -> Caller:
+        digest = hash_of(secret)
+        with self._lock:
+            known = self._known.get(digest)
+        now = self._clock()
+        if known is not None and now - known.at <= _TRUSTED_SECONDS:
+            return known.caller
+        if known is None and (wait := self._failures.seconds_to_wait(address)):
+            raise TooManyAttemptsError(wait)
+        key = self._keys.find(secret)
+        if key is None:
+            with self._lock:
+                self._known.pop(digest, None)
+            self._failures.count(address)
+            raise UnauthenticatedError(
+                "the API key is not known, or was revoked",
+                remedy="check the key; 'occluder keys list' shows those that there are",
+            )
+        caller = Caller(key.tenant, key.scope, key.id)
+        self._remember(digest, _Known(caller, now))
+        return caller
+
+    def _remember(self, digest: str, known: _Known) -> None:
+        with self._lock:
+            self._known.pop(digest, None)  # so that the dictionary stays in order of time
+            self._known[digest] = known
+            while len(self._known) > _MOST_REMEMBERED or self._oldest_is_stale(known.at):
+                del self._known[next(iter(self._known))]
+
+    def _oldest_is_stale(self, now: float) -> bool:
+        return now - next(iter(self._known.values())).at > _REMEMBERED_SECONDS
+
+
+def demand(caller: Caller, scope: Scope) -> None:
+    """Raises :class:`~service.errors.ForbiddenError` where the caller's key does not reach."""
+    if not caller.may(scope):
+        raise ForbiddenError(
+            f"the API key allows to {caller.scope}, and this needs {scope}",
+            remedy=f"use a key made with --scope {scope}",
+        )
+
+
+def _sent_key(headers: Mapping[str, str]) -> str | None:
+    """``X-API-Key`` counts first: a proxy may need ``Authorization`` for itself."""
+    key = headers.get("x-api-key", "").strip()
+    if key:
+        return key
+    scheme, _, token = headers.get("authorization", "").strip().partition(" ")
+    return token.strip() or None if scheme.lower() == "bearer" else None
+
+
+def _what_is_missing(headers: Mapping[str, str]) -> str:
+    if "authorization" in headers:
+        return "the Authorization header holds no 'Bearer' and a key"
+    return "the request has no API key"

@@ -1,0 +1,132 @@
+"""The whole service: every part opened in order, given to the routes, closed in reverse."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Iterator, Mapping
+from contextlib import ExitStack, asynccontextmanager, contextmanager
+from typing import Any
+
+from anyio.to_thread import current_default_thread_limiter, run_sync
+from fastapi import FastAPI
+
+from service.access.authentication import Authenticator
+from service.engines.engine import Engine
+from service.jobs.delivery import Delivery
+from service.jobs.job import Job
+from service.jobs.progress import ProgressBoard
+from service.middleware.stack import surrounded
+from service.routes.api import make_api
+from service.routes.collectors import Metrics
+from service.routes.services import Check, Services
+from service.schemas.job import Job as JobBody
+from service.schemas.job_options import option_tables
+from service.settings import Settings
+from service.storage.asset_store import SqlAssetStore
+from service.storage.blobs.file_blobs import FileBlobs
+from service.storage.cleaning import Cleaner
+from service.storage.data_folder import DataFolder
+from service.storage.database import Database
+from service.storage.delivery_store import SqlDeliveryStore
+from service.storage.job_store import SqlJobStore
+from service.storage.key_store import SqlKeyStore
+from service.webhooks.address_guard import check_webhook
+from service.webhooks.sender import Describe, WebhookSender
+from service.webhooks.tenant_secrets import TenantSecrets
+from simplifier import __version__
+
+_THREADS = 128
+"""Requests that may be at the database or the disk at once; each waits for milliseconds."""
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """The application; its parts are opened when it starts.
+
+    Starting raises :class:`~service.errors.SettingsError` where the data folder cannot be used,
+    and :class:`~service.errors.DatabaseDamagedError`.
+    """
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        current_default_thread_limiter().total_tokens = _THREADS
+        with ExitStack() as parts:
+            app.state.services = await run_sync(parts.enter_context, opened(settings))
+            yield
+
+    app = make_api(lifespan)
+    inside = app.build_middleware_stack
+    # Around all of it: no answer may come without its headers, not even that to a fault of ours.
+    app.build_middleware_stack = lambda: surrounded(inside(), settings)  # type: ignore[method-assign]
+    return app
+
+
+@contextmanager
+def opened(settings: Settings) -> Iterator[Services]:
+    """Everything that routes work with, running within the block.
+
+    Raises as starting does.
+    """
+    folder = DataFolder(settings.data)
+    with ExitStack() as parts:
+        parts.enter_context(folder.owned())
+        database = Database.open(folder.database)
+        parts.callback(database.close)
+        blobs = FileBlobs(folder.blobs, min_free=settings.min_free)
+        jobs, assets = SqlJobStore(database), SqlAssetStore(database)
+        board, metrics = ProgressBoard(), Metrics(jobs, assets)
+        sender = WebhookSender(
+            SqlDeliveryStore(database), _teller(jobs), TenantSecrets.open(folder.path), settings
+        )
+
+        def ended(job: Job) -> None:
+            metrics.count(job)
+            sender.wake()
+
+        async def check(address: str) -> None:
+            await check_webhook(address, allow_private=settings.webhook_private)
+
+        engine = Engine(jobs, blobs, board, settings, folder.scratch, ended)
+        cleaner = Cleaner(jobs, blobs, settings.keep_days, settings.clean_seconds)
+        parts.enter_context(cleaner.running())
+        sender.start()
+        parts.callback(sender.stop)
+        engine.start()
+        parts.callback(engine.stop)
+        yield Services(
+            settings=settings,
+            version=__version__,
+            tables=option_tables(settings.job_seconds),
+            jobs=jobs,
+            assets=assets,
+            blobs=blobs,
+            board=board,
+            work=engine,
+            metrics=metrics,
+            authenticate=Authenticator(
+                SqlKeyStore(database), keys_needed=settings.keys_needed
+            ).caller,
+            check_webhook=check,
+            checks=_checks(settings, database, blobs, engine),
+            ended=ended,
+        )
+
+
+def _teller(jobs: SqlJobStore) -> Describe:
+    def tell(delivery: Delivery) -> Mapping[str, Any]:
+        return JobBody.of(jobs.job(delivery.tenant, delivery.job_id)).model_dump(mode="json")
+
+    return tell
+
+
+def _checks(
+    settings: Settings, database: Database, blobs: FileBlobs, engine: Engine
+) -> Mapping[str, Check]:
+    def of_database() -> str | None:
+        return None if database.is_sound() else "it cannot be read"
+
+    def of_disk() -> str | None:
+        free = blobs.free_bytes()
+        if free > settings.min_free:
+            return None
+        return f"{free:,} bytes are free, and {settings.min_free:,} are to stay so"
+
+    return {"database": of_database, "disk": of_disk, "engine": lambda: engine.problem}

@@ -1,0 +1,13 @@
+"""The processes that do jobs, and the threads of the server that look after them.
+
+    engine     jobs claimed, leases renewed, everything started and stopped
+    slot       one place for one job at a time: a warm process and the claims it works at
+    attempt    one try at a job, from handing over to what came of it
+    recording  what came of it, written to the stores
+    process    the server's end of a process
+    worker     the other end: what runs in the process
+    work/      what is done for each kind of job, by the library
+
+Only ``work`` imports the library, and only worker processes import ``work``: the server stays small
+and no mesh can harm it.  What comes from a process is JSON that is checked, never a pickle.
+"""

@@ -1,0 +1,141 @@
+"""One try at a job by a warm process, from handing over to what came of it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from service.engines.failures import out_of_memory, out_of_time, process_died
+from service.engines.messages import Answer, Cancelled, Done, Failed, Task, Told
+from service.engines.process import ProcessDiedError, WorkerProcess
+from service.jobs.job import Failure, Summary
+from service.jobs.progress import JobProgress
+
+_GLANCE = 0.05  # seconds between looks at orders and limits
+_PATIENCE = 0.5  # seconds that a process has to end its task when it is told to
+
+
+class Orders:
+    """What others want of a running attempt.  Safe from any thread; none is ever taken back."""
+
+    def __init__(self) -> None:
+        self._cancel, self._drop, self._stop = (threading.Event() for _ in range(3))
+
+    def cancel(self) -> None:
+        """The job is not wanted any more."""
+        self._cancel.set()
+
+    def drop(self) -> None:
+        """The lease is lost: somebody else has the job, and what comes of this is not heard."""
+        self._drop.set()
+
+    def stop(self) -> None:
+        """The server stops; the job is to be done later."""
+        self._stop.set()
+
+    @property
+    def cancelled(self) -> bool:
+        return self._cancel.is_set()
+
+    @property
+    def dropped(self) -> bool:
+        return self._drop.is_set()
+
+    @property
+    def stopped(self) -> bool:
+        return self._stop.is_set()
+
+
+@dataclass(frozen=True)
+class Succeeded:
+    """The files are in the task's folder."""
+
+    summary: Summary
+
+
+@dataclass(frozen=True)
+class NotDone:
+    """Why there is no result; unless it is ``final``, another try may have one."""
+
+    failure: Failure
+    final: bool
+
+
+@dataclass(frozen=True)
+class GivenUp:
+    """It was told to end: the orders say why."""
+
+
+Outcome = Succeeded | NotDone | GivenUp
+
+
+def attempt(
+    process: WorkerProcess,
+    task: Task,
+    seconds: float,
+    orders: Orders,
+    tell: Callable[[JobProgress], None],
+) -> Outcome:
+    """Have a task done within some seconds and the memory that it says.
+
+    A process that cannot be used any more afterwards has been ended.
+    """
+    process.send(task)
+    watch = _Watch(process, task, seconds, orders)
+    try:
+        while True:
+            answer = process.receive(_GLANCE)
+            if isinstance(answer, Told):
+                tell(answer.progress)
+            elif answer is not None:
+                return _outcome(process, answer)
+            ended = watch.glance()
+            if ended is not None:
+                process.kill()
+                return ended
+    except ProcessDiedError as death:
+        if orders.cancelled or orders.dropped:
+            return GivenUp()
+        return NotDone(process_died(str(death)), final=False)
+
+
+def _outcome(process: WorkerProcess, answer: Answer) -> Outcome:
+    match answer:
+        case Done():
+            return Succeeded(answer.summary)
+        case Failed():
+            if answer.odd:
+                process.kill()
+            return NotDone(answer.failure, final=True)
+        case Cancelled():
+            return GivenUp()
+        case _:
+            process.kill()
+            raise ProcessDiedError("answered out of turn")
+
+
+class _Watch:
+    """Looks at a running attempt now and then, and says when it has to end."""
+
+    def __init__(self, process: WorkerProcess, task: Task, seconds: float, orders: Orders) -> None:
+        self._process, self._task, self._seconds, self._orders = process, task, seconds, orders
+        self._up = time.monotonic() + seconds
+        self._patient_until: float | None = None
+
+    def glance(self) -> Outcome | None:
+        """What the attempt ends with here and now; None while it may go on."""
+        now = time.monotonic()
+        if self._orders.stopped:
+            return GivenUp()
+        if self._orders.cancelled or self._orders.dropped:
+            if self._patient_until is None:
+                self._patient_until = now + _PATIENCE
+                self._process.cancel()
+            return GivenUp() if now >= self._patient_until else None
+        if now >= self._up:
+            return NotDone(out_of_time(self._seconds), final=True)
+        if self._process.grown > self._task.memory:
+            return NotDone(out_of_memory(self._task.memory), final=True)
+        return None

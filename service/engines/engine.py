@@ -1,0 +1,135 @@
+"""Does the jobs of a job store in warm processes of their own, and never dies itself."""
+
+from __future__ import annotations
+
+import logging
+import secrets
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from service.engines.bell import Bell
+from service.engines.failures import server_ended
+from service.engines.running import Running
+from service.engines.slot import Shop, Slot
+from service.engines.trouble import StoppedError, Trouble
+from service.jobs.job import Job
+from service.jobs.progress import ProgressBoard
+from service.jobs.stores import BlobStore, JobStore
+from service.settings import Settings
+
+logger = logging.getLogger(__name__)
+
+LIBRARY_WORK = "service.engines.work.start:start"
+"""What worker processes run: the library's part is imported there and nowhere else."""
+
+_POLL = 1.0  # seconds between looks for jobs that nobody has told of
+_LEAST_BETWEEN = 0.1  # seconds between looks, however often it is woken
+_RENEWALS = 3.0  # in the time of a lease
+
+
+class Engine:
+    """As many jobs at the same time as the settings say, each under a lease that is renewed.
+
+    A process that dies costs its job one attempt and nothing else.  Where the stores cannot be
+    written, work waits and is tried again.
+    """
+
+    def __init__(
+        self,
+        jobs: JobStore,
+        blobs: BlobStore,
+        board: ProgressBoard,
+        settings: Settings,
+        scratch: Path,
+        ended: Callable[[Job], None] = lambda job: None,
+        work: str = LIBRARY_WORK,
+    ) -> None:
+        """``scratch`` is on the disk of the blobs; ``ended`` is called with each job that ends."""
+        self._shop = Shop(
+            f"engine-{secrets.token_hex(8)}", jobs, blobs, board, settings, scratch, work, ended,
+            Bell(), Running(), Trouble(),
+        )  # fmt: skip
+        self._look = Bell()
+        self._recovered = threading.Event()
+        self._threads: list[threading.Thread] = []
+
+    @property
+    def problem(self) -> str | None:
+        """What keeps it from working, in words; None while it works."""
+        return self._shop.trouble.told
+
+    def start(self) -> None:
+        """Take back what a killed server left, then begin.  Returns at once."""
+        self._thread("leases", self._keep_leases)
+        for number in range(self._shop.settings.workers):
+            self._thread(f"worker {number}", self._work)
+
+    def wake(self) -> None:
+        """A job waits, or is to end: look now rather than later.  From any thread."""
+        self._shop.bell.ring()
+        self._look.ring()
+
+    def stop(self) -> None:
+        """End all processes and queue their jobs again, at no cost to them."""
+        self._shop.trouble.stop()
+        self._recovered.set()
+        self._shop.running.stop()
+        self._shop.bell.close()
+        self._look.close()
+        for thread in self._threads:
+            thread.join()
+
+    def _thread(self, name: str, target: Callable[[], None]) -> None:
+        thread = threading.Thread(target=target, name=f"occluder {name}", daemon=True)
+        self._threads.append(thread)
+        thread.start()
+
+    def _work(self) -> None:
+        self._recovered.wait()
+        Slot(self._shop).run()
+
+    def _keep_leases(self) -> None:
+        """Renew leases, hear of jobs that are to end, and ring for those that wait."""
+        with suppress(StoppedError):
+            self._faultless(lambda: self._recover(all_leases=True))
+            self._recovered.set()
+            due = time.monotonic()
+            while True:
+                woken = self._look.wait(_POLL)
+                if woken or time.monotonic() >= due:
+                    self._faultless(self._renew)
+                    due = time.monotonic() + self._shop.settings.lease_seconds / _RENEWALS
+                self._shop.bell.ring()
+                self._shop.trouble.pause(_LEAST_BETWEEN)
+
+    def _faultless(self, call: Callable[[], None]) -> None:
+        """Leases are to be kept whatever happens."""
+        try:
+            self._shop.trouble.insist(call)
+        except StoppedError:
+            raise
+        except Exception:
+            logger.exception("leases could not be kept by a fault of the program")
+
+    def _renew(self) -> None:
+        """Tell attempts what has become of their leases, and take back lost ones of others."""
+        under_way = self._shop.running.all()
+        if under_way:
+            held = self._shop.jobs.renew(
+                [claim for claim, _ in under_way], self._shop.settings.lease_seconds
+            )
+            for claim, orders in under_way:
+                if claim.job.id not in held:
+                    orders.drop()
+                elif held[claim.job.id]:
+                    orders.cancel()
+        self._recover(all_leases=False)
+
+    def _recover(self, *, all_leases: bool) -> None:
+        for job in self._shop.jobs.recover(server_ended(), all_leases=all_leases):
+            self._shop.board.changed(job.id)
+            if job.state.ended:
+                self._shop.end(job)

@@ -1,0 +1,58 @@
+"""Why a job ends without a result, for its owner."""
+
+from __future__ import annotations
+
+from service.jobs.job import Failure
+
+_REPORT = "report it, with the mesh and the options"
+
+
+def out_of_memory(limit: int) -> Failure:
+    """It wanted more than so many bytes."""
+    return Failure(
+        "out-of-memory",
+        f"the job needs more than the {limit >> 20:,} MiB that a job may use",
+        "choose a lower resolution or a smaller mesh, or raise OCCLUDER_JOB_MEMORY",
+    )
+
+
+def out_of_time(seconds: float) -> Failure:
+    """It wanted more than so many seconds."""
+    return Failure(
+        "out-of-time",
+        f"the job takes longer than the {seconds:,.6g} seconds that a job may take",
+        "choose the preset draft, fewer moves or a time limit, or raise OCCLUDER_JOB_SECONDS",
+    )
+
+
+def process_died(how: str) -> Failure:
+    """The process that did it is gone; ``how`` continues "its process"."""
+    return Failure(
+        "process-died",
+        f"its process {how}",
+        "try again; if that ends alike, the mesh may be too large for this machine",
+    )
+
+
+def server_ended() -> Failure:
+    """The server was killed while the job ran."""
+    return Failure("process-died", "the server ended while it was at the job", "try again")
+
+
+def disk_full(what: str) -> Failure:
+    """``what`` could not be written."""
+    return Failure(
+        "disk-full",
+        f"there is no room for {what}",
+        "free some space on the disk of OCCLUDER_DATA, then try again",
+    )
+
+
+def upload_gone() -> Failure:
+    """A blob that a row names is not there."""
+    return Failure("internal-error", "the upload is no longer stored", "upload it again")
+
+
+def program_fault(error: BaseException) -> Failure:
+    """What nobody has thought of; the log has the rest."""
+    return Failure("internal-error", f"the work failed by {type(error).__name__}", _REPORT)

@@ -1,0 +1,118 @@
+"""What the server and a worker process say to each other: JSON, checked on arrival.
+
+No pickles: a process that reads hostile meshes must not be able to run code in the server.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, TypeAdapter
+
+from service.jobs.job import Failure, JobKind, Summary
+from service.jobs.progress import JobProgress
+
+LARGEST = 16 << 20
+"""Bytes of a message at most; a summary with ten thousand warnings has two million."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A job as its process sees it.
+
+    ``name``     of the upload as its owner calls it, for reports and messages.
+    ``inputs``   paths by the name of the input: ``mesh``, ``occluder``, ``scene``.
+    ``results``  an empty folder for the files that are made.
+    ``scratch``  an empty folder for whatever else is written; both go when the attempt is over.
+    ``threads``  to be used; ``memory`` bytes that it may take beside what the process has.
+    ``unpacked``  bytes that an archive may hold.
+    """
+
+    kind: JobKind
+    name: str
+    options: Mapping[str, Any]
+    inputs: Mapping[str, str]
+    results: str
+    scratch: str
+    threads: int
+    memory: int
+    unpacked: int
+    type: Literal["task"] = "task"
+
+
+@dataclass(frozen=True)
+class CancelTask:
+    """The task is no longer wanted."""
+
+    type: Literal["cancel"] = "cancel"
+
+
+@dataclass(frozen=True)
+class Ready:
+    """Everything is loaded; tasks may come."""
+
+    type: Literal["ready"] = "ready"
+
+
+@dataclass(frozen=True)
+class Told:
+    """How far the task is."""
+
+    progress: JobProgress
+    type: Literal["told"] = "told"
+
+
+@dataclass(frozen=True)
+class Done:
+    """The files are in the folder of results."""
+
+    summary: Summary
+    type: Literal["done"] = "done"
+
+
+@dataclass(frozen=True)
+class Failed:
+    """There is no result, and another try would end alike.
+
+    ``odd``  whether the process may be the worse for it, and should be replaced.
+    """
+
+    failure: Failure
+    odd: bool
+    type: Literal["failed"] = "failed"
+
+
+@dataclass(frozen=True)
+class Cancelled:
+    """The task has ended because it was told to."""
+
+    type: Literal["cancelled"] = "cancelled"
+
+
+Order = Task | CancelTask
+Answer = Ready | Told | Done | Failed | Cancelled
+
+_ORDERS: TypeAdapter[Order] = TypeAdapter(Annotated[Order, Field(discriminator="type")])
+_ANSWERS: TypeAdapter[Answer] = TypeAdapter(Annotated[Answer, Field(discriminator="type")])
+
+
+def order_bytes(order: Order) -> bytes:
+    """For :func:`order_of`."""
+    return _ORDERS.dump_json(order)
+
+
+def order_of(data: bytes) -> Order:
+    """Raises ValueError for anything else."""
+    return _ORDERS.validate_json(data)
+
+
+def answer_bytes(answer: Answer) -> bytes:
+    """For :func:`answer_of`."""
+    return _ANSWERS.dump_json(answer)
+
+
+def answer_of(data: bytes) -> Answer:
+    """Raises ValueError for anything else."""
+    return _ANSWERS.validate_json(data)

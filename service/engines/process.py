@@ -1,0 +1,158 @@
+"""The server's end of a worker process.
+
+A plain child by ``subprocess`` rather than ``multiprocessing``: it gets an environment of its own
+before any library reads it, runs none of the server's main module, and inherits nothing but one
+socket.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from service.engines.messages import (
+    LARGEST,
+    Answer,
+    CancelTask,
+    Order,
+    Ready,
+    Task,
+    answer_of,
+    order_bytes,
+)
+
+_PAGE = os.sysconf("SC_PAGE_SIZE")
+
+_ENVIRONMENT = {
+    # Threads are the library's own; those of others would only take memory and each other's time.
+    "OPENBLAS_NUM_THREADS": "1",
+    "OMP_NUM_THREADS": "1",
+    "MKL_NUM_THREADS": "1",
+    "OPENCV_FOR_THREADS_NUM": "1",
+    # Each further arena keeps what its threads have freed.
+    "MALLOC_ARENA_MAX": "2",
+    "MPLBACKEND": "agg",
+}
+
+
+class ProcessDiedError(Exception):
+    """A worker process is gone, or talked nonsense; the message goes on after "its process"."""
+
+
+class WorkerProcess:
+    """A process that does one task at a time.  For one thread, which has to outlive it."""
+
+    def __init__(self, work: str) -> None:
+        """``work``, as ``MODULE:FUNCTION``, is called in the process and returns what does tasks.
+
+        Raises OSError when no process can be started.
+        """
+        ours, theirs = socket.socketpair()
+        with ours, theirs:
+            self._process = subprocess.Popen(
+                [
+                    sys.executable, "-P", "-m", "service.engines",
+                    str(theirs.fileno()), work,
+                ],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                pass_fds=[theirs.fileno()],
+                process_group=0,
+                env={**os.environ, **_ENVIRONMENT, "PYTHONPATH": os.pathsep.join(_import_path())},
+            )  # fmt: skip
+            self._connection = Connection(ours.detach())
+        self.ready = False
+        self.tasks = 0
+        self._base = 0
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    @property
+    def alive(self) -> bool:
+        """Leaves a dead one unreaped, so that its number cannot become another process's."""
+        look = os.WEXITED | os.WNOHANG | os.WNOWAIT
+        return self._process.returncode is None and os.waitid(os.P_PID, self.pid, look) is None
+
+    @property
+    def grown(self) -> int:
+        """Bytes of private memory that it has beside what it had when it was ready.
+
+        Those of the processes that it has started count as well.  0 where there is no ``/proc``.
+        """
+        return sum(map(_private_bytes, _tree(self.pid))) - self._base
+
+    def send(self, order: Order) -> None:
+        """What a dead process is told is lost: receiving says that it is dead."""
+        self.tasks += isinstance(order, Task)
+        with suppress(OSError):
+            self._connection.send_bytes(order_bytes(order))
+
+    def cancel(self) -> None:
+        """Ask it to end its task."""
+        self.send(CancelTask())
+
+    def receive(self, seconds: float) -> Answer | None:
+        """Its next message; None where there is none in that time.
+
+        Raises :class:`ProcessDiedError`.
+        """
+        try:
+            if not self._connection.poll(seconds):
+                return None
+            answer = answer_of(self._connection.recv_bytes(LARGEST))
+        except (EOFError, OSError, ValueError):
+            self.kill()
+            raise ProcessDiedError(_ending(self._process.returncode)) from None
+        if isinstance(answer, Ready):
+            self.ready = True
+            self._base = _private_bytes(self.pid)
+        return answer
+
+    def kill(self) -> None:
+        """End it and all that it has started, now; how it ended by itself is kept."""
+        if self._process.returncode is None:
+            with suppress(ProcessLookupError, PermissionError):  # macOS forbids it for the dead
+                os.killpg(self.pid, signal.SIGKILL)
+            self._process.wait()
+        self._connection.close()
+
+
+def _import_path() -> Iterator[str]:
+    """Where this process finds modules, for the other to find the same ones."""
+    for entry in sys.path:
+        yield str(Path(entry).resolve())
+
+
+def _ending(status: int) -> str:
+    if status >= 0:
+        return f"ended with exit status {status}"
+    try:
+        return f"was ended by signal {-status} ({signal.Signals(-status).name})"
+    except ValueError:
+        return f"was ended by signal {-status}"
+
+
+def _tree(pid: int) -> Iterator[int]:
+    """A process and those that its main thread, and theirs, have started."""
+    yield pid
+    with suppress(OSError):
+        for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split():
+            yield from _tree(int(child))
+
+
+def _private_bytes(pid: int) -> int:
+    """Resident memory that is backed by no file."""
+    try:
+        fields = Path(f"/proc/{pid}/statm").read_text().split()
+    except OSError:
+        return 0
+    return (int(fields[1]) - int(fields[2])) * _PAGE

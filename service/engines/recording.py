@@ -1,0 +1,83 @@
+"""What came of an attempt, written to the stores."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from service.engines.attempt import GivenUp, NotDone, Orders, Outcome, Succeeded
+from service.engines.failures import disk_full
+from service.engines.media_types import media_type_of
+from service.engines.trouble import Trouble
+from service.errors import DiskFullError
+from service.jobs.job import Claim, JobFile
+from service.jobs.stores import BlobStore, JobStore, Keeping
+
+_ROOM_SECONDS = 60.0  # that a result waits for room on the disk
+_ROOM_GLANCE = 1.0
+
+
+@dataclass(frozen=True)
+class Recorder:
+    """Writes outcomes; insists where the stores have no room, so that nothing is done twice."""
+
+    jobs: JobStore
+    blobs: BlobStore
+    trouble: Trouble
+
+    def record(self, claim: Claim, outcome: Outcome, results: Path, orders: Orders) -> bool:
+        """End the attempt; whether its lease still held, so that this is what counts.
+
+        Raises :class:`~service.engines.trouble.StoppedError` when the engine stops before that.
+        """
+        if orders.dropped:
+            return False
+        if orders.cancelled:
+            return self._cancelled(claim)
+        match outcome:
+            case Succeeded():
+                return self._succeeded(claim, outcome, results, orders)
+            case NotDone():
+                return self._failed(claim, outcome)
+            case GivenUp():
+                return self.trouble.insist(lambda: self.jobs.release(claim))
+
+    def _succeeded(self, claim: Claim, outcome: Succeeded, results: Path, orders: Orders) -> bool:
+        with self.blobs.keeping() as keeping:
+            try:
+                files = [self._kept(keeping, path, results) for path in _files(results)]
+            except DiskFullError:
+                return self._failed(claim, NotDone(disk_full("the result"), final=True))
+            if orders.cancelled:
+                return self._cancelled(claim)
+            return self.trouble.insist(lambda: self.jobs.succeed(claim, files, outcome.summary))
+
+    def _cancelled(self, claim: Claim) -> bool:
+        return self.trouble.insist(lambda: self.jobs.end_cancelled(claim))
+
+    def _failed(self, claim: Claim, outcome: NotDone) -> bool:
+        state = self.trouble.insist(
+            lambda: self.jobs.fail(claim, outcome.failure, final=outcome.final)
+        )
+        return state is not None
+
+    def _kept(self, keeping: Keeping, path: Path, results: Path) -> JobFile:
+        """Raises :class:`DiskFullError` when there was no room for a minute."""
+        name = path.relative_to(results).as_posix()
+        until = time.monotonic() + _ROOM_SECONDS
+        while True:
+            try:
+                return JobFile(name, keeping.put_file(path), media_type_of(name))
+            except DiskFullError:
+                if time.monotonic() >= until:
+                    raise
+                self.trouble.pause(_ROOM_GLANCE)
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    """All plain files below, by name; links are none."""
+    for path in sorted(folder.rglob("*")):
+        if path.is_file() and not path.is_symlink():
+            yield path

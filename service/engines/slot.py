@@ -1,0 +1,224 @@
+"""One place for one job at a time: a warm process, and the claims that it works at."""
+
+from __future__ import annotations
+
+import logging
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path, PurePosixPath
+
+from service.engines.attempt import NotDone, Orders, Outcome, attempt
+from service.engines.bell import Bell
+from service.engines.failures import program_fault, upload_gone
+from service.engines.messages import Task
+from service.engines.process import ProcessDiedError, WorkerProcess
+from service.engines.recording import Recorder
+from service.engines.running import Running
+from service.engines.trouble import StoppedError, Trouble
+from service.errors import DiskFullError, NotFoundError, ServiceError
+from service.jobs.job import Claim, Job
+from service.jobs.progress import ProgressBoard
+from service.jobs.stores import BlobStore, JobStore
+from service.settings import Settings, processors
+
+logger = logging.getLogger(__name__)
+
+_GLANCE = 0.05  # seconds between looks at whether to stop
+_START_SECONDS = 600.0  # that a process has to get ready: the first one ever compiles the kernels
+_LOOK = 1.0  # seconds between looks at an idle process
+_PAUSE = 1.0  # seconds after a fault of this program, so that it cannot fill the log
+
+
+@dataclass(frozen=True)
+class Shop:
+    """What all slots share.
+
+    ``work``   ``MODULE:FUNCTION`` that a process calls once and that returns what does a task.
+    ``ended``  called with each job that has ended, in a thread of the engine.
+    """
+
+    owner: str
+    jobs: JobStore
+    blobs: BlobStore
+    board: ProgressBoard
+    settings: Settings
+    scratch: Path
+    work: str
+    ended: Callable[[Job], None]
+    bell: Bell
+    running: Running
+    trouble: Trouble
+
+    def end(self, job: Job) -> None:
+        """Say that a job has ended; whoever listens cannot hurt the engine."""
+        try:
+            self.ended(job)
+        except Exception:
+            logger.exception("job %s has ended, and somebody failed to hear of it", job.id)
+
+
+class Slot:
+    """Claims jobs and has its process do them until the engine stops.  For a thread of its own.
+
+    The process is kept between jobs, since a fresh one takes seconds to get ready.  It ends with
+    the thread.
+    """
+
+    def __init__(self, shop: Shop) -> None:
+        self._shop = shop
+        self._process: WorkerProcess | None = None
+
+    def run(self) -> None:
+        """Returns when the engine stops; nothing is raised."""
+        trouble = self._shop.trouble
+        try:
+            while not trouble.stopped:
+                try:
+                    self._round()
+                except StoppedError:
+                    return
+                except Exception:
+                    logger.exception("a worker's thread goes on after a fault of the program")
+                    self._discard()
+                    trouble.pause(_PAUSE)
+        except StoppedError:
+            return
+        finally:
+            self._discard()
+
+    def _round(self) -> None:
+        """Get ready, then do a job, if one comes soon."""
+        process = self._ready_process()
+        if not self._shop.bell.wait(_LOOK):
+            return
+        shop = self._shop
+        claim = shop.trouble.insist(
+            lambda: shop.jobs.claim(shop.owner, shop.settings.lease_seconds)
+        )
+        if claim is not None:
+            shop.bell.ring()  # there may be more
+            self._do(claim, process)
+            shop.bell.ring()
+
+    def _ready_process(self) -> WorkerProcess:
+        """A process that can take a task, after however many tries; raises StoppedError."""
+        while True:
+            if self._process is not None and self._worn(self._process):
+                self._discard()
+            if self._process is not None:
+                return self._process
+            try:
+                self._process = WorkerProcess(self._shop.work)
+                self._wait_ready(self._process)
+                self._shop.trouble.born()
+            except (ProcessDiedError, OSError) as error:
+                self._discard()
+                self._shop.trouble.stillborn(str(error))
+
+    def _wait_ready(self, process: WorkerProcess) -> None:
+        until = time.monotonic() + _START_SECONDS
+        while not process.ready:
+            if time.monotonic() >= until:
+                raise ProcessDiedError(f"was not ready after {_START_SECONDS:,.0f} seconds")
+            process.receive(_GLANCE)
+            self._shop.trouble.pause(0.0)
+
+    def _worn(self, process: WorkerProcess) -> bool:
+        """Whether a process is to be replaced."""
+        settings = self._shop.settings
+        return (
+            not process.alive
+            or process.tasks >= settings.jobs_per_process
+            or process.grown > settings.job_memory // 2
+        )
+
+    def _discard(self) -> None:
+        if self._process is not None:
+            self._process.kill()
+            self._process = None
+
+    def _do(self, claim: Claim, process: WorkerProcess) -> None:
+        """One attempt, from its claim to its record."""
+        shop, job = self._shop, claim.job
+        shop.board.changed(job.id)
+        recorder = Recorder(shop.jobs, shop.blobs, shop.trouble)
+        folder = shop.scratch / f"{job.id}-{job.attempt}"
+        results = folder / "results"
+        with shop.running.at(claim) as orders, _removed(folder):
+            try:
+                outcome = self._tried(claim, process, folder, orders)
+                heard = recorder.record(claim, outcome, results, orders)
+            except StoppedError:
+                with suppress(ServiceError):  # else the next start takes it back
+                    shop.jobs.release(claim)
+                raise
+            except Exception as error:
+                logger.exception("job %s failed by a fault of the program", job.id)
+                failed = NotDone(program_fault(error), final=True)
+                heard = recorder.record(claim, failed, results, orders)
+        shop.board.end(job.id)
+        if heard:
+            with suppress(NotFoundError):  # it may be removed as soon as it has ended
+                now = shop.jobs.job(None, job.id)
+                if now.state.ended:
+                    shop.end(now)
+
+    def _tried(self, claim: Claim, process: WorkerProcess, folder: Path, orders: Orders) -> Outcome:
+        shop = self._shop
+        try:
+            task = shop.trouble.insist(lambda: self._task(claim, folder))
+        except KeyError:
+            return NotDone(upload_gone(), final=True)
+        tell = partial(shop.board.tell, claim.job.id)
+        return attempt(process, task, shop.settings.job_seconds, orders, tell)
+
+    def _task(self, claim: Claim, folder: Path) -> Task:
+        """Everything that the process needs, in an empty folder.
+
+        Raises KeyError when an input is no longer stored, and :class:`DiskFullError`.
+        """
+        shop, job, inputs = self._shop, claim.job, {}
+        with _told():
+            shutil.rmtree(folder, ignore_errors=True)
+            for place in ("results", "scratch", "input"):
+                (folder / place).mkdir(mode=0o700, parents=True)
+            for one in claim.inputs:
+                name = PurePosixPath(one.name)
+                link = folder / "input" / name.name  # readers go by the suffix; blobs have none
+                link.symlink_to(shop.blobs.path(one.blob).resolve())
+                inputs[name.stem] = str(link)
+        return Task(
+            job.kind, job.name, job.options, inputs, str(folder / "results"),
+            str(folder / "scratch"), self._threads(), shop.settings.job_memory,
+            shop.settings.max_unpacked,
+        )  # fmt: skip
+
+    def _threads(self) -> int:
+        """All processors for a job that is alone, a fair share of them for one of many."""
+        if self._shop.running.count == 1:
+            return processors()
+        return max(1, processors() // self._shop.settings.workers)
+
+
+@contextmanager
+def _removed(folder: Path) -> Iterator[None]:
+    """The folder goes at the end, with all that is in it."""
+    try:
+        yield
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """Turn what the system refuses into :class:`DiskFullError`, which is waited for to end."""
+    try:
+        yield
+    except OSError as error:
+        raise DiskFullError(
+            f"no work can be done ({error.strerror})", remedy="free some space for OCCLUDER_DATA"
+        ) from error

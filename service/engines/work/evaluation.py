@@ -1,0 +1,34 @@
+"""The report of an occluder made elsewhere, against its mesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import simplifier
+from service.engines.messages import Task
+from service.engines.work.meter import JUDGING, Meter
+from service.engines.work.numbers import summary_of
+from service.engines.work.pages import write_pages
+from service.engines.work.refusals import input_path
+from service.engines.worker import Cancel, TaskCancelledError, Tell
+from service.jobs.job import Summary
+
+
+def evaluate_mesh(task: Task, tell: Tell, cancel: Cancel) -> Summary:
+    """Results: a report, its page and pictures.
+
+    Raises as :data:`~service.engines.worker.Work` says, and :class:`simplifier.OccluderError`.
+    """
+    meter = Meter(tell)
+    options = simplifier.EvaluateOptions.of(task.options)
+    meter.at("load", 0.0)
+    mesh = simplifier.load(input_path(task, "mesh"), allow_external=False)
+    occluder = simplifier.load_occluder(input_path(task, "occluder"), allow_external=False)
+    load_seconds = meter.seconds
+    judgement = simplifier.judge(mesh, occluder, options, meter.part(0.1, 0.8, JUDGING), cancel)
+    if cancel.is_set():
+        raise TaskCancelledError
+    meter.at("write", 0.8)
+    report = judgement.report(load_seconds=load_seconds)
+    write_pages(judgement, report, task.name, Path(task.results))
+    return summary_of(report, 1, meter.seconds)

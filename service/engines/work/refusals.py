@@ -1,0 +1,73 @@
+"""What the library refuses, in words for the job's owner: no path of this machine among them."""
+
+from __future__ import annotations
+
+import errno
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import simplifier
+from service.engines.failures import disk_full
+from service.engines.messages import Task
+from service.engines.worker import TaskCancelledError, TaskFailedError
+from service.jobs.job import Failure
+
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_KINDS = {
+    simplifier.MeshError: "unreadable-mesh",
+    simplifier.OptionError: "invalid-options",
+    simplifier.BackendUnavailableError: "unavailable",
+}
+
+
+@contextmanager
+def refusals(task: Task) -> Iterator[None]:
+    """Raise what a task may raise; faults of the program pass through."""
+    try:
+        yield
+    except simplifier.CancelledError as error:
+        raise TaskCancelledError from error
+    except tuple(_KINDS) as error:
+        kind = next(kind for of, kind in _KINDS.items() if isinstance(error, of))
+        raise TaskFailedError(_failure(kind, error, task)) from error
+    except (simplifier.OutputError, OSError) as error:
+        if _lacks_room(error):
+            raise TaskFailedError(disk_full("the work")) from error
+        raise
+    except RuntimeError as error:
+        # What a thread's stack has no room for; nothing else that is raised is so.
+        if "can't start new thread" in str(error):
+            raise MemoryError from error
+        raise
+
+
+def _failure(kind: str, error: simplifier.OccluderError, task: Task) -> Failure:
+    where = _without_paths(error.where, task)
+    what = _without_paths(error.what, task)
+    return Failure(kind, f"{where}: {what}" if where else what, error.remedy)
+
+
+def _without_paths(text: str, task: Task) -> str:
+    """Files by the names that their owner knows."""
+    for name, path in task.inputs.items():
+        text = text.replace(path, name if name == "occluder" else task.name)
+    for folder in (task.scratch, task.results):
+        text = text.replace(f"{folder}/", "").replace(folder, task.name)
+    return text
+
+
+def _lacks_room(error: BaseException | None) -> bool:
+    """Whether the disk was full; the library's own error came while it heard of that."""
+    while error is not None:
+        if isinstance(error, OSError) and error.errno in _NO_ROOM:
+            return True
+        error = error.__context__
+    return False
+
+
+def input_path(task: Task, name: str) -> Path:
+    """Of an input of the task; raises :class:`TaskFailedError` when there is none."""
+    if name not in task.inputs:
+        raise TaskFailedError(Failure("unreadable-mesh", f"no {name} was given", f"send a {name}"))
+    return Path(task.inputs[name])

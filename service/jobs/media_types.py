@@ -1,0 +1,32 @@
+"""The table from suffix to media type, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from pathlib import PurePosixPath
+
+_MEDIA_TYPES: Mapping[str, tuple[str, ...]] = {
+    ".glb": ("model/gltf-binary",),
+    ".gltf": ("model/gltf+json",),
+    ".html": ("text/html; charset=utf-8",),
+    ".json": ("application/json",),
+    ".obj": ("model/obj",),
+    ".off": ("model/off",),
+    ".ply": ("model/ply", "application/ply", "application/x-ply"),
+    ".png": ("image/png",),
+    ".stl": ("model/stl", "application/sla", "application/vnd.ms-pki.stl"),
+    ".tres": ("application/x-godot-resource",),
+    ".zip": ("application/zip", "application/x-zip-compressed"),
+}
+"""What files of a suffix are called by others; by us as the first says."""
+
+
+def media_type_of(name: str) -> str:
+    """Of a file by its suffix; bytes that nobody should interpret where it is not known."""
+    return _MEDIA_TYPES.get(PurePosixPath(name).suffix.lower(), ("application/octet-stream",))[0]
+
+
+def suffix_of(media_type: str, suffixes: Collection[str]) -> str | None:
+    """The one of these suffixes that a media type stands for, whatever its parameters."""
+    plain = media_type.partition(";")[0].strip().lower()
+    return next((one for one in suffixes if plain in _MEDIA_TYPES.get(one, ())), None)

@@ -1,0 +1,79 @@
+"""The body of a request as it comes, within limits on its size and on the client's slowness."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator
+
+from starlette.requests import Request
+
+from service.errors import TooLargeError, UnsupportedMediaTypeError, UploadTimeoutError
+from service.settings import Settings
+
+_GRACE = 60.0
+"""Seconds before the rate of an upload counts."""
+
+
+class Body:
+    """To be read once.  ``ended`` says whether all of it was."""
+
+    def __init__(self, request: Request, settings: Settings) -> None:
+        """Look at what is told beforehand.
+
+        Raises :class:`TooLargeError`, and :class:`UnsupportedMediaTypeError` for what is packed: a
+        small body could unpack to any size.
+        """
+        self.ended = False
+        self._request = request
+        self._settings = settings
+        packed = request.headers.get("content-encoding", "identity")
+        if packed.strip().lower() != "identity":
+            raise UnsupportedMediaTypeError(
+                f"the content encoding '{packed}' is not unpacked here",
+                remedy="send the file as it is, without Content-Encoding",
+                headers={"Accept-Encoding": "identity"},
+            )
+        self._check_size(int(request.headers.get("content-length", 0)))
+
+    async def chunks(self) -> AsyncIterator[bytes]:
+        """Raises :class:`TooLargeError`, :class:`UploadTimeoutError` and ClientDisconnect.
+
+        Only the time spent waiting for the client is held against it.
+        """
+        stream, size, waited = self._request.stream(), 0, 0.0
+        while True:
+            begin = time.monotonic()
+            try:
+                async with asyncio.timeout(self._settings.upload_idle_seconds):
+                    chunk = await anext(stream)
+            except StopAsyncIteration:
+                break
+            except TimeoutError:
+                raise UploadTimeoutError(
+                    f"nothing came for {self._settings.upload_idle_seconds:g} seconds, "
+                    f"after {size:,} bytes",
+                    remedy="send again without pauses",
+                ) from None
+            waited += time.monotonic() - begin
+            size += len(chunk)
+            self._check_size(size)
+            self._check_rate(size, waited)
+            if chunk:
+                yield chunk
+        self.ended = True
+
+    def _check_size(self, size: int) -> None:
+        if size > self._settings.max_upload:
+            raise TooLargeError(
+                f"an upload may have {self._settings.max_upload:,} bytes, and this one has more",
+                remedy="send a smaller mesh, or a binary format in place of a textual one",
+            )
+
+    def _check_rate(self, size: int, waited: float) -> None:
+        rate = self._settings.min_upload_rate
+        if waited > _GRACE and size < rate * waited:
+            raise UploadTimeoutError(
+                f"{size:,} bytes came in {waited:.0f} seconds, less than {rate:,} a second",
+                remedy="send again over a faster line",
+            )

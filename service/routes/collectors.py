@@ -1,0 +1,121 @@
+"""What is counted as jobs end, and what is read when Prometheus asks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from prometheus_client import CollectorRegistry, Counter, Histogram, ProcessCollector
+from prometheus_client.exposition import generate_latest
+from prometheus_client.metrics_core import GaugeMetricFamily, Metric
+from prometheus_client.registry import Collector
+
+from service.jobs.asset import Asset, AssetStore
+from service.jobs.job import Job, JobState
+from service.jobs.stores import JobStore
+
+_SECONDS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
+_PAGE = 500
+
+
+class Metrics:
+    """Counters of one application, beginning at 0 with it.  Safe from any thread."""
+
+    def __init__(self, jobs: JobStore, assets: AssetStore) -> None:
+        self._assets = assets
+        self._registry = CollectorRegistry()
+        ProcessCollector(registry=self._registry)
+        self._registry.register(_Queue(jobs))
+        self._ended = Counter(
+            "occluder_jobs_ended", "Jobs that ended, by kind and state.", ["kind", "state"],
+            registry=self._registry,
+        )  # fmt: skip
+        self._failures = Counter(
+            "occluder_job_failures", "Jobs that failed, by what they failed of.", ["failure"],
+            registry=self._registry,
+        )  # fmt: skip
+        self._seconds = Histogram(
+            "occluder_job_seconds", "Seconds of jobs that succeeded, by kind and stage.",
+            ["kind", "stage"], buckets=_SECONDS, registry=self._registry,
+        )  # fmt: skip
+
+    def count(self, job: Job) -> None:
+        """Count a job that has ended; once each."""
+        self._ended.labels(job.kind, job.state).inc()
+        if job.failure:
+            self._failures.labels(job.failure.kind).inc()
+        # A stored result took no time now.
+        if job.summary and job.reused is None:
+            for stage, seconds in {**job.summary.timings, "all": job.summary.seconds}.items():
+                self._seconds.labels(job.kind, stage).observe(seconds)
+
+    def text(self, tenant: str | None) -> bytes:
+        """All of it as Prometheus reads it, with the assets of a tenant; None for everyone's."""
+        assets = CollectorRegistry()
+        assets.register(_Assets(self._assets, tenant))
+        return generate_latest(self._registry) + generate_latest(assets)
+
+
+class _Queue(Collector):
+    """Jobs by state, as they are when asked."""
+
+    def __init__(self, jobs: JobStore) -> None:
+        self._jobs = jobs
+
+    def describe(self) -> Iterable[Metric]:
+        """Nothing: so that the registry does not collect to learn the names."""
+        return ()
+
+    def collect(self) -> Iterator[Metric]:
+        counts = self._jobs.counts()
+        jobs = GaugeMetricFamily("occluder_jobs", "Jobs that are stored.", labels=["state"])
+        for state in JobState:
+            jobs.add_metric([state], counts.get(state, 0))
+        yield jobs
+        yield GaugeMetricFamily(
+            "occluder_queue_depth", "Jobs that wait.", value=counts.get(JobState.QUEUED, 0)
+        )
+
+
+class _Assets(Collector):
+    """How good the latest run of each asset is."""
+
+    def __init__(self, assets: AssetStore, tenant: str | None) -> None:
+        self._assets, self._tenant = assets, tenant
+
+    def describe(self) -> Iterable[Metric]:
+        """As for the queue."""
+        return ()
+
+    def collect(self) -> Iterator[Metric]:
+        labels = ["tenant", "asset"]
+        precision = GaugeMetricFamily(
+            "occluder_asset_precision", "Precision of the latest run, 0 to 1.", labels=labels
+        )
+        recall = GaugeMetricFamily(
+            "occluder_asset_recall", "Recall of the latest run, 0 to 1.", labels=labels
+        )
+        holds = GaugeMetricFamily(
+            "occluder_asset_holds", "1 where the latest run meets the thresholds, else 0.",
+            labels=labels,
+        )  # fmt: skip
+        for asset in self._all():
+            summary = asset.latest.summary if asset.latest else None
+            if summary is None:
+                continue
+            names = [asset.tenant, asset.name]
+            held = asset.thresholds.held_by(summary)
+            for gauge, value in (
+                (precision, summary.precision), (recall, summary.recall), (holds, held),
+            ):  # fmt: skip
+                if value is not None:
+                    gauge.add_metric(names, float(value))
+        yield from (precision, recall, holds)
+
+    def _all(self) -> Iterator[Asset]:
+        after: str | None = None
+        while True:
+            page = self._assets.assets(self._tenant, after=after, limit=_PAGE)
+            yield from page.assets
+            after = page.cursor
+            if after is None:
+                return

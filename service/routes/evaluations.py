@@ -1,0 +1,34 @@
+"""An occluder made elsewhere, judged."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Request
+from fastapi.responses import Response
+
+from service.jobs.job import JobKind
+from service.routes.callers import KEYED, Writer
+from service.routes.services import TheServices
+from service.routes.submission import take_in
+from service.routes.upload_docs import upload_answers, upload_docs
+from service.routes.uploads import Wanted
+from simplifier import MESH_SUFFIXES
+
+router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
+
+_PARTS = {
+    "mesh": "The mesh, with a file name.",
+    "occluder": "What is to hide as much as the mesh, with a file name.",
+}
+_WANTED = tuple(Wanted(part, MESH_SUFFIXES) for part in _PARTS)
+
+
+@router.post(
+    "/evaluations",
+    response_class=Response,
+    responses=upload_answers(),
+    openapi_extra=upload_docs(JobKind.EVALUATION, _PARTS),
+    summary="Judge an occluder",
+)
+async def judge_occluder(request: Request, services: TheServices, caller: Writer) -> Response:
+    """Precision and recall of any occluder against its mesh: a form with the two as parts."""
+    return await take_in(request, services, caller, JobKind.EVALUATION, _WANTED)

@@ -1,0 +1,128 @@
+"""Every failure becomes ``application/problem+json``, in one place; no traceback leaves."""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Mapping, Sequence
+from typing import Any
+from urllib.parse import quote
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
+from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
+
+from service.errors import (
+    BadRequestError,
+    FieldError,
+    InvalidOptionsError,
+    MethodNotAllowedError,
+    NotFoundError,
+    ServiceError,
+)
+from service.schemas.problem import MEDIA_TYPE, problem_of
+
+_LOG = logging.getLogger(__name__)
+_LONGEST_ECHO = 200
+
+
+class ProblemResponse(Response):
+    """A refusal.  In ASCII: what it repeats of the request may be no valid Unicode."""
+
+    media_type = MEDIA_TYPE
+
+    def render(self, content: Mapping[str, Any]) -> bytes:
+        return json.dumps(content).encode("ascii")
+
+
+def answer(request: Request, error: ServiceError) -> ProblemResponse:
+    """What is sent for an error."""
+    # Not from request.url, which drops line breaks.
+    instance = quote(request.scope["path"], safe="/:@!$&'()*+,;=~%")
+    return ProblemResponse(
+        problem_of(error, instance), status_code=error.status, headers=error.headers
+    )
+
+
+def handle_failures(app: FastAPI, routes: Sequence[BaseRoute] = ()) -> None:
+    """Let the application answer every failure with a problem.
+
+    ``routes``  those that a wrong method is told of.
+    """
+
+    async def of_service(request: Request, error: Exception) -> Response:
+        assert isinstance(error, ServiceError)
+        if error.status == 500:
+            _LOG.error("%s %s: %s", request.method, request.scope["path"], error)
+        return answer(request, error)
+
+    async def of_fields(request: Request, error: Exception) -> Response:
+        assert isinstance(error, RequestValidationError)
+        return answer(request, _of_fields(error))
+
+    async def of_http(request: Request, error: Exception) -> Response:
+        assert isinstance(error, HTTPException)
+        return answer(request, _of_http(request, error, routes))
+
+    async def of_leaving(request: Request, error: Exception) -> Response:
+        # Nobody is there to read it.
+        return answer(request, BadRequestError("the request broke off"))
+
+    async def of_anything(request: Request, error: Exception) -> Response:
+        # The server logs the error with its traceback, which goes no further.
+        failure = ServiceError(
+            "something went wrong that should not have",
+            remedy="try again; if it stays, tell the service's owner, whose log says more",
+        )
+        return answer(request, failure)
+
+    app.add_exception_handler(ServiceError, of_service)
+    app.add_exception_handler(RequestValidationError, of_fields)
+    app.add_exception_handler(HTTPException, of_http)
+    app.add_exception_handler(ClientDisconnect, of_leaving)
+    app.add_exception_handler(Exception, of_anything)
+
+
+def _of_http(
+    request: Request, error: HTTPException, routes: Sequence[BaseRoute]
+) -> ServiceError:
+    path = request.scope["path"]
+    match error.status_code:
+        case 404:
+            return NotFoundError(f"there is nothing at '{path}'", remedy="see /docs")
+        case 405:
+            methods = ", ".join(_methods(path, routes))
+            return MethodNotAllowedError(
+                f"'{path}' has no {request.method}",
+                remedy=f"use {methods or 'GET'}",
+                headers={"Allow": methods or "GET"},
+            )
+        case status if status < 500:
+            return BadRequestError(str(error.detail))
+        case _:
+            return ServiceError(str(error.detail))
+
+
+def _methods(path: str, routes: Sequence[BaseRoute]) -> list[str]:
+    """All that a path has: the router tells those of the first route alone."""
+    there = [one for one in routes if isinstance(one, Route) and one.path_regex.match(path)]
+    return sorted({method for one in there for method in one.methods or ()})
+
+
+def _of_fields(error: RequestValidationError) -> ServiceError:
+    faults = error.errors()
+    if any(fault["type"] == "json_invalid" for fault in faults):
+        return BadRequestError("the body is no JSON", remedy="send a JSON object")
+    return InvalidOptionsError([_of_field(fault) for fault in faults])
+
+
+def _of_field(fault: Mapping[str, Any]) -> FieldError:
+    """``loc`` is where it was (query, body...) and the names that lead to it."""
+    _, *names = fault["loc"] or ("body",)
+    name = ".".join(str(part) for part in names)[:_LONGEST_ECHO] or "body"
+    missing = fault["type"] == "missing"
+    given = "" if missing else f" (it is {ascii(fault.get('input'))[:_LONGEST_ECHO]})"
+    return FieldError(name, f"{fault['msg'].rstrip('.')}{given}", "see /docs for what it may be")

@@ -1,0 +1,97 @@
+"""Waiting for a job without holding a thread."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator, Iterator
+from contextlib import contextmanager, suppress
+
+from anyio import move_on_after
+from anyio.to_thread import run_sync
+from starlette.requests import Request
+
+from service.jobs.job import Job
+from service.jobs.progress import JobProgress, ProgressBoard
+from service.routes.services import Services
+
+_LOOK = 5.0  # seconds after which a job is looked at though nothing was heard
+
+
+@contextmanager
+def hearing(board: ProgressBoard, job_id: str) -> Iterator[asyncio.Event]:
+    """An event that is set whenever the job's progress or state has changed."""
+    loop = asyncio.get_running_loop()
+    changed = asyncio.Event()
+
+    def hear(_: str) -> None:
+        # Raised where the loop has ended, and with it whoever waits.
+        with suppress(RuntimeError):
+            loop.call_soon_threadsafe(changed.set)
+
+    stop = board.listen(job_id, hear)
+    try:
+        yield changed
+    finally:
+        stop()
+
+
+async def look(services: Services, job: Job) -> Job:
+    """The job as it is stored now.  Raises :class:`~service.errors.NotFoundError`."""
+    return await run_sync(services.jobs.job, job.tenant, job.id)
+
+
+async def news(
+    services: Services, job: Job, quiet: float
+) -> AsyncIterator[Job | JobProgress | None]:
+    """The job at once and whenever its state is another, and its progress between.
+
+    None after ``quiet`` seconds without either.  Ends with the job that has ended.  While progress
+    comes the state is taken as it was, so that it costs no look into the database.
+    """
+    with hearing(services.board, job.id) as changed:
+        seen: Job | None = None
+        told: JobProgress | None = None
+        while True:
+            changed.clear()
+            progress = services.board.latest(job.id)
+            if progress is None or told is None:
+                now = await look(services, job)
+                if seen is None or (now.state, now.attempt) != (seen.state, seen.attempt):
+                    yield now
+                seen = now
+                if now.state.ended:
+                    return
+            if progress is not None and progress != told:
+                yield progress
+            told = progress
+            try:
+                await asyncio.wait_for(changed.wait(), quiet)
+            except TimeoutError:
+                told = None
+                yield None
+
+
+async def ended_within(services: Services, request: Request, job: Job, seconds: float) -> Job:
+    """The job when it has ended, the time is over, or whoever asks has gone."""
+    if job.state.ended or seconds <= 0.0:
+        return job
+    with move_on_after(seconds):
+        waiting = asyncio.ensure_future(_end_of(services, job))
+        leaving = asyncio.ensure_future(_left(request))
+        try:
+            await asyncio.wait({waiting, leaving}, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for task in (waiting, leaving):
+                task.cancel()
+            await asyncio.gather(waiting, leaving, return_exceptions=True)
+    return await look(services, job)
+
+
+async def _end_of(services: Services, job: Job) -> None:
+    async for _ in news(services, job, _LOOK):
+        pass
+
+
+async def _left(request: Request) -> None:
+    while (await request.receive())["type"] != "http.disconnect":
+        pass

@@ -1,0 +1,40 @@
+"""A mesh in, occluders out."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Request
+from fastapi.responses import Response
+
+from service.jobs.job import JobKind
+from service.routes.callers import KEYED, Writer
+from service.routes.services import TheServices
+from service.routes.submission import take_in
+from service.routes.upload_docs import upload_answers, upload_docs
+from service.routes.uploads import Wanted
+from simplifier import MESH_SUFFIXES
+
+router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
+
+MESHES = (
+    "model/gltf-binary", "model/gltf+json", "model/obj", "model/ply", "model/stl", "model/off",
+    "application/octet-stream",
+)  # fmt: skip
+"""Media types of raw bodies; for the last, ``filename`` says the format."""
+
+
+@router.post(
+    "/occluders",
+    response_class=Response,
+    responses=upload_answers(),
+    openapi_extra=upload_docs(JobKind.OCCLUDER, {"mesh": "The mesh, with a file name."}, MESHES),
+    summary="Make occluders of a mesh",
+)
+async def make_occluders(request: Request, services: TheServices, caller: Writer) -> Response:
+    """Levels of detail, each judged for precision and recall.
+
+    The body is the mesh, options are in the query; or a form with the parts `mesh` and `options`.
+    The same mesh, options and version give the stored result at once.
+    """
+    return await take_in(
+        request, services, caller, JobKind.OCCLUDER, (Wanted("mesh", MESH_SUFFIXES),)
+    )

@@ -1,0 +1,31 @@
+"""A scene of many objects in, a tree of occluders out."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Request
+from fastapi.responses import Response
+
+from service.jobs.job import JobKind
+from service.routes.callers import KEYED, Writer
+from service.routes.services import TheServices
+from service.routes.submission import take_in
+from service.routes.upload_docs import upload_answers, upload_docs
+from service.routes.uploads import Wanted
+
+router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
+
+_PART = {"scene": "A GLB, or a zip of a folder with a scene, with a file name."}
+_SCENES = ("model/gltf-binary", "application/zip", "application/octet-stream")
+_SUFFIXES = (".glb", ".zip")
+
+
+@router.post(
+    "/scenes",
+    response_class=Response,
+    responses=upload_answers(),
+    openapi_extra=upload_docs(JobKind.SCENE, _PART, _SCENES),
+    summary="Make occluders of a scene",
+)
+async def make_scene(request: Request, services: TheServices, caller: Writer) -> Response:
+    """A tree of occluders: one an object, and others above for what is far away."""
+    return await take_in(request, services, caller, JobKind.SCENE, (Wanted("scene", _SUFFIXES),))

@@ -1,0 +1,75 @@
+"""Files as answers: whole or in part, or not at all where the asker has them."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from typing import BinaryIO
+
+from anyio.to_thread import run_sync
+from fastapi import Request
+from fastapi.responses import Response, StreamingResponse
+
+from service.errors import NotFoundError
+from service.jobs.job import JobFile
+from service.jobs.stores import BlobStore
+from service.routes.ranges import Part, is_fresh, part_wanted
+
+_CHUNK = 1 << 18
+_FOR_EVER = "private, max-age=31536000, immutable"
+_SHOWN = ("image/", "text/html", "application/json")
+
+
+def send_file(
+    request: Request, blobs: BlobStore, file: JobFile, *, cache: str = _FOR_EVER
+) -> Response:
+    """The file, or what the request wants of it.  Call it in a thread: it opens the file.
+
+    ``cache`` says how long it may be kept: for ever, unless the address may lead to another file
+    later.  Raises :class:`~service.errors.RangeNotSatisfiableError`, and
+    :class:`~service.errors.NotFoundError` where the bytes are gone.
+    """
+    etag = f'"{file.blob.digest}"'
+    headers = {"ETag": etag, "Cache-Control": cache, "Accept-Ranges": "bytes"}
+    if request.method in ("GET", "HEAD") and is_fresh(request.headers, etag):
+        return Response(status_code=304, headers=headers)
+    size = file.blob.size
+    part = part_wanted(request.headers, etag, size) if request.method == "GET" else None
+    sent = part or Part(0, size)
+    if part:
+        headers["Content-Range"] = f"bytes {part.start}-{part.stop - 1}/{size}"
+    headers["Content-Length"] = str(sent.stop - sent.start)
+    headers["Content-Disposition"] = _disposition(file)
+    status = 206 if part else 200
+    if request.method == "HEAD":
+        return Response(status_code=status, headers=headers, media_type=file.media_type)
+    return StreamingResponse(
+        _read(_opened(blobs, file), sent), status, headers, media_type=file.media_type
+    )
+
+
+def _opened(blobs: BlobStore, file: JobFile) -> BinaryIO:
+    try:
+        return blobs.open(file.blob)
+    except KeyError:
+        raise NotFoundError(
+            f"'{file.name}' is stored no more", remedy="make it again by a new job"
+        ) from None
+
+
+async def _read(source: BinaryIO, part: Part) -> AsyncIterator[bytes]:
+    with source:
+        source.seek(part.start)
+        left = part.stop - part.start
+        while left > 0:
+            chunk = await run_sync(source.read, min(left, _CHUNK))
+            if not chunk:
+                # Rather a broken connection than a file that looks whole.
+                raise OSError(f"{left} bytes are missing of a blob")
+            left -= len(chunk)
+            yield chunk
+
+
+def _disposition(file: JobFile) -> str:
+    shown = file.media_type.startswith(_SHOWN) and not file.is_input
+    kind = "inline" if shown else "attachment"
+    return f'{kind}; filename="{file.name.rpartition("/")[2]}"'

@@ -1,0 +1,90 @@
+"""From an upload to its job, and to the job's result where it comes in time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from anyio.to_thread import run_sync
+from fastapi import Request
+from fastapi.responses import Response
+
+from service.access.key import Caller
+from service.jobs.job import Job, JobKind, JobState, Submission
+from service.routes.formats import chosen_format
+from service.routes.forms import read_form, read_idempotency_key
+from service.routes.hearing import ended_within
+from service.routes.jobs import shown
+from service.routes.outcomes import problem_of_job
+from service.routes.prefer import wait_seconds
+from service.routes.results import result_answer
+from service.routes.services import Services
+from service.routes.uploads import Uploads, Wanted, receive
+
+
+async def take_in(
+    request: Request, services: Services, caller: Caller, kind: JobKind, parts: Sequence[Wanted]
+) -> Response:
+    """Take an upload of some parts in as a job; a raw body is the first and only part.
+
+    200 with the result where it is there within the time that ``Prefer`` says, else 202 with the
+    job.  All that can be refused before the body has come is.  Raises
+    :class:`~service.errors.ServiceError`, also for a job that has failed within that time.
+    """
+    media_type = chosen_format(request.headers.get("accept", ""), kind)
+    key = read_idempotency_key(request)
+    table = services.tables[kind]
+    if not _in_parts(request):
+        read_form(request, {}, table)
+    with services.blobs.keeping() as keeping:
+        uploads = await receive(request, keeping, parts, services.settings)
+        submission = await _submission(request, services, caller, kind, parts, uploads, key)
+        job, new = await run_sync(services.jobs.submit, submission, services.settings.queue_limit)
+    if new:
+        await run_sync(services.taken, job)
+    return await _answer(request, services, job, media_type)
+
+
+async def _submission(
+    request: Request,
+    services: Services,
+    caller: Caller,
+    kind: JobKind,
+    parts: Sequence[Wanted],
+    uploads: Uploads,
+    key: str | None,
+) -> Submission:
+    form = read_form(request, uploads.texts, services.tables[kind])
+    if form.webhook is not None:
+        await services.check_webhook(form.webhook)
+    return Submission(
+        tenant=caller.tenant,
+        kind=kind,
+        name=uploads.files[parts[0].name].label,
+        options=form.options,
+        inputs=tuple(file.job_file for file in uploads.files.values()),
+        version=services.version,
+        asset=form.asset,
+        webhook=form.webhook,
+        idempotency_key=key,
+        attempts=services.settings.attempts,
+    )
+
+
+async def _answer(request: Request, services: Services, job: Job, media_type: str) -> Response:
+    seconds = wait_seconds(request.headers.getlist("prefer"), services.settings.max_wait)
+    job = await ended_within(services, request, job, seconds)
+    place = {"Location": f"/v1/jobs/{job.id}"}
+    applied = {"Preference-Applied": f"wait={seconds:.0f}"} if seconds > 0.0 else {}
+    if job.state is JobState.SUCCEEDED:
+        response = await run_sync(result_answer, request, services, job, media_type)
+        response.headers.update({**place, **applied})
+        return response
+    if job.state.ended:
+        raise problem_of_job(job)
+    body = shown(services, job).model_dump_json()
+    return Response(body, 202, {**place, **applied}, "application/json")
+
+
+def _in_parts(request: Request) -> bool:
+    kind = request.headers.get("content-type", "").partition(";")[0]
+    return kind.strip().lower() == "multipart/form-data"

@@ -1,0 +1,93 @@
+"""What OpenAPI says of routes that take uploads: FastAPI does not see into their bodies."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from service.jobs.job import JobKind
+from service.routes.results import ANSWERS
+from service.schemas.job_options import option_tables
+from service.schemas.openapi import EVERYWHERE, Responses, header, json_of, refusals
+
+_TABLES = option_tables(math.inf)
+_FILE: dict[str, Any] = {"type": "string", "format": "binary", "minLength": 1}
+
+_LABELS: list[dict[str, Any]] = [
+    {
+        "name": "asset", "in": "query",
+        "description": "The asset whose run it becomes, by name; made when it is new.",
+        "schema": {"type": "string", "minLength": 1, "maxLength": 300},
+        "example": "props/castle",
+    },
+    {
+        "name": "webhook", "in": "query",
+        "description": "Who is told when the job ends: an http or https address.",
+        "schema": {"type": "string", "format": "uri", "minLength": 1, "maxLength": 2000},
+    },
+]  # fmt: skip
+_FILENAME = {
+    "name": "filename", "in": "query",
+    "description": "Name of a raw body; its suffix says the format, else the media type does.",
+    "schema": {"type": "string", "minLength": 1},
+    "example": "castle.glb",
+}  # fmt: skip
+_HEADERS = [
+    {
+        "name": "Prefer", "in": "header",
+        "description": "`wait=N`: wait up to N seconds for the result.",
+        "schema": {"type": "string"}, "example": "wait=30",
+    },
+    {
+        "name": "Idempotency-Key", "in": "header",
+        "description": "The same key with the same request gives the same job again.",
+        "schema": {"type": "string", "minLength": 1, "maxLength": 255, "pattern": "^[!-~]+$"},
+    },
+]  # fmt: skip
+
+
+def upload_docs(kind: JobKind, parts: dict[str, str], raw: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Parameters and body.
+
+    ``parts``  files of the form and what they are; ``raw`` media types of a body that is the first.
+    """
+    table = _TABLES[kind]
+    form: dict[str, Any] = {
+        "type": "object",
+        "additionalProperties": False,
+        "required": list(parts),
+        "properties": {
+            **{name: {**_FILE, "description": what} for name, what in parts.items()},
+            "options": table.schema(),
+            **{one["name"]: {**one["schema"], "description": one["description"]}
+               for one in _LABELS},
+        },
+    }  # fmt: skip
+    content: dict[str, Any] = {media_type: {"schema": _FILE} for media_type in raw}
+    content["multipart/form-data"] = {
+        "schema": form,
+        "encoding": {"options": {"contentType": "application/json"}},
+    }
+    named = [_FILENAME] if raw else []
+    return {
+        "parameters": [*table.parameters(), *_LABELS, *named, *_HEADERS],
+        "requestBody": {"required": True, "content": content},
+    }
+
+
+def upload_answers() -> Responses:
+    """200 with the result, 202 with the job, and what is refused."""
+    place = {
+        "Location": header("The job.", required=True),
+        "Preference-Applied": header("That it was waited for."),
+    }
+    ready = ANSWERS[200]
+    return {
+        200: {**ready, "headers": {**ready["headers"], **place}},
+        202: {
+            "description": "The job, which goes on.",
+            "content": json_of("Job"),
+            "headers": place,
+        },
+        **refusals(*EVERYWHERE, 404, 406, 408, 409, 413, 415, 507),
+    }

@@ -1,0 +1,165 @@
+"""Assets on the wire, and their runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from datetime import datetime
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+
+from service.jobs import asset as stored
+from service.jobs.job import Job as StoredJob
+from service.schemas.job import Job, Summary
+from service.schemas.moment import moment
+
+Name = Annotated[str, StringConstraints(min_length=1, max_length=300)]
+Share = Annotated[float, Field(ge=0, le=1)]
+
+
+class Thresholds(BaseModel):
+    """What is demanded of each run; null demands nothing."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    min_precision: Share | None = None
+    min_recall: Share | None = None
+
+    @property
+    def demanded(self) -> stored.Thresholds:
+        return stored.Thresholds(self.min_precision, self.min_recall)
+
+    @classmethod
+    def of(cls, thresholds: stored.Thresholds) -> Self:
+        return cls(min_precision=thresholds.min_precision, min_recall=thresholds.min_recall)
+
+
+class NewAsset(Thresholds):
+    """An asset to be made, or what is to be demanded of it from now on."""
+
+    name: Name = Field(description="Any text; slashes are welcome.", examples=["props/castle"])
+
+
+class AssetLinks(BaseModel):
+    """Where to go on from an asset."""
+
+    self: str
+    runs: str
+    thresholds: str
+    compare: str
+    jobs: str
+
+
+class Asset(BaseModel):
+    """A name and its runs: jobs that succeeded."""
+
+    id: str
+    name: str = Field(examples=["props/castle"])
+    created: datetime
+    runs: int = Field(ge=0, description="How many.")
+    thresholds: Thresholds
+    holds: bool | None = Field(
+        description="Whether the latest run is good enough; null without a run or a threshold."
+    )
+    latest: Job | None = Field(description="The latest run.")
+    links: AssetLinks
+
+    @classmethod
+    def of(cls, asset: stored.Asset) -> Self:
+        place = f"/v1/assets/{asset.id}"
+        return cls(
+            id=asset.id,
+            name=asset.name,
+            created=moment(asset.created),
+            runs=asset.runs,
+            thresholds=Thresholds.of(asset.thresholds),
+            holds=_holds(asset.thresholds, asset.latest),
+            latest=Job.of(asset.latest) if asset.latest else None,
+            links=AssetLinks(
+                self=place,
+                runs=f"{place}/runs",
+                thresholds=f"{place}/thresholds",
+                compare=f"{place}/compare",
+                jobs=f"/v1/jobs?asset={asset.id}",
+            ),
+        )
+
+
+class AssetPage(BaseModel):
+    """Assets by name."""
+
+    items: list[Asset]
+    next: str | None = Field(description="Where the next page is; null on the last.")
+
+
+class Run(BaseModel):
+    """One run of an asset."""
+
+    job_id: str
+    created: datetime
+    version: str
+    options: dict[str, Any]
+    summary: Summary | None
+    holds: bool | None = Field(description="By the thresholds of today; null without any.")
+
+    @classmethod
+    def of(cls, job: StoredJob, thresholds: stored.Thresholds) -> Self:
+        return cls(
+            job_id=job.id,
+            created=moment(job.created),
+            version=job.version,
+            options=dict(job.options),
+            summary=Summary.of(job.summary) if job.summary else None,
+            holds=_holds(thresholds, job),
+        )
+
+
+class RunPage(BaseModel):
+    """Runs of an asset, newest first."""
+
+    items: list[Run]
+    next: str | None = Field(description="Where the next page is; null on the last.")
+
+
+class Comparison(BaseModel):
+    """What changed from one run to another."""
+
+    a: Run
+    b: Run
+    change: dict[str, float | None] = Field(
+        description="Of each number of the summary, b less a; null where either has none.",
+        examples=[{"precision": 0.0004, "recall": 0.021, "triangles": 0, "seconds": -0.4}],
+    )
+    options_changed: dict[str, tuple[Any, Any]] = Field(
+        description="Options that differ, as they are in a and in b.",
+        examples=[{"preset": ["balanced", "best"]}],
+    )
+
+    @classmethod
+    def of(cls, a: Run, b: Run) -> Self:
+        return cls(a=a, b=b, change=_change(a, b), options_changed=_differing(a.options, b.options))
+
+
+_COMPARED = (
+    "triangles", "input_triangles", "levels", "seconds", "precision", "recall", "worst_recall",
+    "error_bound",
+)  # fmt: skip
+
+
+def _change(a: Run, b: Run) -> dict[str, float | None]:
+    pairs = {name: (getattr(a.summary, name, None), getattr(b.summary, name, None))
+             for name in _COMPARED}  # fmt: skip
+    return {
+        name: None if before is None or after is None else after - before
+        for name, (before, after) in pairs.items()
+    }
+
+
+def _differing(a: Mapping[str, Any], b: Mapping[str, Any]) -> dict[str, tuple[Any, Any]]:
+    return {
+        name: (a.get(name), b.get(name)) for name in sorted({*a, *b}) if a.get(name) != b.get(name)
+    }
+
+
+def _holds(thresholds: stored.Thresholds, job: StoredJob | None) -> bool | None:
+    return thresholds.held_by(job.summary) if job and job.summary else None

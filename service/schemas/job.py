@@ -1,0 +1,147 @@
+"""Jobs on the wire."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Any, Self
+
+from pydantic import BaseModel, Field
+
+from service.jobs import job as stored
+from service.jobs.job import JobKind, JobState
+from service.jobs.progress import JobProgress
+from service.schemas.moment import moment, moment_or_none
+
+
+class AssetName(BaseModel):
+    """An asset, in short."""
+
+    id: str
+    name: str = Field(examples=["props/castle"])
+
+
+class Progress(BaseModel):
+    """How far a running job is."""
+
+    stage: str = Field(description="What is being done.", examples=["refine"])
+    fraction: float = Field(ge=0, le=1, description="Of the whole job; never falls in an attempt.")
+    measure: float | None = Field(
+        description="Share of the original's occlusion measure that the best so far has."
+    )
+    level: int = Field(ge=0, description="Level of detail that is made, from 0.")
+    levels: int = Field(ge=0, description="How many there will be.")
+    seconds: float = Field(ge=0, description="Time taken so far.")
+
+    @classmethod
+    def of(cls, progress: JobProgress) -> Self:
+        return cls.model_validate(progress, from_attributes=True)
+
+
+class Failure(BaseModel):
+    """Why a job failed."""
+
+    kind: str = Field(description="A word that stays the same.", examples=["unreadable-mesh"])
+    detail: str = Field(description="What was wrong.")
+    remedy: str = Field(description="What to do; may be empty.")
+
+
+class Summary(BaseModel):
+    """The numbers of a result; null where the kind of job has none."""
+
+    triangles: int = Field(description="Of the finest occluder; of all, for a scene.")
+    input_triangles: int = Field(description="Of what was sent.")
+    levels: int = Field(description="Levels of detail; occluders, for a scene.")
+    seconds: float = Field(description="Time that the work took.")
+    precision: float | None = Field(description="Of what is hidden, the share rightly so, 0 to 1.")
+    recall: float | None = Field(description="Of what could be hidden, the share that is, 0 to 1.")
+    worst_recall: float | None = Field(description="In the worst view.")
+    worst_view: int | None = Field(description="Number of that view.")
+    error_bound: float | None = Field(description="Of the finest occluder, in the mesh's units.")
+    timings: dict[str, float] = Field(description="Seconds by stage.")
+    warnings: list[str] = Field(description="What the owner should know, a sentence each.")
+
+    @classmethod
+    def of(cls, summary: stored.Summary) -> Self:
+        return cls.model_validate(summary, from_attributes=True)
+
+
+class JobLinks(BaseModel):
+    """Where to go on from a job."""
+
+    self: str = Field(examples=["/v1/jobs/j_7Qk2"])
+    events: str
+    cancel: str
+    retry: str
+    result: str
+    files: str
+
+    @classmethod
+    def of(cls, job_id: str) -> Self:
+        place = f"/v1/jobs/{job_id}"
+        return cls(
+            self=place,
+            events=f"{place}/events",
+            cancel=f"{place}/cancel",
+            retry=f"{place}/retry",
+            result=f"{place}/result",
+            files=f"{place}/files",
+        )
+
+
+class Job(BaseModel):
+    """A piece of work: what was asked, how far it is, what came of it."""
+
+    id: str
+    kind: JobKind
+    state: JobState = Field(description="The last three are for good.")
+    name: str = Field(description="Of the file that was sent.", examples=["castle.glb"])
+    asset: AssetName | None = Field(description="Whose run this is.")
+    created: datetime
+    started: datetime | None
+    ended: datetime | None
+    attempt: int = Field(description="How often it was begun.")
+    attempts: int = Field(description="How often it may be.")
+    options: dict[str, Any] = Field(description="All of them, defaults included.")
+    version: str = Field(description="Of the library that does it.")
+    progress: Progress | None = Field(description="While it runs.")
+    failure: Failure | None = Field(description="When it has failed.")
+    summary: Summary | None = Field(description="When it has succeeded.")
+    reused: str | None = Field(description="The job whose stored result it was given.")
+    retry_of: str | None = Field(description="The job that it does again.")
+    webhook: str | None = Field(description="Who is told when it ends.")
+    links: JobLinks
+
+    @classmethod
+    def of(cls, job: stored.Job, progress: JobProgress | None = None) -> Self:
+        """``progress`` is left out unless the job runs."""
+        running = job.state is JobState.RUNNING and progress is not None
+        named = job.asset_id is not None and job.asset is not None
+        failure, summary = job.failure, job.summary
+        return cls(
+            id=job.id,
+            kind=job.kind,
+            state=job.state,
+            name=job.name,
+            asset=AssetName(id=job.asset_id or "", name=job.asset or "") if named else None,
+            created=moment(job.created),
+            started=moment_or_none(job.started),
+            ended=moment_or_none(job.ended),
+            attempt=job.attempt,
+            attempts=job.attempts,
+            options=dict(job.options),
+            version=job.version,
+            progress=Progress.of(progress) if running and progress else None,
+            failure=Failure.model_validate(failure, from_attributes=True) if failure else None,
+            summary=Summary.of(summary) if summary else None,
+            reused=job.reused,
+            retry_of=job.retry_of,
+            webhook=job.webhook,
+            links=JobLinks.of(job.id),
+        )
+
+
+class JobPage(BaseModel):
+    """Jobs, newest first."""
+
+    items: list[Job]
+    next: str | None = Field(description="Where the next page is; null on the last.")

@@ -1,0 +1,68 @@
+"""Which options each kind of job has, and what the service decides by itself.
+
+The slicer is not among them: what a server draws with is its owner's affair.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from typing import Any
+
+from service.jobs.job import JobKind
+from service.schemas.options import OptionTable
+from simplifier import (
+    EVALUATE_FIELDS,
+    SCENE_FIELDS,
+    SIMPLIFY_FIELDS,
+    EvaluateOptions,
+    OptionField,
+    SimplifyOptions,
+)
+
+LEVELS = 3
+"""Levels of detail of a result, where a request does not say."""
+
+_KEPT = frozenset({"slicer", "preview"})
+
+
+def option_tables(job_seconds: float) -> Mapping[JobKind, OptionTable]:
+    """The tables by kind; a job may take ``job_seconds``, its refining no more than that."""
+    return {
+        JobKind.OCCLUDER: OptionTable(_fields(SIMPLIFY_FIELDS, job_seconds), _simplify_options),
+        JobKind.EVALUATION: OptionTable(_fields(EVALUATE_FIELDS, job_seconds), _evaluate_options),
+        JobKind.SCENE: OptionTable(_fields(SCENE_FIELDS, job_seconds), _scene_options),
+    }
+
+
+def _fields(fields: tuple[OptionField, ...], job_seconds: float) -> tuple[OptionField, ...]:
+    return tuple(
+        replace(one, high=min(one.high or job_seconds, job_seconds))
+        if one.name == "time_limit"
+        else one
+        for one in fields
+        if one.name not in _KEPT
+    )
+
+
+def _simplify_options(chosen: dict[str, Any]) -> dict[str, Any]:
+    inside = chosen.get("conservative", False) or chosen.get("shrink", 0.0) > 0.0
+    if not inside and chosen.get("error_bounds") is None and chosen.get("lods") is None:
+        chosen = {**chosen, "lods": LEVELS}
+    return _without_kept(asdict(SimplifyOptions.of(chosen)))
+
+
+def _evaluate_options(chosen: dict[str, Any]) -> dict[str, Any]:
+    return _without_kept(asdict(EvaluateOptions.of(chosen)))
+
+
+def _scene_options(chosen: dict[str, Any]) -> dict[str, Any]:
+    return {one.name: one.default for one in SCENE_FIELDS if one.name not in _KEPT} | chosen
+
+
+def _without_kept(options: dict[str, Any]) -> dict[str, Any]:
+    return {
+        name: list(value) if isinstance(value, tuple) else value
+        for name, value in options.items()
+        if name not in _KEPT
+    }

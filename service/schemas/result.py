@@ -1,0 +1,96 @@
+"""Results on the wire: what a job has made, and where each file is."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Self
+from urllib.parse import quote
+
+from pydantic import BaseModel, Field
+
+from service.jobs.job import JobFile
+from service.schemas.job import Job
+
+_LEVEL_FILE = re.compile(r"lod(\d+)\.(\w+)")
+
+
+class ResultFile(BaseModel):
+    """A file of a job."""
+
+    name: str = Field(examples=["lod0.glb"])
+    media_type: str = Field(examples=["model/gltf-binary"])
+    size: int = Field(ge=0, description="Bytes.")
+    sha256: str = Field(description="Of its bytes, in hex; also its ETag.")
+    link: str = Field(examples=["/v1/jobs/j_7Qk2/files/lod0.glb"])
+
+    @classmethod
+    def of(cls, job_id: str, file: JobFile) -> Self:
+        return cls(
+            name=file.name,
+            media_type=file.media_type,
+            size=file.blob.size,
+            sha256=file.blob.digest,
+            link=f"/v1/jobs/{job_id}/files/{quote(file.name)}",
+        )
+
+
+class FilePage(BaseModel):
+    """All files of a job, by name."""
+
+    items: list[ResultFile]
+
+
+class Level(BaseModel):
+    """One level of detail."""
+
+    level: int = Field(ge=0, description="From 0, the finest.")
+    triangles: int
+    precision: float | None = Field(description="Of what is hidden, the share rightly so, 0 to 1.")
+    recall: float | None = Field(description="Of what could be hidden, the share that is, 0 to 1.")
+    error_bound: float | None = Field(description="In the mesh's units.")
+    switch_distance: float | None = Field(
+        description="From how far it may be used, in the mesh's units; null for a single level."
+    )
+    files: dict[str, str] = Field(
+        description="Where it is, by suffix.", examples=[{"glb": "/v1/jobs/j_7Qk2/files/lod0.glb"}]
+    )
+
+
+class Result(BaseModel):
+    """What a job has made."""
+
+    job: Job
+    report: dict[str, Any] | None = Field(
+        description="The whole report, as `docs/report.schema.json` says; null for a scene."
+    )
+    levels: list[Level] = Field(description="Finest first; none but for occluders.")
+    files: list[ResultFile] = Field(description="All results, and what was sent.")
+
+    @classmethod
+    def of(cls, job: Job, report: dict[str, Any] | None, files: Sequence[JobFile]) -> Self:
+        listed = [ResultFile.of(job.id, file) for file in files]
+        return cls(job=job, report=report, levels=_levels(report or {}, listed), files=listed)
+
+
+def _levels(report: Mapping[str, Any], files: Iterable[ResultFile]) -> list[Level]:
+    """Of each level that has files, what the report says of it."""
+    links: dict[int, dict[str, str]] = {}
+    for file in files:
+        match = _LEVEL_FILE.fullmatch(file.name)
+        if match:
+            links.setdefault(int(match[1]), {})[match[2]] = file.link
+    # A single occluder is reported as a whole, levels of detail in a row each.
+    rows = report.get("levels") or [report]
+    return [
+        Level(
+            level=number,
+            triangles=rows[number]["triangles"],
+            precision=rows[number]["precision"],
+            recall=rows[number]["recall"],
+            error_bound=rows[number]["error_bound"],
+            switch_distance=rows[number].get("switch_distance"),
+            files=links[number],
+        )
+        for number in sorted(links)
+    ]

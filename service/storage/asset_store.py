@@ -1,0 +1,138 @@
+"""Assets in the database; see :class:`service.jobs.asset.AssetStore` for what is promised."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from sqlalchemy import delete, func, select, tuple_
+from sqlalchemy.orm import Session
+
+from service.errors import BadRequestError, ConflictError, NotFoundError
+from service.jobs.asset import Asset, AssetPage, RunPage, Thresholds
+from service.jobs.job import JobState
+from service.storage.asset_rows import add_asset, asset_named, asset_of, with_runs
+from service.storage.database import Database
+from service.storage.rows import job_of
+from service.storage.tables import AssetRow, JobRow
+
+
+class SqlAssetStore:
+    """Assets and their runs.  A list is one query, whose cost follows the page."""
+
+    def __init__(self, database: Database, clock: Callable[[], float] = time.time) -> None:
+        self._database = database
+        self._clock = clock
+
+    def assets(
+        self,
+        tenant: str | None,
+        *,
+        name: str | None = None,
+        contains: str = "",
+        after: str | None = None,
+        limit: int = 100,
+    ) -> AssetPage:
+        """Raises :class:`~service.errors.BadRequestError` for what is no cursor."""
+        query = with_runs(tenant).order_by(AssetRow.name, AssetRow.number).limit(limit + 1)
+        if name is not None:
+            query = query.where(AssetRow.name == name)
+        if contains:
+            query = query.where(func.instr(AssetRow.folded, contains.casefold()) > 0)
+        if after is not None:
+            query = query.where(tuple_(AssetRow.name, AssetRow.number) > _position(after))
+        with self._database.reading() as session:
+            found = session.execute(query).all()
+            page = tuple(asset_of(*one) for one in found[:limit])
+            return AssetPage(page, _cursor(found[limit - 1][0]) if len(found) > limit else None)
+
+    def asset(self, tenant: str | None, asset_id: str) -> Asset:
+        with self._database.reading() as session:
+            return _seen(session, _found(session, tenant, asset_id))
+
+    def runs(
+        self, tenant: str | None, asset_id: str, *, before: int | None = None, limit: int = 100
+    ) -> RunPage:
+        with self._database.reading() as session:
+            query = (
+                select(JobRow)
+                .where(
+                    JobRow.asset_number == _found(session, tenant, asset_id).number,
+                    JobRow.state == JobState.SUCCEEDED,
+                )
+                .order_by(JobRow.number.desc())
+                .limit(limit + 1)
+            )
+            if before is not None:
+                query = query.where(JobRow.number < before)
+            found = [job_of(row) for row in session.scalars(query)]
+        page = tuple(found[:limit])
+        return RunPage(page, page[-1].number if len(found) > limit else None)
+
+    def put(self, tenant: str, name: str, thresholds: Thresholds) -> tuple[Asset, bool]:
+        with self._database.writing() as session:
+            row = asset_named(session, tenant, name)
+            made = row is None
+            if row is None:
+                row = add_asset(session, tenant, name, self._clock())
+            _demand(row, thresholds)
+            return _seen(session, row), made
+
+    def set_thresholds(self, tenant: str | None, asset_id: str, thresholds: Thresholds) -> Asset:
+        with self._database.writing() as session:
+            row = _found(session, tenant, asset_id)
+            _demand(row, thresholds)
+            return _seen(session, row)
+
+    def remove(self, tenant: str | None, asset_id: str) -> None:
+        with self._database.writing() as session:
+            row = _found(session, tenant, asset_id)
+            busy = session.scalars(
+                select(JobRow.id)
+                .where(
+                    JobRow.asset_number == row.number,
+                    JobRow.state.in_([JobState.QUEUED, JobState.RUNNING]),
+                )
+                .limit(1)
+            ).first()
+            if busy is not None:
+                raise ConflictError(
+                    f"the job '{busy}' of the asset has not ended",
+                    remedy="cancel its jobs or wait for them, then remove it",
+                )
+            session.execute(delete(AssetRow).where(AssetRow.number == row.number))
+
+
+def _found(session: Session, tenant: str | None, asset_id: str) -> AssetRow:
+    row = session.scalars(select(AssetRow).where(AssetRow.id == asset_id)).first()
+    if row is None or tenant not in (None, row.tenant):
+        raise NotFoundError(
+            f"there is no asset '{asset_id}'", remedy="look for it in the list, /v1/assets"
+        )
+    return row
+
+
+def _seen(session: Session, row: AssetRow) -> Asset:
+    """An asset with what its runs say of it."""
+    query = with_runs(None).where(AssetRow.number == row.number)
+    return asset_of(*session.execute(query).one())
+
+
+def _demand(row: AssetRow, thresholds: Thresholds) -> None:
+    row.min_precision = thresholds.min_precision
+    row.min_recall = thresholds.min_recall
+
+
+def _cursor(row: AssetRow) -> str:
+    """The place after an asset; names alone would do within a tenant only."""
+    return f"{row.number}:{row.name}"
+
+
+def _position(cursor: str) -> tuple[str, int]:
+    number, _, name = cursor.partition(":")
+    try:
+        return name, int(number)
+    except ValueError:
+        raise BadRequestError(
+            f"'{cursor}' is no cursor", remedy="use the address that the page before gave as next"
+        ) from None

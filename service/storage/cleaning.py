@@ -1,0 +1,67 @@
+"""Forgetting what is old, and freeing what nothing names any more."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from service.jobs.stores import BlobStore, JobStore
+
+_DAY = 86_400.0
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Cleaned:
+    """What one round freed: jobs that were forgotten, and blobs that were removed."""
+
+    jobs: int
+    blobs: int
+
+
+@dataclass(frozen=True)
+class Cleaner:
+    """Removes what is old.
+
+    ``keep_days``  that ended jobs are kept, 0 for ever.
+    ``seconds``    between two rounds.
+    """
+
+    jobs: JobStore
+    blobs: BlobStore
+    keep_days: float
+    seconds: float
+
+    def clean(self, now: float) -> Cleaned:
+        """One round; ``now`` in Unix seconds.  Raises what the stores raise."""
+        forgotten = self.jobs.expire(now - self.keep_days * _DAY) if self.keep_days else 0
+        return Cleaned(forgotten, self.blobs.sweep(self.jobs.named_digests))
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """Do rounds in a thread, the first at once: what a killed server left goes then."""
+        stop = threading.Event()
+        thread = threading.Thread(target=self._rounds, args=(stop,), name="cleaner", daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            stop.set()
+            thread.join()
+
+    def _rounds(self, stop: threading.Event) -> None:
+        # A clock that jumps ahead must not make every job old; one that jumps back keeps them.
+        ahead = time.time() - time.monotonic()
+        while True:
+            try:
+                cleaned = self.clean(min(time.time(), ahead + time.monotonic()))
+            except Exception:
+                _log.exception("cleaning failed; it is tried again in %.0f s", self.seconds)
+            else:
+                _log.info("cleaning freed %d jobs and %d blobs", cleaned.jobs, cleaned.blobs)
+            if stop.wait(self.seconds):
+                return

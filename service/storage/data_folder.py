@@ -1,0 +1,106 @@
+"""The one folder that a server keeps everything in, and the lock that makes it the only one."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from service.errors import SettingsError
+
+
+@dataclass(frozen=True)
+class DataFolder:
+    """What lies where.
+
+    ``occluder.db``  the database, with its log beside it.
+    ``blobs/``       meshes and results.
+    ``scratch/``     work under way, of no use to another server.
+    ``lock``         held by the server, with its process id.
+    """
+
+    path: Path
+
+    @property
+    def database(self) -> Path:
+        return self.path / "occluder.db"
+
+    @property
+    def blobs(self) -> Path:
+        return self.path / "blobs"
+
+    @property
+    def scratch(self) -> Path:
+        return self.path / "scratch"
+
+    @property
+    def lock(self) -> Path:
+        return self.path / "lock"
+
+    def make(self) -> None:
+        """Make the folders that are not there, for nobody else to look into.
+
+        Raises :class:`SettingsError` where one cannot be made or written to.
+        """
+        with self._told():
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            for folder in (self.path, self.blobs, self.scratch):
+                folder.mkdir(mode=0o700, exist_ok=True)
+                if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
+                    raise PermissionError(0, "no right to write")
+
+    @contextmanager
+    def owned(self) -> Iterator[None]:
+        """Make the folder and keep other servers out of it; scratch is empty then.
+
+        The lock ends with the process, however that ends, and is not handed to its children.
+        Raises :class:`SettingsError` where another server runs or the folder cannot be used.
+        """
+        self.make()
+        with self._told():
+            lock = self.lock.open("a+")
+        with lock:
+            with self._told():
+                try:
+                    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                except BlockingIOError:
+                    raise self._taken() from None
+                lock.truncate(0)
+                lock.write(f"{os.getpid()}\n")
+                lock.flush()
+                _empty(self.scratch)
+            try:
+                yield
+            finally:
+                lock.truncate(0)
+
+    def _taken(self) -> SettingsError:
+        pid = self.lock.read_text().strip()
+        return SettingsError(
+            f"the data folder '{self.path}' is used by another server"
+            f"{f' (process {pid})' if pid else ''}; "
+            "stop that one, or set OCCLUDER_DATA to another folder"
+        )
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise SettingsError(
+                f"the data folder '{self.path}' cannot be used ({error.strerror}: "
+                f"'{error.filename or self.path}'); check its permissions and the free space, or "
+                "set OCCLUDER_DATA to another folder"
+            ) from error
+
+
+def _empty(folder: Path) -> None:
+    for entry in folder.iterdir():
+        if entry.is_dir() and not entry.is_symlink():
+            shutil.rmtree(entry)
+        else:
+            entry.unlink()

@@ -1,0 +1,106 @@
+"""API keys in the database; see :class:`service.access.key.KeyStore` for what is promised."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
+
+from sqlalchemy import or_, select, update
+
+from service.access.key import ApiKey, Scope, hash_of, hint_of, new_secret
+from service.errors import ConflictError, DiskFullError, NotFoundError
+from service.storage.database import Database
+from service.storage.rows import new_id
+from service.storage.tables import ApiKeyRow
+
+_NOTED_EVERY = 60.0
+"""Seconds between two notes of a key's use: a read must not cost a write."""
+
+
+class SqlKeyStore:
+    """API keys; a secret is looked up by its SHA-256 and never kept."""
+
+    def __init__(self, database: Database, clock: Callable[[], float] = time.time) -> None:
+        self._database = database
+        self._clock = clock
+
+    def create(self, tenant: str, name: str, scope: Scope) -> tuple[ApiKey, str]:
+        secret = new_secret()
+        with self._database.writing() as session:
+            row = ApiKeyRow(
+                id=new_id(),
+                tenant=tenant,
+                name=name,
+                scope=scope,
+                hint=hint_of(secret),
+                digest=hash_of(secret),
+                created=self._clock(),
+            )
+            session.add(row)
+            session.flush()
+            return _key_of(row), secret
+
+    def keys(self, tenant: str | None = None) -> Sequence[ApiKey]:
+        """Those that were revoked too, in the order in which they were made."""
+        query = select(ApiKeyRow).order_by(ApiKeyRow.number)
+        if tenant is not None:
+            query = query.where(ApiKeyRow.tenant == tenant)
+        with self._database.reading() as session:
+            return [_key_of(row) for row in session.scalars(query)]
+
+    def revoke(self, key_id: str) -> ApiKey:
+        """Raises :class:`~service.errors.ConflictError` too, for a hint that several keys have."""
+        with self._database.writing() as session:
+            rows = session.scalars(
+                select(ApiKeyRow).where(or_(ApiKeyRow.id == key_id, ApiKeyRow.hint == key_id))
+            ).all()
+            if not rows:
+                raise NotFoundError(
+                    f"there is no key '{key_id}'", remedy="see 'occluder keys list' for all"
+                )
+            if len(rows) > 1:
+                raise ConflictError(
+                    f"{len(rows)} keys begin with '{key_id}'",
+                    remedy=f"name one by its id: {', '.join(row.id for row in rows)}",
+                )
+            if rows[0].revoked is None:
+                rows[0].revoked = self._clock()
+            return _key_of(rows[0])
+
+    def find(self, secret: str) -> ApiKey | None:
+        with self._database.reading() as session:
+            row = session.scalars(
+                select(ApiKeyRow).where(
+                    ApiKeyRow.digest == hash_of(secret), ApiKeyRow.revoked.is_(None)
+                )
+            ).first()
+            if row is None:
+                return None
+            key = _key_of(row)
+        now = self._clock()
+        if key.last_used is None or abs(now - key.last_used) >= _NOTED_EVERY:
+            self._note_use(key, now)
+        return key
+
+    def _note_use(self, key: ApiKey, now: float) -> None:
+        # Where the disk is full, what is stored can still be read, by those who may.
+        with suppress(DiskFullError), self._database.writing() as session:
+            session.execute(update(ApiKeyRow).where(ApiKeyRow.id == key.id).values(last_used=now))
+
+    def tenants(self) -> Collection[str]:
+        with self._database.reading() as session:
+            return set(session.scalars(select(ApiKeyRow.tenant).distinct()))
+
+
+def _key_of(row: ApiKeyRow) -> ApiKey:
+    return ApiKey(
+        id=row.id,
+        tenant=row.tenant,
+        name=row.name,
+        scope=row.scope,
+        hint=row.hint,
+        created=row.created,
+        last_used=row.last_used,
+        revoked=row.revoked,
+    )

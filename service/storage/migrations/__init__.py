@@ -1,0 +1,1 @@
+"""Steps of the schema, each a file in ``versions``; ``alembic revision --rev-id 0002 -m "..."``."""

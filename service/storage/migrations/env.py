@@ -1,0 +1,15 @@
+"""Run by Alembic: the scripts, on the connection that :mod:`service.storage.migrate` gives."""
+
+from __future__ import annotations
+
+from alembic import context
+
+from service.storage.tables import Base
+
+context.configure(
+    connection=context.config.attributes["connection"],
+    target_metadata=Base.metadata,
+    transactional_ddl=True,
+)
+with context.begin_transaction():
+    context.run_migrations()

@@ -1,0 +1,226 @@
+"""The tables: every job, what it was given and has given, and who may ask.
+
+Rows point at each other by ``number``, which rises with every insert whatever the clock does;
+``id`` is random and for the outside.  What belongs to a job or an asset goes with it.
+
+The indexes serve the queries that run while the service is full: 100,000 jobs, 5,000 assets.  Each
+ends with ``number``, SQLite's own key of a row, so what it finds comes in the order of lists; what
+follows ``number`` lets a filter be decided without fetching the row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from enum import StrEnum
+from typing import Any
+
+from sqlalchemy import (
+    JSON,
+    CheckConstraint,
+    Double,
+    Enum,
+    ForeignKey,
+    Index,
+    MetaData,
+    String,
+    UniqueConstraint,
+)
+from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
+
+from service.access.key import Scope
+from service.jobs.job import JobKind, JobState
+
+
+class DeliveryState(StrEnum):
+    """Whether a webhook has still to be sent."""
+
+    WAITING = "waiting"
+    DELIVERED = "delivered"
+    GIVEN_UP = "given_up"
+
+
+def _words(enum: type[StrEnum]) -> Enum:
+    """A column of an enumeration's values; the table checks them by :func:`_one_of`."""
+    return Enum(
+        enum,
+        native_enum=False,
+        length=16,
+        values_callable=lambda words: [str(one) for one in words],
+    )
+
+
+def _one_of(column: str, words: Iterable[StrEnum]) -> CheckConstraint:
+    listed = ", ".join(f"'{word}'" for word in words)
+    return CheckConstraint(f"{column} IN ({listed})", name=column)
+
+
+class Base(DeclarativeBase):
+    """What all tables share: how constraints are named, and how values are kept."""
+
+    metadata = MetaData(
+        naming_convention={
+            "ix": "ix_%(table_name)s_%(column_0_name)s",
+            "uq": "uq_%(table_name)s_%(column_0_name)s",
+            "ck": "ck_%(table_name)s_%(constraint_name)s",
+            "fk": "fk_%(table_name)s_%(column_0_name)s",
+            "pk": "pk_%(table_name)s",
+        }
+    )
+    type_annotation_map = {  # noqa: RUF012 - as the base class has it
+        float: Double(),
+        dict[str, Any]: JSON(none_as_null=True),
+        JobKind: _words(JobKind),
+        JobState: _words(JobState),
+        Scope: _words(Scope),
+        DeliveryState: _words(DeliveryState),
+    }
+
+
+class AssetRow(Base):
+    """A name of a tenant's; ``folded`` is the name without its case, for searching."""
+
+    __tablename__ = "assets"
+    __table_args__ = (
+        UniqueConstraint("tenant", "name"),
+        CheckConstraint("length(name) BETWEEN 1 AND 300", name="name"),
+        CheckConstraint("min_precision BETWEEN 0 AND 1", name="min_precision"),
+        CheckConstraint("min_recall BETWEEN 0 AND 1", name="min_recall"),
+        Index("ix_assets_name", "name", "number"),
+        {"sqlite_autoincrement": True},
+    )
+
+    number: Mapped[int] = mapped_column(primary_key=True)
+    id: Mapped[str] = mapped_column(String(32), unique=True)
+    tenant: Mapped[str]
+    name: Mapped[str]
+    folded: Mapped[str]
+    created: Mapped[float]
+    min_precision: Mapped[float | None]
+    min_recall: Mapped[float | None]
+
+
+class JobRow(Base):
+    """A job.  ``state`` decides which of the columns that may be empty are.
+
+    ``owner``, ``beat``, ``lease_seconds``  who works at it; ``beat`` rises while that one lives,
+    and has to within ``lease_seconds``.
+    """
+
+    __tablename__ = "jobs"
+    __table_args__ = (
+        _one_of("kind", JobKind),
+        _one_of("state", JobState),
+        CheckConstraint("attempt BETWEEN 0 AND attempts", name="attempt"),
+        CheckConstraint(
+            "(state IN ('succeeded', 'failed', 'cancelled')) = (ended IS NOT NULL)", name="ended"
+        ),
+        CheckConstraint("(state = 'running') = (owner IS NOT NULL)", name="owner"),
+        CheckConstraint("(state = 'failed') = (failure IS NOT NULL)", name="failure"),
+        CheckConstraint("(state = 'succeeded') = (summary IS NOT NULL)", name="summary"),
+        Index("ix_jobs_tenant", "tenant", "number", "state", "kind", "created"),
+        Index("ix_jobs_tenant_state", "tenant", "state", "number"),
+        Index("ix_jobs_state", "state", "number"),
+        Index("ix_jobs_asset", "asset_number", "state", "number"),
+        Index("ix_jobs_work", "work_key", "tenant", "state", "number"),
+        {"sqlite_autoincrement": True},
+    )
+
+    number: Mapped[int] = mapped_column(primary_key=True)
+    id: Mapped[str] = mapped_column(String(32), unique=True)
+    tenant: Mapped[str]
+    kind: Mapped[JobKind]
+    state: Mapped[JobState]
+    name: Mapped[str]
+    options: Mapped[dict[str, Any]]
+    version: Mapped[str]
+    work_key: Mapped[str] = mapped_column(String(64))
+    created: Mapped[float]
+    started: Mapped[float | None]
+    ended: Mapped[float | None] = mapped_column(index=True)
+    attempt: Mapped[int] = mapped_column(default=0)
+    attempts: Mapped[int]
+    asset_number: Mapped[int | None] = mapped_column(
+        ForeignKey("assets.number", ondelete="CASCADE")
+    )
+    webhook: Mapped[str | None]
+    cancel_asked: Mapped[bool] = mapped_column(default=False)
+    failure: Mapped[dict[str, Any] | None]
+    summary: Mapped[dict[str, Any] | None]
+    reused: Mapped[str | None] = mapped_column(String(32))
+    retry_of: Mapped[str | None] = mapped_column(String(32))
+    owner: Mapped[str | None]
+    beat: Mapped[int] = mapped_column(default=0)
+    lease_seconds: Mapped[float] = mapped_column(default=0.0)
+
+    asset: Mapped[AssetRow | None] = relationship(lazy="joined")
+
+
+class JobFileRow(Base):
+    """A file of a job; the bytes are in the blob store."""
+
+    __tablename__ = "job_files"
+
+    job_number: Mapped[int] = mapped_column(
+        ForeignKey("jobs.number", ondelete="CASCADE"), primary_key=True
+    )
+    name: Mapped[str] = mapped_column(primary_key=True)
+    digest: Mapped[str] = mapped_column(String(64))
+    size: Mapped[int]
+    media_type: Mapped[str]
+    is_input: Mapped[bool]
+
+
+class IdempotencyKeyRow(Base):
+    """Which job a tenant's key gave, and a hash of the request; it goes with the job."""
+
+    __tablename__ = "idempotency_keys"
+
+    tenant: Mapped[str] = mapped_column(primary_key=True)
+    key: Mapped[str] = mapped_column(primary_key=True)
+    fingerprint: Mapped[str] = mapped_column(String(64))
+    job_number: Mapped[int] = mapped_column(
+        ForeignKey("jobs.number", ondelete="CASCADE"), index=True
+    )
+
+
+class ApiKeyRow(Base):
+    """A key, of which only the hash is known; ``digest`` is the SHA-256 of the secret."""
+
+    __tablename__ = "api_keys"
+    __table_args__ = (_one_of("scope", Scope), {"sqlite_autoincrement": True})
+
+    number: Mapped[int] = mapped_column(primary_key=True)
+    id: Mapped[str] = mapped_column(String(32), unique=True)
+    tenant: Mapped[str]
+    name: Mapped[str]
+    scope: Mapped[Scope]
+    hint: Mapped[str]
+    digest: Mapped[str] = mapped_column(String(64), unique=True)
+    created: Mapped[float]
+    last_used: Mapped[float | None]
+    revoked: Mapped[float | None]
+
+
+class DeliveryRow(Base):
+    """A webhook of a job; it waits from ``since`` to ``due``, and ``reason`` says why."""
+
+    __tablename__ = "deliveries"
+    __table_args__ = (
+        _one_of("state", DeliveryState),
+        Index("ix_deliveries_due", "state", "due"),
+        {"sqlite_autoincrement": True},
+    )
+
+    number: Mapped[int] = mapped_column(primary_key=True)
+    id: Mapped[str] = mapped_column(String(32), unique=True)
+    job_number: Mapped[int] = mapped_column(
+        ForeignKey("jobs.number", ondelete="CASCADE"), index=True
+    )
+    state: Mapped[DeliveryState]
+    url: Mapped[str]
+    attempt: Mapped[int] = mapped_column(default=0)
+    since: Mapped[float]
+    due: Mapped[float]
+    reason: Mapped[str | None]
+
+    job: Mapped[JobRow] = relationship(lazy="joined", innerjoin=True)

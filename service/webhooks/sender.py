@@ -1,0 +1,215 @@
+"""The thread that tells receivers.
+
+Each word is told at least once: it is due until the store has noted that it was heard, so one that
+was under way when the server died is told again, by the same id.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import re
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from typing import Any
+
+import httpx
+
+from service.errors import NotFoundError, ServiceError
+from service.jobs.delivery import Delivery, DeliveryStore
+from service.settings import Settings
+from service.webhooks.address_guard import Resolve
+from service.webhooks.attempt import Outcome, attempt
+from service.webhooks.backoff import seconds_until_retry
+from service.webhooks.pinned_transport import PinnedTransport
+from service.webhooks.signing import (
+    DELIVERY_HEADER,
+    EVENT_HEADER,
+    SIGNATURE_HEADER,
+    TIMESTAMP_HEADER,
+    sign,
+)
+from service.webhooks.tenant_secrets import TenantSecrets
+
+Describe = Callable[[Delivery], Mapping[str, Any]]
+"""The job of a delivery as the API shows it, with ``ended``.
+
+Raises :class:`~service.errors.NotFoundError` when it is there no more.
+"""
+
+EVENT = "job.ended"
+
+_AT_ONCE = 64
+_AT_ONCE_TO_A_HOST = 4  # so that a slow receiver holds up nobody but itself,
+_AT_ONCE_OF_A_TENANT = 16  # by however many names it goes
+_LOOK_AHEAD = 500  # deliveries among which those of other receivers are looked for
+_GLANCE = 1.0  # seconds between looks at what has become due
+_STORE_PAUSE = 5.0  # seconds before a store that fails is asked again
+_STOP_SECONDS = 1.0
+
+_log = logging.getLogger("service.webhooks")
+
+
+class WebhookSender:
+    """Tells receivers of jobs that have ended, many at once, until it is stopped."""
+
+    def __init__(
+        self,
+        deliveries: DeliveryStore,
+        describe: Describe,
+        secrets: TenantSecrets,
+        settings: Settings,
+        *,
+        resolve: Resolve | None = None,
+    ) -> None:
+        self._deliveries = deliveries
+        self._describe = describe
+        self._secrets = secrets
+        self._settings = settings
+        self._resolve = resolve
+        self._under_way: dict[str, Delivery] = {}
+        self._ready = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="webhooks", daemon=True)
+        self._woken = asyncio.Event()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._serving: asyncio.Task[None] | None = None
+
+    def start(self) -> None:
+        self._thread.start()
+        self._ready.wait()
+
+    def wake(self) -> None:
+        """Something may be due.  From any thread, also before it has started or once it stopped."""
+        self._call(self._woken.set)
+
+    def stop(self) -> None:
+        """End within a second; what is under way will be told again."""
+        if self._serving is not None:
+            self._call(self._serving.cancel)
+            self._thread.join(_STOP_SECONDS)
+
+    def _call(self, work: Callable[[], object]) -> None:
+        if self._loop is not None:
+            with suppress(RuntimeError):  # the loop is closed
+                self._loop.call_soon_threadsafe(work)
+
+    def _run(self) -> None:
+        asyncio.run(self._serve_until_stopped())
+
+    async def _serve_until_stopped(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._serving = asyncio.create_task(self._serve())
+        self._ready.set()
+        with suppress(asyncio.CancelledError):
+            await self._serving
+
+    async def _serve(self) -> None:
+        transport = PinnedTransport(
+            allow_private=self._settings.webhook_private, resolve=self._resolve
+        )
+        async with transport, asyncio.TaskGroup() as tasks:
+            while True:
+                self._woken.clear()
+                for delivery in self._next():
+                    self._under_way[delivery.id] = delivery
+                    tasks.create_task(self._deliver(transport, delivery))
+                with suppress(TimeoutError):
+                    async with asyncio.timeout(_GLANCE):
+                        await self._woken.wait()
+
+    def _next(self) -> Iterator[Delivery]:
+        """Those that are due, and have a place."""
+        try:
+            due = self._deliveries.due(_LOOK_AHEAD)
+        except Exception as error:
+            _complain(error)
+            return
+        for delivery in due:
+            if len(self._under_way) >= _AT_ONCE:
+                return
+            if delivery.id not in self._under_way and self._has_place(delivery):
+                yield delivery
+
+    def _has_place(self, delivery: Delivery) -> bool:
+        under_way = self._under_way.values()
+        return (
+            sum(_host(one) == _host(delivery) for one in under_way) < _AT_ONCE_TO_A_HOST
+            and sum(one.tenant == delivery.tenant for one in under_way) < _AT_ONCE_OF_A_TENANT
+        )
+
+    async def _deliver(self, transport: httpx.AsyncBaseTransport, delivery: Delivery) -> None:
+        try:
+            outcome = await self._tell(transport, delivery)
+            # What was heard must not be told again because the disk is full.
+            while not self._is_settled(delivery, outcome):
+                await asyncio.sleep(_STORE_PAUSE)
+        finally:
+            del self._under_way[delivery.id]
+            self._woken.set()
+
+    async def _tell(self, transport: httpx.AsyncBaseTransport, delivery: Delivery) -> Outcome:
+        try:
+            body = _body(delivery, self._describe(delivery))
+            headers = _headers(delivery, self._secrets.of(delivery.tenant), body)
+            seconds = self._settings.webhook_seconds
+            return await attempt(transport, delivery.url, headers, body, seconds)
+        except NotFoundError:
+            return Outcome("the job is there no more", gone=True)
+        except Exception as error:
+            _complain(error)
+            return Outcome(f"unexpected {type(error).__name__}")
+
+    def _is_settled(self, delivery: Delivery, outcome: Outcome) -> bool:
+        try:
+            self._settle(delivery, outcome)
+        except Exception as error:
+            _complain(error)
+            return False
+        return True
+
+    def _settle(self, delivery: Delivery, outcome: Outcome) -> None:
+        tried = delivery.attempt + 1
+        # The URL is the receiver's secret, but for the host.
+        about = f"webhook {delivery.id} of job {delivery.job_id} to {_host(delivery)}"
+        if outcome.heard:
+            self._deliveries.delivered(delivery)
+            _log.info("%s was heard", about)
+        elif outcome.gone or tried >= self._settings.webhook_attempts:
+            self._deliveries.give_up(delivery, outcome.reason)
+            _log.warning("%s was given up after %d tries: %s", about, tried, outcome.reason)
+        else:
+            seconds = seconds_until_retry(tried, outcome.wait)
+            self._deliveries.postpone(delivery, seconds, outcome.reason)
+            _log.info("%s is tried again in %.0f seconds: %s", about, seconds, outcome.reason)
+
+
+def _complain(error: Exception) -> None:
+    """The thread goes on whatever happens; what is no fault of the store's is one of ours."""
+    _log.warning("webhooks are held up: %s", error, exc_info=not isinstance(error, ServiceError))
+
+
+def _body(delivery: Delivery, job: Mapping[str, Any]) -> bytes:
+    """The same for every try, but for what the job has lost meanwhile."""
+    word = {"event": EVENT, "id": delivery.id, "created": job["ended"], "job": job}
+    return json.dumps(word, allow_nan=False).encode()
+
+
+def _headers(delivery: Delivery, secret: str, body: bytes) -> dict[str, str]:
+    timestamp = int(time.time())
+    return {
+        "Content-Type": "application/json",
+        "User-Agent": "occluder-webhooks",
+        EVENT_HEADER: EVENT,
+        DELIVERY_HEADER: delivery.id,
+        TIMESTAMP_HEADER: str(timestamp),
+        SIGNATURE_HEADER: sign(secret, timestamp, body),
+    }
+
+
+def _host(delivery: Delivery) -> str:
+    """With the port, as it is spelled; for counting and for the log."""
+    authority = re.split(r"[/?#]", delivery.url.partition("://")[2], maxsplit=1)[0]
+    return authority.rpartition("@")[2].lower()

@@ -1,0 +1,74 @@
+"""What each tenant's webhooks are signed with, derived from one secret in the data folder.
+
+So a tenant's secret can be shown again at any time, and none is in the database or its backups.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import os
+import secrets
+from base64 import urlsafe_b64encode
+from contextlib import suppress
+from pathlib import Path
+
+from service.errors import SettingsError
+
+_FILE = "webhook_secret"
+_BYTES = 32
+_PREFIX = "whsec_"
+
+
+class TenantSecrets:
+    """Secrets by tenant, from a master secret."""
+
+    def __init__(self, master: bytes) -> None:
+        self._master = master
+
+    @classmethod
+    def open(cls, folder: Path) -> TenantSecrets:
+        """Read the master secret of a data folder, or make it; several processes may do so at once.
+
+        Raises :class:`~service.errors.SettingsError` where it cannot be read or made, or others
+        than its owner may read it.
+        """
+        path = folder / _FILE
+        try:
+            with suppress(FileExistsError):
+                _make(path)
+            mode, master = path.stat().st_mode, path.read_bytes()
+        except OSError as error:
+            raise SettingsError(
+                f"{path}: the webhooks' secret cannot be read or made ({error.strerror}); "
+                "check the rights of the data folder"
+            ) from None
+        if os.name == "posix" and mode & 0o077:
+            raise SettingsError(f"{path}: others may read the webhooks' secret; chmod 600 it")
+        if len(master) != _BYTES:
+            raise SettingsError(
+                f"{path}: the webhooks' secret is damaged; put it back from a backup, or delete it "
+                "and give every receiver its new one ('occluder keys secret')"
+            )
+        return cls(master)
+
+    def of(self, tenant: str) -> str:
+        """The secret that a tenant's receivers verify with."""
+        derived = hmac.new(self._master, f"webhooks of {tenant}".encode(), hashlib.sha256).digest()
+        return _PREFIX + urlsafe_b64encode(derived).decode().rstrip("=")
+
+
+def _make(path: Path) -> None:
+    """Whole or not at all; raises FileExistsError where there is one, which stays."""
+    if path.exists():
+        raise FileExistsError
+    draft = path.with_name(f"{_FILE}.{secrets.token_hex(8)}.tmp")
+    try:
+        descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(secrets.token_bytes(_BYTES))
+            file.flush()
+            os.fsync(file.fileno())
+        os.link(draft, path)  # unlike a rename, it does not replace what another process made
+    finally:
+        draft.unlink(missing_ok=True)

@@ -1,0 +1,52 @@
+"""The command that judges an occluder against its mesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from simplifier.cli_failures import Debug
+from simplifier.cli_options import Mesh, Pictures, ReportFile, with_options
+from simplifier.cli_report import check_extras, shown
+from simplifier.evaluation.report import Report, write_report
+from simplifier.interrupts import Interrupts
+from simplifier.io import load_mesh, load_occluder
+from simplifier.option_fields import EVALUATE_FIELDS
+from simplifier.production.judge import judge
+from simplifier.production.options import EvaluateOptions
+from simplifier.progress import Listener, Stopwatch
+
+
+@with_options(EVALUATE_FIELDS)
+def evaluate(
+    mesh: Mesh,
+    occluder: Annotated[Path, typer.Argument(help="The occluder to judge.")],
+    *,
+    report: ReportFile = None,
+    pictures: Pictures = None,
+    debug: Debug = False,
+    **chosen: Any,
+) -> None:
+    """Judge an occluder, made here or elsewhere, against its mesh.
+
+    Resolution, up, ground and smallest hole say what counts as the mesh's inside, for the deviation
+    alone; viewers say where it is judged from as well.
+    """
+
+    def run(listener: Listener, interrupts: Interrupts) -> Report:
+        options = EvaluateOptions(**chosen)
+        check_extras(report, pictures)
+        watch = Stopwatch(listener)
+        with watch.stage("load"):
+            soup, judged = load_mesh(mesh), load_occluder(occluder)
+        judgement = judge(soup, judged, options, listener)
+        summary = judgement.report(load_seconds=watch.timings["load"])
+        if report is not None:
+            write_report(summary, report)
+        if pictures is not None:
+            judgement.write_pictures(pictures, mesh.name, summary)
+        return summary
+
+    shown(run, f"{mesh.name}, {occluder.name}", debug=debug)

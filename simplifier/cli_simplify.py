@@ -1,0 +1,100 @@
+"""The command that makes an occluder from a mesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from simplifier.cli_failures import Debug
+from simplifier.cli_options import Mesh, Pictures, ReportFile, typed_lengths, with_options
+from simplifier.cli_report import check_extras, shown
+from simplifier.console import print_line
+from simplifier.errors import OutputError
+from simplifier.evaluation.report import Report, write_report
+from simplifier.interrupts import Interrupts
+from simplifier.io import check_writable, load_mesh
+from simplifier.io.save_lods import is_level_path
+from simplifier.option_fields import SIMPLIFY_FIELDS
+from simplifier.production.options import SimplifyOptions
+from simplifier.production.produce import make
+from simplifier.progress import Listener, Stopwatch
+
+
+@with_options(SIMPLIFY_FIELDS)
+def simplify(
+    mesh: Mesh,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="The occluder: glb, obj, ply, stl or tres.")
+    ],
+    *,
+    report: ReportFile = None,
+    pictures: Pictures = None,
+    debug: Debug = False,
+    **chosen: Any,
+) -> None:
+    """Make an occluder from a mesh and report its precision and recall.
+
+    With levels of detail the output holds all of them if it is a glb, and each goes to a file of
+    its own, NAME_lod0 and so on; levels that bring nothing are left out.
+
+    Ctrl-C ends the refining and keeps the best so far; once more ends the command at once.
+    """
+
+    def run(listener: Listener, interrupts: Interrupts) -> Report | None:
+        bounds = typed_lengths(chosen["error_bounds"], "error bounds")
+        options = SimplifyOptions(**{**chosen, "error_bounds": bounds})
+        check_writable(output)
+        _check_distinct(mesh, output, levels=options.levels is not None)
+        check_extras(report, pictures)
+        watch = Stopwatch(listener)
+        with watch.stage("load"):
+            soup = load_mesh(mesh)
+        kept = reported = False
+        try:
+            with interrupts.deferred() as cancel:
+                made = make(soup, options, listener, cancel)
+                with interrupts.held(), watch.stage("write"):
+                    files = made.save(output)
+                kept = True
+            if interrupts.heard and not made.interrupted:
+                raise KeyboardInterrupt
+            product = made.judged(listener)
+            summary = product.report(
+                load_seconds=watch.timings["load"], write_seconds=watch.timings["write"],
+                files=files,
+            )  # fmt: skip
+            with interrupts.held():
+                if report is not None:
+                    write_report(summary, report)
+                reported = True
+            if pictures is not None:
+                product.write_pictures(pictures, mesh.name, summary)
+        except KeyboardInterrupt:
+            if not kept:
+                raise
+            if not reported:
+                print_line(f"warning: interrupted: {output} is written, its report is not")
+                return None
+            if pictures is not None:
+                print_line(f"warning: interrupted: {pictures} may lack pictures")
+        return summary
+
+    shown(run, mesh.name, debug=debug)
+
+
+def _check_distinct(mesh: Path, output: Path, *, levels: bool) -> None:
+    """The mesh is not to be lost by a slip of the keyboard."""
+    if levels and is_level_path(mesh, output):
+        raise OutputError(
+            "its levels would replace or remove the mesh itself",
+            where=str(output),
+            remedy="name another file for the occluder",
+        )
+    if mesh.resolve() == output.resolve():
+        raise OutputError(
+            "this is the mesh itself",
+            where=str(output),
+            remedy="name another file for the occluder",
+        )

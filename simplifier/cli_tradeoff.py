@@ -1,0 +1,105 @@
+"""The command that measures speed against accuracy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from simplifier.cli_failures import Debug, run_guarded
+from simplifier.cli_options import with_options
+from simplifier.console import print_front, print_line, print_text, run_bar
+from simplifier.errors import MeshError
+from simplifier.evaluation.tradeoff import SweepOptions, Trial, run_count, sweep
+from simplifier.evaluation.tradeoff_cases import check_precision
+from simplifier.evaluation.tradeoff_study import Study, numbers, study_files, study_of
+from simplifier.interrupts import interrupts
+from simplifier.io.whole import make_folder, write_whole
+from simplifier.option_fields import SIMPLIFY_FIELDS
+from simplifier.warmup import warm_up
+
+
+@with_options([one for one in SIMPLIFY_FIELDS if one.name in ("up", "ground", "seed")])
+def tradeoff(
+    meshes: Annotated[
+        list[Path], typer.Argument(help="The meshes: glb, gltf, obj, ply, stl, off.")
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Folder for tradeoff.csv, .png and .html.")
+    ],
+    *,
+    resolutions: Annotated[
+        str, typer.Option(metavar="LIST", help="Resolutions to try.")
+    ] = "32,64,128",
+    directions: Annotated[
+        str, typer.Option(metavar="LIST", help="Section directions to try.")
+    ] = "16,32,128",
+    budgets: Annotated[
+        str, typer.Option(metavar="LIST", help="Budgets, each with a front of its own.")
+    ] = ("16,64,256"),
+    times: Annotated[
+        str, typer.Option(metavar="LIST", help="Times to try, seconds.")
+    ] = "0.25,0.5,1,2,5",
+    precision: Annotated[
+        float, typer.Option(help="Least precision, 0 to 1, of a setting on the front.")
+    ] = 0.99,
+    repeats: Annotated[int, typer.Option(help="Runs a setting; their median time counts.")] = 3,
+    full: Annotated[
+        bool, typer.Option("--full", help="Every combination, not one knob at a time.")
+    ] = False,
+    debug: Debug = False,
+    **chosen: Any,
+) -> None:
+    """Measure speed against accuracy over many settings: a table, a picture and a page.
+
+    Takes some minutes a mesh.  Ctrl-C ends it and keeps what was measured so far.
+    """
+
+    def run() -> None:
+        options = SweepOptions(
+            numbers("resolutions", resolutions, int), numbers("directions", directions, int),
+            numbers("budgets", budgets, int), numbers("times", times, float),
+            repeats=repeats, full=full, **chosen,
+        )  # fmt: skip
+        check_precision(precision)
+        make_folder(output)
+        with interrupts() as listening:
+            trials = _trials(meshes, options)
+            study = study_of(trials, options, precision)
+            with listening.deferred():  # what was measured is not to be lost to a late Ctrl-C
+                for name, data in study_files(study):
+                    with listening.held():
+                        write_whole(output / name, data)
+                _print_study(study)
+        if all(trial.failure for trial in trials):
+            remedy = f"tradeoff.csv in {output} says why"
+            raise MeshError("none of the meshes could be measured", remedy=remedy)
+        if listening.heard:
+            runs = f"{len(trials)} of {run_count(meshes, options)} runs"
+            print_line(f"warning: interrupted after {runs}; {output} holds what they gave")
+
+    run_guarded(run, debug=debug)
+
+
+def _trials(meshes: list[Path], options: SweepOptions) -> list[Trial]:
+    """All trials, or those up to Ctrl-C if there are any."""
+    trials: list[Trial] = []
+    try:
+        with run_bar(run_count(meshes, options)) as tell:
+            warm_up()
+            for trial in sweep(meshes, options, tell):
+                trials.append(trial)  # noqa: PERF402  what came before Ctrl-C must be kept
+    except KeyboardInterrupt:
+        if not trials:
+            raise
+    return trials
+
+
+def _print_study(study: Study) -> None:
+    for line in study.warnings:
+        print_line(f"warning: {line}")
+    for title, rows in study.fronts:
+        print_front(title, rows)
+    for line in study.lines:
+        print_text(line)

@@ -1,0 +1,1 @@
+"""What one run of a command makes, from the options that users choose to the report."""

@@ -1,0 +1,90 @@
+"""``occluder evaluate`` as one call: an occluder, made here or elsewhere, against its mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from simplifier.evaluation.accuracy import AccuracyReport, evaluate_accuracy
+from simplifier.evaluation.page import write_pictures
+from simplifier.evaluation.report import Report, build_report
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.solid import Solid
+from simplifier.options import Options, make_options
+from simplifier.production.measures import accuracy_options
+from simplifier.production.options import EvaluateOptions
+from simplifier.progress import Cancel, Listener, Stopwatch
+from simplifier.solidify import solidify
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """How good an occluder is.
+
+    ``resolved``  what counts as the mesh's inside, in the solid.
+    ``timings``   seconds by stage.
+    """
+
+    mesh: TriangleMesh
+    occluder: Occluder
+    options: EvaluateOptions
+    resolved: Options
+    solid: Solid
+    accuracy: AccuracyReport
+    timings: Mapping[str, float]
+
+    def report(self, *, load_seconds: float = 0.0) -> Report:
+        """What ``--report`` writes, as ``docs/report.schema.json`` says.
+
+        ``load_seconds``  what reading the mesh and the occluder took.
+        """
+        return build_report(
+            self.mesh, self.occluder, self.solid, self.accuracy,
+            options={
+                **asdict(self.resolved.solid),
+                "viewers": self.options.viewers,
+                "accuracy": asdict(self.accuracy.options),
+            },
+            timings={**self.timings, "load": load_seconds}, seed=self.options.seed,
+        )  # fmt: skip
+
+    def write_pictures(
+        self, folder: str | Path, name: str, report: Report | None = None
+    ) -> list[Path]:
+        """Write silhouettes, histograms and an HTML page; what was written.
+
+        ``name`` is what the page calls the mesh, ``report`` what it shows: by default a new one.
+        Raises :class:`~simplifier.errors.OutputError`.
+        """
+        shown = self.report() if report is None else report
+        return write_pictures(folder, self.mesh, self.occluder, self.accuracy, shown, name=name)
+
+
+def judge(
+    mesh: TriangleMesh,
+    occluder: Occluder,
+    options: EvaluateOptions | None = None,
+    listener: Listener | None = None,
+    cancel: Cancel | None = None,
+) -> Judgement:
+    """Measure an occluder: precision, recall, and how far it strays from the mesh.
+
+    ``listener``  called with the :class:`~simplifier.progress.Progress` so far; what it raises
+                  ends the run.
+    ``cancel``    once set, ends the run before its next stage with
+                  :class:`~simplifier.errors.CancelledError`.
+
+    Raises :class:`~simplifier.errors.OccluderError`.
+    """
+    chosen = EvaluateOptions() if options is None else options
+    resolved = make_options(
+        float(mesh.extent.max()), resolution=chosen.resolution, up=chosen.up, ground=chosen.ground,
+        viewers=chosen.viewers, smallest_hole=chosen.smallest_hole,
+    )  # fmt: skip
+    watch = Stopwatch(listener, cancel)
+    solid = solidify(mesh, resolved.solid, watch)
+    with watch.stage("accuracy"):
+        accuracy = evaluate_accuracy(mesh, occluder, accuracy_options(chosen))
+    return Judgement(mesh, occluder, chosen, resolved, solid, accuracy, watch.timings)

@@ -1,0 +1,229 @@
+"""``occluder simplify`` as one call: a mesh to its occluder or levels, judged and reported."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from simplifier.evaluation.accuracy import AccuracyReport, evaluate_accuracies
+from simplifier.evaluation.deviation import deviation
+from simplifier.evaluation.level_report import left_out_rows, level_rows
+from simplifier.evaluation.page import write_pictures
+from simplifier.evaluation.report import Report, build_report
+from simplifier.geometry.camera import Lens
+from simplifier.geometry.lod_chain import Level, LodChain
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.occluder import Occluder
+from simplifier.io import save_lods, save_occluder
+from simplifier.lods.levels import Levels, simplify_levels
+from simplifier.lods.options import finest_bound
+from simplifier.lods.plan import plan_levels
+from simplifier.options import Options, make_options
+from simplifier.pipeline import Simplification, simplify_mesh
+from simplifier.production.measures import accuracy_options
+from simplifier.production.options import SimplifyOptions
+from simplifier.progress import Cancel, Listener, Stopwatch
+
+
+@dataclass(frozen=True, eq=False)
+class Made:
+    """What was made of a mesh, not judged yet: it can be saved before that takes its time.
+
+    ``resolved``  the options of the occluder, or of the finest level.
+    """
+
+    mesh: TriangleMesh
+    options: SimplifyOptions
+    resolved: Options
+    result: Simplification | Levels
+
+    @property
+    def occluder(self) -> Occluder:
+        """The occluder, or the finest level's."""
+        return self.result.occluder
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the run was cancelled, so that this is the best so far."""
+        return self.result.interrupted
+
+    def save(self, path: str | Path) -> tuple[Path, ...]:
+        """Write in the format of the suffix, all or nothing; the files, finest level first.
+
+        Raises :class:`~simplifier.errors.OutputError`.
+        """
+        if isinstance(self.result, Levels):
+            return save_lods(self.result.chain, path)
+        save_occluder(self.result.occluder, path)
+        return (Path(path),)
+
+    def judged(self, listener: Listener | None = None) -> Product:
+        """Measure precision and recall, of every level."""
+        watch = Stopwatch(listener)
+        with watch.stage("accuracy"):
+            chain = self._chain()
+            accuracies = evaluate_accuracies(
+                self.mesh,
+                [level.occluder for level in chain.levels],
+                accuracy_options(self.options),
+            )
+        return Product(self, chain, accuracies, watch.timings["accuracy"])
+
+    def _chain(self) -> LodChain:
+        if isinstance(self.result, Levels):
+            return self.result.chain
+        solid = self.result.solid
+        strays = deviation(self.occluder, self.mesh, solid.touched, solid.filled)
+        return LodChain((Level(self.occluder, self.resolved.solid.resolution, strays),), Lens())
+
+
+@dataclass(frozen=True, eq=False)
+class Product:
+    """An occluder or levels of detail, judged.
+
+    ``chain``       the levels, finest first; a single occluder is a chain of one.
+    ``accuracies``  one a level, in the same order.
+    ``judging``     seconds that they took.
+    """
+
+    made: Made
+    chain: LodChain
+    accuracies: tuple[AccuracyReport, ...]
+    judging: float
+
+    @property
+    def mesh(self) -> TriangleMesh:
+        """What it was made of."""
+        return self.made.mesh
+
+    @property
+    def levels(self) -> tuple[Level, ...]:
+        """At least one, finest first."""
+        return self.chain.levels
+
+    @property
+    def occluder(self) -> Occluder:
+        """The finest level's."""
+        return self.made.occluder
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know, a sentence each."""
+        return self.made.result.warnings
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the run was cancelled, so that this is the best so far."""
+        return self.made.interrupted
+
+    @property
+    def timings(self) -> Mapping[str, float]:
+        """Seconds by stage; levels were judged as they were made, too."""
+        timings = dict(self.made.result.timings)
+        timings["accuracy"] = timings.get("accuracy", 0.0) + self.judging
+        return timings
+
+    def save(self, path: str | Path) -> tuple[Path, ...]:
+        """As :meth:`Made.save`."""
+        return self.made.save(path)
+
+    def report(
+        self,
+        *,
+        load_seconds: float = 0.0,
+        write_seconds: float = 0.0,
+        files: Sequence[Path] | None = None,
+    ) -> Report:
+        """What ``--report`` writes, as ``docs/report.schema.json`` says.
+
+        ``load_seconds``, ``write_seconds``  what reading the mesh and :meth:`save` took.
+        ``files``  what :meth:`save` returned; None where nothing was saved.
+        """
+        made, result = self.made, self.made.result
+        asked = isinstance(result, Levels)
+        return build_report(
+            self.mesh, self.occluder, result.solid, self.accuracies[0],
+            options=_resolved(made.options, made.resolved),
+            timings={**self.timings, "load": load_seconds, "write": write_seconds},
+            warnings=self.warnings, seed=made.options.seed, strays=self.levels[0].deviation,
+            levels=level_rows(self.chain, self.accuracies, files) if asked else (),
+            left_out=left_out_rows(self.chain),
+        )  # fmt: skip
+
+    def write_pictures(
+        self, folder: str | Path, name: str, report: Report | None = None
+    ) -> list[Path]:
+        """Write silhouettes, histograms and an HTML page about the finest level; what was written.
+
+        ``name`` is what the page calls the mesh, ``report`` what it shows: by default a new one.
+        Raises :class:`~simplifier.errors.OutputError`.
+        """
+        shown = self.report() if report is None else report
+        return write_pictures(
+            folder, self.mesh, self.occluder, self.accuracies[0], shown, name=name
+        )
+
+
+def produce(
+    mesh: TriangleMesh,
+    options: SimplifyOptions | None = None,
+    listener: Listener | None = None,
+    cancel: Cancel | None = None,
+) -> Product:
+    """Make an occluder, or levels of detail where the options ask for them, and judge it.
+
+    ``listener``  called with the :class:`~simplifier.progress.Progress` so far; what it raises
+                  ends the run.
+    ``cancel``    once set, ends the making soon: with the best so far when refining of the finest
+                  level has begun, which is judged all the same, else with
+                  :class:`~simplifier.errors.CancelledError`.
+
+    Same mesh, same options, same bytes, as for :func:`simplifier.simplify`.  Raises
+    :class:`~simplifier.errors.OccluderError`.
+    """
+    chosen = SimplifyOptions() if options is None else options
+    return make(mesh, chosen, listener, cancel).judged(listener)
+
+
+def make(
+    mesh: TriangleMesh,
+    options: SimplifyOptions,
+    listener: Listener | None = None,
+    cancel: Cancel | None = None,
+) -> Made:
+    """The first half of :func:`produce`, for those who save before they judge."""
+    longest = float(mesh.extent.max())
+    levels = options.levels
+    bound = options.error_bound
+    if levels is not None:
+        bound = finest_bound(levels, options.resolution, bound)
+    resolved = make_options(
+        longest, budget=options.budget, resolution=options.resolution, error_bound=bound,
+        up=options.up, ground=options.ground, viewers=options.viewers,
+        smallest_hole=options.smallest_hole, conservative=options.conservative,
+        shrink=options.shrink, trim=options.trim, slicer=options.slicer, alpha=options.alpha,
+        preset=options.preset, min_precision=options.min_precision, moves=options.moves,
+        time_limit=options.time_limit, seed=options.seed,
+    )  # fmt: skip
+    result: Simplification | Levels
+    if levels is None:
+        result = simplify_mesh(mesh, resolved, listener, cancel)
+    else:
+        result = simplify_levels(mesh, plan_levels(longest, resolved, levels), listener, cancel)
+    return Made(mesh, options, resolved, result)
+
+
+def _resolved(chosen: SimplifyOptions, options: Options) -> dict[str, Any]:
+    """Every option that had a part in the result, by the name that users type."""
+    return {
+        **asdict(options.solid),
+        "viewers": options.viewers,
+        **asdict(options.sections),
+        **asdict(options.selection),
+        "refine": asdict(options.refine),
+        "time_limit": options.time_limit,
+        "lods": None if chosen.levels is None else asdict(chosen.levels),
+        "accuracy": asdict(accuracy_options(chosen)),
+    }

@@ -1,0 +1,100 @@
+"""A run as one call: what the command writes, without the command."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+import simplifier
+from simplifier import CancelledError, SimplifyOptions
+from tests.schema import check_report
+from tests.solids import blob, box
+
+QUICK = {"resolution": 16, "preset": "draft", "moves": 200, "budget": 24}
+FEW = {"views": 8, "image": 32, "exact": True}
+
+
+def produced(mesh, listener=None, cancel=None, **options):
+    return simplifier.produce(
+        mesh, SimplifyOptions.of({**QUICK, **FEW, **options}), listener, cancel
+    )
+
+
+def test_a_single_occluder_is_a_chain_of_one(tmp_path):
+    mesh = blob()
+    product = produced(mesh)
+    (level,), (accuracy,) = product.levels, product.accuracies
+    alone = simplifier.simplify(mesh, **QUICK)
+    assert level.occluder.vertices.tobytes() == alone.vertices.tobytes()
+    assert level.triangles == len(alone.faces)
+    assert level.error_bound == alone.error_bound
+    assert 0.0 <= level.deviation <= level.error_bound
+    assert 0.0 < accuracy.recall <= 1.0
+    assert product.mesh is mesh
+    assert not product.interrupted
+    assert product.save(tmp_path / "a.ply") == (tmp_path / "a.ply",)
+    assert len(simplifier.load(tmp_path / "a.ply").faces) == level.triangles
+
+
+def test_every_level_has_its_figures(tmp_path):
+    product = produced(blob(), resolution=32, lods=3, budget=32)
+    report = product.report()
+    check_report(report)
+    assert len(report["levels"]) == len(product.levels) == len(product.accuracies) >= 2
+    for index, row in enumerate(report["levels"]):
+        level, accuracy = product.levels[index], product.accuracies[index]
+        assert row["triangles"] == level.triangles
+        assert (row["precision"], row["recall"]) == (accuracy.precision, accuracy.recall)
+        assert row["error_bound"] == level.error_bound
+        assert row["switch_distance"] == product.chain.switch_distance(index)
+        assert row["file"] is None
+    files = product.save(tmp_path / "blob.glb")
+    assert [row["file"] for row in product.report(files=files)["levels"]] == [
+        file.name for file in files
+    ]
+    pages = product.write_pictures(tmp_path / "pictures", "the blob")
+    assert "not written" in pages[-1].read_text()
+
+
+def test_pictures_are_of_the_name(tmp_path):
+    files = produced(box()).write_pictures(tmp_path, "box <1>")
+    assert {file.name for file in files} == {file.name for file in tmp_path.iterdir()}
+    assert "box &lt;1&gt;" in (tmp_path / "report.html").read_text()
+
+
+def test_stages_are_told_in_order():
+    told = []
+    produced(box(), told.append)
+    stages = list(dict.fromkeys(one.stage for one in told))
+    assert stages == [one for one in simplifier.STAGES if one in stages]
+    assert stages[0] == "voxelize"
+    assert (told[-1].stage, told[-1].share) == ("accuracy", 1.0)
+
+
+def test_a_cancel_before_there_is_something_raises():
+    stop = threading.Event()
+    stop.set()
+    with pytest.raises(CancelledError):
+        produced(box(), cancel=stop)
+
+
+def test_a_cancel_while_refining_keeps_the_best_so_far():
+    stop = threading.Event()
+
+    def listen(progress):
+        if progress.stage == "refine":
+            stop.set()
+
+    product = produced(box(), listen, stop, moves=100_000_000)
+    assert product.interrupted
+    assert product.warnings == ("interrupted: the best so far",)
+    assert len(product.accuracies) == 1
+    check_report(product.report())
+
+
+def test_what_is_made_can_be_saved_before_it_is_judged(tmp_path):
+    made = simplifier.make(box(), SimplifyOptions.of({**QUICK, **FEW}))
+    made.save(tmp_path / "box.glb")
+    again = made.judged()
+    assert len(simplifier.load(tmp_path / "box.glb").faces) == again.levels[0].triangles

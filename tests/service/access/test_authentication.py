@@ -1,0 +1,228 @@
+"""Whom the service takes a request to come from."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+
+import pytest
+
+from service.access.authentication import Authenticator, demand
+from service.access.key import LOCAL, ApiKey, Caller, Scope, hint_of, new_secret
+from service.errors import (
+    ForbiddenError,
+    NotFoundError,
+    TooManyAttemptsError,
+    UnauthenticatedError,
+)
+
+HERE = "192.0.2.7"
+
+
+class Keys:
+    """A key store in memory, which counts how often it is asked."""
+
+    def __init__(self) -> None:
+        self._keys: dict[str, ApiKey] = {}
+        self.asked = 0
+
+    def create(self, tenant: str, name: str, scope: Scope) -> tuple[ApiKey, str]:
+        secret = new_secret()
+        key = ApiKey(f"key{len(self._keys)}", tenant, name, scope, hint_of(secret), 0.0)
+        self._keys[secret] = key
+        return key, secret
+
+    def keys(self, tenant: str | None = None) -> Sequence[ApiKey]:
+        return [key for key in self._keys.values() if tenant in (None, key.tenant)]
+
+    def revoke(self, key_id: str) -> ApiKey:
+        for secret, key in self._keys.items():
+            if key.id == key_id:
+                self._keys[secret] = replace(key, revoked=1.0)
+                return self._keys[secret]
+        raise NotFoundError(key_id)
+
+    def find(self, secret: str) -> ApiKey | None:
+        self.asked += 1
+        key = self._keys.get(secret)
+        return None if key is None or key.revoked is not None else key
+
+    def tenants(self) -> Collection[str]:
+        return {key.tenant for key in self._keys.values()}
+
+
+class Clock:
+    def __init__(self) -> None:
+        self.now = 50.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+class Door:
+    """An authenticator with its store and clock."""
+
+    def __init__(self, *, keys_needed: bool = True) -> None:
+        self.keys, self.clock = Keys(), Clock()
+        self.authenticator = Authenticator(self.keys, keys_needed=keys_needed, clock=self.clock)
+
+    def caller(self, headers: Mapping[str, str], address: str = HERE) -> Caller:
+        return self.authenticator.caller(headers, address)
+
+    def refuse(self, secret: str, address: str = HERE) -> None:
+        with pytest.raises(UnauthenticatedError):
+            self.caller({"x-api-key": secret}, address)
+
+
+def bearer(secret: str) -> dict[str, str]:
+    return {"authorization": f"Bearer {secret}"}
+
+
+def test_without_keys_needed_whoever_asks_is_local() -> None:
+    assert Door(keys_needed=False).caller({}) == LOCAL
+
+
+def test_a_key_that_is_sent_is_judged_even_where_none_is_needed() -> None:
+    door = Door(keys_needed=False)
+    key, secret = door.keys.create("studio", "ci", Scope.READ)
+    assert door.caller(bearer(secret)) == Caller("studio", Scope.READ, key.id)
+    door.refuse("occ_of_nobody")
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [{}, {"authorization": ""}, {"authorization": "Bearer "}, {"x-api-key": "  "}],
+)
+def test_a_request_without_a_key_is_told_how_to_get_one(headers: dict[str, str]) -> None:
+    with pytest.raises(UnauthenticatedError) as refusal:
+        Door().caller(headers)
+    assert "occluder keys create" in refusal.value.remedy
+    assert refusal.value.headers == {"WWW-Authenticate": "Bearer"}
+
+
+def test_another_scheme_than_bearer_is_named() -> None:
+    with pytest.raises(UnauthenticatedError, match="Bearer"):
+        Door().caller({"authorization": "Basic b2NjOm9jYw=="})
+
+
+@pytest.mark.parametrize("form", ["Bearer {}", "bearer {}", "BEARER   {} "])
+def test_a_key_comes_as_bearer(form: str) -> None:
+    door = Door()
+    key, secret = door.keys.create("studio", "ci", Scope.WRITE)
+    found = door.caller({"authorization": form.format(secret)})
+    assert found == Caller("studio", Scope.WRITE, key.id)
+
+
+def test_a_key_comes_beside_the_authorization_of_a_proxy() -> None:
+    door = Door()
+    _, secret = door.keys.create("studio", "ci", Scope.WRITE)
+    headers = {"authorization": "Basic b2NjOm9jYw==", "x-api-key": secret}
+    assert door.caller(headers).tenant == "studio"
+
+
+def test_a_key_in_use_is_looked_up_at_most_once_a_second() -> None:
+    door = Door()
+    _, secret = door.keys.create("studio", "ci", Scope.READ)
+    for _ in range(100):
+        door.caller(bearer(secret))
+        door.clock.now += 0.009
+    assert door.keys.asked == 1
+    door.clock.now += 1.0
+    door.caller(bearer(secret))
+    assert door.keys.asked == 2
+
+
+def test_a_revoked_key_ends_within_a_second() -> None:
+    door = Door()
+    key, secret = door.keys.create("studio", "ci", Scope.READ)
+    door.caller(bearer(secret))
+    door.keys.revoke(key.id)
+    door.clock.now += 1.01
+    door.refuse(secret)
+    door.refuse(secret)
+
+
+def test_an_unknown_key_may_be_made_known_at_once() -> None:
+    """Nothing remembers what was not there."""
+    door = Door()
+    door.refuse("occ_a")
+    _, secret = door.keys.create("studio", "ci", Scope.READ)
+    assert door.caller(bearer(secret)).tenant == "studio"
+
+
+def test_the_twenty_first_unknown_key_of_a_minute_is_put_off_without_a_look_up() -> None:
+    door = Door()
+    for number in range(20):
+        door.refuse(f"occ_{number}")
+    asked = door.keys.asked
+    with pytest.raises(TooManyAttemptsError) as refusal:
+        door.caller(bearer("occ_20"))
+    assert refusal.value.status == 429
+    assert refusal.value.headers == {"Retry-After": "3"}
+    assert door.keys.asked == asked
+    door.refuse("occ_21", "192.0.2.8")
+
+
+def test_a_key_in_use_is_not_locked_out_by_others_behind_its_proxy() -> None:
+    door = Door()
+    _, secret = door.keys.create("studio", "ci", Scope.READ)
+    door.caller(bearer(secret))
+    for number in range(20):
+        door.refuse(f"occ_{number}")
+    door.clock.now += 1.5
+    assert door.caller(bearer(secret)).tenant == "studio"
+
+
+def test_a_request_without_a_key_counts_as_no_attempt() -> None:
+    door = Door()
+    _, secret = door.keys.create("studio", "ci", Scope.READ)
+    for _ in range(100):
+        with pytest.raises(UnauthenticatedError):
+            door.caller({})
+    assert door.caller(bearer(secret)).tenant == "studio"
+
+
+def test_keys_not_used_for_long_are_forgotten() -> None:
+    door = Door()
+    secrets = [door.keys.create("studio", str(number), Scope.READ)[1] for number in range(10)]
+    for secret in secrets:
+        door.caller(bearer(secret))
+    door.clock.now += 700.0
+    door.caller(bearer(secrets[0]))
+    for number in range(20):
+        door.refuse(f"occ_{number}")
+    door.caller(bearer(secrets[0]))
+    with pytest.raises(TooManyAttemptsError):
+        door.caller(bearer(secrets[1]))
+
+
+def test_callers_may_come_in_many_threads() -> None:
+    door = Door()
+    made = [door.keys.create(f"tenant {number}", "ci", Scope.READ)[1] for number in range(8)]
+    wrong: list[str] = []
+
+    def ask(number: int) -> None:
+        for _ in range(300):
+            tenant = door.caller(bearer(made[number])).tenant
+            door.clock.now += 0.01
+            if tenant != f"tenant {number}":
+                wrong.append(tenant)
+
+    threads = [threading.Thread(target=ask, args=(number,)) for number in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not wrong
+
+
+@pytest.mark.parametrize("held", list(Scope))
+@pytest.mark.parametrize("needed", list(Scope))
+def test_a_scope_reaches_as_far_as_those_before_it(held: Scope, needed: Scope) -> None:
+    order = ["read", "write", "admin"]
+    if order.index(held) >= order.index(needed):
+        demand(Caller("studio", held), needed)
+    else:
+        with pytest.raises(ForbiddenError, match=f"--scope {needed}"):
+            demand(Caller("studio", held), needed)

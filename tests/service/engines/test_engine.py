@@ -1,0 +1,322 @@
+"""Jobs in real processes that succeed, fail, die, hang, grow, or are not wanted any more."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from service.errors import DatabaseDamagedError, DiskFullError
+from service.jobs.job import Claim, JobState, Summary
+from tests.service.engines.workplace import Workplace, until
+
+MIB = 1 << 20
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory):
+    """An engine of two workers that most tests share, as jobs in a server do."""
+    with Workplace(tmp_path_factory.mktemp("shared"), job_memory=256 * MIB).open() as place:
+        yield place
+
+
+def pids(note):
+    return [int(line) for line in note.read_text().split()] if note.exists() else []
+
+
+def is_alive(pid):
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().split()[2] != "Z"
+    except OSError:
+        return False
+
+
+def test_a_job_is_done_and_its_files_are_kept(shared):
+    job = shared.end_of(shared.submit(text="hello"))
+    assert job.state is JobState.SUCCEEDED
+    assert (job.attempt, job.summary.recall, job.failure) == (1, 0.5, None)
+    # By relative name; what is no plain file is not.
+    assert shared.results(job.id) == {
+        "lod0.obj": b"hello",
+        "pictures/one.png": b"picture of hello",
+    }
+    types = {one.name: one.media_type for one in shared.jobs.files(job.id)}
+    assert types["lod0.obj"] == "model/obj"
+    until(lambda: job.id in [one.id for one in shared.ended])
+    until(lambda: list((shared.folder / "scratch").iterdir()) == [])
+    assert shared.board.latest(job.id) is None
+
+
+def test_a_process_yields_and_keeps_to_itself(shared):
+    job = shared.end_of(shared.submit("report_surroundings"))
+    threads, nice, core, deaf, own_scratch, mode = eval(shared.results(job.id)["facts.json"])
+    assert int(threads) == len(os.sched_getaffinity(0))  # the only job has all of them
+    assert nice >= 5
+    assert (core, deaf, own_scratch, mode) == ((0, 0), True, True, "0o600")
+
+
+def test_a_reason_is_passed_on_and_costs_no_process(shared, tmp_path):
+    note = tmp_path / "note"
+    ids = [shared.submit("fail", note=str(note)) for _ in range(6)]
+    jobs = [shared.end_of(one) for one in ids]
+    assert {(job.failure.kind, job.failure.detail, job.attempt) for job in jobs} == {
+        ("unreadable-mesh", "it is a cat", 1)
+    }
+    assert len(set(pids(note))) <= 2
+
+
+def test_a_fault_of_the_program_is_told_without_its_words(shared):
+    job = shared.end_of(shared.submit("fault"))
+    assert (job.state, job.failure.kind, job.attempt) == (JobState.FAILED, "internal-error", 1)
+    assert "ZeroDivisionError" in job.failure.detail
+    assert "log alone" not in job.failure.detail
+
+
+@pytest.mark.parametrize(
+    ("deed", "how"), [("die", "signal 11 (SIGSEGV)"), ("exit_quietly", "exit status 7")]
+)
+def test_poison_fails_after_its_attempts_and_hurts_no_other(shared, deed, how):
+    poison = shared.submit(deed)
+    others = [shared.submit(text=str(number)) for number in range(4)]
+    assert {shared.end_of(one).attempt for one in others} == {1}
+    job = shared.end_of(poison)
+    assert (job.state, job.failure.kind, job.attempt) == (JobState.FAILED, "process-died", 3)
+    assert how in job.failure.detail
+    assert shared.engine.problem is None
+
+
+def test_a_killed_process_costs_one_attempt(shared, tmp_path):
+    note = tmp_path / "note"
+    id_ = shared.submit("wait", note=str(note))
+    first = until(lambda: pids(note))[0]
+    os.kill(first, signal.SIGKILL)
+    until(lambda: len(pids(note)) == 2)
+    assert shared.job(id_).attempt == 2
+    assert shared.job(id_).state is JobState.RUNNING
+    shared.jobs.cancel(None, id_)
+    shared.engine.wake()
+    assert shared.end_of(id_).state is JobState.CANCELLED
+
+
+@pytest.mark.parametrize("deed", ["wait", "hang"])
+def test_cancel_ends_a_job_within_a_second(shared, tmp_path, deed):
+    note = tmp_path / "note"
+    id_ = shared.submit(deed, note=str(note))
+    until(lambda: pids(note))
+    begin = time.monotonic()
+    shared.jobs.cancel(None, id_)
+    shared.engine.wake()
+    job = shared.end_of(id_)
+    assert time.monotonic() - begin < 1.0
+    assert (job.state, job.failure) == (JobState.CANCELLED, None)
+    # A process that answers is kept, one that does not is ended.
+    assert is_alive(pids(note)[0]) == (deed == "wait")
+    until(lambda: id_ in [one.id for one in shared.ended])
+
+
+def test_memory_is_limited(shared):
+    job = shared.end_of(shared.submit("allocate", bytes=300 * MIB))
+    assert (job.state, job.failure.kind, job.attempt) == (JobState.FAILED, "out-of-memory", 1)
+    assert "256 MiB" in job.failure.detail
+
+
+def test_memory_of_children_counts_and_they_end_as_well(shared, tmp_path):
+    note = tmp_path / "note"
+    job = shared.end_of(shared.submit("allocate_in_children", note=str(note)))
+    assert (job.state, job.failure.kind, job.attempt) == (JobState.FAILED, "out-of-memory", 1)
+    assert len(pids(note)) == 2
+    until(lambda: not any(map(is_alive, pids(note))))
+
+
+def test_memory_within_the_limit_is_there(shared):
+    assert shared.end_of(shared.submit("allocate", bytes=200 * MIB)).state is JobState.SUCCEEDED
+
+
+def test_progress_is_told_while_a_job_runs(shared):
+    id_ = shared.submit("wait")
+    progress = until(lambda: shared.board.latest(id_))
+    assert (progress.stage, progress.fraction) == ("voxelize", 0.5)
+    shared.jobs.cancel(None, id_)
+    shared.engine.wake()
+    shared.end_of(id_)
+    until(lambda: shared.board.latest(id_) is None)
+
+
+def test_two_hundred_jobs_end_exactly_once_whoever_is_killed(tmp_path):
+    note = tmp_path / "note"
+    place = Workplace(tmp_path / "place", attempts=3, jobs_per_process=40)
+    with place.open():
+        ids = [place.submit(text=str(number), note=str(note), attempts=20) for number in range(200)]
+        for goal in range(20, 200, 30):
+            until(lambda goal=goal: len(pids(note)) > goal)
+            os.kill(pids(note)[-1], signal.SIGKILL)
+        jobs = [place.end_of(one, 60.0) for one in ids]
+    assert {job.state for job in jobs} == {JobState.SUCCEEDED}
+    assert sorted(place.jobs.endings) == sorted(ids)
+    assert sorted(job.id for job in place.ended) == sorted(ids)
+    assert [place.results(one)["lod0.obj"] for one in ids] == [b"%d" % i for i in range(200)]
+    assert not any(map(is_alive, pids(note)))
+    assert len(set(pids(note))) >= 200 // 40
+
+
+def test_a_grown_process_is_replaced(tmp_path):
+    place = Workplace(tmp_path / "place", workers=1, job_memory=256 * MIB)
+    note = tmp_path / "note"
+    with place.open():
+        for size in (1, 140 * MIB, 1):
+            place.end_of(place.submit("keep", bytes=size, note=str(note)))
+    first, second, third = pids(note)
+    assert first == second != third
+
+
+def test_time_is_limited(tmp_path):
+    place = Workplace(tmp_path / "place", workers=1, job_seconds=0.3)
+    with place.open():
+        job = place.end_of(place.submit("hang"))
+    assert (job.state, job.failure.kind, job.attempt) == (JobState.FAILED, "out-of-time", 1)
+    assert "0.3 seconds" in job.failure.detail
+
+
+def test_processes_that_die_at_birth_are_told_and_started_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("TRIES", str(tmp_path / "tries"))
+    place = Workplace(
+        tmp_path / "place", "tests.service.engines.works:start_at_the_fifth_try", workers=1
+    )
+    with place.open():
+        id_ = place.submit()
+        until(lambda: place.engine.problem)
+        assert place.end_of(id_).attempt == 1
+        assert place.engine.problem is None
+
+
+def test_an_engine_without_a_process_says_so_and_stops(tmp_path):
+    place = Workplace(tmp_path / "place", "tests.service.engines.works:start_never", workers=1)
+    with place.open():
+        id_ = place.submit()
+        assert "exit status 3" in until(lambda: place.engine.problem)
+    assert place.job(id_).state is JobState.QUEUED
+
+
+def test_stopping_ends_processes_and_costs_no_attempt(tmp_path):
+    place = Workplace(tmp_path / "place", workers=2)
+    note = tmp_path / "note"
+    with place.open():
+        ids = [place.submit("hang", note=str(note)) for _ in range(3)]
+        until(lambda: len(pids(note)) == 2)
+        begin = time.monotonic()
+    assert time.monotonic() - begin < 1.0
+    jobs = [place.job(one) for one in ids]
+    assert [job.state for job in jobs] == [JobState.QUEUED] * 3
+    assert {job.attempts - job.attempt for job in jobs} == {3}
+    assert not any(map(is_alive, pids(note)))
+
+
+def test_what_a_killed_server_left_is_taken_back_first(tmp_path):
+    place = Workplace(tmp_path / "place", workers=1)
+    place.engine = place
+    place.wake = lambda: None
+    once, spent = place.submit(), place.submit(attempts=1)
+    assert place.jobs.claim("a dead server", 3600.0).job.id == once
+    assert place.jobs.claim("a dead server", 3600.0).job.id == spent
+    with place.open():
+        assert place.end_of(once).attempt == 2
+        job = place.end_of(spent)
+    assert (job.state, job.failure.kind) == (JobState.FAILED, "process-died")
+    assert sorted(one.id for one in place.ended) == sorted([once, spent])
+
+
+def test_a_lost_lease_ends_the_work_and_its_result_is_dropped(tmp_path):
+    place = Workplace(tmp_path / "place", workers=1, lease_seconds=1.0)
+    note = tmp_path / "note"
+    with place.open():
+        id_ = place.submit("hang", note=str(note))
+        pid = until(lambda: pids(note))[0]
+        with place.jobs.lock:  # as if another server had taken it over and done it
+            row = place.jobs.rows[id_]
+            row.owner = "another"
+            other = Claim(row.job, "another", ())
+            assert place.jobs.succeed(other, [], Summary(9, 9, 9, 9.0))
+        until(lambda: not is_alive(pid))
+        place.end_of(place.submit())
+    assert place.job(id_).summary.triangles == 9
+    assert id_ not in [job.id for job in place.ended]
+
+
+def test_leases_are_renewed_while_a_job_runs(tmp_path):
+    place = Workplace(tmp_path / "place", workers=1, lease_seconds=1.0)
+    with place.open():
+        id_ = place.submit("wait")
+        until(lambda: place.jobs.rows[id_].lease)
+        first = place.jobs.rows[id_].lease
+        until(lambda: place.jobs.rows[id_].lease > first + 1.0)
+        assert place.job(id_).attempt == 1
+
+
+@pytest.mark.parametrize(
+    ("method", "error"),
+    [("claim", DiskFullError), ("succeed", DiskFullError), ("succeed", DatabaseDamagedError),
+     ("renew", DatabaseDamagedError)],
+)  # fmt: skip
+def test_work_waits_while_the_stores_cannot_be_written(tmp_path, monkeypatch, method, error):
+    place = Workplace(tmp_path / "place", workers=1)
+    well = getattr(place.jobs, method)
+    failures = 2
+
+    def ill(*arguments):
+        nonlocal failures
+        if failures:
+            failures -= 1
+            raise error("no room")
+        return well(*arguments)
+
+    monkeypatch.setattr(place.jobs, method, ill)
+    with place.open():
+        id_ = place.submit("wait" if method == "renew" else "copy")
+        if method == "renew":
+            until(lambda: place.board.latest(id_))
+            place.jobs.cancel(None, id_)
+            place.engine.wake()
+        assert "no room" in until(lambda: place.engine.problem)
+        assert place.end_of(id_).attempt == 1
+        until(lambda: place.engine.problem is None)
+    assert place.jobs.endings == [id_]
+
+
+def test_a_result_waits_for_room_and_a_lost_upload_is_told(tmp_path, monkeypatch):
+    place = Workplace(tmp_path / "place", workers=1)
+    well, failures = place.blobs.put_file, [DiskFullError("no room")]
+
+    def ill(path):
+        if failures:
+            raise failures.pop()
+        return well(path)
+
+    monkeypatch.setattr(place.blobs, "put_file", ill)
+    with place.open():
+        assert place.end_of(place.submit()).state is JobState.SUCCEEDED
+        id_ = place.submit(text="lost", wake=False)
+        place.blobs.path(place.jobs.files(id_)[0].blob).unlink()
+        place.engine.wake()
+        job = place.end_of(id_)
+        assert (job.failure.kind, job.failure.remedy) == ("internal-error", "upload it again")
+
+
+def test_nothing_that_a_listener_or_store_raises_ends_the_engine(tmp_path, monkeypatch, caplog):
+    place = Workplace(tmp_path / "place", workers=1)
+    place.ended = type("Deaf", (), {"append": lambda self, job: 1 / 0})()
+    well, failures = place.jobs.claim, [RuntimeError("a fault")]
+
+    def ill(*arguments):
+        if failures:
+            raise failures.pop()
+        return well(*arguments)
+
+    monkeypatch.setattr(place.jobs, "claim", ill)
+    with place.open():
+        for _ in range(2):
+            assert place.end_of(place.submit()).state is JobState.SUCCEEDED
+    assert "a fault" in caplog.text
+    assert "ZeroDivisionError" in caplog.text

@@ -1,0 +1,123 @@
+"""Work for the tests of engines: what the option ``do`` says, in a real process."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+from service.engines.worker import TaskCancelledError, TaskFailedError
+from service.jobs.job import Failure, Summary
+from service.jobs.progress import JobProgress
+
+HELD = []
+
+
+def start():
+    return work
+
+
+def start_never():
+    sys.exit(3)
+
+
+def start_at_the_fifth_try():
+    tries = Path(os.environ["TRIES"])
+    with tries.open("a") as file:
+        file.write("x")
+    if tries.stat().st_size < 5:
+        sys.exit(3)
+    return work
+
+
+def work(task, tell, cancel):
+    note = Path(task.options.get("note", os.devnull))
+    with note.open("a") as file:
+        file.write(f"{os.getpid()}\n")
+    tell(JobProgress("voxelize", 0.5))
+    DEEDS[task.options.get("do", "copy")](task, tell, cancel)
+    return Summary(triangles=1, input_triangles=2, levels=1, seconds=0.0, recall=0.5)
+
+
+def copy(task, tell, cancel):
+    text = Path(task.inputs["mesh"]).read_text()
+    (Path(task.results) / "pictures").mkdir()
+    (Path(task.results) / "lod0.obj").write_text(text)
+    (Path(task.results) / "pictures" / "one.png").write_text("picture of " + text)
+    (Path(task.results) / "link.json").symlink_to("/etc/hosts")
+
+
+def die(task, tell, cancel):
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def exit_quietly(task, tell, cancel):
+    os._exit(7)
+
+
+def wait(task, tell, cancel):
+    while not cancel.is_set():
+        time.sleep(0.01)
+    raise TaskCancelledError
+
+
+def hang(task, tell, cancel):
+    """Hears of nothing, as a long kernel does."""
+    while True:
+        time.sleep(1.0)
+
+
+def fail(task, tell, cancel):
+    raise TaskFailedError(Failure("unreadable-mesh", "it is a cat", "take a dog"))
+
+
+def fault(task, tell, cancel):
+    raise ZeroDivisionError("this is for the log alone")
+
+
+def allocate(task, tell, cancel):
+    HELD.append(bytearray(task.options["bytes"]))
+
+
+def keep(task, tell, cancel):
+    """Memory that the next job finds taken."""
+    HELD.append(b"x" * task.options["bytes"])
+    copy(task, tell, cancel)
+
+
+def allocate_in_children(task, tell, cancel):
+    """Each within the limit, both beyond it."""
+    import subprocess
+
+    script = "import time; held = b'x' * 200_000_000; time.sleep(60)"
+    children = [subprocess.Popen([sys.executable, "-c", script]) for _ in range(2)]
+    Path(task.options["note"]).write_text("\n".join(str(child.pid) for child in children))
+    for child in children:
+        child.wait()
+
+
+def report_surroundings(task, tell, cancel):
+    import resource
+    import tempfile
+
+    facts = [
+        os.environ["OCCLUDER_THREADS"],
+        os.nice(0),
+        resource.getrlimit(resource.RLIMIT_CORE),
+        signal.getsignal(signal.SIGINT) == signal.SIG_IGN,
+        Path(tempfile.gettempdir()) == Path(task.scratch),
+    ]
+    with tempfile.NamedTemporaryFile() as file:
+        facts.append(oct(Path(file.name).stat().st_mode & 0o777))
+    (Path(task.results) / "facts.json").write_text(repr(facts))
+
+
+DEEDS = {
+    one.__name__: one
+    for one in (
+        copy, die, exit_quietly, wait, hang, fail, fault, allocate, keep, allocate_in_children,
+        report_surroundings,
+    )
+}  # fmt: skip

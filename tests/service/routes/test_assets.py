@@ -1,0 +1,130 @@
+"""Assets, their runs, and what is demanded of them."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.service.routes.serving import problem
+
+
+def run(service, name, query="", **numbers):
+    return service.done(f"/v1/occluders?filename=a.obj&asset={name}{query}", **numbers)
+
+
+def put(service, **body):
+    return service.http.put("/v1/assets", json=body)
+
+
+def test_an_asset_is_made_once_and_keeps_its_thresholds(service):
+    made = put(service, name="a/b c", min_recall=0.7)
+    assert made.status_code == 201
+    asset = made.json()
+    assert made.headers["location"] == asset["links"]["self"]
+    assert (asset["runs"], asset["holds"], asset["latest"]) == (0, None, None)
+    again = put(service, name="a/b c", min_precision=0.9)
+    assert again.status_code == 200
+    assert again.json()["id"] == asset["id"]
+    assert again.json()["thresholds"] == {"min_precision": 0.9, "min_recall": None}
+    found = service.http.get("/v1/assets", params={"name": "a/b c"}).json()["items"]
+    assert [one["id"] for one in found] == [asset["id"]]
+
+
+def test_whether_thresholds_hold_follows_the_latest_run(service):
+    asset = put(service, name="tower", min_recall=0.7).json()
+    place = asset["links"]["self"]
+    run(service, "tower", recall=0.6)
+    assert service.http.get(place).json()["holds"] is False
+    better = run(service, "tower", recall=0.8)
+    seen = service.http.get(place).json()
+    assert (seen["holds"], seen["runs"], seen["latest"]["id"]) == (True, 2, better)
+    runs = service.http.get(asset["links"]["runs"]).json()
+    assert [one["holds"] for one in runs["items"]] == [True, False]
+    lower = service.http.put(asset["links"]["thresholds"], json={"min_recall": 0.5}).json()
+    assert lower["thresholds"] == {"min_precision": None, "min_recall": 0.5}
+    runs = service.http.get(asset["links"]["runs"]).json()
+    assert [one["holds"] for one in runs["items"]] == [True, True]
+
+
+def test_runs_are_read_page_by_page(service):
+    ids = [run(service, "paged") for _ in range(3)]
+    asset = service.http.get("/v1/assets?name=paged").json()["items"][0]
+    page = service.http.get(f"{asset['links']['runs']}?limit=2").json()
+    rest = service.http.get(page["next"]).json()
+    assert [one["job_id"] for one in (*page["items"], *rest["items"])] == ids[::-1]
+    assert rest["next"] is None
+
+
+def test_two_runs_are_compared_by_number_and_option(service):
+    a = run(service, "compared", "&preset=draft", recall=0.6, seconds=1.0)
+    b = run(service, "compared", "&preset=best", recall=0.8, seconds=3.0)
+    c = run(service, "compared", "&preset=best&budget=9", recall=0.7, seconds=3.0)
+    place = service.http.get("/v1/assets?name=compared").json()["items"][0]["links"]["compare"]
+    seen = service.http.get(f"{place}?a={a}&b={b}").json()
+    assert seen["change"]["recall"] == pytest.approx(0.2)
+    assert seen["change"]["seconds"] == 2.0
+    assert seen["options_changed"] == {"preset": ["draft", "best"]}
+    latest = service.http.get(place).json()
+    assert (latest["a"]["job_id"], latest["b"]["job_id"]) == (b, c)
+    assert latest["options_changed"] == {"budget": [64, 9]}
+    since = service.http.get(f"{place}?a={a}").json()
+    assert (since["a"]["job_id"], since["b"]["job_id"]) == (a, c)
+
+
+def test_only_runs_of_the_asset_are_compared(service):
+    run(service, "lonely")
+    place = service.http.get("/v1/assets?name=lonely").json()["items"][0]["links"]["compare"]
+    problem(service.http.get(place), 404, "not-found")
+    other = run(service, "other")
+    problem(service.http.get(f"{place}?a={other}"), 404, "not-found")
+
+
+def test_assets_are_found_by_a_part_of_their_name_page_by_page(service):
+    names = [f"zoo/Lion {number}" for number in range(3)]
+    for name in names:
+        put(service, name=name)
+    page = service.http.get("/v1/assets?contains=lion&limit=2").json()
+    rest = service.http.get(page["next"]).json()
+    assert [one["name"] for one in (*page["items"], *rest["items"])] == names
+    assert rest["next"] is None
+
+
+def test_an_asset_with_the_longest_name_does_not_end_the_list(service):
+    names = ["y" * 299 + letter for letter in "ab"]
+    for name in names:
+        put(service, name=name)
+    page = service.http.get("/v1/assets", params={"contains": "y" * 200, "limit": 1}).json()
+    assert service.http.get(page["next"]).json()["items"][0]["name"] == names[1]
+
+
+def test_an_asset_goes_with_its_jobs_once_they_have_ended(service):
+    job_id = service.queued("/v1/occluders?filename=a.obj&asset=doomed")
+    place = service.http.get("/v1/assets?name=doomed").json()["items"][0]["links"]["self"]
+    problem(service.http.delete(place), 409, "conflict")
+    service.http.post(f"/v1/jobs/{job_id}/cancel")
+    assert service.http.delete(place).status_code == 204
+    problem(service.http.get(place), 404, "not-found")
+    problem(service.http.get(f"/v1/jobs/{job_id}"), 404, "not-found")
+
+
+@pytest.mark.parametrize(
+    ("body", "field"),
+    [
+        ({"name": ""}, "name"),
+        ({"name": "x" * 301}, "name"),
+        ({"name": "a", "min_recall": 1.5}, "min_recall"),
+        ({"name": "a", "min_recall": "0.5"}, "min_recall"),
+        ({"name": "a", "colour": 1}, "colour"),
+        ({}, "name"),
+    ],
+)
+def test_an_asset_that_cannot_be_names_the_field(service, body, field):
+    told = problem(service.http.put("/v1/assets", json=body), 422, "invalid-options")
+    assert told["errors"][0]["field"] == field
+
+
+def test_a_body_that_is_no_json_is_told(service):
+    header = {"Content-Type": "application/json"}
+    problem(service.http.put("/v1/assets", content=b"{", headers=header), 400, "bad-request")
+    lone = b'{"name": "\\ud800"}'
+    problem(service.http.put("/v1/assets", content=lone, headers=header), 422, "invalid-options")
+    problem(service.http.get("/v1/assets?cursor=x"), 422, "invalid-options")

@@ -1,0 +1,115 @@
+"""Jobs: list, one, cancel, retry."""
+
+from __future__ import annotations
+
+from urllib.parse import parse_qs, urlsplit
+
+import pytest
+
+from service.jobs.progress import JobProgress
+from tests.service.routes.serving import OBJ, problem, served
+
+
+def test_a_running_job_says_how_far_it_is(service):
+    job_id = service.queued()
+    service.hand.begin()
+    service.services.board.tell(job_id, JobProgress("refine", 0.4, 0.7, 1, 3, 2.5))
+    job = service.http.get(f"/v1/jobs/{job_id}").json()
+    assert (job["state"], job["attempt"]) == ("running", 1)
+    assert job["progress"] == {
+        "stage": "refine", "fraction": 0.4, "measure": 0.7, "level": 1, "levels": 3, "seconds": 2.5,
+    }  # fmt: skip
+    service.hand.succeed()
+    job = service.http.get(f"/v1/jobs/{job_id}").json()
+    assert job["progress"] is None
+    assert job["summary"]["warnings"] == ["one hole"]
+    assert job["ended"] >= job["started"] >= job["created"]
+
+
+def test_lists_are_read_page_by_page_newest_first(service):
+    ids = [service.queued("/v1/occluders?filename=a.obj&asset=listed") for _ in range(5)]
+    asset = service.http.get(f"/v1/jobs/{ids[0]}").json()["asset"]["id"]
+    seen: list[str] = []
+    page = f"/v1/jobs?asset={asset}&limit=2&state=queued&state=running"
+    while page:
+        body = service.http.get(page).json()
+        seen += [job["id"] for job in body["items"]]
+        page = body["next"]
+        if page:
+            assert parse_qs(urlsplit(page).query)["state"] == ["queued", "running"]
+    assert seen == ids[::-1]
+    for job_id in ids:
+        service.http.post(f"/v1/jobs/{job_id}/cancel")
+    assert service.http.get(f"/v1/jobs?asset={asset}&state=queued").json()["items"] == []
+    both = service.http.get(f"/v1/jobs?asset={asset}&state=queued&state=cancelled").json()
+    assert len(both["items"]) == 5
+
+
+def test_lists_are_filtered_by_time_and_kind(service):
+    job = service.http.get(f"/v1/jobs/{service.done()}").json()
+    newer = {"created_from": job["created"]}
+    older = {"created_before": job["created"]}
+    for times, there in ((newer, True), (older, False)):
+        items = service.http.get("/v1/jobs", params={**times, "limit": 500}).json()["items"]
+        assert (job["id"] in [one["id"] for one in items]) is there
+    assert service.http.get("/v1/jobs?kind=scene&state=succeeded").json()["items"] == []
+
+
+@pytest.mark.parametrize(
+    "query", ["limit=0", "limit=501", "cursor=x", "state=odd", "created_from=yesterday", "created_from=0.5",
+              "created_from=2024-01-01T00:00:00", "order=up", "cursor=" + "9" * 30],
+)  # fmt: skip
+def test_a_list_that_cannot_be_had_names_the_field(service, query):
+    told = problem(service.http.get(f"/v1/jobs?{query}"), 422, "invalid-options")
+    assert query.startswith(told["errors"][0]["field"].split(".")[0])
+
+
+def test_a_queued_job_is_cancelled_at_once_and_a_running_one_asked_to_end(service):
+    job_id = service.queued()
+    cancelled = service.http.post(f"/v1/jobs/{job_id}/cancel").json()
+    assert cancelled["state"] == "cancelled"
+    problem(service.http.post(f"/v1/jobs/{job_id}/cancel"), 409, "conflict")
+    job_id = service.queued()
+    service.hand.begin()
+    service.hand.woken.clear()
+    assert service.http.post(f"/v1/jobs/{job_id}/cancel").json()["state"] == "running"
+    assert service.hand.woken.is_set()
+    service.hand.end_cancelled()
+
+
+def test_a_failed_job_is_done_again_with_the_same_input(service):
+    job_id = service.queued("/v1/occluders?filename=a.obj&budget=5&asset=again")
+    first = service.services.jobs.files(job_id)
+    problem(service.http.post(f"/v1/jobs/{job_id}/retry"), 409, "conflict")
+    service.hand.begin()
+    service.hand.fail()
+    response = service.http.post(f"/v1/jobs/{job_id}/retry")
+    new = response.json()
+    assert response.status_code == 202
+    assert response.headers["location"] == f"/v1/jobs/{new['id']}"
+    assert (new["retry_of"], new["options"]["budget"], new["asset"]["name"]) == (job_id, 5, "again")
+    assert service.services.jobs.files(new["id"]) == first
+    service.hand.begin()
+    service.hand.succeed()
+    problem(service.http.post(f"/v1/jobs/{new['id']}/retry"), 409, "conflict")
+
+
+def test_a_job_whose_input_is_gone_is_not_done_again(service):
+    job_id = service.queued()
+    service.http.post(f"/v1/jobs/{job_id}/cancel")
+    service.hand.blobs.path(service.services.jobs.files(job_id)[0].blob).unlink()
+    told = problem(service.http.post(f"/v1/jobs/{job_id}/retry"), 409, "conflict")
+    assert told["remedy"] == "send it again"
+
+
+def test_what_there_is_not_is_told(service):
+    for verb, path in (("GET", ""), ("POST", "/cancel"), ("POST", "/retry"), ("GET", "/events")):
+        problem(service.http.request(verb, f"/v1/jobs/none{path}"), 404, "not-found")
+
+
+def test_a_full_queue_says_when_to_come_again(tmp_path):
+    with served(tmp_path, queue_limit=1) as small:
+        small.queued()
+        response = small.post(body=OBJ + b"# one too many\n")
+        problem(response, 429, "queue-full")
+        assert int(response.headers["retry-after"]) >= 1

@@ -1,0 +1,116 @@
+"""Results as a whole and file by file."""
+
+from __future__ import annotations
+
+import hashlib
+
+import pytest
+
+from tests.service.routes.serving import OBJ, RESULTS, problem
+
+GLB = RESULTS["occluder.glb"][0]
+
+
+@pytest.fixture(scope="module")
+def job(service):
+    return f"/v1/jobs/{service.done()}"
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_every_file_comes_as_it_is(service, job, name):
+    data, media_type = RESULTS[name]
+    response = service.http.get(f"{job}/files/{name}")
+    assert response.content == data
+    assert response.headers["content-type"] == media_type
+    assert response.headers["etag"] == f'"{hashlib.sha256(data).hexdigest()}"'
+    assert "immutable" in response.headers["cache-control"]
+    head = service.http.head(f"{job}/files/{name}")
+    assert head.content == b""
+    for header in ("content-length", "etag", "content-type", "content-disposition"):
+        assert head.headers[header] == response.headers[header]
+
+
+def test_the_list_of_files_leads_to_each(service, job):
+    for file in service.http.get(f"{job}/files").json()["items"]:
+        response = service.http.get(file["link"])
+        assert len(response.content) == file["size"]
+        assert response.headers["etag"].strip('"') == file["sha256"]
+
+
+def test_pages_are_shown_and_meshes_saved(service, job):
+    kinds = {
+        name: service.http.get(f"{job}/files/{name}").headers["content-disposition"]
+        for name in ("report.html", "pictures/silhouettes.png", "lod0.obj", "input/mesh.obj")
+    }
+    assert kinds["report.html"].startswith("inline")
+    assert kinds["pictures/silhouettes.png"] == 'inline; filename="silhouettes.png"'
+    assert kinds["lod0.obj"].startswith("attachment")
+    assert kinds["input/mesh.obj"].startswith("attachment")
+
+
+@pytest.mark.parametrize(
+    ("header", "status", "content"),
+    [
+        ("bytes=4-7", 206, GLB[4:8]),
+        ("bytes=-5", 206, GLB[-5:]),
+        ("bytes=9000-", 206, GLB[9000:]),
+        ("bytes=0-1,3-4", 200, GLB),
+    ],
+)
+def test_a_part_is_sent_as_one(service, job, header, status, content):
+    response = service.http.get(f"{job}/files/occluder.glb", headers={"Range": header})
+    assert (response.status_code, response.content) == (status, content)
+    assert response.headers["content-length"] == str(len(content))
+    if status == 206:
+        start = GLB.index(content)
+        told = f"bytes {start}-{start + len(content) - 1}/{len(GLB)}"
+        assert response.headers["content-range"] == told
+
+
+def test_a_part_beyond_the_end_is_refused(service, job):
+    response = service.http.get(f"{job}/files/lod0.glb", headers={"Range": "bytes=99-"})
+    problem(response, 416, "range-not-satisfiable")
+    assert response.headers["content-range"] == "bytes */5"
+
+
+def test_a_file_that_is_there_is_not_sent_again(service, job):
+    etag = service.http.get(f"{job}/files/lod0.obj").headers["etag"]
+    response = service.http.get(f"{job}/files/lod0.obj", headers={"If-None-Match": etag})
+    assert (response.status_code, response.content) == (304, b"")
+    assert response.headers["etag"] == etag
+
+
+def test_a_file_that_is_not_there_is_told(service, job):
+    for name in ("lod9.glb", "../occluder.db", "%2e%2e/%2e%2e/occluder.db", "input"):
+        assert service.http.get(f"{job}/files/{name}").status_code == 404
+    problem(service.http.get("/v1/jobs/none/files/lod0.obj"), 404, "not-found")
+
+
+def test_the_result_comes_in_the_format_that_is_asked_for(service, job):
+    result = service.http.get(f"{job}/result", headers={"Accept": "application/json"}).json()
+    assert result["job"]["links"]["self"] == job
+    page = service.http.get(f"{job}/result", headers={"Accept": "text/html"})
+    assert page.text == RESULTS["report.html"][0].decode()
+    obj = service.http.get(f"{job}/result", headers={"Accept": "model/obj"})
+    assert obj.content == OBJ
+    assert "Accept" in obj.headers["vary"]
+    assert "immutable" not in obj.headers["cache-control"]
+    answer = service.http.get(f"{job}/result", headers={"Accept": "model/ply"})
+    problem(answer, 406, "not-acceptable")
+
+
+def test_there_is_no_result_before_the_job_has_succeeded(service):
+    job_id = service.queued()
+    told = problem(service.http.get(f"/v1/jobs/{job_id}/result"), 409, "conflict")
+    assert told["job"] == f"/v1/jobs/{job_id}"
+    service.hand.begin()
+    service.hand.fail("out-of-time")
+    told = problem(service.http.get(f"/v1/jobs/{job_id}/result"), 409, "conflict")
+    assert told["failure"]["kind"] == "out-of-time"
+
+
+def test_a_blob_that_is_gone_is_told(service):
+    job_id = service.done()
+    service.hand.blobs.path(service.services.jobs.files(job_id)[-1].blob).unlink()
+    name = service.services.jobs.files(job_id)[-1].name
+    problem(service.http.get(f"/v1/jobs/{job_id}/files/{name}"), 404, "not-found")

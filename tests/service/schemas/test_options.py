@@ -1,0 +1,73 @@
+"""Options as JSON schema has them and as they are read: the two say the same."""
+
+from __future__ import annotations
+
+import math
+
+import jsonschema
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.errors import InvalidOptionsError
+from service.jobs.job import JobKind
+from service.schemas.job_options import option_tables
+from simplifier import EVALUATE_FIELDS, SCENE_FIELDS, SIMPLIFY_FIELDS
+
+TABLES = option_tables(math.inf)
+OF_LIBRARY = {
+    JobKind.OCCLUDER: SIMPLIFY_FIELDS,
+    JobKind.EVALUATION: EVALUATE_FIELDS,
+    JobKind.SCENE: SCENE_FIELDS,
+}
+CASES = [(kind, field) for kind in TABLES for field in TABLES[kind].fields]
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_every_option_of_the_library_is_there_but_what_the_server_decides(kind):
+    missing = {one.name for one in OF_LIBRARY[kind]} - {one.name for one in TABLES[kind].fields}
+    assert missing <= {"slicer", "preview"}
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_all_options_are_told_where_none_is_given(kind):
+    options = TABLES[kind].read({})
+    assert set(options) == {one.name for one in TABLES[kind].fields}
+    jsonschema.validate(options, TABLES[kind].schema())
+
+
+values = st.one_of(
+    st.none(), st.booleans(), st.integers(), st.integers(-2, 70_000), st.floats(), st.text(),
+    st.lists(st.floats(0.0, 10.0), max_size=18),
+    st.sampled_from(["x", "draft", "above", "gain", 0.01, 1e6, 2**63 - 1, 179]),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "field"), CASES, ids=lambda one: getattr(one, "name", str(one)))
+@given(value=values)
+def test_the_schema_allows_just_what_can_be_read(kind, field, value):
+    if isinstance(value, float) and not math.isfinite(value):
+        return  # JSON has none
+    table = TABLES[kind]
+    schema = table.schema()["properties"][field.name]
+    try:
+        table.read({field.name: value})
+    except InvalidOptionsError:
+        accepted = False
+    else:
+        accepted = True
+    assert jsonschema.Draft202012Validator(schema).is_valid(value) is accepted
+
+
+@given(st.dictionaries(st.text(max_size=5), values, min_size=1, max_size=4))
+def test_what_there_is_not_is_refused_field_by_field(given):
+    with pytest.raises(InvalidOptionsError) as told:
+        TABLES[JobKind.OCCLUDER].read(given)
+    assert {one.field for one in told.value.errors} == set(given)
+
+
+def test_a_time_limit_is_no_longer_than_a_job_may_take():
+    table = option_tables(30.0)[JobKind.OCCLUDER]
+    assert table.read({"time_limit": 30})["time_limit"] == 30.0
+    with pytest.raises(InvalidOptionsError, match="at most 30"):
+        table.read({"time_limit": 30.5})

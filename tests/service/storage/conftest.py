@@ -1,0 +1,58 @@
+"""A new database for each test, and the stores on it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from service.storage.asset_store import SqlAssetStore
+from service.storage.database import Database
+from service.storage.delivery_store import SqlDeliveryStore
+from service.storage.job_store import SqlJobStore
+from service.storage.key_store import SqlKeyStore
+from tests.service.storage.samples import Clock
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "occluder.db"
+
+
+@pytest.fixture
+def database(file: Path) -> Iterator[Database]:
+    database = Database.open(file)
+    yield database
+    database.close()
+
+
+@pytest.fixture
+def clock() -> Clock:
+    """The time of day."""
+    return Clock()
+
+
+@pytest.fixture
+def monotonic() -> Clock:
+    return Clock(1000.0)
+
+
+@pytest.fixture
+def jobs(database: Database, clock: Clock, monotonic: Clock) -> SqlJobStore:
+    return SqlJobStore(database, clock, monotonic)
+
+
+@pytest.fixture
+def assets(database: Database, clock: Clock) -> SqlAssetStore:
+    return SqlAssetStore(database, clock)
+
+
+@pytest.fixture
+def keys(database: Database, clock: Clock) -> SqlKeyStore:
+    return SqlKeyStore(database, clock)
+
+
+@pytest.fixture
+def deliveries(database: Database, clock: Clock) -> SqlDeliveryStore:
+    return SqlDeliveryStore(database, clock)

@@ -1,0 +1,162 @@
+"""Assets: their names, their runs, and what is demanded of them."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from service.errors import BadRequestError, ConflictError, NotFoundError
+from service.jobs.asset import Thresholds
+from service.jobs.job import Job
+from service.storage.asset_store import SqlAssetStore
+from service.storage.database import Database
+from service.storage.job_store import SqlJobStore
+from tests.service.storage.samples import DIED, results, submission, summary
+
+
+def run(jobs: SqlJobStore, asset: str, recall: float = 0.9, tenant: str = "studio") -> Job:
+    """A job of an asset that was done."""
+    asked = submission(asset=asset, tenant=tenant, may_reuse=False)
+    jobs.submit(asked, 100)
+    claim = jobs.claim("one", 30.0)
+    assert claim is not None
+    assert jobs.succeed(claim, results(), summary(recall))
+    return jobs.job(None, claim.job.id)
+
+
+def test_an_asset_is_made_with_its_first_job(jobs: SqlJobStore, assets: SqlAssetStore) -> None:
+    job, _ = jobs.submit(submission(asset="props/castle"), 10)
+    assert job.asset == "props/castle"
+    assert job.asset_id is not None
+    asset = assets.asset("studio", job.asset_id)
+    assert (asset.name, asset.runs, asset.latest) == ("props/castle", 0, None)
+
+
+def test_the_latest_run_is_the_last_that_succeeded(
+    jobs: SqlJobStore, assets: SqlAssetStore
+) -> None:
+    run(jobs, "castle", 0.8)
+    latest = run(jobs, "castle", 0.85)
+    jobs.submit(submission("poison", asset="castle"), 10)
+    claim = jobs.claim("one", 30.0)
+    assert claim is not None
+    jobs.fail(claim, DIED, final=True)
+    jobs.submit(submission("waits", asset="castle"), 10)
+    (asset,) = assets.assets("studio").assets
+    assert (asset.runs, asset.latest) == (2, latest)
+    assert asset.latest
+    assert asset.latest.summary == summary(0.85)
+
+
+def test_a_result_that_was_stored_already_is_a_run(
+    jobs: SqlJobStore, assets: SqlAssetStore
+) -> None:
+    first = run(jobs, "castle")
+    again, _ = jobs.submit(submission(asset="castle"), 10)
+    assert again.reused == first.id
+    (asset,) = assets.assets("studio").assets
+    assert (asset.runs, asset.latest) == (2, again)
+
+
+def test_runs_are_paged_newest_first(jobs: SqlJobStore, assets: SqlAssetStore) -> None:
+    done = [run(jobs, "castle", 0.8 + share / 100) for share in range(5)]
+    run(jobs, "another")
+    asset_id = done[0].asset_id
+    assert asset_id is not None
+    first = assets.runs("studio", asset_id, limit=3)
+    assert first.runs == tuple(done[:1:-1])
+    second = assets.runs("studio", asset_id, before=first.cursor, limit=3)
+    assert (second.runs, second.cursor) == (tuple(done[1::-1]), None)
+
+
+def test_assets_are_paged_by_name_across_tenants(assets: SqlAssetStore) -> None:
+    names = ["b", "a/1", "ä", "a", "Z: 1"]
+    for tenant in ("rival", "studio"):
+        for name in names:
+            assets.put(tenant, name, Thresholds())
+
+    def pages(tenant: str | None) -> list[str]:
+        seen: list[str] = []
+        after = None
+        while True:
+            page = assets.assets(tenant, after=after, limit=3)
+            seen += [asset.name for asset in page.assets]
+            after = page.cursor
+            if after is None:
+                return seen
+
+    assert pages("studio") == sorted(names)
+    assert pages(None) == sorted(names * 2)
+
+
+def test_what_is_no_cursor_is_told(assets: SqlAssetStore) -> None:
+    with pytest.raises(BadRequestError, match="'castle' is no cursor"):
+        assets.assets("studio", after="castle")
+
+
+@settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    names=st.sets(st.text(st.sampled_from("aAßéÉ%_/"), min_size=1, max_size=5), max_size=6),
+    part=st.text(st.sampled_from("aAßséÉ%_/"), max_size=2),
+)
+def test_names_are_searched_whatever_their_case(
+    database: Database, names: set[str], part: str
+) -> None:
+    assets = SqlAssetStore(database)
+    tenant = "/".join(sorted(names))
+    for name in names:
+        assets.put(tenant, name, Thresholds())
+    found = [asset.name for asset in assets.assets(tenant, contains=part).assets]
+    assert found == sorted(name for name in names if part.casefold() in name.casefold())
+    for name in names:
+        assert [one.name for one in assets.assets(tenant, name=name).assets] == [name]
+
+
+def test_thresholds_are_set_and_changed(assets: SqlAssetStore) -> None:
+    asset, made = assets.put("studio", "castle", Thresholds(min_recall=0.8))
+    assert made
+    again, made = assets.put("studio", "castle", Thresholds(0.99, 0.9))
+    assert not made
+    assert (again.id, again.thresholds) == (asset.id, Thresholds(0.99, 0.9))
+    assert assets.set_thresholds("studio", asset.id, Thresholds()).thresholds == Thresholds()
+    assert assets.asset("studio", asset.id).thresholds == Thresholds()
+
+
+def test_an_asset_goes_with_its_jobs(jobs: SqlJobStore, assets: SqlAssetStore) -> None:
+    job = run(jobs, "castle")
+    kept = run(jobs, "tower")
+    assert job.asset_id is not None
+    assets.remove("studio", job.asset_id)
+    for call in (lambda: assets.asset(None, str(job.asset_id)), lambda: jobs.job(None, job.id)):
+        with pytest.raises(NotFoundError):
+            call()
+    assert jobs.job(None, kept.id) == kept
+
+
+def test_an_asset_stays_while_a_job_of_it_has_not_ended(
+    jobs: SqlJobStore, assets: SqlAssetStore
+) -> None:
+    job, _ = jobs.submit(submission(asset="castle"), 10)
+    assert job.asset_id is not None
+    for _ in ("queued", "running"):
+        with pytest.raises(ConflictError, match=job.id):
+            assets.remove("studio", job.asset_id)
+        jobs.claim("one", 30.0)
+    assert assets.asset("studio", job.asset_id).runs == 0
+
+
+def test_another_tenant_sees_nothing(jobs: SqlJobStore, assets: SqlAssetStore) -> None:
+    asset, _ = assets.put("studio", "castle", Thresholds(min_recall=0.8))
+    for call in (
+        lambda: assets.asset("rival", asset.id),
+        lambda: assets.runs("rival", asset.id),
+        lambda: assets.set_thresholds("rival", asset.id, Thresholds()),
+        lambda: assets.remove("rival", asset.id),
+    ):
+        with pytest.raises(NotFoundError, match=asset.id):
+            call()
+    assert assets.assets("rival").assets == ()
+    theirs = run(jobs, "castle", tenant="rival")
+    assert theirs.asset_id != asset.id
+    assert assets.asset(None, asset.id) == asset

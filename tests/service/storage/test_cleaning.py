@@ -1,0 +1,102 @@
+"""Rounds of cleaning: what they free, and that nothing stops them but the end of the server."""
+
+from __future__ import annotations
+
+import io
+import logging
+import threading
+import time
+
+import pytest
+
+from service.errors import DatabaseDamagedError
+from service.storage.blobs.file_blobs import FileBlobs
+from service.storage.cleaning import Cleaned, Cleaner
+
+DAY = 86_400.0
+
+
+class Rows:
+    """The two methods of a job store that cleaning calls, over jobs that have one file each."""
+
+    def __init__(self, ended: dict[str, float]) -> None:
+        self.ended = ended
+        self.rounds = threading.Semaphore(0)
+        self.faults: list[Exception] = []
+        self.asked: list[float] = []
+
+    def expire(self, ended_before: float) -> int:
+        self.asked.append(ended_before)
+        old = [digest for digest, ended in self.ended.items() if ended < ended_before]
+        for digest in old:
+            del self.ended[digest]
+        return len(old)
+
+    def named_digests(self) -> set[str]:
+        self.rounds.release()
+        if self.faults:
+            raise self.faults.pop()
+        return set(self.ended)
+
+
+@pytest.fixture
+def blobs(tmp_path):
+    return FileBlobs(tmp_path)
+
+
+def put(blobs, *contents):
+    with blobs.keeping() as keeping:
+        return [keeping.put(io.BytesIO(data)).digest for data in contents]
+
+
+def cleaner(rows, blobs, keep_days=10.0, seconds=1000.0):
+    return Cleaner(rows, blobs, keep_days, seconds)
+
+
+def wait_for(rows):
+    assert rows.rounds.acquire(timeout=10)
+
+
+def test_a_round_forgets_old_jobs_and_frees_their_blobs(blobs):
+    old, young, _orphan = put(blobs, b"old", b"young", b"orphan")
+    rows = Rows({old: 0.0, young: 5 * DAY})
+    assert cleaner(rows, blobs).clean(now=11 * DAY) == Cleaned(jobs=1, blobs=2)
+    assert list(blobs.digests()) == [young]
+
+
+def test_zero_days_keep_for_ever(blobs):
+    (old,) = put(blobs, b"old")
+    rows = Rows({old: 0.0})
+    assert cleaner(rows, blobs, keep_days=0.0).clean(now=1e12) == Cleaned(0, 0)
+    assert rows.asked == []
+
+
+def test_rounds_go_on_after_a_failure(blobs, caplog):
+    rows = Rows({})
+    rows.faults = [DatabaseDamagedError("a page cannot be read"), OSError("disk")]
+    put(blobs, b"orphan")
+    with caplog.at_level(logging.INFO), cleaner(rows, blobs, seconds=0.001).running():
+        for _ in range(4):
+            wait_for(rows)
+    assert list(blobs.digests()) == []
+    assert sum("cleaning failed" in record.message for record in caplog.records) == 2
+    assert "0 jobs and 1 blobs" in caplog.text
+
+
+def test_the_first_round_is_at_once_and_the_end_too(blobs):
+    rows = Rows({})
+    with cleaner(rows, blobs, seconds=1e6).running():
+        wait_for(rows)
+        begin = time.monotonic()
+    assert time.monotonic() - begin < 1.0
+    assert not [thread for thread in threading.enumerate() if thread.name == "cleaner"]
+
+
+def test_a_clock_that_jumps_ahead_makes_no_job_old(blobs, monkeypatch):
+    rows, real = Rows({}), time.time
+    with cleaner(rows, blobs, seconds=0.001).running():
+        wait_for(rows)
+        monkeypatch.setattr(time, "time", lambda: real() + 1000 * DAY)
+        for _ in range(3):
+            wait_for(rows)
+    assert max(rows.asked) < real() - 9 * DAY

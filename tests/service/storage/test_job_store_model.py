@@ -1,0 +1,229 @@
+"""Any order of calls: the store does as a plain model of it in memory."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    Bundle,
+    RuleBasedStateMachine,
+    consumes,
+    initialize,
+    invariant,
+    multiple,
+    rule,
+)
+
+from service.errors import ConflictError, NotFoundError, QueueFullError
+from service.jobs.job import Claim, JobState, Submission
+from service.jobs.stores import JobFilter
+from service.storage.database import Database
+from service.storage.job_store import SqlJobStore
+from tests.service.storage.samples import DIED, Clock, results, submission, summary
+
+LEASE = 30.0
+QUEUE_LIMIT = 4
+
+meshes = st.sampled_from(["cube", "sphere"])
+assets = st.sampled_from([None, "castle"])
+keys = st.sampled_from([None, None, "k1", "k2"])
+
+
+@dataclass
+class Modelled:
+    """What the store should say of a job."""
+
+    asked: Submission
+    state: JobState = JobState.QUEUED
+    attempt: int = 0
+    cancel_asked: bool = False
+    ended: float | None = None
+    seen: float = 0.0
+    """When its holder last gave a sign of life, by the monotonic clock."""
+    digests: set[str] = field(default_factory=set)
+
+    def end_attempt(self, now: float, *, final: bool = False) -> None:
+        if self.cancel_asked and not final:
+            self.end(JobState.CANCELLED, now)
+        elif self.attempt < self.asked.attempts and not final:
+            self.state = JobState.QUEUED
+        else:
+            self.end(JobState.FAILED, now)
+
+    def end(self, state: JobState, now: float) -> None:
+        self.state, self.ended = state, now
+
+
+class JobStoreMachine(RuleBasedStateMachine):
+    claims = Bundle("claims")
+    jobs = Bundle("jobs")
+
+    @initialize()
+    def open(self) -> None:
+        self.folder = tempfile.TemporaryDirectory()
+        self.database = Database.open(Path(self.folder.name) / "occluder.db")
+        self.clock, self.monotonic = Clock(), Clock()
+        self.store = SqlJobStore(self.database, self.clock, self.monotonic)
+        self.model: dict[str, Modelled] = {}
+        """By id, in the order in which jobs were taken in."""
+
+    def teardown(self) -> None:
+        self.database.close()
+        self.folder.cleanup()
+
+    @rule(target=jobs, mesh=meshes, asset=assets, key=keys, attempts=st.integers(1, 2))
+    def submit(self, mesh: str, asset: str | None, key: str | None, attempts: int) -> object:
+        asked = submission(mesh, asset=asset, idempotency_key=key, attempts=attempts)
+        earlier = [one for one in self.model.items() if key and one[1].asked.idempotency_key == key]
+        done = [
+            one
+            for one in self.model.values()
+            if one.state is JobState.SUCCEEDED and one.asked.work_key == asked.work_key
+        ]
+        try:
+            job, new = self.store.submit(asked, QUEUE_LIMIT)
+        except ConflictError:
+            assert earlier[0][1].asked.fingerprint != asked.fingerprint
+            return multiple()
+        except QueueFullError:
+            assert not earlier
+            assert not done
+            assert len(self.those(JobState.QUEUED)) == QUEUE_LIMIT
+            return multiple()
+        assert new == (not earlier)
+        if earlier:
+            assert job.id == earlier[0][0]
+            assert earlier[0][1].asked.fingerprint == asked.fingerprint
+            return job.id
+        inputs = {file.blob.digest for file in asked.inputs}
+        made = self.model[job.id] = Modelled(asked, digests=inputs)
+        if done:
+            made.end(JobState.SUCCEEDED, self.clock.now)
+            made.digests |= done[0].digests
+        return job.id
+
+    @rule(target=claims, owner=st.sampled_from(["one", "two"]))
+    def claim(self, owner: str) -> object:
+        claim = self.store.claim(owner, LEASE)
+        queued = self.those(JobState.QUEUED)
+        if claim is None:
+            assert not queued
+            return multiple()
+        job_id, job = queued[0]
+        assert claim.job.id == job_id
+        job.state, job.attempt, job.seen = JobState.RUNNING, job.attempt + 1, self.monotonic.now
+        assert claim.job.attempt == job.attempt
+        return claim
+
+    @rule(claim=claims)
+    def renew(self, claim: Claim) -> None:
+        job = self.held(claim)
+        expected = {claim.job.id: job.cancel_asked} if job else {}
+        assert self.store.renew([claim], LEASE) == expected
+        if job:
+            job.seen = self.monotonic.now
+
+    @rule(claim=consumes(claims))
+    def succeed(self, claim: Claim) -> None:
+        job = self.held(claim)
+        files = results(f"{claim.job.id} {claim.job.attempt}")
+        assert self.store.succeed(claim, files, summary()) == bool(job)
+        if job:
+            job.end(JobState.SUCCEEDED, self.clock.now)
+            job.digests |= {file.blob.digest for file in files}
+
+    @rule(claim=consumes(claims), final=st.booleans())
+    def fail(self, claim: Claim, final: bool) -> None:
+        job = self.held(claim)
+        if job:
+            job.end_attempt(self.clock.now, final=final)
+        assert self.store.fail(claim, DIED, final=final) == (job.state if job else None)
+
+    @rule(claim=consumes(claims))
+    def end_cancelled(self, claim: Claim) -> None:
+        job = self.held(claim)
+        assert self.store.end_cancelled(claim) == bool(job)
+        if job:
+            job.end(JobState.CANCELLED, self.clock.now)
+
+    @rule(job_id=jobs)
+    def cancel(self, job_id: str) -> None:
+        job = self.model.get(job_id)
+        try:
+            self.store.cancel("studio", job_id)
+        except NotFoundError:
+            assert job is None
+        except ConflictError:
+            assert job is not None
+            assert job.state.ended
+        else:
+            assert job is not None
+            if job.state is JobState.QUEUED:
+                job.end(JobState.CANCELLED, self.clock.now)
+            job.cancel_asked = job.state is JobState.RUNNING
+
+    @rule(all_leases=st.booleans())
+    def recover(self, all_leases: bool) -> None:
+        lost = [
+            job_id
+            for job_id, job in self.those(JobState.RUNNING)
+            if all_leases or self.monotonic.now - job.seen > LEASE
+        ]
+        for job_id in lost:
+            self.model[job_id].end_attempt(self.clock.now)
+        found = self.store.recover(DIED, all_leases=all_leases)
+        assert [(job.id, job.state) for job in found] == [
+            (job_id, self.model[job_id].state) for job_id in lost
+        ]
+
+    @rule(age=st.sampled_from([0.0, 60.0]))
+    def expire(self, age: float) -> None:
+        before = self.clock.now - age
+        latest = {
+            job.asked.asset: job_id for job_id, job in self.those(JobState.SUCCEEDED)
+        }  # the last of each asset stays
+        old = [
+            job_id
+            for job_id, job in self.model.items()
+            if job.ended is not None and job.ended < before
+            if job.asked.asset is None or latest.get(job.asked.asset) != job_id
+        ]
+        assert self.store.expire(before) == len(old)
+        for job_id in old:
+            del self.model[job_id]
+
+    @rule(
+        seconds=st.sampled_from([1.0, LEASE + 1.0]), jump=st.sampled_from([0.0, 3600.0, -86400.0])
+    )
+    def wait(self, seconds: float, jump: float) -> None:
+        self.monotonic.now += seconds
+        self.clock.now += seconds + jump
+
+    @invariant()
+    def says_what_the_model_says(self) -> None:
+        page = self.store.jobs(None, JobFilter(), before=None, limit=1000)
+        said = {job.id: (job.state, job.attempt, job.cancel_asked, job.ended) for job in page.jobs}
+        assert said == {
+            job_id: (job.state, job.attempt, job.cancel_asked, job.ended)
+            for job_id, job in self.model.items()
+        }
+        assert [job.id for job in page.jobs] == list(self.model)[::-1]
+        digests = [job.digests for job in self.model.values()]
+        assert self.store.named_digests() == set().union(*digests)
+
+    def those(self, state: JobState) -> list[tuple[str, Modelled]]:
+        return [(job_id, job) for job_id, job in self.model.items() if job.state is state]
+
+    def held(self, claim: Claim) -> Modelled | None:
+        """The job of a claim that still holds.  An attempt begins once, so its number is enough."""
+        job = self.model.get(claim.job.id)
+        holds = job and job.state is JobState.RUNNING and job.attempt == claim.job.attempt
+        return job if holds else None
+
+
+TestJobStore = JobStoreMachine.TestCase
+TestJobStore.settings = settings(max_examples=40, stateful_step_count=40)

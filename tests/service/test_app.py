@@ -1,0 +1,92 @@
+"""The whole service, from a mesh to its occluders, with real workers and over real connections."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import httpx
+import pytest
+
+from service.app import create_app
+from service.settings import Settings
+from tests.service.routes.serving import listening, problem
+
+HOUSE = (
+    b"v 0 0 0\nv 2 0 0\nv 2 0 2\nv 0 0 2\nv 0 2 0\nv 2 2 0\nv 2 2 2\nv 0 2 2\nv 1 3 1\n"
+    b"f 1 2 3 4\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n"
+    b"f 5 9 6\nf 6 9 7\nf 7 9 8\nf 8 9 5\n"
+)
+QUICK = {"preset": "draft", "budget": 12, "resolution": 24, "views": 16, "image": 64, "quads": 500}
+
+
+@pytest.fixture(scope="module")
+def http(tmp_path_factory):
+    settings = Settings(data=tmp_path_factory.mktemp("service") / "data", workers=1, min_free=0)
+    with (
+        listening(create_app(settings)) as address,
+        httpx.Client(base_url=address, timeout=120.0) as http,
+    ):
+        yield http
+
+
+def test_a_mesh_goes_in_and_occluders_come_out(http):
+    response = http.post(
+        "/v1/occluders", params={**QUICK, "filename": "house.obj", "asset": "house"},
+        content=HOUSE, headers={"Prefer": "wait=60"},
+    )  # fmt: skip
+    assert response.status_code == 200, response.text
+    result = response.json()
+    job, levels = result["job"], result["levels"]
+    assert job["state"] == "succeeded"
+    assert job["summary"]["precision"] > 0.9
+    assert len(levels) >= 2
+    assert all(level["recall"] > 0.3 for level in levels)
+    assert levels[0]["triangles"] == job["summary"]["triangles"] <= 12
+    for level in levels:
+        for suffix, link in level["files"].items():
+            file = http.get(link)
+            assert file.status_code == 200, suffix
+            assert int(file.headers["content-length"]) == len(file.content) > 0
+    glb = http.get(job["links"]["result"], headers={"Accept": "model/gltf-binary"})
+    assert glb.content.startswith(b"glTF")
+    page = http.get(job["links"]["result"], headers={"Accept": "text/html"})
+    assert "house" in page.text
+    assert "sandbox" in page.headers["content-security-policy"]
+    asset = http.get("/v1/assets?name=house").json()["items"][0]
+    assert asset["latest"]["id"] == job["id"]
+    metrics = http.get("/metrics").text
+    assert 'occluder_asset_precision{asset="house"' in metrics
+    assert 'occluder_job_seconds_count{kind="occluder",stage="refine"} 1.0' in metrics
+
+
+def test_a_file_that_is_no_mesh_is_refused_with_what_the_reader_found(http):
+    response = http.post(
+        "/v1/occluders?filename=noise.glb", content=b"noise" * 100, headers={"Prefer": "wait=60"}
+    )
+    body = problem(response, 400, "unreadable-mesh")
+    assert "noise.glb" in body["detail"]
+    failures = 'occluder_job_failures_total{failure="unreadable-mesh"} 1.0'
+    assert failures in http.get("/metrics").text
+
+
+def test_the_service_is_ready_and_shows_its_docs(http):
+    assert http.get("/readyz").json()["checks"] == ["database", "disk", "engine"]
+    page = http.get("/docs")
+    for path in ("/docs/start.js", "/docs/swagger/swagger-ui-bundle.js", "/openapi.json"):
+        assert http.get(path).status_code == 200
+    assert "http://" not in page.text
+    assert "https://" not in page.text
+    assert "script-src 'self'" in page.headers["content-security-policy"]
+
+
+def test_a_page_of_another_site_may_not_submit(http):
+    response = http.post("/v1/occluders", headers={"Origin": "http://evil.example"})
+    problem(response, 403, "forbidden")
+
+
+def test_the_server_never_imports_what_only_workers_need():
+    heavy = "numpy", "numba", "scipy", "trimesh", "cv2", "matplotlib"
+    code = f"import service.app, sys; print([name for name in {heavy} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

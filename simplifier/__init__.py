@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from simplifier.production.judge import Judgement, judge
     from simplifier.production.options import EvaluateOptions, SimplifyOptions
     from simplifier.production.produce import Made, Product, make, produce
+    from simplifier.production.viewing import save_for_viewing
     from simplifier.progress import STAGES, Progress
     from simplifier.suffixes import MESH_SUFFIXES, OCCLUDER_SUFFIXES
     from simplifier.warmup import warm_up
@@ -114,6 +115,7 @@ __all__ = [
     "produce",
     "run_guarded",
     "save",
+    "save_for_viewing",
     "simplify",
     "simplify_lods",
     "simplify_scene",
@@ -190,6 +192,7 @@ _NAMES = {
         "make",
         "produce",
     ),
+    "production.viewing": ("save_for_viewing",),
     "progress": (
         "Progress",
         "STAGES",

@@ -1,8 +1,8 @@
 """TriangleMesh -> one of fewer triangles that looks the same from afar.
 
 Vertices of a cell move to their mean (Rossignac and Borrel, 1993), in cells as fine as the number
-of triangles allows.  Where all triangles of a cell would vanish, as in a cloud of specks, its largest
-one stays as it was.
+of triangles allows.  Where all triangles of a cell would vanish, as in a cloud of specks, its
+largest one stays as it was.
 """
 
 from __future__ import annotations

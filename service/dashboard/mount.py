@@ -18,11 +18,14 @@ from starlette.routing import BaseRoute, Match
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.dashboard import sign_in
+from service.dashboard.asset import job_page as job
+from service.dashboard.asset import page as asset
+from service.dashboard.compare import page as compare
 from service.dashboard.gate import Gate
 from service.dashboard.icon import ICON
 from service.dashboard.overview import page as overview
 
-PAGES = (overview,)
+PAGES = (overview, asset, job, compare)
 """Modules whose import makes pages."""
 
 _RECONNECT_SECONDS = 30.0

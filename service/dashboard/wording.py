@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from datetime import UTC, datetime
 
 from service.dashboard.views import Direction
 
@@ -42,3 +43,8 @@ def seconds(value: float | None) -> str:
 def along(direction: Direction) -> str:
     """A line of sight by its components."""
     return "({})".format(", ".join(f"{x + 0.0:.2f}" for x in direction))
+
+
+def moment(unix: float) -> str:
+    """A time of day, UTC."""
+    return f"{datetime.fromtimestamp(unix, UTC):%Y-%m-%d %H:%M:%S} UTC"

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.service.dashboard.results import CastleFiles
+from tests.service.dashboard.results import JobResult
 
 
 def _map(page: Page, parts: str) -> Locator:
@@ -19,7 +19,7 @@ def _map(page: Page, parts: str) -> Locator:
 
 
 def test_there_is_a_dot_for_each_view_and_a_click_chooses_it(
-    page: Page, parts: str, castle: CastleFiles
+    page: Page, parts: str, castle: JobResult
 ) -> None:
     found = _map(page, parts)
     assert found.get_by_role("option").count() == len(castle.report["by_view"])
@@ -29,7 +29,7 @@ def test_there_is_a_dot_for_each_view_and_a_click_chooses_it(
     expect(found.locator("[aria-selected=true]")).to_have_attribute("aria-label", _says("View 17,"))
 
 
-def test_home_and_enter_choose_the_worst_view(page: Page, parts: str, castle: CastleFiles) -> None:
+def test_home_and_enter_choose_the_worst_view(page: Page, parts: str, castle: JobResult) -> None:
     found = _map(page, parts)
     found.focus()
     page.keyboard.press("ArrowLeft")

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
+import simplifier
 from service.dashboard.palette import BOTH, MISSED, NEITHER, WRONG
 from simplifier.evaluation.accuracy import view_masks
 from simplifier.evaluation.gallery import COLOURS
 from simplifier.evaluation.silhouettes import WHITE, silhouette
 from tests.service.dashboard.chromium import Watch
-from tests.service.dashboard.results import CastleFiles
+from tests.service.dashboard.results import JobResult
 from tests.service.dashboard.screenshots import keep_picture
 from tests.service.dashboard.viewer_pages import (
     frames,
@@ -64,7 +65,7 @@ def test_a_see_through_original_lets_more_of_the_occluder_be_seen(page: Page, pa
 
 @pytest.mark.parametrize("place", ["worst", "first"])
 def test_silhouettes_are_those_of_the_report(
-    page: Page, parts: str, castle: CastleFiles, place: str
+    page: Page, parts: str, castle: JobResult, place: str
 ) -> None:
     view = castle.report["worst_view"] if place == "worst" else castle.report["by_view"][0]
     page.goto(f"{parts}/viewer?mode=silhouette")
@@ -76,7 +77,7 @@ def test_silhouettes_are_those_of_the_report(
     expect(page.get_by_test_id("counted")).not_to_have_text(told)
 
     lines = np.array([view["direction"]])
-    original, hidden = view_masks(castle.mesh, castle.levels[0], lines, 512)
+    original, hidden = view_masks(simplifier.load(castle.input), castle.occluder(0), lines, 512)
     both, missed, wrong = original & hidden, original & ~hidden, hidden & ~original
     counted = list(map(int, page.get_by_test_id("counted").inner_text().split()))
     expected = [int(one.sum()) for one in (both, missed, wrong)]
@@ -87,7 +88,7 @@ def test_silhouettes_are_those_of_the_report(
     side = drawn.shape[0] - 2  # without the border
     left = (drawn.shape[1] - side) // 2
     square = drawn[1 : side + 1, left : left + side]
-    original, hidden = view_masks(castle.mesh, castle.levels[0], lines, side)
+    original, hidden = view_masks(simplifier.load(castle.input), castle.occluder(0), lines, side)
     picture = silhouette(original[0], hidden[0]).astype(np.int64)
     assert (kinds(square) == kinds(picture)).mean() > 0.98
     assert (kinds(square[:, ::-1]) == kinds(picture)).mean() < 0.98  # it is not mirrored
@@ -130,12 +131,12 @@ def test_dragging_turns(page: Page, parts: str) -> None:
     assert (pixels(host) != before).any(axis=-1).mean() > 0.05
 
 
-def test_another_level_is_another_occluder(page: Page, parts: str, castle: CastleFiles) -> None:
+def test_another_level_is_another_occluder(page: Page, parts: str, castle: JobResult) -> None:
     page.goto(f"{parts}/viewer")
     shown(page)
-    expect(page.get_by_test_id("ready")).to_have_text(str(len(castle.levels[0].faces)))
+    expect(page.get_by_test_id("ready")).to_have_text(str(len(castle.occluder(0).faces)))
     page.get_by_role("button", name="coarser").click()
-    expect(page.get_by_test_id("ready")).to_have_text(str(len(castle.levels[1].faces)))
+    expect(page.get_by_test_id("ready")).to_have_text(str(len(castle.occluder(1).faces)))
 
 
 def test_wires_let_the_background_through(page: Page, parts: str) -> None:

@@ -24,8 +24,10 @@ def percent(share: float | None, digits: int = 1) -> str:
 
 
 def length(value: float | None) -> str:
-    """In the mesh's units, three digits."""
-    return _UNKNOWN if value is None or not math.isfinite(value) else f"{value:.3g}"
+    """In the mesh's units, three digits or more."""
+    if value is None or not math.isfinite(value):
+        return _UNKNOWN
+    return f"{value:,.0f}" if 1000.0 <= abs(value) < 1e9 else f"{value:.3g}"
 
 
 def whole(value: int | None) -> str:
@@ -38,6 +40,11 @@ def seconds(value: float | None) -> str:
     if value < 1.0:
         return f"{1000.0 * value:.0f} ms"
     return f"{value:.1f} s" if value < 100.0 else f"{value:,.0f} s"
+
+
+def points(shares: float) -> str:
+    """A difference of two shares."""
+    return f"{100.0 * shares:.2f} points"
 
 
 def along(direction: Direction) -> str:

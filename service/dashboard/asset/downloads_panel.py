@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from nicegui import ui
 
-from service.dashboard.panel import panel
+from service.dashboard.frame import panel
 from service.dashboard.plain_table import PlainTable
 from service.schemas.result import ResultFile
 

@@ -9,7 +9,7 @@ from urllib.parse import urlencode
 from nicegui import ui
 
 from service.dashboard.asset.rows import RunLine
-from service.dashboard.panel import panel
+from service.dashboard.frame import panel
 from service.dashboard.wording import percent, seconds, whole
 
 _COLUMNS: list[dict[str, Any]] = [

@@ -19,7 +19,7 @@ async def job_page(job_id: str) -> None:
     visitor = current_visitor()
     with unknown_told():
         detail = await _read(visitor, job_id)
-        with page_frame(detail.job.name, here="/jobs"):
+        with page_frame(detail.job.name, here="/jobs"), ui.element("div").classes("detail"):
             _show(visitor, detail)
 
 

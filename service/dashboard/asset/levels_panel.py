@@ -7,15 +7,16 @@ from collections.abc import Sequence
 from nicegui import ui
 
 from service.dashboard.asset.rows import RunDetail
-from service.dashboard.panel import panel
+from service.dashboard.frame import panel
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.wording import length, percent, whole
 from service.schemas.result import Level
 
 
 def levels_panel(run: RunDetail) -> None:
-    with panel("Levels of detail"):
-        _table(run.levels)
+    with ui.element("div").classes("wide"), panel("Levels of detail"):
+        with ui.element("div").classes("scrolled"):
+            _table(run.levels)
         for sentence in run.left_out:
             ui.label(f"Left out {sentence}").classes("quiet")
 

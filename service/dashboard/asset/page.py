@@ -5,13 +5,16 @@ from __future__ import annotations
 from anyio.to_thread import run_sync
 from nicegui import ui
 
+from service.access.key import Scope
 from service.dashboard.asset.history_panel import history_panel
 from service.dashboard.asset.rows import AssetDetail, read_asset
 from service.dashboard.asset.run_panels import run_panels
-from service.dashboard.asset.thresholds_panel import thresholds_panel
 from service.dashboard.frame import page_frame
-from service.dashboard.session import Visitor, current_visitor
+from service.dashboard.overview.demand import open_demand
+from service.dashboard.session import Visitor, current_caller, current_visitor
 from service.dashboard.unknown import unknown_told
+from service.dashboard.wording import percent
+from service.jobs.asset import Asset, Thresholds
 
 
 @ui.page("/assets/{asset_id}")
@@ -20,7 +23,7 @@ async def asset_page(asset_id: str, run: str | None = None) -> None:
     visitor = current_visitor()
     with unknown_told():
         detail = await _read(visitor, asset_id, run)
-        with page_frame(detail.asset.name, here="/"):
+        with page_frame(detail.asset.name, here="/"), ui.element("div").classes("detail"):
             _show(visitor, detail)
 
 
@@ -32,13 +35,31 @@ async def _read(visitor: Visitor, asset_id: str, job_id: str | None) -> AssetDet
 
 
 def _show(visitor: Visitor, detail: AssetDetail) -> None:
-    asset = detail.asset
     if detail.run is None:
         ui.label("No run of this asset has succeeded yet. Submit a mesh under its name.")
-    else:
-        holds = next(
-            (line.holds for line in detail.history if line.job_id == detail.run.job.id), None
-        )
-        run_panels(detail.run, holds)
-        history_panel(asset.id, detail.history, detail.run.job.id)
-    thresholds_panel(visitor, asset.id, asset.thresholds, ui.navigate.reload)
+        _demand(visitor, detail.asset)
+        return
+    shown = detail.run.job.id
+    holds = next((line.holds for line in detail.history if line.job_id == shown), None)
+    run_panels(detail.run, holds, beside=lambda: _demand(visitor, detail.asset))
+    history_panel(detail.asset.id, detail.history, shown)
+
+
+def _demand(visitor: Visitor, asset: Asset) -> None:
+    """What is demanded, and a way to change it for those who may."""
+    with ui.element("div").classes("row-of-controls"):
+        ui.label(_words(asset.thresholds)).classes("quiet")
+        if current_caller().may(Scope.WRITE):
+            ui.button("Thresholds", on_click=lambda: open_demand(visitor, asset, _reload)).props(
+                "no-caps outline dense"
+            )
+
+
+def _words(thresholds: Thresholds) -> str:
+    pairs = [("precision", thresholds.min_precision), ("recall", thresholds.min_recall)]
+    asked = [f"{name} {percent(least, 2)}" for name, least in pairs if least is not None]
+    return f"Demanded: {' and '.join(asked)}." if asked else "Nothing is demanded."
+
+
+async def _reload() -> None:
+    ui.navigate.reload()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nicegui import ui
 
-from service.dashboard.panel import panel
+from service.dashboard.frame import panel
 
 
 def pictures_panel(sheet: str) -> None:

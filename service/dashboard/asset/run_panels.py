@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from nicegui import ui
 
 from service.dashboard.asset.downloads_panel import downloads_panel
@@ -16,18 +18,24 @@ from service.dashboard.asset.viewer_panel import viewer_panel
 from service.dashboard.asset.views_panel import views_panel
 
 
-def run_panels(run: RunDetail, holds: bool | None = None) -> None:
-    """Of a job that has succeeded; a scene has but numbers, times and files."""
+def run_panels(
+    run: RunDetail, holds: bool | None = None, *, beside: Callable[[], None] = lambda: None
+) -> None:
+    """Of a job that has succeeded; a scene has but numbers, times and files.
+
+    ``beside``  makes what belongs below the numbers.
+    """
     summary = run.job.summary
     assert summary is not None, "a job that has succeeded has a summary"
     numbers_panel(summary, holds)
+    beside()
     if summary.warnings:
         warnings_panel(summary.warnings)
     if run.views:
         with ui.element("div").classes("beside"):
             show = viewer_panel(run)
             views_panel(run.views, run.up, show)
-    with ui.element("div").classes("panels"):
+    with ui.element("div").classes("run-panels"):
         if run.levels:
             levels_panel(run)
         if run.views:

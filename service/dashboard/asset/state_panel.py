@@ -5,7 +5,7 @@ from __future__ import annotations
 from anyio.to_thread import run_sync
 from nicegui import ui
 
-from service.dashboard.panel import panel
+from service.dashboard.frame import panel
 from service.dashboard.session import Visitor
 from service.dashboard.wording import percent
 from service.jobs.job import Failure, Job, JobState

@@ -8,7 +8,7 @@ from nicegui import ui
 from nicegui.events import ValueChangeEventArguments
 
 from service.dashboard.asset.rows import RunDetail
-from service.dashboard.panel import panel
+from service.dashboard.frame import panel
 from service.dashboard.viewer.viewer import MeshViewer, Mode
 from service.dashboard.views import View
 from service.dashboard.wording import percent, whole
@@ -23,7 +23,13 @@ _MODES: dict[Mode, str] = {
 }
 
 
-def viewer_panel(run: RunDetail, *, title: str = "3D view", group: str | None = None) -> ShowView:
+def viewer_panel(
+    run: RunDetail,
+    *,
+    title: str = "3D view",
+    mode: Mode = "overlay",
+    group: str | None = None,
+) -> ShowView:
     """The panel of a run; what it returns shows one of the report's views there.
 
     ``group``  panels of one name on a page look from the same place.
@@ -32,15 +38,15 @@ def viewer_panel(run: RunDetail, *, title: str = "3D view", group: str | None = 
         if run.original is None or not run.levels:
             ui.label("This job has no mesh to look at. Run it again to see it here.")
             return lambda view: None
-        return _ControlledViewer(run, run.original, group).show_view
+        return _ControlledViewer(run, run.original, mode, group).show_view
 
 
 class _ControlledViewer:
     """A viewer and its controls."""
 
-    def __init__(self, run: RunDetail, original: str, group: str | None) -> None:
+    def __init__(self, run: RunDetail, original: str, mode: Mode, group: str | None) -> None:
         with ui.element("div").classes("row-of-controls"):
-            self._modes = ui.toggle(dict(_MODES), value="overlay", on_change=self._show_mode)
+            self._modes = ui.toggle(dict(_MODES), value=mode, on_change=self._show_mode)
             self._modes.props('dense no-caps unelevated role=group aria-label="What is shown"')
             levels = {
                 level.level: f"Level {level.level}, {whole(level.triangles)} triangles"
@@ -55,6 +61,7 @@ class _ControlledViewer:
             [level.files["glb"] for level in run.levels],
             label=f"{run.job.name}, original and occluder",
             up=run.up,
+            mode=mode,
             group=group,
         )
         self._said = ui.label().classes("quiet").props("aria-live=polite")

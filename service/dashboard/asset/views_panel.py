@@ -8,7 +8,7 @@ from typing import get_args
 from nicegui import ui
 
 from service.dashboard.asset.viewer_panel import ShowView
-from service.dashboard.panel import panel
+from service.dashboard.frame import panel
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.view_map.projection import Axis
 from service.dashboard.view_map.view_map import ViewMap

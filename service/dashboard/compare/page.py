@@ -15,8 +15,7 @@ from service.dashboard.compare.rows import (
     ViewChange,
     read_comparison,
 )
-from service.dashboard.frame import page_frame
-from service.dashboard.panel import panel
+from service.dashboard.frame import page_frame, panel
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.session import Visitor, current_visitor
 from service.dashboard.unknown import unknown_told
@@ -31,7 +30,7 @@ async def compare_page(a: str, b: str) -> None:
     visitor = current_visitor()
     with unknown_told():
         compared = await _read(visitor, a, b)
-        with page_frame(_title(compared), here="/"):
+        with page_frame(_title(compared), here="/"), ui.element("div").classes("detail"):
             _show(compared)
 
 
@@ -49,9 +48,11 @@ def _title(compared: ComparedRuns) -> str:
 
 def _show(compared: ComparedRuns) -> None:
     with ui.element("div").classes("halves"):
-        first = viewer_panel(compared.a, title=_run("A", compared.a), group="compared")
-        second = viewer_panel(compared.b, title=_run("B", compared.b), group="compared")
-    with ui.element("div").classes("panels"):
+        first, second = (
+            viewer_panel(one, title=_run(letter, one), mode="silhouette", group="compared")
+            for letter, one in (("A", compared.a), ("B", compared.b))
+        )
+    with ui.element("div").classes("run-panels"):
         _numbers(compared.numbers)
         _options(compared.options)
         _views(compared.views, first, second)

@@ -8,7 +8,7 @@ from typing import Any
 
 from service.dashboard.asset.rows import RunDetail, read_run
 from service.dashboard.views import View
-from service.dashboard.wording import length, percent, seconds, whole
+from service.dashboard.wording import length, percent, points, seconds, whole
 from service.errors import NotFoundError
 from service.jobs.job import Summary
 from service.routes.services import Services
@@ -100,10 +100,10 @@ def _numbers(a: Summary | None, b: Summary | None) -> list[NumberChange]:
     assert a is not None, "jobs that have succeeded have a summary"
     assert b is not None, "jobs that have succeeded have a summary"
     return [
-        _change("Recall", a.recall, b.recall, percent, more_is_better=True),
-        _change("Precision", a.precision, b.precision, _fine, more_is_better=True),
+        _change("Recall", a.recall, b.recall, percent, more_is_better=True, apart=points),
+        _change("Precision", a.precision, b.precision, _fine, more_is_better=True, apart=points),
         _change("Worst view's recall", a.worst_recall, b.worst_recall, percent,
-                more_is_better=True),
+                more_is_better=True, apart=points),
         _change("Triangles", a.triangles, b.triangles, _whole, more_is_better=False),
         _change("Error bound", a.error_bound, b.error_bound, length, more_is_better=False),
         _change("Time", a.seconds, b.seconds, seconds, more_is_better=False),
@@ -119,6 +119,7 @@ def _change(
     words: Callable[[float], str],
     *,
     more_is_better: bool | None = None,
+    apart: Callable[[float], str] | None = None,
 ) -> NumberChange:
     if a is None or b is None:
         first, second = ("-" if one is None else words(one) for one in (a, b))
@@ -128,7 +129,7 @@ def _change(
         return NumberChange(name, words(a), words(b), "", None)
     sign = "+" if rise > 0.0 else "-"
     better = None if more_is_better is None else (rise > 0.0) == more_is_better
-    return NumberChange(name, words(a), words(b), f"{sign}{words(abs(rise))}", better)
+    return NumberChange(name, words(a), words(b), f"{sign}{(apart or words)(abs(rise))}", better)
 
 
 def _fine(share: float) -> str:

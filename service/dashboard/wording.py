@@ -49,7 +49,7 @@ def points(shares: float) -> str:
 
 def along(direction: Direction) -> str:
     """A line of sight by its components."""
-    return "({})".format(", ".join(f"{x + 0.0:.2f}" for x in direction))
+    return "({})".format(", ".join(f"{round(x, 2) + 0.0:.2f}" for x in direction))
 
 
 def moment(unix: float) -> str:

@@ -14,7 +14,7 @@ from service.schemas.result import Level
 
 
 def levels_panel(run: RunDetail) -> None:
-    with ui.element("div").classes("wide"), panel("Levels of detail"):
+    with panel("Levels of detail"):
         with ui.element("div").classes("scrolled"):
             _table(run.levels)
         for sentence in run.left_out:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 from service.dashboard.view_map.projection import Axis
 from service.dashboard.views import View, views_of
-from service.jobs.asset import Asset
-from service.jobs.job import Job
+from service.jobs.asset import Asset, AssetStore
+from service.jobs.job import Job, JobKind
+from service.jobs.stores import BlobStore, JobStore
 from service.routes.results import read_report
-from service.routes.services import Services
 from service.schemas.job import Job as JobBody
 from service.schemas.options import OptionTable
 from service.schemas.result import Level, Result, ResultFile
@@ -20,6 +20,19 @@ from service.schemas.result import Level, Result, ResultFile
 _HISTORY = 200
 _ORIGINAL = "original.glb"
 _SHEET = "pictures/silhouettes.png"
+
+
+class Stores(Protocol):
+    """Of the service, what is read here."""
+
+    @property
+    def jobs(self) -> JobStore: ...
+    @property
+    def assets(self) -> AssetStore: ...
+    @property
+    def blobs(self) -> BlobStore: ...
+    @property
+    def tables(self) -> Mapping[JobKind, OptionTable]: ...
 
 
 @dataclass(frozen=True)
@@ -112,25 +125,25 @@ class AssetDetail:
 
 
 def read_asset(
-    services: Services, tenant: str, asset_id: str, job_id: str | None = None
+    stores: Stores, tenant: str, asset_id: str, job_id: str | None = None
 ) -> AssetDetail:
     """With the latest run, or the one that is asked for.  Waits for database and disk.
 
     Raises :class:`~service.errors.NotFoundError`.
     """
-    asset = services.assets.asset(tenant, asset_id)
-    runs = services.assets.runs(tenant, asset_id, limit=_HISTORY).runs
-    history = tuple(run_line(services, asset, job) for job in runs)
+    asset = stores.assets.asset(tenant, asset_id)
+    runs = stores.assets.runs(tenant, asset_id, limit=_HISTORY).runs
+    history = tuple(run_line(stores, asset, job) for job in runs)
     if job_id is None:
         job_id = asset.latest.id if asset.latest else None
-    return AssetDetail(asset, history, read_run(services, tenant, job_id) if job_id else None)
+    return AssetDetail(asset, history, read_run(stores, tenant, job_id) if job_id else None)
 
 
-def read_run(services: Services, tenant: str, job_id: str) -> RunDetail:
+def read_run(stores: Stores, tenant: str, job_id: str) -> RunDetail:
     """Waits for database and disk.  Raises :class:`~service.errors.NotFoundError`."""
-    job = services.jobs.job(tenant, job_id)
-    files = services.jobs.files(job.id)
-    report = read_report(services.blobs, files)
+    job = stores.jobs.job(tenant, job_id)
+    files = stores.jobs.files(job.id)
+    report = read_report(stores.blobs, files)
     result = Result.of(JobBody.of(job), report, files)
     return RunDetail(
         job=job,
@@ -143,7 +156,7 @@ def read_run(services: Services, tenant: str, job_id: str) -> RunDetail:
     )
 
 
-def run_line(services: Services, asset: Asset, job: Job) -> RunLine:
+def run_line(stores: Stores, asset: Asset, job: Job) -> RunLine:
     """Of a run that has succeeded."""
     summary = job.summary
     assert summary is not None, "runs are jobs that have succeeded"
@@ -157,16 +170,17 @@ def run_line(services: Services, asset: Asset, job: Job) -> RunLine:
         triangles=summary.triangles,
         seconds=summary.seconds,
         holds=asset.thresholds.held_by(summary),
-        options=chosen_options(services.tables[job.kind], job.options),
+        options=chosen_options(stores.tables[job.kind], job.options),
     )
 
 
 def chosen_options(table: OptionTable, options: Mapping[str, Any]) -> str:
     """Those that are not as by default."""
+    default = table.read({})
     chosen = [
-        f"{field.name} {_said(options[field.name])}"
-        for field in table.fields
-        if field.name in options and options[field.name] != field.default
+        f"{name.replace('_', ' ')} {_said(value)}"
+        for name, value in options.items()
+        if name in default and value != default[name]
     ]
     return ", ".join(chosen) or "as by default"
 

@@ -35,9 +35,9 @@ def run_panels(
         with ui.element("div").classes("beside"):
             show = viewer_panel(run)
             views_panel(run.views, run.up, show)
+    if run.levels:
+        levels_panel(run)
     with ui.element("div").classes("run-panels"):
-        if run.levels:
-            levels_panel(run)
         if run.views:
             histograms_panel(run.views)
         timings_panel(summary.timings, summary.seconds)

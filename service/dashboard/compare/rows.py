@@ -6,12 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from service.dashboard.asset.rows import RunDetail, read_run
+from service.dashboard.asset.rows import RunDetail, Stores, read_run
 from service.dashboard.views import View
 from service.dashboard.wording import length, percent, points, seconds, whole
 from service.errors import NotFoundError
 from service.jobs.job import Summary
-from service.routes.services import Services
 
 _ALIKE = 1e-9
 _LISTED = 8
@@ -59,12 +58,12 @@ class ComparedRuns:
     views: tuple[ViewChange, ...]
 
 
-def read_comparison(services: Services, tenant: str, a: str, b: str) -> ComparedRuns:
+def read_comparison(stores: Stores, tenant: str, a: str, b: str) -> ComparedRuns:
     """Waits for database and disk.
 
     Raises :class:`~service.errors.NotFoundError`, also for a job that has not succeeded.
     """
-    runs = [read_run(services, tenant, job_id) for job_id in (a, b)]
+    runs = [read_run(stores, tenant, job_id) for job_id in (a, b)]
     for run in runs:
         if run.job.summary is None:
             raise NotFoundError(f"job {run.job.id} has no result to compare")

@@ -29,12 +29,17 @@ def make_app() -> FastAPI:
 
 
 @ui.page("/viewer")
-def show_viewer(mode: Mode = "overlay", original: str = "original.glb", dark: bool = False) -> None:
+def show_viewer(
+    mode: Mode = "overlay",
+    original: str = "original.glb",
+    finest: str = "lod0.glb",
+    dark: bool = False,
+) -> None:
     """One viewer with two levels, and a control for each thing that a page can ask of it."""
     ui.add_css(STYLE)
     ui.dark_mode(dark)
     viewer = MeshViewer(
-        f"/files/{original}", ["/files/lod0.glb", "/files/lod1.glb"], label="castle", mode=mode
+        f"/files/{original}", [f"/files/{finest}", "/files/lod1.glb"], label="castle", mode=mode
     )
     ready, counted = ui.label(), ui.label()
     ready.props("data-testid=ready")

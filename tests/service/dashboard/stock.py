@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +12,7 @@ from service.jobs.asset import Thresholds
 from service.jobs.job import Failure, Job, JobFile, JobKind, Submission
 from service.jobs.media_types import media_type_of
 from service.schemas.job_options import option_tables
+from service.schemas.options import OptionTable
 from service.storage.asset_store import SqlAssetStore
 from service.storage.blobs.file_blobs import FileBlobs
 from service.storage.data_folder import DataFolder
@@ -30,6 +31,7 @@ class Stock:
     jobs: SqlJobStore
     assets: SqlAssetStore
     blobs: FileBlobs
+    tables: Mapping[JobKind, OptionTable]
 
     def run(self, result: JobResult, *, asset: str | None = None, **summary: Any) -> Job:
         """A job that has made this; members of its summary can be others."""
@@ -60,14 +62,14 @@ class Stock:
         return self.assets.put(TENANT, asset, thresholds)[0].id
 
     def _submit(self, options: Any, mesh: Path, asset: str | None) -> Job:
-        table = option_tables(1800.0)[JobKind.OCCLUDER]
+        resolved = self.tables[JobKind.OCCLUDER].read(options)
         with self.blobs.keeping() as keeping, mesh.open("rb") as source:
             blob = keeping.put(source)
             inputs = (JobFile("input/mesh.ply", blob, "model/ply", is_input=True),)
             job, _ = self.jobs.submit(
                 Submission(
-                    TENANT, JobKind.OCCLUDER, "castle.ply", table.read(options), inputs,
-                    version=__version__, asset=asset, may_reuse=False,
+                    TENANT, JobKind.OCCLUDER, "castle.ply", resolved, inputs, __version__,
+                    asset=asset, may_reuse=False,
                 ),
                 queue_limit=1000,
             )  # fmt: skip
@@ -82,7 +84,10 @@ def stocked(folder: Path) -> Iterator[Stock]:
     database = Database.open(place.database)
     try:
         yield Stock(
-            SqlJobStore(database), SqlAssetStore(database), FileBlobs(place.blobs, min_free=0)
+            SqlJobStore(database),
+            SqlAssetStore(database),
+            FileBlobs(place.blobs, min_free=0),
+            option_tables(1800.0),
         )
     finally:
         database.close()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,25 @@ def test_silhouettes_are_those_of_the_report(
     picture = silhouette(original[0], hidden[0]).astype(np.int64)
     assert (kinds(square) == kinds(picture)).mean() > 0.98
     assert (kinds(square[:, ::-1]) == kinds(picture)).mean() < 0.98  # it is not mirrored
+
+
+def test_a_mesh_far_from_the_origin_looks_the_same(
+    page: Page, parts: str, castle: JobResult
+) -> None:
+    page.goto(f"{parts}/viewer")
+    near = pixels(shown(page))
+    away = np.array([5_176_000.0, 250.0, -1_841_000.0])
+    mesh, occluder = simplifier.load(castle.input), castle.occluder(0)
+    simplifier.save_for_viewing(
+        simplifier.TriangleMesh.from_soup(mesh.vertices + away, mesh.faces),
+        castle.folder / "far.glb",
+    )
+    simplifier.save(
+        replace(occluder, vertices=occluder.vertices + away), castle.folder / "far0.glb"
+    )
+    page.goto(f"{parts}/viewer?original=far.glb&finest=far0.glb")
+    far = pixels(shown(page))
+    assert (np.abs(far - near).max(axis=-1) > 8).mean() < 0.002
 
 
 def test_nothing_is_drawn_while_nothing_changes(page: Page, parts: str) -> None:

@@ -36,4 +36,4 @@ def test_seconds(value: float | None, text: str) -> None:
 def test_lengths_and_directions() -> None:
     assert length(1234.5) == "1,234"
     assert length(0.04567) == "0.0457"
-    assert along((-0.0, 0.5, -0.8660254)) == "(0.00, 0.50, -0.87)"
+    assert along((-0.001, 0.5, -0.8660254)) == "(0.00, 0.50, -0.87)"

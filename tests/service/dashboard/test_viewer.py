@@ -96,19 +96,16 @@ def test_silhouettes_are_those_of_the_report(
 
 
 def test_a_mesh_far_from_the_origin_looks_the_same(
-    page: Page, parts: str, castle: JobResult
+    page: Page, parts: str, parts_folder: Path, castle: JobResult
 ) -> None:
     page.goto(f"{parts}/viewer")
     near = pixels(shown(page))
     away = np.array([5_176_000.0, 250.0, -1_841_000.0])
     mesh, occluder = simplifier.load(castle.input), castle.occluder(0)
-    simplifier.save_for_viewing(
-        simplifier.TriangleMesh.from_soup(mesh.vertices + away, mesh.faces),
-        castle.folder / "far.glb",
-    )
-    simplifier.save(
-        replace(occluder, vertices=occluder.vertices + away), castle.folder / "far0.glb"
-    )
+    moved = simplifier.TriangleMesh.from_soup(mesh.vertices + away, mesh.faces)
+    simplifier.save_for_viewing(moved, parts_folder / "far.glb")
+    occluder = replace(occluder, vertices=occluder.vertices + away)
+    simplifier.save(occluder, parts_folder / "far0.glb")
     page.goto(f"{parts}/viewer?original=far.glb&finest=far0.glb")
     far = pixels(shown(page))
     assert (np.abs(far - near).max(axis=-1) > 8).mean() < 0.002

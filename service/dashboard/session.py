@@ -36,7 +36,7 @@ class Visitor:
     def caller(self, scope: Scope = Scope.READ) -> Caller:
         """Waits for the database.  Raises :class:`~service.errors.UnauthenticatedError` and
         :class:`~service.errors.ForbiddenError`."""
-        caller = self.services.authenticate(self.headers, self.address)
+        caller = self.services.authenticator.caller(self.headers, self.address)
         demand(caller, scope)
         return caller
 

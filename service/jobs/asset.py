@@ -43,7 +43,7 @@ class Asset:
 
 @dataclass(frozen=True)
 class AssetPage:
-    """Assets by name, and the name that the next page begins after; None on the last."""
+    """Assets by name, and the cursor of the next page; None on the last."""
 
     assets: tuple[Asset, ...]
     cursor: str | None

@@ -43,7 +43,7 @@ class _Page:
         self._beginning = beginning(
             settings.public_url or str(request.base_url).rstrip("/"), keyed=settings.keys_needed
         )
-        self._panels = ui.element("div").classes("panels")
+        self._panels = ui.element("div").classes("stacked")
         with self._panels:
             with panel("Assets", titled=False):
                 self._table = AssetsTable(

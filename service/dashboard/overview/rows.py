@@ -80,11 +80,12 @@ class Overview:
 def summary(overview: Overview) -> str:
     """All of it in a line of words."""
     count = len(overview.lines)
-    missed = sum(line.verdict is Verdict.MISSED for line in overview.lines)
+    missed = _count(sum(line.verdict is Verdict.MISSED for line in overview.lines))
+    worse = _count(len(overview.worse))
     day = f"{overview.since.day} {overview.since:%B %Y}"
     return (
         f"{count:,} {'asset' if count == 1 else 'assets'}. "
-        f"{_count(missed)} below thresholds, {_count(len(overview.worse))} worse since {day}."
+        f"Below thresholds: {missed}. Worse since {day}: {worse}."
     )
 
 

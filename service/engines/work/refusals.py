@@ -10,6 +10,7 @@ from pathlib import Path
 import simplifier
 from service.engines.failures import disk_full
 from service.engines.messages import Task
+from service.engines.work.archive import unpacked_folder
 from service.engines.worker import TaskCancelledError, TaskFailedError
 from service.jobs.job import Failure
 
@@ -43,18 +44,16 @@ def refusals(task: Task) -> Iterator[None]:
 
 
 def _failure(kind: str, error: simplifier.OccluderError, task: Task) -> Failure:
-    where = _without_paths(error.where, task)
-    what = _without_paths(error.what, task)
+    where = without_paths(error.where, task)
+    what = without_paths(error.what, task)
     return Failure(kind, f"{where}: {what}" if where else what, error.remedy)
 
 
-def _without_paths(text: str, task: Task) -> str:
+def without_paths(text: str, task: Task) -> str:
     """Files by the names that their owner knows."""
     for name, path in task.inputs.items():
         text = text.replace(path, name if name == "occluder" else task.name)
-    for folder in (task.scratch, task.results):
-        text = text.replace(f"{folder}/", "").replace(folder, task.name)
-    return text
+    return text.replace(str(unpacked_folder(task)), task.name)
 
 
 def _lacks_room(error: BaseException | None) -> bool:

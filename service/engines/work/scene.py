@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import simplifier
 from service.engines.messages import Task
-from service.engines.work.archive import unpack
+from service.engines.work.archive import unpack, unpacked_folder
 from service.engines.work.meter import Meter
-from service.engines.work.refusals import input_path
+from service.engines.work.refusals import input_path, without_paths
 from service.engines.worker import Cancel, TaskCancelledError, Tell
 from service.jobs.job import Summary
 
@@ -60,12 +61,14 @@ def _checked(task: Task) -> dict[str, Any]:
 def _load(task: Task) -> simplifier.Scene:
     """Of one file, which may not refer to others, or of an archive, within which files may."""
     path = input_path(task, "scene")
-    if path.suffix.lower() != ".zip":
-        return simplifier.load_scene(path, allow_external=False)
-    folder = Path(task.scratch) / "scene"
-    folder.mkdir()
-    unpack(path, folder, task.unpacked)
-    return simplifier.load_scene(folder)
+    if path.suffix.lower() == ".zip":
+        folder = unpacked_folder(task)
+        folder.mkdir()
+        unpack(path, folder, task.unpacked)
+        scene = simplifier.load_scene(folder)
+    else:
+        scene = simplifier.load_scene(path, allow_external=False)
+    return replace(scene, warnings=tuple(without_paths(one, task) for one in scene.warnings))
 
 
 def _pack(results: Path) -> None:

@@ -1,0 +1,105 @@
+"""``occluder keys`` by real processes, on a folder that a service may be using."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+from service.access.key import Scope
+from service.storage.database import Database
+from service.storage.key_store import SqlKeyStore
+from service.webhooks.tenant_secrets import TenantSecrets
+
+
+def test_a_key_is_made_listed_and_revoked_while_a_service_uses_the_folder(command, tmp_path):
+    made = command("keys", "create", "--tenant", "studio", "--scope", "read", "--name", "night")
+    assert made.returncode == 0, made.stderr
+    secret = made.stdout.strip()
+    assert secret.startswith("occ_")
+    assert "shown only now" in made.stderr
+    assert secret not in made.stderr
+
+    database = Database.open(tmp_path / "occluder_data" / "occluder.db")
+    try:
+        store = SqlKeyStore(database)
+        key = store.find(secret)
+        assert (key.tenant, key.name, key.scope) == ("studio", "night", Scope.READ)
+
+        listed = command("keys", "list")
+        assert listed.returncode == 0
+        head, row = listed.stdout.splitlines()
+        assert head.split()[:3] == ["id", "begins", "tenant"]
+        assert row.split()[:4] == [key.id, key.hint, "studio", "read"]
+        assert secret not in listed.stdout
+
+        revoked = command("keys", "revoke", key.hint)
+        assert revoked.returncode == 0
+        assert key.id in revoked.stderr
+        assert store.find(secret) is None
+    finally:
+        database.close()
+
+
+def test_a_folder_is_made_that_nobody_else_reads_and_that_holds_no_key(command, tmp_path):
+    secret = command("keys", "create", "--data", "deep/data").stdout.strip()
+    folder = tmp_path / "deep" / "data"
+    assert folder.stat().st_mode & 0o077 == 0
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    assert files
+    assert not any(secret.encode() in path.read_bytes() for path in files)
+
+
+def test_the_secret_of_webhooks_is_what_they_are_signed_with(command, tmp_path):
+    command("keys", "create", "--tenant", "studio")
+    told = command("keys", "secret", "--tenant", "studio")
+    assert told.returncode == 0
+    assert told.stdout.strip() == TenantSecrets.open(tmp_path / "occluder_data").of("studio")
+
+    slip = command("keys", "secret", "--tenant", "stduio")
+    assert (slip.returncode, slip.stdout) == (2, "")
+    assert "choose one of local, studio" in slip.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("create", "--tenant", "two words"), "tenant"),
+        (("create", "--name", "a\nb"), "name"),
+    ],
+)
+def test_wrong_values_are_refused_in_a_line(command, tmp_path, arguments, words):
+    ended = command("keys", *arguments)
+    assert (ended.returncode, ended.stdout) == (2, "")
+    (line,) = ended.stderr.splitlines()
+    assert line.startswith(f"error: {words}: ")
+    assert not (tmp_path / "occluder_data").exists()
+
+
+@pytest.mark.parametrize("arguments", [("list",), ("secret",)])
+def test_a_slip_in_the_folders_name_makes_no_folder(command, tmp_path, arguments):
+    ended = command("keys", *arguments, OCCLUDER_DATA="nowhere")
+    assert (ended.returncode, ended.stdout) == (2, "")
+    assert "OCCLUDER_DATA" in ended.stderr
+    assert not (tmp_path / "nowhere").exists()
+
+
+def test_what_cannot_be_done_is_told_in_a_line(command, tmp_path):
+    command("keys", "create")
+    unknown = command("keys", "revoke", "occ_none")
+    assert unknown.returncode == 1
+    (line,) = unknown.stderr.splitlines()
+    assert "occ_none" in line
+
+    file: Path = tmp_path / "occluder_data" / "occluder.db"
+    with sqlite3.connect(file) as connection:
+        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    connection.close()
+    data = bytearray(file.read_bytes())
+    data[4096:12288] = b"\xa5" * 8192
+    file.write_bytes(data)
+    damaged = command("keys", "list")
+    assert damaged.returncode == 1
+    (line,) = damaged.stderr.splitlines()
+    assert "damaged" in line

@@ -1,0 +1,268 @@
+"""The library's work by real processes: from uploads to the files that results are made of."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from service.engines.engine import LIBRARY_WORK
+from service.jobs.job import JobKind, JobState
+from simplifier import load_lods, load_occluder, save, simplify
+from tests.acceptance.command import environment
+from tests.service.engines.workplace import Workplace, until
+from tests.solids import box, sphere
+
+MIB = 1 << 20
+DRAFT = {"preset": "draft", "resolution": 24, "moves": 200, "views": 8, "image": 64}
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """An engine with one warm process, as it takes seconds to get ready."""
+    folder = tmp_path_factory.mktemp("place")
+    with Workplace(folder, LIBRARY_WORK, workers=1, job_memory=256 * MIB).open() as place:
+        yield place
+
+
+@pytest.fixture(scope="module")
+def ball(tmp_path_factory):
+    """A sphere as an OBJ file."""
+    path = tmp_path_factory.mktemp("ball") / "ball.obj"
+    mesh = sphere(rings=8)
+    lines = [f"v {x} {y} {z}" for x, y, z in mesh.vertices]
+    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in mesh.faces]
+    path.write_text("\n".join(lines))
+    return path.read_bytes()
+
+
+def occluder_job(place, data, suffix=".obj", name="ball <b>.obj", **options):
+    files = {f"input/mesh{suffix}": data}
+    id_ = place.submit_files(JobKind.OCCLUDER, files, {**DRAFT, **options}, name=name)
+    return place.end_of(id_, 60.0)
+
+
+def tells_no_path(place, texts):
+    return not any(str(place.folder) in text or "/tmp" in text for text in texts)
+
+
+def test_an_occluder_has_levels_in_all_formats_a_report_and_pictures(place, ball, tmp_path):
+    job = occluder_job(place, ball, lods=2)
+    results = place.results(job.id)
+    report = json.loads(results["report.json"])
+    levels = len(report["levels"])
+    assert levels == job.summary.levels == 2
+    formats = {f"lod{level}.{suffix}" for level in range(levels)
+               for suffix in ("glb", "obj", "ply", "stl", "tres", "off")}  # fmt: skip
+    assert formats | {"occluder.glb", "report.json", "report.html"} <= set(results)
+    assert {"pictures/silhouettes.png", "pictures/recall.png"} <= set(results)
+    for name in ("occluder.glb", "lod1.ply"):
+        (tmp_path / name).write_bytes(results[name])
+    chain = load_lods(tmp_path / "occluder.glb")
+    assert [level.triangles for level in chain.levels] == [
+        level["triangles"] for level in report["levels"]
+    ]
+    assert len(load_occluder(tmp_path / "lod1.ply").faces) == report["levels"][1]["triangles"]
+    assert [level["file"] for level in report["levels"]] == ["lod0.glb", "lod1.glb"]
+    assert all(0.0 < level["recall"] <= 1.0 for level in report["levels"])
+
+
+def test_the_summary_says_what_the_report_says(place, ball):
+    job = occluder_job(place, ball, lods=1)
+    report, summary = json.loads(place.results(job.id)["report.json"]), job.summary
+    assert (summary.precision, summary.recall) == (report["precision"], report["recall"])
+    assert (summary.triangles, summary.input_triangles) == (report["triangles"], 16 * 16 - 32)
+    assert summary.worst_recall == report["worst_view"]["recall"]
+    assert summary.error_bound == report["error_bound"]
+    assert summary.timings == report["timings"]
+    assert 0.0 < sum(summary.timings.values()) <= summary.seconds
+
+
+def test_the_page_escapes_the_name_and_nothing_tells_a_path_of_this_machine(place, ball):
+    job = occluder_job(place, ball, lods=1)
+    results = place.results(job.id)
+    page = results["report.html"].decode()
+    assert "ball &lt;b&gt;.obj" in page
+    assert tells_no_path(place, [page, results["report.json"].decode(), repr(job.summary)])
+
+
+def test_one_level_where_it_keeps_wholly_inside(place, ball):
+    job = occluder_job(place, ball, conservative=True)
+    assert (job.state, job.summary.levels) == (JobState.SUCCEEDED, 1)
+    assert {"occluder.glb", "lod0.tres"} <= set(place.results(job.id))
+
+
+EXTERNAL = json.dumps(
+    {
+        "asset": {"version": "2.0"},
+        "buffers": [{"uri": "../secret.bin", "byteLength": 36}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "nodes": [{"mesh": 0}],
+    }
+).encode()
+
+
+@pytest.mark.parametrize(
+    ("data", "suffix", "options", "kind", "words"),
+    [
+        (b"solid nothing", ".glb", {}, "unreadable-mesh", "cat.x: "),
+        (b"v 0 0 0\nf 1 2 x\n", ".obj", {}, "unreadable-mesh", "cat.x: line 2"),
+        (b"v 0 0 0\n", ".obj", {}, "unreadable-mesh", "cat.x: "),
+        (b"whatever", ".fbx", {}, "unreadable-mesh", "'.fbx'"),
+        (EXTERNAL, ".gltf", {}, "unreadable-mesh", "cat.x: "),
+        (None, ".obj", {"budget": 0}, "invalid-options", "budget: 0"),
+        (None, ".obj", {"colour": "red"}, "invalid-options", "colour"),
+        (None, ".obj", {"smallest_hole": 100.0}, "invalid-options", "longer than the mesh"),
+    ],
+)
+def test_refusals_say_what_the_reader_found(place, ball, data, suffix, options, kind, words):
+    job = occluder_job(place, ball if data is None else data, suffix, name="cat.x", **options)
+    assert (job.state, job.failure.kind, job.attempt) == (JobState.FAILED, kind, 1)
+    assert words in job.failure.detail
+    assert job.failure.remedy
+    assert tells_no_path(place, [job.failure.detail, job.failure.remedy])
+
+
+def test_too_fine_a_grid_ends_for_want_of_memory_and_the_next_job_is_done(place, asset, ball):
+    data = asset("bunny_4968.ply").read_bytes()
+    job = occluder_job(place, data, ".ply", resolution=512, ground=True)
+    assert (job.failure.kind, job.attempt) == ("out-of-memory", 1)
+    assert "256 MiB" in job.failure.detail
+    assert occluder_job(place, ball).state is JobState.SUCCEEDED
+
+
+@pytest.mark.parametrize("stage", ["load", "refine"])
+def test_cancel_ends_heavy_work_within_a_second(place, asset, stage):
+    files = {"input/mesh.ply": asset("dragon_871k.ply").read_bytes()}
+    options = {"preset": "best", "resolution": 128}
+    id_ = place.submit_files(JobKind.OCCLUDER, files, options, name="dragon.ply")
+    until(lambda: (now := place.board.latest(id_)) and now.stage == stage, 60.0)
+    begin = time.monotonic()
+    place.jobs.cancel(None, id_)
+    place.engine.wake()
+    assert place.end_of(id_).state is JobState.CANCELLED
+    assert time.monotonic() - begin < 1.0
+
+
+def test_an_evaluation_judges_what_was_made_elsewhere(place, ball, tmp_path):
+    save(simplify(sphere(rings=8), budget=32, resolution=24, moves=0), tmp_path / "theirs.stl")
+    files = {
+        "input/mesh.obj": ball,
+        "input/occluder.stl": (tmp_path / "theirs.stl").read_bytes(),
+    }
+    options = {"resolution": 24, "views": 8, "image": 64}
+    id_ = place.submit_files(JobKind.EVALUATION, files, options, name="ball.obj")
+    job = place.end_of(id_)
+    results = place.results(id_)
+    report = json.loads(results["report.json"])
+    assert (job.summary.recall, job.summary.levels) == (report["recall"], 1)
+    assert job.summary.recall > 0.3
+    assert {"report.html", "pictures/silhouettes.png"} <= set(results)
+
+
+def scene_zip(**files):
+    target = io.BytesIO()
+    with zipfile.ZipFile(target, "w") as archive:
+        for name, data in files.items():
+            archive.writestr(name.replace("__", "/"), data)
+    return target.getvalue()
+
+
+def obj_of(mesh):
+    lines = [f"v {x} {y} {z}" for x, y, z in mesh.vertices]
+    return "\n".join([*lines, *(f"f {a + 1} {b + 1} {c + 1}" for a, b, c in mesh.faces)])
+
+
+def scene_job(place, data, suffix, **options):
+    files = {f"input/scene{suffix}": data}
+    options = {"budget": 8, "resolution": 16, "moves": 0, **options}
+    return place.end_of(place.submit_files(JobKind.SCENE, files, options, name="town.zip"), 60.0)
+
+
+def test_a_scene_has_its_tree_occluders_and_all_in_one_archive(place):
+    data = scene_zip(
+        town__readme=b"passed over", **{"town__cat.stl": b"no mesh"},
+        **{"town__a.obj": obj_of(box()), "town__b.obj": obj_of(box(low=(3.0, 0.0, 0.0)))},
+    )  # fmt: skip
+    job = scene_job(place, data, ".zip")
+    results = place.results(job.id)
+    document = json.loads(results["scene.json"])
+    assert len(document["objects"]) == 2
+    assert job.summary.input_triangles == 24
+    assert job.summary.levels == len(document["occluders"]) > 0
+    assert "cat.stl" in " ".join(job.summary.warnings)
+    assert {one["file"] for one in document["occluders"].values()} < set(results)
+    packed = zipfile.ZipFile(io.BytesIO(results["scene.zip"]))
+    assert set(packed.namelist()) == set(results) - {"scene.zip"}
+    assert tells_no_path(place, [results["scene.json"].decode(), repr(job.summary)])
+
+
+@pytest.mark.parametrize(
+    ("data", "suffix", "options", "kind", "words"),
+    [
+        (b"PK no zip", ".zip", {}, "unreadable-mesh", "no zip that can be read"),
+        (scene_zip(**{"..__a.obj": b"v"}), ".zip", {}, "unreadable-mesh", "lies outside"),
+        (scene_zip(readme=b"no mesh"), ".zip", {}, "unreadable-mesh", "town.zip: "),
+        (scene_zip(readme=b"x"), ".zip", {"width": 1}, "invalid-options", "width: 1"),
+        (scene_zip(readme=b"x"), ".zip", {"wide": 1}, "invalid-options", "wide: "),
+        (EXTERNAL, ".gltf", {}, "unreadable-mesh", "town.zip: "),
+    ],
+)
+def test_refused_scenes(place, data, suffix, options, kind, words):
+    job = scene_job(place, data, suffix, **options)
+    assert (job.failure.kind, job.attempt) == (kind, 1)
+    assert words in job.failure.detail
+    assert tells_no_path(place, [job.failure.detail, job.failure.remedy])
+
+
+def test_a_server_needs_nothing_heavy():
+    script = (
+        "import sys; import service.engines.engine\n"
+        "print([m for m in ('numpy', 'numba', 'scipy', 'simplifier') if m in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, env=environment(),
+        cwd=Path(__file__).parents[3], check=True,
+    )  # fmt: skip
+    assert done.stdout.strip() == "[]"
+
+
+SERVER = """
+import sys, time
+from pathlib import Path
+from tests.service.engines.workplace import Workplace
+with Workplace(Path(sys.argv[1])).open() as place:
+    place.submit("hang", note=sys.argv[2])
+    place.submit("hang", note=sys.argv[2])
+    print("open", flush=True)
+    time.sleep(600)
+"""
+
+
+@pytest.mark.parametrize("end", ["kill -9", "ctrl-c"])
+def test_no_worker_outlives_its_server(tmp_path, end):
+    note = tmp_path / "note"
+    server = subprocess.Popen(
+        [sys.executable, "-c", SERVER, str(tmp_path), str(note)], stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL, cwd=Path(__file__).parents[3], start_new_session=True,
+        env={**environment(), "PYTHONPATH": str(Path(__file__).parents[3])},
+    )  # fmt: skip
+    with server:
+        until(lambda: note.exists() and len(note.read_text().split()) == 2)
+        workers = [Path(f"/proc/{pid}") for pid in note.read_text().split()]
+        if end == "ctrl-c":  # which a terminal sends to all that it sees
+            os.killpg(server.pid, signal.SIGINT)
+        else:
+            server.kill()
+        server.wait(10.0)
+        until(lambda: not any(worker.exists() for worker in workers), 5.0)

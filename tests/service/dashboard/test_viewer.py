@@ -16,7 +16,6 @@ from simplifier.evaluation.gallery import COLOURS
 from simplifier.evaluation.silhouettes import WHITE, silhouette
 from tests.service.dashboard.chromium import Watch
 from tests.service.dashboard.results import JobResult
-from tests.service.dashboard.screenshots import keep_picture
 from tests.service.dashboard.viewer_pages import (
     frames,
     grey,
@@ -34,15 +33,12 @@ def test_colours_are_those_of_the_report() -> None:
     assert NEITHER == WHITE
 
 
-def test_original_and_occluder_are_drawn_over_each_other(
-    page: Page, parts: str, tmp_path: Path
-) -> None:
+def test_original_and_occluder_are_drawn_over_each_other(page: Page, parts: str) -> None:
     page.goto(f"{parts}/viewer")
     picture = pixels(shown(page))
     assert grey(picture) > 0.05
     assert yellow(picture) > 0.05
     assert grey(picture) + yellow(picture) < 0.9
-    keep_picture(page, "viewer", tmp_path)
 
 
 def test_side_by_side_shows_one_of_them_on_either_side(page: Page, parts: str) -> None:

@@ -10,6 +10,7 @@ from anyio.to_thread import current_default_thread_limiter, run_sync
 from fastapi import FastAPI
 
 from service.access.authentication import Authenticator
+from service.access.session import Sessions
 from service.engines.engine import Engine
 from service.jobs.delivery import Delivery
 from service.jobs.job import Job
@@ -53,6 +54,11 @@ def create_app(settings: Settings) -> FastAPI:
             yield
 
     app = make_api(lifespan)
+    if settings.dashboard:
+        # Here, since it costs 30 MiB: a service without pages does not pay for them.
+        from service.dashboard.mount import add_dashboard
+
+        add_dashboard(app)
     inside = app.build_middleware_stack
     # Around all of it: no answer may come without its headers, not even that to a fault of ours.
     app.build_middleware_stack = lambda: surrounded(inside(), settings)  # type: ignore[method-assign]
@@ -73,8 +79,12 @@ def opened(settings: Settings) -> Iterator[Services]:
         blobs = FileBlobs(folder.blobs, min_free=settings.min_free)
         jobs, assets = SqlJobStore(database), SqlAssetStore(database)
         board, metrics = ProgressBoard(), Metrics(jobs, assets)
-        sender = WebhookSender(
-            SqlDeliveryStore(database), _teller(jobs), TenantSecrets.open(folder.path), settings
+        tenant_secrets = TenantSecrets.open(folder.path)
+        sender = WebhookSender(SqlDeliveryStore(database), _teller(jobs), tenant_secrets, settings)
+        authenticator = Authenticator(
+            SqlKeyStore(database),
+            Sessions(tenant_secrets.signing_key("sessions")),
+            keys_needed=settings.keys_needed,
         )
 
         def ended(job: Job) -> None:
@@ -101,9 +111,8 @@ def opened(settings: Settings) -> Iterator[Services]:
             board=board,
             work=engine,
             metrics=metrics,
-            authenticate=Authenticator(
-                SqlKeyStore(database), keys_needed=settings.keys_needed
-            ).caller,
+            authenticate=authenticator.caller,
+            sign_in=authenticator.sign_in,
             check_webhook=check,
             checks=_checks(settings, database, blobs, engine),
             ended=ended,

@@ -37,6 +37,8 @@ class Settings(BaseSettings):
         "", description="How others reach the service, for links in webhooks; empty: by the host."
     )
 
+    dashboard: bool = Field(True, description="Whether to show the pages for people, beside /v1.")
+
     require_keys: bool | None = Field(
         None, description="Whether an API key is needed; unset: as soon as one beyond loopback is."
     )

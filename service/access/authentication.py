@@ -8,7 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from service.access.attempts import FailedAttempts
-from service.access.key import LOCAL, Caller, KeyStore, Scope, hash_of
+from service.access.key import LOCAL, ApiKey, Caller, KeyStore, Scope, hash_of
+from service.access.session import Sessions, token_in
 from service.errors import ForbiddenError, TooManyAttemptsError, UnauthenticatedError
 
 _TRUSTED_SECONDS = 1.0  # for which a revoked key may still be let in
@@ -32,18 +33,24 @@ class Authenticator:
     A key that was good within the last second is not looked up again, so a revoked one ends within
     a second.  An address that tries many unknown keys is put off without a look-up, except for keys
     that were good lately: others behind the same proxy are not locked out with it.
+
+    ``time_of_day``  Unix seconds, for the end of sessions.
     """
 
     def __init__(
         self,
         keys: KeyStore,
+        sessions: Sessions,
         *,
         keys_needed: bool,
         clock: Callable[[], float] = time.monotonic,
+        time_of_day: Callable[[], float] = time.time,
     ) -> None:
         self._keys = keys
+        self._sessions = sessions
         self._keys_needed = keys_needed
         self._clock = clock
+        self._time_of_day = time_of_day
         self._failures = FailedAttempts(clock)
         self._lock = threading.Lock()
         self._known: dict[str, _Known] = {}
@@ -51,43 +58,69 @@ class Authenticator:
     def caller(self, headers: Mapping[str, str], address: str) -> Caller:
         """Whoever sends a request from an address.  ``headers`` by their names in lower case.
 
-        A key that is sent is judged even where none is needed.  Raises
-        :class:`~service.errors.UnauthenticatedError` and
+        A key counts before the cookie of a session, and is judged even where none is needed.
+        Raises :class:`~service.errors.UnauthenticatedError` and
         :class:`~service.errors.TooManyAttemptsError`.
         """
         secret = _sent_key(headers)
-        if secret is None:
-            if self._keys_needed:
-                raise UnauthenticatedError(_what_is_missing(headers), remedy=_SEND_A_KEY)
-            return LOCAL
-        return self._of_key(secret, address)
+        if secret is not None:
+            return self._of_key(secret, address)
+        caller = self._of_session(token_in(headers))
+        if caller is not None:
+            return caller
+        if self._keys_needed:
+            raise UnauthenticatedError(_what_is_missing(headers), remedy=_SEND_A_KEY)
+        return LOCAL
+
+    def sign_in(self, secret: str, address: str) -> str:
+        """The value of a session's cookie.  Raises as :meth:`caller` does."""
+        key_id = self._of_key(secret, address).key_id
+        assert key_id is not None  # only LOCAL has none
+        return self._sessions.token(key_id, self._time_of_day())
+
+    def _of_session(self, token: str | None) -> Caller | None:
+        key_id = None if token is None else self._sessions.key_id(token, self._time_of_day())
+        if key_id is None:
+            return None
+        known, now = self._known_as(key_id), self._clock()
+        if known is not None and now - known.at <= _TRUSTED_SECONDS:
+            return known.caller
+        return self._judged(key_id, self._keys.key(key_id), now)
 
     def _of_key(self, secret: str, address: str) -> Caller:
         digest = hash_of(secret)
-        with self._lock:
-            known = self._known.get(digest)
-        now = self._clock()
+        known, now = self._known_as(digest), self._clock()
         if known is not None and now - known.at <= _TRUSTED_SECONDS:
             return known.caller
         if known is None and (wait := self._failures.seconds_to_wait(address)):
             raise TooManyAttemptsError(wait)
-        key = self._keys.find(secret)
-        if key is None:
-            with self._lock:
-                self._known.pop(digest, None)
+        caller = self._judged(digest, self._keys.find(secret), now)
+        if caller is None:
             self._failures.count(address)
             raise UnauthenticatedError(
                 "the API key is not known, or was revoked",
                 remedy="check the key; 'occluder keys list' shows those that there are",
             )
-        caller = Caller(key.tenant, key.scope, key.id)
-        self._remember(digest, _Known(caller, now))
         return caller
 
-    def _remember(self, digest: str, known: _Known) -> None:
+    def _judged(self, name: str, key: ApiKey | None, now: float) -> Caller | None:
+        """What the store says of a digest or an id, remembered by that name."""
+        if key is None:
+            with self._lock:
+                self._known.pop(name, None)
+            return None
+        caller = Caller(key.tenant, key.scope, key.id)
+        self._remember(name, _Known(caller, now))
+        return caller
+
+    def _known_as(self, name: str) -> _Known | None:
         with self._lock:
-            self._known.pop(digest, None)  # so that the dictionary stays in order of time
-            self._known[digest] = known
+            return self._known.get(name)
+
+    def _remember(self, name: str, known: _Known) -> None:
+        with self._lock:
+            self._known.pop(name, None)  # so that the dictionary stays in order of time
+            self._known[name] = known
             while len(self._known) > _MOST_REMEMBERED or self._oldest_is_stale(known.at):
                 del self._known[next(iter(self._known))]
 

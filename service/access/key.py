@@ -84,4 +84,7 @@ class KeyStore(Protocol):
     def find(self, secret: str) -> ApiKey | None:
         """The key of this secret, unless revoked; noted as used (at most once a minute)."""
 
+    def key(self, key_id: str) -> ApiKey | None:
+        """By id, unless revoked."""
+
     def tenants(self) -> Collection[str]: ...

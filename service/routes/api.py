@@ -54,7 +54,7 @@ def make_api(lifespan: Lifespan[FastAPI] | None = None) -> FastAPI:
         generate_unique_id_function=_name,
         separate_input_output_schemas=False,
     )
-    handle_failures(app)
+    handle_failures(app, [route for room in _ROUTES for route in room.router.routes])
     for room in _ROUTES:
         app.include_router(room.router)
     app.include_router(docs.router)

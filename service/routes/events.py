@@ -20,6 +20,16 @@ from service.schemas.openapi import EVERYWHERE, refusals
 
 _QUIET = 15.0  # seconds, after which a comment keeps proxies from hanging up
 
+_EVENT = {
+    "description": "One event.",
+    "type": "object",
+    "required": ["event", "data"],
+    "properties": {
+        "event": {"enum": ["state", "progress"]},
+        "data": {"type": "string", "contentMediaType": "application/json"},
+    },
+}
+
 router = APIRouter(prefix="/v1", tags=["jobs"], dependencies=KEYED)
 
 
@@ -30,7 +40,7 @@ router = APIRouter(prefix="/v1", tags=["jobs"], dependencies=KEYED)
         200: {
             "description": "Events `state`, whose data is a Job, and `progress`, whose data is a "
             "Progress. The present state comes first; the stream ends after the last one.",
-            "content": {"text/event-stream": {"schema": {"type": "string"}}},
+            "content": {"text/event-stream": {"schema": _EVENT}},
         },
         **refusals(*EVERYWHERE, 404),
     },

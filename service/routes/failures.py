@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
@@ -13,6 +13,7 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.responses import Response
+from starlette.routing import BaseRoute, Route
 
 from service.errors import (
     BadRequestError,
@@ -46,8 +47,11 @@ def answer(request: Request, error: ServiceError) -> ProblemResponse:
     )
 
 
-def handle_failures(app: FastAPI) -> None:
-    """Let the application answer every failure with a problem."""
+def handle_failures(app: FastAPI, routes: Sequence[BaseRoute] = ()) -> None:
+    """Let the application answer every failure with a problem.
+
+    ``routes``  those that a wrong method is told of.
+    """
 
     async def of_service(request: Request, error: Exception) -> Response:
         assert isinstance(error, ServiceError)
@@ -61,9 +65,7 @@ def handle_failures(app: FastAPI) -> None:
 
     async def of_http(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
-        problem = _of_http(request, error)
-        problem.headers = {**(error.headers or {}), **problem.headers}
-        return answer(request, problem)
+        return answer(request, _of_http(request, error, routes))
 
     async def of_leaving(request: Request, error: Exception) -> Response:
         # Nobody is there to read it.
@@ -84,20 +86,30 @@ def handle_failures(app: FastAPI) -> None:
     app.add_exception_handler(Exception, of_anything)
 
 
-def _of_http(request: Request, error: HTTPException) -> ServiceError:
+def _of_http(
+    request: Request, error: HTTPException, routes: Sequence[BaseRoute]
+) -> ServiceError:
     path = request.scope["path"]
     match error.status_code:
         case 404:
             return NotFoundError(f"there is nothing at '{path}'", remedy="see /docs")
         case 405:
+            methods = ", ".join(_methods(path, routes))
             return MethodNotAllowedError(
                 f"'{path}' has no {request.method}",
-                remedy=f"use {(error.headers or {}).get('Allow', 'another method')}",
+                remedy=f"use {methods or 'GET'}",
+                headers={"Allow": methods or "GET"},
             )
         case status if status < 500:
             return BadRequestError(str(error.detail))
         case _:
             return ServiceError(str(error.detail))
+
+
+def _methods(path: str, routes: Sequence[BaseRoute]) -> list[str]:
+    """All that a path has: the router tells those of the first route alone."""
+    there = [one for one in routes if isinstance(one, Route) and one.path_regex.match(path)]
+    return sorted({method for one in there for method in one.methods or ()})
 
 
 def _of_fields(error: RequestValidationError) -> ServiceError:

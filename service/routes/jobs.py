@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
-from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from service.errors import ConflictError
 from service.jobs.job import Job as StoredJob
@@ -15,6 +15,7 @@ from service.routes.callers import KEYED, Reader, Writer
 from service.routes.pages import LARGEST_NUMBER, next_page
 from service.routes.services import Services, TheServices
 from service.schemas.job import Job, JobPage
+from service.schemas.moment import Moment
 from service.schemas.openapi import EVERYWHERE, header, refusals
 
 router = APIRouter(prefix="/v1", tags=["jobs"], dependencies=KEYED)
@@ -28,8 +29,8 @@ class WantedJobs(BaseModel):
     state: list[JobState] = Field([], description="One or more states.", max_length=5)
     kind: list[JobKind] = Field([], description="One or more kinds.", max_length=3)
     asset: str | None = Field(None, description="Id of an asset.")
-    created_from: AwareDatetime | None = Field(None, description="Not older than this.")
-    created_before: AwareDatetime | None = Field(None, description="Older than this.")
+    created_from: Moment | None = Field(None, description="Not older than this.")
+    created_before: Moment | None = Field(None, description="Older than this.")
     cursor: Annotated[int, Field(ge=1, le=LARGEST_NUMBER)] | None = Field(
         None, description="From `next` of the page before."
     )

@@ -18,7 +18,7 @@ from service.routes.jobs import shown
 from service.routes.sending import send_file
 from service.routes.services import Services, TheServices
 from service.schemas.job import Failure
-from service.schemas.openapi import EVERYWHERE, binary, header, json_of, refusals
+from service.schemas.openapi import EVERYWHERE, anything, binary, header, json_of, refusals
 from service.schemas.result import FilePage, Result, ResultFile
 
 router = APIRouter(prefix="/v1", tags=["results"], dependencies=KEYED)
@@ -32,7 +32,7 @@ _FRESH = {"description": "You have these bytes already.", "headers": _FILE_HEADE
 _PART = {
     "description": "The part that `Range` asks for.",
     "headers": {**_FILE_HEADERS, "Content-Range": header("Which part of how much.")},
-    "content": binary("*/*"),
+    "content": anything(),
 }
 
 ANSWERS: dict[int | str, dict[str, Any]] = {
@@ -77,7 +77,7 @@ def list_files(job_id: str, services: TheServices, caller: Reader) -> FilePage:
 
 
 _FILE_RESPONSES: dict[int | str, dict[str, Any]] = {
-    200: {"description": "Its bytes.", "headers": _FILE_HEADERS, "content": binary("*/*")},
+    200: {"description": "Its bytes.", "headers": _FILE_HEADERS, "content": anything()},
     206: _PART,
     304: _FRESH,
     **refusals(*EVERYWHERE, 404, 416),

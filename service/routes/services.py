@@ -35,6 +35,7 @@ class Services:
 
     ``authenticate``   who asks: from headers and the client's address, in any thread; raises
                        :class:`~service.errors.ServiceError`.
+    ``sign_in``        the cookie of a session, from a key and the client's address; raises so too.
     ``check_webhook``  raises :class:`~service.errors.ServiceError` for an address that no webhook
                        may go to.
     ``checks``         by name, what has to be well for the service to be ready.
@@ -51,6 +52,7 @@ class Services:
     work: Work
     metrics: Metrics
     authenticate: Callable[[Mapping[str, str], str], Caller]
+    sign_in: Callable[[str, str], str]
     check_webhook: Callable[[str], Awaitable[None]]
     checks: Mapping[str, Check]
     ended: Callable[[Job], None]

@@ -71,6 +71,11 @@ def binary(*media_types: str) -> dict[str, Any]:
     return {one: {"schema": {"type": "string", "format": "binary"}} for one in media_types}
 
 
+def anything() -> dict[str, Any]:
+    """Bytes in whatever format a file has."""
+    return {"*/*": {"schema": {}}}
+
+
 def json_of(model: str) -> dict[str, Any]:
     """A model, by name, as JSON."""
     return {"application/json": {"schema": {"$ref": f"#/components/schemas/{model}"}}}

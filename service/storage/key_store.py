@@ -83,6 +83,13 @@ class SqlKeyStore:
             self._note_use(key, now)
         return key
 
+    def key(self, key_id: str) -> ApiKey | None:
+        with self._database.reading() as session:
+            row = session.scalars(
+                select(ApiKeyRow).where(ApiKeyRow.id == key_id, ApiKeyRow.revoked.is_(None))
+            ).first()
+            return None if row is None else _key_of(row)
+
     def _note_use(self, key: ApiKey, now: float) -> None:
         # Where the disk is full, what is stored can still be read, by those who may.
         with suppress(DiskFullError), self._database.writing() as session:

@@ -52,6 +52,10 @@ class TenantSecrets:
             )
         return cls(master)
 
+    def signing_key(self, purpose: str) -> bytes:
+        """32 bytes for what this service signs for itself, others for each purpose."""
+        return hmac.new(self._master, f"key for {purpose}".encode(), hashlib.sha256).digest()
+
     def of(self, tenant: str) -> str:
         """The secret that a tenant's receivers verify with."""
         derived = hmac.new(self._master, f"webhooks of {tenant}".encode(), hashlib.sha256).digest()

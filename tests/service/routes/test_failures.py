@@ -33,6 +33,7 @@ def test_a_method_that_there_is_not_names_those_that_there_are(service):
     told = problem(response, 405, "method-not-allowed")
     assert response.headers["allow"] == "GET"
     assert "GET" in told["remedy"]
+    assert service.http.options("/v1/assets/x").headers["allow"] == "DELETE, GET"
 
 
 @pytest.mark.anyio

@@ -1,0 +1,52 @@
+"""Sessions of browsers: a signed cookie that names an API key, and is none.
+
+It cannot be had by guessing, ends by itself, and ends with its key.  Nothing of it is stored.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import re
+from base64 import urlsafe_b64encode
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+COOKIE = "occluder_session"
+SESSION_SECONDS = 7 * 86_400
+
+_TOKEN = re.compile(r"([0-9a-f]{32})\.([0-9]{1,12})\.([A-Za-z0-9_-]{43})", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Sessions:
+    """Makes and reads the values of the cookie; ``signing_key`` is 32 secret bytes."""
+
+    signing_key: bytes
+
+    def token(self, key_id: str, now: float) -> str:
+        """For the key of this id; ``now`` in Unix seconds."""
+        told = f"{key_id}.{int(now) + SESSION_SECONDS}"
+        return f"{told}.{self._signature(told)}"
+
+    def key_id(self, token: str, now: float) -> str | None:
+        """Whose token it is; None where it has run out, or was not made here."""
+        match = _TOKEN.fullmatch(token)
+        if match is None:
+            return None
+        key_id, expires, signature = match.groups()
+        mine = hmac.compare_digest(signature, self._signature(f"{key_id}.{expires}"))
+        return key_id if mine and now < int(expires) else None
+
+    def _signature(self, told: str) -> str:
+        digest = hmac.new(self.signing_key, f"session {told}".encode(), hashlib.sha256).digest()
+        return urlsafe_b64encode(digest).decode().rstrip("=")
+
+
+def token_in(headers: Mapping[str, str]) -> str | None:
+    """What the cookie holds; ``headers`` by their names in lower case."""
+    for pair in headers.get("cookie", "").split(";"):
+        name, _, value = pair.strip().partition("=")
+        if name == COOKIE:
+            return value or None
+    return None

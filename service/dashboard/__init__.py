@@ -1,0 +1,13 @@
+"""The pages for people: what came out, whether it is good enough, what got worse.
+
+    mount       NiceGUI within the service's application
+    gate        who may see pages, and what browsers may do with them
+    session     on whose behalf a page and each of its handlers act
+    sign_in     the form that takes a key and gives a cookie
+    frame       what surrounds every page
+    overview/   all assets
+
+A room has a file a panel; its ``page.py`` only puts them together, and its ``rows.py`` makes plain
+values of what is stored, without a browser.  Pages never keep the event loop waiting for the
+database: they call the stores by ``nicegui.run.io_bound``.
+"""

@@ -1,0 +1,82 @@
+"""NiceGUI within the service's application.
+
+NiceGUI keeps one application a process.  It is set up once and stands behind the gate of whichever
+service is open, for those addresses that it has pages or files for; all others stay the API's, with
+its refusals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from functools import cache
+
+import nicegui
+from fastapi import FastAPI
+from nicegui import ui
+from starlette.routing import BaseRoute, Match
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from service.dashboard import sign_in
+from service.dashboard.gate import Gate
+from service.dashboard.icon import ICON
+from service.dashboard.overview import page as overview
+
+PAGES = (overview,)
+"""Modules whose import makes pages."""
+
+_RECONNECT_SECONDS = 30.0
+"""That a page may be out of reach, as a tablet that was put down, before it has to load anew."""
+
+
+def add_dashboard(app: FastAPI) -> None:
+    """Add the pages, to live while the application does.
+
+    ``app.state.services`` has to be there from then on.
+    """
+    app.include_router(sign_in.router)
+    host = _host()
+    app.router.routes.append(_Pages(Gate(host, app)))
+    inside = app.router.lifespan_context
+
+    @asynccontextmanager
+    async def lifespan(started: FastAPI) -> AsyncIterator[None]:
+        # Pages end first: their timers work with the services.
+        async with inside(started), host.router.lifespan_context(host):
+            yield
+
+    app.router.lifespan_context = lifespan
+
+
+@cache
+def _host() -> FastAPI:
+    """What holds NiceGUI's application and starts and stops it."""
+    host = FastAPI(openapi_url=None)
+    nicegui.run.process_pool_start_method = "spawn"
+    ui.run_with(
+        host,
+        title="planar-occluder",
+        favicon=ICON,
+        dark=None,
+        language="en-US",
+        reconnect_timeout=_RECONNECT_SECONDS,
+        tailwind=False,
+        show_welcome_message=False,
+    )
+    return host
+
+
+class _Pages(BaseRoute):
+    """Addresses that NiceGUI has something for."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    def matches(self, scope: Scope) -> tuple[Match, Scope]:
+        known = scope["type"] in ("http", "websocket") and any(
+            route.matches(scope)[0] is Match.FULL for route in nicegui.app.routes
+        )
+        return (Match.FULL if known else Match.NONE), {}
+
+    async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
+        await self._app(scope, receive, send)

@@ -1,0 +1,1 @@
+"""All assets: which are good enough, how they spread, which got worse."""

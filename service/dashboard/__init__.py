@@ -6,6 +6,7 @@
     sign_in     the form that takes a key and gives a cookie
     frame       what surrounds every page
     overview/   all assets
+    viewer/     original and occluder in one view
 
 A room has a file a panel; its ``page.py`` only puts them together, and its ``rows.py`` makes plain
 values of what is stored, without a browser.  Pages never keep the event loop waiting for the

@@ -86,9 +86,7 @@ def handle_failures(app: FastAPI, routes: Sequence[BaseRoute] = ()) -> None:
     app.add_exception_handler(Exception, of_anything)
 
 
-def _of_http(
-    request: Request, error: HTTPException, routes: Sequence[BaseRoute]
-) -> ServiceError:
+def _of_http(request: Request, error: HTTPException, routes: Sequence[BaseRoute]) -> ServiceError:
     path = request.scope["path"]
     match error.status_code:
         case 404:

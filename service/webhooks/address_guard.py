@@ -162,7 +162,7 @@ def fault_of(address: Address, *, allow_private: bool) -> str | None:
         special = address not in _GLOBAL_V6 or any(address in one for one in _SPECIAL_V6)
     if private:
         return None if allow_private else "which is private"
-    return "which is no address of a single public host" if special else None
+    return "which is not public" if special else None
 
 
 def _embedded(address: IPv6Address) -> IPv4Address | None:

@@ -22,7 +22,6 @@ class PinnedTransport(httpx.AsyncBaseTransport):
         self._resolve = resolve
         self._transport = httpx.AsyncHTTPTransport(
             verify=httpx.create_ssl_context(),
-            trust_env=False,
             limits=httpx.Limits(max_connections=None, max_keepalive_connections=0),
         )
 

@@ -12,6 +12,7 @@ import logging
 import re
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from typing import Any
@@ -46,7 +47,8 @@ _AT_ONCE = 64
 _AT_ONCE_TO_A_HOST = 4  # so that a slow receiver holds up nobody but itself,
 _AT_ONCE_OF_A_TENANT = 16  # by however many names it goes
 _LOOK_AHEAD = 500  # deliveries among which those of other receivers are looked for
-_GLANCE = 1.0  # seconds between looks at what has become due
+_GLANCE = 1.0  # seconds between looks at what has become due,
+_BREATH = 0.05  # and at least, so that a backlog does not cost a query a delivery
 _STORE_PAUSE = 5.0  # seconds before a store that fails is asked again
 _STOP_SECONDS = 1.0
 
@@ -119,6 +121,7 @@ class WebhookSender:
                 with suppress(TimeoutError):
                     async with asyncio.timeout(_GLANCE):
                         await self._woken.wait()
+                await asyncio.sleep(_BREATH)
 
     def _next(self) -> Iterator[Delivery]:
         """Those that are due, and have a place."""
@@ -127,18 +130,20 @@ class WebhookSender:
         except Exception as error:
             _complain(error)
             return
+        hosts = Counter(map(_host, self._under_way.values()))
+        tenants = Counter(one.tenant for one in self._under_way.values())
         for delivery in due:
             if len(self._under_way) >= _AT_ONCE:
                 return
-            if delivery.id not in self._under_way and self._has_place(delivery):
+            host, tenant = _host(delivery), delivery.tenant
+            if (
+                delivery.id not in self._under_way
+                and hosts[host] < _AT_ONCE_TO_A_HOST
+                and tenants[tenant] < _AT_ONCE_OF_A_TENANT
+            ):
+                hosts[host] += 1
+                tenants[tenant] += 1
                 yield delivery
-
-    def _has_place(self, delivery: Delivery) -> bool:
-        under_way = self._under_way.values()
-        return (
-            sum(_host(one) == _host(delivery) for one in under_way) < _AT_ONCE_TO_A_HOST
-            and sum(one.tenant == delivery.tenant for one in under_way) < _AT_ONCE_OF_A_TENANT
-        )
 
     async def _deliver(self, transport: httpx.AsyncBaseTransport, delivery: Delivery) -> None:
         try:

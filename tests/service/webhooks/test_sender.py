@@ -174,11 +174,11 @@ def test_a_slow_receiver_holds_up_nobody_else() -> None:
 
 def test_a_tenant_with_many_slow_receivers_holds_up_no_other() -> None:
     deliveries = Deliveries()
-    hosts = ["quick.example", *(f"h{number}.example" for number in range(60))]
+    hosts = ["quick.example", *(f"h{number}.example" for number in range(80))]
     names = Names({host: ["127.0.0.1"] for host in hosts})
     with receiving() as slow, receiving() as quick:
         slow.gate.clear()
-        for number in range(60):
+        for number in range(80):
             url = f"http://h{number}.example:{slow.port}/"
             deliveries.add(url, f"slow {number}", "greedy")
         deliveries.add(f"http://quick.example:{quick.port}/", "quick", "other")
@@ -197,7 +197,8 @@ def test_a_receiver_that_does_not_answer_in_time_is_left() -> None:
     assert deliveries.notes == [("postponed", "d1", "no answer within 0.2 seconds")]
 
 
-def test_an_answer_that_never_ends_is_not_read_to_its_end() -> None:
+def test_an_answer_that_never_ends_is_not_read_to_its_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("service.webhooks.attempt._READ_SECONDS", 1000.0)
     deliveries = Deliveries()
     with receiving((200, {}), endless=True) as receiver:
         deliveries.add(receiver.url)

@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     from simplifier.production.options import EvaluateOptions, SimplifyOptions, TradeoffOptions
     from simplifier.production.produce import Made, Product, make, produce
     from simplifier.production.tradeoff import sweep_tradeoff
+    from simplifier.production.viewing import save_for_viewing
     from simplifier.progress import STAGES, Progress
     from simplifier.suffixes import MESH_SUFFIXES, OCCLUDER_SUFFIXES
     from simplifier.warmup import warm_up
@@ -125,6 +126,7 @@ __all__ = [
     "produce",
     "run_guarded",
     "save",
+    "save_for_viewing",
     "simplify",
     "simplify_lods",
     "simplify_scene",
@@ -206,6 +208,7 @@ _NAMES = {
         "produce",
     ),
     "production.tradeoff": ("sweep_tradeoff",),
+    "production.viewing": ("save_for_viewing",),
     "progress": (
         "Progress",
         "STAGES",

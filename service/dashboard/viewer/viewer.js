@@ -111,7 +111,7 @@ export default {
     this.stage.setWireframe(this.wireframe);
     if (this.direction) this.lookAlong(this.direction);
     try {
-      await this.stage.pieces.loadOriginal(this.original);
+      this.stage.eye.frame(await this.stage.pieces.loadOriginal(this.original));
     } catch (error) {
       this.fail("failed", `The original cannot be shown: ${error.message}.`);
       return;

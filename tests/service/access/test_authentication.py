@@ -10,6 +10,7 @@ import pytest
 
 from service.access.authentication import Authenticator, demand
 from service.access.key import LOCAL, ApiKey, Caller, Scope, hint_of, new_secret
+from service.access.session import COOKIE, SESSION_SECONDS, Sessions
 from service.errors import (
     ForbiddenError,
     NotFoundError,
@@ -29,7 +30,7 @@ class Keys:
 
     def create(self, tenant: str, name: str, scope: Scope) -> tuple[ApiKey, str]:
         secret = new_secret()
-        key = ApiKey(f"key{len(self._keys)}", tenant, name, scope, hint_of(secret), 0.0)
+        key = ApiKey(f"{len(self._keys):032x}", tenant, name, scope, hint_of(secret), 0.0)
         self._keys[secret] = key
         return key, secret
 
@@ -48,6 +49,11 @@ class Keys:
         key = self._keys.get(secret)
         return None if key is None or key.revoked is not None else key
 
+    def key(self, key_id: str) -> ApiKey | None:
+        self.asked += 1
+        found = (key for key in self._keys.values() if key.id == key_id and key.revoked is None)
+        return next(found, None)
+
     def tenants(self) -> Collection[str]:
         return {key.tenant for key in self._keys.values()}
 
@@ -65,7 +71,13 @@ class Door:
 
     def __init__(self, *, keys_needed: bool = True) -> None:
         self.keys, self.clock = Keys(), Clock()
-        self.authenticator = Authenticator(self.keys, keys_needed=keys_needed, clock=self.clock)
+        self.authenticator = Authenticator(
+            self.keys,
+            Sessions(bytes(32)),
+            keys_needed=keys_needed,
+            clock=self.clock,
+            time_of_day=self.clock,
+        )
 
     def caller(self, headers: Mapping[str, str], address: str = HERE) -> Caller:
         return self.authenticator.caller(headers, address)
@@ -228,3 +240,68 @@ def test_a_scope_reaches_as_far_as_those_before_it(held: Scope, needed: Scope) -
     else:
         with pytest.raises(ForbiddenError, match=f"--scope {needed}"):
             demand(Caller("studio", held), needed)
+
+
+def in_cookie(token: str) -> dict[str, str]:
+    return {"cookie": f"theme=dark; {COOKIE}={token}; other=1"}
+
+
+def test_a_session_stands_for_its_key() -> None:
+    door = Door()
+    key, secret = door.keys.create("studio", "desk", Scope.WRITE)
+    token = door.authenticator.sign_in(secret, HERE)
+    assert secret not in token
+    assert door.caller(in_cookie(token)) == Caller("studio", Scope.WRITE, key.id)
+
+
+def test_a_session_ends_within_a_second_of_its_key() -> None:
+    door = Door()
+    key, secret = door.keys.create("studio", "desk", Scope.READ)
+    token = door.authenticator.sign_in(secret, HERE)
+    door.caller(in_cookie(token))
+    door.keys.revoke(key.id)
+    door.clock.now += 1.1
+    with pytest.raises(UnauthenticatedError):
+        door.caller(in_cookie(token))
+
+
+def test_a_session_runs_out() -> None:
+    door = Door()
+    _, secret = door.keys.create("studio", "desk", Scope.READ)
+    token = door.authenticator.sign_in(secret, HERE)
+    door.clock.now += SESSION_SECONDS - 1.0
+    door.caller(in_cookie(token))
+    door.clock.now += 1.0
+    with pytest.raises(UnauthenticatedError):
+        door.caller(in_cookie(token))
+
+
+def test_a_key_that_nobody_has_gives_no_session_and_counts_as_an_attempt() -> None:
+    door = Door()
+    for _ in range(20):
+        with pytest.raises(UnauthenticatedError):
+            door.authenticator.sign_in(new_secret(), HERE)
+    with pytest.raises(TooManyAttemptsError):
+        door.authenticator.sign_in(new_secret(), HERE)
+
+
+def test_a_session_that_is_looked_up_again_and_again_asks_the_store_once_a_second() -> None:
+    door = Door()
+    _, secret = door.keys.create("studio", "desk", Scope.READ)
+    token = door.authenticator.sign_in(secret, HERE)
+    asked = door.keys.asked
+    for _ in range(50):
+        door.caller(in_cookie(token))
+    assert door.keys.asked == asked + 1
+
+
+def test_a_key_counts_before_a_session() -> None:
+    door = Door()
+    _, desk = door.keys.create("studio", "desk", Scope.READ)
+    other, secret = door.keys.create("other", "ci", Scope.WRITE)
+    headers = in_cookie(door.authenticator.sign_in(desk, HERE)) | bearer(secret)
+    assert door.caller(headers) == Caller("other", Scope.WRITE, other.id)
+
+
+def test_where_no_key_is_needed_an_old_session_does_no_harm() -> None:
+    assert Door(keys_needed=False).caller(in_cookie("of.another.service")) == LOCAL

@@ -8,6 +8,9 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from tests.service.dashboard.chromium import DESKTOP, Watch, chromium
+from tests.service.dashboard.parts import FOLDER
+from tests.service.dashboard.results import CastleFiles, castle_files
+from tests.service.dashboard.serving import served
 
 
 @pytest.fixture(scope="module")
@@ -34,3 +37,16 @@ def page(browser: Browser, watch: Watch) -> Iterator[Page]:
     finally:
         context.close()
     watch.check()
+
+
+@pytest.fixture(scope="session")
+def castle(tmp_path_factory: pytest.TempPathFactory) -> CastleFiles:
+    """The castle and two levels of its occluder, judged."""
+    return castle_files(tmp_path_factory.mktemp("castle"))
+
+
+@pytest.fixture(scope="session")
+def parts(castle: CastleFiles) -> Iterator[str]:
+    """The address of pages that show one component each."""
+    with served("tests.service.dashboard.parts:make_app()", {FOLDER: str(castle.folder)}) as url:
+        yield url

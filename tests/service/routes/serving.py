@@ -15,6 +15,7 @@ import httpx
 import uvicorn
 
 from service.access.authentication import Authenticator
+from service.access.session import Sessions
 from service.errors import FieldError, InvalidOptionsError
 from service.jobs.job import Failure, Job, JobFile, Summary
 from service.jobs.progress import ProgressBoard
@@ -143,10 +144,11 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
         if "private" in address:
             raise InvalidOptionsError([FieldError("webhook", "this is private", "choose another")])
 
+    authenticator = Authenticator(keys, Sessions(bytes(32)), keys_needed=settings.keys_needed)
     services = Services(
         settings=settings, version="1.0", tables=option_tables(settings.job_seconds), jobs=jobs,
         assets=assets, blobs=blobs, board=board, work=hand, metrics=metrics,
-        authenticate=Authenticator(keys, keys_needed=settings.keys_needed).caller,
+        authenticate=authenticator.caller, sign_in=authenticator.sign_in,
         check_webhook=check_webhook, checks={"engine": lambda: faults.get("engine")},
         ended=metrics.count,
     )  # fmt: skip

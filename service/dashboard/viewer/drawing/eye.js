@@ -6,6 +6,7 @@ import { OrbitControls, THREE } from "nicegui-scene";
 
 const FIELD = 35; // degrees, upright
 const AWAY = 3; // of the orthographic camera, which sees the same from any distance
+const AROUND = 1.06; // a margin
 const STEP = Math.PI / 18;
 const ZOOM = 1.2;
 const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
@@ -35,7 +36,8 @@ export class Eye {
     this.controls.maxZoom = 40;
     this.controls.addEventListener("change", () => this.changed());
     this.aspect = 1;
-    this.reset();
+    this.place(this.front.clone().negate(), AWAY);
+    this.frame({ min: { x: -1, y: -1, z: -1 }, max: { x: 1, y: 1, z: 1 } });
   }
 
   // The line of sight, a unit vector.
@@ -43,9 +45,31 @@ export class Eye {
     return this.controls.target.clone().sub(this.camera.position).normalize();
   }
 
-  get far() {
-    const half = (FIELD / 360) * Math.PI;
-    return 1.05 / Math.sin(Math.min(half, Math.atan(Math.tan(half) * this.aspect)));
+  // Where a box fills the picture, as seen along a direction.
+  distance(direction) {
+    const turn = new THREE.Object3D(); // unlike a camera, it turns its +z to what it looks at
+    turn.up.copy(this.upward);
+    turn.lookAt(direction.clone().negate());
+    const upright = Math.tan((FIELD / 360) * Math.PI);
+    const across = upright * this.aspect;
+    const away = this.corners.map((corner) => {
+      const { x, y, z } = corner.clone().applyQuaternion(turn.quaternion.clone().invert());
+      return z + Math.max(Math.abs(x) / across, Math.abs(y) / upright);
+    });
+    return AROUND * Math.max(...away);
+  }
+
+  // A box that is to be in view, in units of the bounding sphere.
+  frame({ min, max }) {
+    this.corners = [0, 1, 2, 3, 4, 5, 6, 7].map(
+      (bits) =>
+        new THREE.Vector3(
+          bits & 1 ? max.x : min.x,
+          bits & 2 ? max.y : min.y,
+          bits & 4 ? max.z : min.z,
+        ),
+    );
+    this.lookAlong(this.direction);
   }
 
   // What an accuracy report sees along the same line: the whole sphere, and nothing else.
@@ -80,7 +104,7 @@ export class Eye {
   lookAlong(direction) {
     this.controls.target.set(0, 0, 0);
     this.camera.zoom = 1;
-    this.place(direction, this.camera === this.perspective ? this.far : AWAY);
+    this.place(direction, this.camera === this.perspective ? this.distance(direction) : AWAY);
     this.changed();
   }
 
@@ -152,9 +176,7 @@ export class Eye {
 
   follow(other) {
     this.controls.target.copy(other.controls.target);
-    const distance = other.camera.position.distanceTo(other.controls.target);
-    const alike = other.camera === other.perspective && this.camera === this.perspective;
-    this.place(other.direction, alike ? distance : this.camera === this.perspective ? this.far : AWAY);
+    this.place(other.direction, other.camera.position.distanceTo(other.controls.target));
     this.camera.zoom = other.camera.zoom;
     this.settle();
     this.moved();

@@ -29,7 +29,8 @@ export class Pieces {
     this.levels = new Map();
   }
 
-  // Raises what the loader does, also for a file that does not tell its bounding sphere.
+  // Gives the box that it lies in, in units of its sphere.  Raises what the loader does, also for a
+  // file that does not tell its bounding sphere.
   async loadOriginal(url) {
     const loaded = (await this.loader.loadAsync(url)).scene;
     const sphere = find(loaded, (one) => one.userData.bounding_sphere);
@@ -38,6 +39,8 @@ export class Pieces {
     this.world.scale.setScalar(1 / radius);
     this.world.position.fromArray(centre).multiplyScalar(-1 / radius);
     this.original.add(dressed(loaded, this.surface));
+    this.world.updateMatrixWorld();
+    return new THREE.Box3().setFromObject(this.original);
   }
 
   // Show one level; each file is loaded once.

@@ -56,8 +56,8 @@ def test_lists_are_filtered_by_time_and_kind(service):
 
 
 @pytest.mark.parametrize(
-    "query", ["limit=0", "limit=501", "cursor=x", "state=odd", "created_from=yesterday", "created_from=0.5",
-              "created_from=2024-01-01T00:00:00", "order=up", "cursor=" + "9" * 30],
+    "query", ["limit=0", "limit=501", "cursor=x", "state=odd", "created_from=yesterday",
+              "created_from=0.5", "created_from=2024-01-01T00:00:00", "order=up", "cursor=" + "9" * 30],
 )  # fmt: skip
 def test_a_list_that_cannot_be_had_names_the_field(service, query):
     told = problem(service.http.get(f"/v1/jobs?{query}"), 422, "invalid-options")
@@ -113,3 +113,25 @@ def test_a_full_queue_says_when_to_come_again(tmp_path):
         response = small.post(body=OBJ + b"# one too many\n")
         problem(response, 429, "queue-full")
         assert int(response.headers["retry-after"]) >= 1
+
+
+def test_a_job_is_run_again_with_other_options_and_the_same_input(service):
+    job_id = service.done("/v1/occluders?filename=a.obj&budget=5&preset=draft&asset=rerun")
+    place = f"/v1/jobs/{job_id}/rerun"
+    response = service.http.post(place, json={"options": {"budget": 7}})
+    new = response.json()
+    assert (response.status_code, new["state"]) == (202, "queued")
+    assert response.headers["location"] == f"/v1/jobs/{new['id']}"
+    assert (new["options"]["budget"], new["options"]["preset"]) == (7, "draft")
+    assert (new["asset"]["name"], new["retry_of"]) == ("rerun", None)
+    sent = [file for file in service.services.jobs.files(job_id) if file.is_input]
+    assert list(service.services.jobs.files(new["id"])) == sent
+    same = service.http.post(place, json={"options": {}}).json()
+    assert (same["state"], same["reused"]) == ("succeeded", job_id)
+    told = problem(
+        service.http.post(place, json={"options": {"budget": 0, "odd": 1}}), 422, "invalid-options"
+    )
+    assert {one["field"] for one in told["errors"]} == {"budget", "odd"}
+    problem(service.http.post(place, json={"budget": 7}), 422, "invalid-options")
+    service.hand.begin()
+    service.hand.succeed()

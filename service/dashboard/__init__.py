@@ -6,6 +6,9 @@
     sign_in     the form that takes a key and gives a cookie
     frame       what surrounds every page
     overview/   all assets
+    submit/     a mesh and its settings, sent by the browser
+    jobs/       what waits, runs and has ended; one job
+    tradeoff/   time against recall, of runs and of sweeps
     viewer/     original and occluder in one view
 
 A room has a file a panel; its ``page.py`` only puts them together, and its ``rows.py`` makes plain

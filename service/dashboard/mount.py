@@ -20,9 +20,13 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from service.dashboard import sign_in
 from service.dashboard.gate import Gate
 from service.dashboard.icon import ICON
+from service.dashboard.jobs import one_page as one_job
+from service.dashboard.jobs import page as jobs
 from service.dashboard.overview import page as overview
+from service.dashboard.submit import page as submit
+from service.dashboard.tradeoff import page as tradeoff
 
-PAGES = (overview,)
+PAGES = (overview, submit, tradeoff, jobs, one_job)
 """Modules whose import makes pages."""
 
 _RECONNECT_SECONDS = 30.0

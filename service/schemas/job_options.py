@@ -39,13 +39,18 @@ def option_tables(job_seconds: float) -> Mapping[JobKind, OptionTable]:
 
 
 def _fields(fields: tuple[OptionField, ...], job_seconds: float) -> tuple[OptionField, ...]:
-    return tuple(
-        replace(one, high=min(one.high or job_seconds, job_seconds))
-        if one.name == "time_limit"
-        else one
-        for one in fields
-        if one.name not in _KEPT
-    )
+    return tuple(_here(one, job_seconds) for one in fields if one.name not in _KEPT)
+
+
+def _here(field: OptionField, job_seconds: float) -> OptionField:
+    """An option with the limits and defaults of the service."""
+    match field.name:
+        case "time_limit":
+            return replace(field, high=min(field.high or job_seconds, job_seconds))
+        case "lods":
+            return replace(field, absent=str(LEVELS))
+        case _:
+            return field
 
 
 def _simplify_options(chosen: dict[str, Any]) -> dict[str, Any]:

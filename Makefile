@@ -3,6 +3,7 @@
 # make test-slow  what takes minutes: a start with an empty kernel cache
 # make serve  the HTTP service at http://127.0.0.1:8000
 # make docker-check  the steps of the container image in an empty folder, without an engine (minutes)
+# make openapi  write openapi.yaml anew, after a change of the service's routes or schemas
 # make bench  speed, quality and scenes on the real assets (long)
 
 PYTHON ?= python3
@@ -10,7 +11,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test test-slow check serve docker-check bench clean
+.PHONY: demo test test-slow check serve docker-check openapi bench clean
 
 demo: $(READY)
 	mkdir -p out/demo
@@ -37,6 +38,9 @@ serve: $(READY)
 
 docker-check:
 	docker/check.sh
+
+openapi: $(READY)
+	$(BIN)/python -m service.openapi
 
 bench: $(READY)
 	$(BIN)/pip install --quiet -c constraints.txt -e '.[bench]'

@@ -4,6 +4,7 @@ It uses of the library only what :mod:`simplifier` exports.  Layers, high to low
 contracts in ``pyproject.toml`` say:
 
     cli          the commands ``occluder serve``, ``keys`` and ``submit``
+    openapi      writes openapi.yaml
     app, client  everything put together; the other end of the wire
     routes       one file a resource of the API
     schemas      what goes over the wire

@@ -35,7 +35,7 @@ from service.webhooks.sender import Describe, WebhookSender
 from service.webhooks.tenant_secrets import TenantSecrets
 from simplifier import __version__
 
-_THREADS = 128
+_THREADS = 32
 """Requests that may be at the database or the disk at once; each waits for milliseconds."""
 
 
@@ -55,7 +55,7 @@ def create_app(settings: Settings) -> FastAPI:
 
     app = make_api(lifespan)
     if settings.dashboard:
-        # Here, since it costs 30 MiB: a service without pages does not pay for them.
+        # Here, since it costs 20 MiB: a service without pages does not pay for them.
         from service.dashboard.mount import add_dashboard
 
         add_dashboard(app)
@@ -81,11 +81,7 @@ def opened(settings: Settings) -> Iterator[Services]:
         board, metrics = ProgressBoard(), Metrics(jobs, assets)
         tenant_secrets = TenantSecrets.open(folder.path)
         sender = WebhookSender(SqlDeliveryStore(database), _teller(jobs), tenant_secrets, settings)
-        authenticator = Authenticator(
-            SqlKeyStore(database),
-            Sessions(tenant_secrets.signing_key("sessions")),
-            keys_needed=settings.keys_needed,
-        )
+        sessions = Sessions(tenant_secrets.signing_key("sessions"))
 
         def ended(job: Job) -> None:
             metrics.count(job)
@@ -111,8 +107,9 @@ def opened(settings: Settings) -> Iterator[Services]:
             board=board,
             work=engine,
             metrics=metrics,
-            authenticate=authenticator.caller,
-            sign_in=authenticator.sign_in,
+            authenticator=Authenticator(
+                SqlKeyStore(database), sessions, keys_needed=settings.keys_needed
+            ),
             check_webhook=check,
             checks=_checks(settings, database, blobs, engine),
             ended=ended,

@@ -55,6 +55,15 @@ class Authenticator:
         self._lock = threading.Lock()
         self._known: dict[str, _Known] = {}
 
+    def known(self, headers: Mapping[str, str]) -> Caller | None:
+        """Whoever can be told at once, without the key store; None where that has to be asked."""
+        secret = _sent_key(headers)
+        name = hash_of(secret) if secret is not None else self._session_key(headers)
+        if name is None:
+            return None if self._keys_needed else LOCAL
+        known = self._known_as(name)
+        return known.caller if known and self._is_trusted(known) else None
+
     def caller(self, headers: Mapping[str, str], address: str) -> Caller:
         """Whoever sends a request from an address.  ``headers`` by their names in lower case.
 
@@ -65,7 +74,8 @@ class Authenticator:
         secret = _sent_key(headers)
         if secret is not None:
             return self._of_key(secret, address)
-        caller = self._of_session(token_in(headers))
+        key_id = self._session_key(headers)
+        caller = None if key_id is None else self._of_session(key_id)
         if caller is not None:
             return caller
         if self._keys_needed:
@@ -78,19 +88,21 @@ class Authenticator:
         assert key_id is not None  # only LOCAL has none
         return self._sessions.token(key_id, self._time_of_day())
 
-    def _of_session(self, token: str | None) -> Caller | None:
-        key_id = None if token is None else self._sessions.key_id(token, self._time_of_day())
-        if key_id is None:
-            return None
-        known, now = self._known_as(key_id), self._clock()
-        if known is not None and now - known.at <= _TRUSTED_SECONDS:
+    def _session_key(self, headers: Mapping[str, str]) -> str | None:
+        """The id of the key that a session stands for."""
+        token = token_in(headers)
+        return None if token is None else self._sessions.key_id(token, self._time_of_day())
+
+    def _of_session(self, key_id: str) -> Caller | None:
+        known = self._known_as(key_id)
+        if known is not None and self._is_trusted(known):
             return known.caller
-        return self._judged(key_id, self._keys.key(key_id), now)
+        return self._judged(key_id, self._keys.key(key_id), self._clock())
 
     def _of_key(self, secret: str, address: str) -> Caller:
         digest = hash_of(secret)
         known, now = self._known_as(digest), self._clock()
-        if known is not None and now - known.at <= _TRUSTED_SECONDS:
+        if known is not None and self._is_trusted(known):
             return known.caller
         if known is None and (wait := self._failures.seconds_to_wait(address)):
             raise TooManyAttemptsError(wait)
@@ -116,6 +128,9 @@ class Authenticator:
     def _known_as(self, name: str) -> _Known | None:
         with self._lock:
             return self._known.get(name)
+
+    def _is_trusted(self, known: _Known) -> bool:
+        return self._clock() - known.at <= _TRUSTED_SECONDS
 
     def _remember(self, name: str, known: _Known) -> None:
         with self._lock:

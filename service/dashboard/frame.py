@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import cast
 
 from nicegui import ui
 
 from service.access.key import Caller
 from service.dashboard.icon import ICON
+from service.dashboard.session import current_caller
 from service.dashboard.sign_in import STYLE
 from service.dashboard.theme import theme_switch
 
@@ -31,9 +31,18 @@ def page_frame(title: str, *, here: str) -> Iterator[None]:
         _navigation(here)
         ui.space()
         theme_switch()
-        _whoever(cast(Caller, ui.context.client.request.state.caller))
+        _whoever(current_caller())
     with ui.element("main").props('id=content tabindex="-1"').classes("content"):
         ui.label(title).props("role=heading aria-level=1").classes("title")
+        yield
+
+
+@contextmanager
+def panel(title: str, *, titled: bool = True) -> Iterator[None]:
+    """A part of a page; ``titled`` is whether its title is shown, or only read out."""
+    with ui.element("section").classes("panel").props(f'aria-label="{title}"'):
+        if titled:
+            ui.label(title).classes("panel-title").props("role=heading aria-level=2")
         yield
 
 

@@ -51,7 +51,8 @@ class Gate:
         address = scope["client"][0] if scope.get("client") else ""
         visitor = Visitor.of(services, Headers(scope=scope), address)
         try:
-            caller = await run_sync(visitor.caller)
+            known = services.authenticator.known(visitor.headers)
+            caller = known or await run_sync(visitor.caller)
         except ServiceError as refusal:
             await _refuse(refusal, scope, receive, send)
             return

@@ -36,7 +36,7 @@ class Visitor:
     def caller(self, scope: Scope = Scope.READ) -> Caller:
         """Waits for the database.  Raises :class:`~service.errors.UnauthenticatedError` and
         :class:`~service.errors.ForbiddenError`."""
-        caller = self.services.authenticate(self.headers, self.address)
+        caller = self.services.authenticator.caller(self.headers, self.address)
         demand(caller, scope)
         return caller
 
@@ -44,3 +44,8 @@ class Visitor:
 def current_visitor() -> Visitor:
     """Whose page is being built; within a page function, before it awaits anything."""
     return cast(Visitor, ui.context.client.request.state.visitor)
+
+
+def current_caller() -> Caller:
+    """What :meth:`Visitor.caller` said when the page was asked for; for what a page offers."""
+    return cast(Caller, ui.context.client.request.state.caller)

@@ -78,7 +78,7 @@ def sign_in(
     """Give the cookie of a session and go on to the page that was asked for."""
     address = request.client.host if request.client else ""
     try:
-        token = services.sign_in(key.strip(), address)
+        token = services.authenticator.sign_in(key.strip(), address)
     except TooManyAttemptsError as refusal:
         return _form(next, f"Too many keys were tried. {_sentence(refusal.remedy)}", refusal)
     except ServiceError as refusal:

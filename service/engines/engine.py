@@ -15,6 +15,7 @@ from service.engines.failures import server_ended
 from service.engines.running import Running
 from service.engines.slot import Shop, Slot
 from service.engines.trouble import StoppedError, Trouble
+from service.errors import NotFoundError
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
@@ -98,8 +99,9 @@ class Engine:
             self._recovered.set()
             due = time.monotonic()
             while True:
-                woken = self._look.wait(_POLL)
-                if woken or time.monotonic() >= due:
+                if self._look.wait(_POLL):
+                    self._faultless(self._hear)
+                if time.monotonic() >= due:
                     self._faultless(self._renew)
                     due = time.monotonic() + self._shop.settings.lease_seconds / _RENEWALS
                 self._shop.bell.ring()
@@ -113,6 +115,13 @@ class Engine:
             raise
         except Exception:
             logger.exception("leases could not be kept by a fault of the program")
+
+    def _hear(self) -> None:
+        """Look which jobs are to end: this only reads, however often the engine is woken."""
+        for claim, orders in self._shop.running.all():
+            with suppress(NotFoundError):
+                if self._shop.jobs.job(None, claim.job.id).cancel_asked:
+                    orders.cancel()
 
     def _renew(self) -> None:
         """Tell attempts what has become of their leases, and take back lost ones of others."""

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 from service.engines.attempt import GivenUp, NotDone, Orders, Outcome, Succeeded
 from service.engines.failures import disk_full
-from service.engines.media_types import media_type_of
 from service.engines.trouble import Trouble
 from service.errors import DiskFullError
 from service.jobs.job import Claim, JobFile
+from service.jobs.media_types import media_type_of
 from service.jobs.stores import BlobStore, JobStore, Keeping
 
+_WRITERS = 8
 _ROOM_SECONDS = 60.0  # that a result waits for room on the disk
 _ROOM_GLANCE = 1.0
 
@@ -47,7 +49,7 @@ class Recorder:
     def _succeeded(self, claim: Claim, outcome: Succeeded, results: Path, orders: Orders) -> bool:
         with self.blobs.keeping() as keeping:
             try:
-                files = [self._kept(keeping, path, results) for path in _files(results)]
+                files = self._kept(keeping, results)
             except DiskFullError:
                 return self._failed(claim, NotDone(disk_full("the result"), final=True))
             if orders.cancelled:
@@ -63,17 +65,25 @@ class Recorder:
         )
         return state is not None
 
-    def _kept(self, keeping: Keeping, path: Path, results: Path) -> JobFile:
-        """Raises :class:`DiskFullError` when there was no room for a minute."""
-        name = path.relative_to(results).as_posix()
+    def _kept(self, keeping: Keeping, results: Path) -> list[JobFile]:
+        """All files of a folder, side by side: most of the time goes to waiting for the disk.
+
+        Raises :class:`DiskFullError` when there was no room for a minute.
+        """
         until = time.monotonic() + _ROOM_SECONDS
-        while True:
-            try:
-                return JobFile(name, keeping.put_file(path), media_type_of(name))
-            except DiskFullError:
-                if time.monotonic() >= until:
-                    raise
-                self.trouble.pause(_ROOM_GLANCE)
+
+        def keep(path: Path) -> JobFile:
+            name = path.relative_to(results).as_posix()
+            while True:
+                try:
+                    return JobFile(name, keeping.put_file(path), media_type_of(name))
+                except DiskFullError:
+                    if time.monotonic() >= until:
+                        raise
+                    self.trouble.pause(_ROOM_GLANCE)
+
+        with ThreadPoolExecutor(_WRITERS, "occluder results") as pool:
+            return list(pool.map(keep, _files(results)))
 
 
 def _files(folder: Path) -> Iterator[Path]:

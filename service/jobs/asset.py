@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 from service.jobs.job import Job, Summary
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Thresholds:
     """Least precision and recall of a run, 0 to 1; None demands nothing."""
 
     min_precision: float | None = None
     min_recall: float | None = None
 
-    def held_by(self, summary: Summary) -> bool | None:
+    def held_by(self, run: Summary | RunNumbers) -> bool | None:
         """Whether a run is good enough; None when nothing is demanded."""
-        pairs = [(self.min_precision, summary.precision), (self.min_recall, summary.recall)]
+        pairs = [(self.min_precision, run.precision), (self.min_recall, run.recall)]
         asked = [(least, value) for least, value in pairs if least is not None]
         if not asked:
             return None
@@ -42,7 +43,7 @@ class Asset:
 
 @dataclass(frozen=True)
 class AssetPage:
-    """Assets by name, and the name that the next page begins after; None on the last."""
+    """Assets by name, and the cursor of the next page; None on the last."""
 
     assets: tuple[Asset, ...]
     cursor: str | None
@@ -54,6 +55,35 @@ class RunPage:
 
     runs: tuple[Job, ...]
     cursor: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class RunNumbers:
+    """Of a run, what a list of thousands of assets shows."""
+
+    job_id: str
+    created: float
+    triangles: int
+    input_triangles: int
+    seconds: float
+    precision: float | None
+    recall: float | None
+    worst_recall: float | None
+    worst_view: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """How an asset stands.
+
+    ``recalls``  of its last runs, oldest first; those without one are left out.
+    """
+
+    id: str
+    name: str
+    thresholds: Thresholds
+    latest: RunNumbers | None
+    recalls: tuple[float, ...]
 
 
 class AssetStore(Protocol):
@@ -89,3 +119,12 @@ class AssetStore(Protocol):
 
     def remove(self, tenant: str | None, asset_id: str) -> None:
         """With its jobs.  Raises :class:`~service.errors.ConflictError` while one has not ended."""
+
+    def standings(self, tenant: str, *, recalls: int = 20) -> tuple[Standing, ...]:
+        """How all assets stand, by name; with the recalls of at most so many runs of each."""
+
+    def runs_at(self, tenant: str, moment: float) -> Mapping[str, RunNumbers]:
+        """By asset id, the run that was its latest at a time, in Unix seconds."""
+
+    def stamp(self, tenant: str) -> Hashable:
+        """Another value once :meth:`standings` says something else; cheap to ask for."""

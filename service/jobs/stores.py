@@ -99,6 +99,8 @@ class JobStore(Protocol):
     def fail(self, claim: Claim, failure: Failure, *, final: bool) -> JobState | None:
         """End the job, or queue it again where ``final`` is false and attempts are left.
 
+        Where its end was asked for and ``final`` is false, it ends cancelled.
+
         The state that it has now; None when the claim no longer held.
         """
 
@@ -120,7 +122,10 @@ class JobStore(Protocol):
 
 
 class Keeping(Protocol):
-    """A block within which nothing that was put or found is swept away, until rows name it."""
+    """A block within which nothing that was put or found is swept away, until rows name it.
+
+    All methods are safe from any thread until the block ends.
+    """
 
     def put(self, source: BinaryIO) -> Blob:
         """Store bytes, hashed as they are read.  Raises :class:`~service.errors.DiskFullError`."""

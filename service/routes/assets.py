@@ -14,6 +14,7 @@ from service.jobs.job import JobKind
 from service.routes.callers import KEYED, Reader, Writer
 from service.routes.pages import LARGEST_NUMBER, next_page
 from service.routes.services import Services, TheServices
+from service.routes.small_body import SmallBodyRoute
 from service.schemas.asset import (
     Asset,
     AssetPage,
@@ -26,7 +27,7 @@ from service.schemas.asset import (
 )
 from service.schemas.openapi import EVERYWHERE, header, json_of, refusals
 
-router = APIRouter(prefix="/v1", tags=["assets"], dependencies=KEYED)
+router = APIRouter(prefix="/v1", tags=["assets"], dependencies=KEYED, route_class=SmallBodyRoute)
 
 
 class WantedAssets(BaseModel):
@@ -80,7 +81,7 @@ def list_assets(
             "content": json_of("Asset"),
             "headers": {"Location": header("The asset.", required=True)},
         },
-        **refusals(*EVERYWHERE, 507),
+        **refusals(*EVERYWHERE, 413, 507),
     },
     summary="Make an asset, or set its thresholds",
 )
@@ -113,7 +114,7 @@ def delete_asset(asset_id: str, services: TheServices, caller: Writer) -> None:
 
 @router.put(
     "/assets/{asset_id}/thresholds",
-    responses=refusals(*EVERYWHERE, 404, 507),
+    responses=refusals(*EVERYWHERE, 404, 413, 507),
     summary="Set an asset's thresholds",
 )
 def put_thresholds(

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Annotated
 
+from anyio.to_thread import run_sync
 from fastapi import Depends, Request
 from fastapi.security import APIKeyHeader, HTTPBearer
 
@@ -20,11 +21,14 @@ _HEADER = APIKeyHeader(
 )
 
 
-def _caller_with(scope: Scope) -> Callable[..., Caller]:
-    # Not async: a key is looked up in the database, in a thread of the pool.
-    def caller(request: Request, services: TheServices) -> Caller:
-        address = request.client.host if request.client else ""
-        one = services.authenticate(request.headers, address)
+def _caller_with(scope: Scope) -> Callable[..., Awaitable[Caller]]:
+    async def caller(request: Request, services: TheServices) -> Caller:
+        authenticator, headers = services.authenticator, request.headers
+        # A thread only where the database has to be asked: status calls are many.
+        one = authenticator.known(headers)
+        if one is None:
+            address = request.client.host if request.client else ""
+            one = await run_sync(authenticator.caller, headers, address)
         demand(one, scope)
         return one
 

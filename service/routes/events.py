@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
-from contextlib import suppress
+from contextlib import aclosing, suppress
 
 from anyio.to_thread import run_sync
 from fastapi import APIRouter, Request
@@ -61,15 +61,16 @@ async def job_events(
 async def _stream(request: Request, services: Services, job: StoredJob) -> AsyncIterator[bytes]:
     # NotFoundError: the job was removed with its asset, and there is no more to tell.
     with suppress(NotFoundError):
-        async for one in news(services, job, _QUIET):
-            if await request.is_disconnected():
-                return
-            if one is None:
-                yield b": still here\n\n"
-            elif isinstance(one, StoredJob):
-                yield _event("state", Job.of(one, services.board.latest(one.id)))
-            else:
-                yield _event("progress", Progress.of(one))
+        async with aclosing(news(services, job, _QUIET)) as told:
+            async for one in told:
+                if await request.is_disconnected():
+                    return
+                if one is None:
+                    yield b": still here\n\n"
+                elif isinstance(one, StoredJob):
+                    yield _event("state", Job.of(one, services.board.latest(one.id)))
+                else:
+                    yield _event("progress", Progress.of(one))
 
 
 def _event(name: str, data: BaseModel) -> bytes:

@@ -19,6 +19,7 @@ FORMATS: Mapping[JobKind, Mapping[str, str]] = {
         "application/ply": "lod0.ply",
         "model/stl": "lod0.stl",
         "model/off": "lod0.off",
+        "application/x-godot-resource": "lod0.tres",
         HTML: "report.html",
     },
     JobKind.EVALUATION: {HTML: "report.html"},

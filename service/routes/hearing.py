@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncGenerator, Iterator
 from contextlib import contextmanager, suppress
 
 from anyio import move_on_after
@@ -42,7 +42,7 @@ async def look(services: Services, job: Job) -> Job:
 
 async def news(
     services: Services, job: Job, quiet: float
-) -> AsyncIterator[Job | JobProgress | None]:
+) -> AsyncGenerator[Job | JobProgress | None, None]:
     """The job at once and whenever its state is another, and its progress between.
 
     None after ``quiet`` seconds without either.  Ends with the job that has ended.  While progress

@@ -35,6 +35,19 @@ _PART = {
     "content": anything(),
 }
 
+# Range and If-Range are described in words: checkers of this document take every answer that says
+# application/json for a whole JSON text, which a part is not.
+_ASKED: dict[str, Any] = {
+    "parameters": [
+        {
+            "name": "If-None-Match",
+            "in": "header",
+            "description": "ETags that you have: 304 where the file is one of them.",
+            "schema": {"type": "string"},
+        }
+    ]
+}
+
 ANSWERS: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "The result, or the file that `Accept` asks for: GLB with all levels of "
@@ -56,6 +69,7 @@ ANSWERS: dict[int | str, dict[str, Any]] = {
     "/jobs/{job_id}/result",
     response_class=Response,
     responses={**ANSWERS, 206: _PART, 304: _FRESH, **refusals(*EVERYWHERE, 404, 406, 409, 416)},
+    openapi_extra=_ASKED,
     summary="What a job has made",
 )
 def get_result(job_id: str, request: Request, services: TheServices, caller: Reader) -> Response:
@@ -88,12 +102,14 @@ _FILE_RESPONSES: dict[int | str, dict[str, Any]] = {
     "/jobs/{job_id}/files/{name:path}",
     response_class=Response,
     responses=_FILE_RESPONSES,
+    openapi_extra=_ASKED,
     summary="A file of a job",
 )
 def get_file(
     job_id: str, name: str, request: Request, services: TheServices, caller: Reader
 ) -> Response:
-    """Its bytes, whole or in part. It never changes; its ETag is the SHA-256 of it."""
+    """Its bytes, whole or, by `Range` and `If-Range`, in part. It never changes; its ETag is the
+    SHA-256 of it."""
     job = services.jobs.job(caller.tenant, job_id)
     return send_file(request, services.blobs, _file(services.jobs.files(job.id), name))
 
@@ -104,7 +120,7 @@ def get_file(
     responses={
         200: {"description": "It is there.", "headers": _FILE_HEADERS},
         304: _FRESH,
-        **refusals(*EVERYWHERE, 404, 416),
+        **refusals(*EVERYWHERE, 404),
     },
     summary="Whether a file is there",
 )

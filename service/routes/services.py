@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Protocol
 
+from anyio import CapacityLimiter
 from fastapi import Depends, Request
 
-from service.access.key import Caller
+from service.access.authentication import Authenticator
 from service.jobs.asset import AssetStore
 from service.jobs.job import Job, JobKind
 from service.jobs.progress import ProgressBoard
@@ -25,6 +26,9 @@ class Work(Protocol):
         """A job waits, or is to end: look now rather than later."""
 
 
+_SUBMITTING = 8
+"""Threads that submit at once: the database takes one after the other anyway."""
+
 Check = Callable[[], str | None]
 """What is wrong with a part of the service, in words; None where nothing is."""
 
@@ -33,12 +37,10 @@ Check = Callable[[], str | None]
 class Services:
     """All that the routes share.
 
-    ``authenticate``   who asks: from headers and the client's address, in any thread; raises
-                       :class:`~service.errors.ServiceError`.
-    ``sign_in``        the cookie of a session, from a key and the client's address; raises so too.
     ``check_webhook``  raises :class:`~service.errors.ServiceError` for an address that no webhook
                        may go to.
     ``checks``         by name, what has to be well for the service to be ready.
+    ``submitting``     limits the threads that submit, so that others need not wait for one.
     ``ended``          called once for each job that a route, and no work, has brought to its end.
     """
 
@@ -51,11 +53,11 @@ class Services:
     board: ProgressBoard
     work: Work
     metrics: Metrics
-    authenticate: Callable[[Mapping[str, str], str], Caller]
-    sign_in: Callable[[str, str], str]
+    authenticator: Authenticator
     check_webhook: Callable[[str], Awaitable[None]]
     checks: Mapping[str, Check]
     ended: Callable[[Job], None]
+    submitting: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(_SUBMITTING))
 
     def taken(self, job: Job) -> None:
         """See to a job that was taken in: to be done, or done already by a stored result."""

@@ -38,7 +38,10 @@ async def take_in(
     with services.blobs.keeping() as keeping:
         uploads = await receive(request, keeping, parts, services.settings)
         submission = await _submission(request, services, caller, kind, parts, uploads, key)
-        job, new = await run_sync(services.jobs.submit, submission, services.settings.queue_limit)
+        job, new = await run_sync(
+            services.jobs.submit, submission, services.settings.queue_limit,
+            limiter=services.submitting,
+        )  # fmt: skip
     if new:
         await run_sync(services.taken, job)
     return await _answer(request, services, job, media_type)

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import re
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
+from fractions import Fraction
 from typing import Annotated
 
 from pydantic import AwareDatetime, BeforeValidator
 
+_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+
 
 def moment(seconds: float) -> datetime:
-    """From Unix seconds."""
-    return datetime.fromtimestamp(seconds, UTC)
+    """From Unix seconds, cut to microseconds.
+
+    Never later than it was, so that a list from the time that a job shows has that job.
+    """
+    return _EPOCH + timedelta(microseconds=math.floor(Fraction(seconds) * 1_000_000))
 
 
 def moment_or_none(seconds: float | None) -> datetime | None:

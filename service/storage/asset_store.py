@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Mapping
 
 from sqlalchemy import delete, func, select, tuple_
 from sqlalchemy.orm import Session
 
 from service.errors import BadRequestError, ConflictError, NotFoundError
-from service.jobs.asset import Asset, AssetPage, RunPage, Thresholds
+from service.jobs.asset import Asset, AssetPage, RunNumbers, RunPage, Standing, Thresholds
 from service.jobs.job import JobState
 from service.storage.asset_rows import add_asset, asset_named, asset_of, is_run, with_runs
+from service.storage.asset_standings import (
+    all_runs_at,
+    all_standings,
+    change_stamp,
+    numbers_of,
+    standing_of,
+)
 from service.storage.database import Database
 from service.storage.rows import job_of
 from service.storage.tables import AssetRow, JobRow
@@ -101,6 +108,20 @@ class SqlAssetStore:
                     remedy="cancel its jobs or wait for them, then remove it",
                 )
             session.execute(delete(AssetRow).where(AssetRow.number == row.number))
+
+    def standings(self, tenant: str, *, recalls: int = 20) -> tuple[Standing, ...]:
+        with self._database.reading() as session:
+            rows = session.execute(all_standings(tenant, recalls))
+            return tuple(standing_of(row) for row in rows)
+
+    def runs_at(self, tenant: str, moment: float) -> Mapping[str, RunNumbers]:
+        with self._database.reading() as session:
+            rows = session.execute(all_runs_at(tenant, moment))
+            return {row.id: numbers_of(row) for row in rows}
+
+    def stamp(self, tenant: str) -> Hashable:
+        with self._database.reading() as session:
+            return tuple(session.execute(change_stamp(tenant)).one())
 
 
 def _found(session: Session, tenant: str | None, asset_id: str) -> AssetRow:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import queue
 import subprocess
 import sys
+import threading
+from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import httpx
 import pytest
@@ -22,7 +26,10 @@ QUICK = {"preset": "draft", "budget": 12, "resolution": 24, "views": 16, "image"
 
 @pytest.fixture(scope="module")
 def http(tmp_path_factory):
-    settings = Settings(data=tmp_path_factory.mktemp("service") / "data", workers=1, min_free=0)
+    settings = Settings(
+        data=tmp_path_factory.mktemp("service") / "data", workers=1, min_free=0,
+        webhook_private=True,
+    )  # fmt: skip
     with (
         listening(create_app(settings)) as address,
         httpx.Client(base_url=address, timeout=120.0) as http,
@@ -58,6 +65,34 @@ def test_a_mesh_goes_in_and_occluders_come_out(http):
     metrics = http.get("/metrics").text
     assert 'occluder_asset_precision{asset="house"' in metrics
     assert 'occluder_job_seconds_count{kind="occluder",stage="refine"} 1.0' in metrics
+
+
+def test_a_receiver_is_told_when_the_job_has_ended(http):
+    told = queue.Queue()
+
+    class Receiver(BaseHTTPRequestHandler):
+        def do_POST(self):
+            told.put((self.headers, self.rfile.read(int(self.headers["Content-Length"]))))
+            self.send_response(204)
+            self.end_headers()
+
+        def log_message(self, *_):
+            pass
+
+    with HTTPServer(("127.0.0.1", 0), Receiver) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        response = http.post(
+            "/v1/occluders",
+            params={**QUICK, "seed": 1, "filename": "a.obj",
+                    "webhook": f"http://127.0.0.1:{server.server_port}/hook"},
+            content=HOUSE,
+        )  # fmt: skip
+        headers, body = told.get(timeout=60)
+        server.shutdown()
+    word = json.loads(body)
+    assert (headers["Occluder-Event"], word["event"]) == ("job.ended", "job.ended")
+    assert word["id"] == headers["Occluder-Delivery"]
+    assert word["job"] == http.get(response.headers["location"]).json()
 
 
 def test_a_file_that_is_no_mesh_is_refused_with_what_the_reader_found(http):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import lzma
 import re
 import stat
 import zipfile
@@ -15,6 +16,15 @@ from service.engines.messages import Task
 _MOST_ENTRIES = 20_000
 _CHUNK = 1 << 20
 _REMEDY = "zip the folder again"
+_DAMAGE = (
+    zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, NotImplementedError, RuntimeError,
+    ValueError,
+)  # fmt: skip
+# By the entries, not by the disk: clashing or overlong names, places before the file's begin; what
+# decoders raise has no number.
+_BY_ENTRIES = (
+    None, errno.EINVAL, errno.ENAMETOOLONG, errno.EEXIST, errno.ENOTDIR, errno.EISDIR,
+)  # fmt: skip
 _DRIVE = re.compile(r"[A-Za-z]:")
 
 
@@ -39,12 +49,12 @@ def unpack(archive: Path, folder: Path, limit: int) -> None:
                 )
             for entry in entries:
                 limit -= _unpack_entry(opened, entry, _place(archive, entry, folder), limit)
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, ValueError) as error:
+    except _DAMAGE as error:
         raise _refused(archive, f"it is no zip that can be read ({error})", _REMEDY) from None
     except OSError as error:
-        if error.errno not in (errno.ENAMETOOLONG, errno.EEXIST, errno.ENOTDIR, errno.EISDIR):
+        if error.errno not in _BY_ENTRIES:
             raise
-        reason = f"its entries cannot be told apart or named here ({error.strerror})"
+        reason = f"its entries cannot be unpacked ({error.strerror or error})"
         raise _refused(archive, reason, _REMEDY) from None
 
 

@@ -183,7 +183,7 @@ def test_time_is_limited(tmp_path):
 def test_processes_that_die_at_birth_are_told_and_started_again(tmp_path, monkeypatch):
     monkeypatch.setenv("TRIES", str(tmp_path / "tries"))
     place = Workplace(
-        tmp_path / "place", "tests.service.engines.works:start_at_the_fifth_try", workers=1
+        tmp_path / "place", "tests.service.engines.works:start_at_the_fourth_try", workers=1
     )
     with place.open():
         id_ = place.submit()
@@ -192,11 +192,11 @@ def test_processes_that_die_at_birth_are_told_and_started_again(tmp_path, monkey
         assert place.engine.problem is None
 
 
-def test_an_engine_without_a_process_says_so_and_stops(tmp_path):
+def test_an_engine_without_a_process_leaves_jobs_alone_and_stops(tmp_path, caplog):
     place = Workplace(tmp_path / "place", "tests.service.engines.works:start_never", workers=1)
     with place.open():
         id_ = place.submit()
-        assert "exit status 3" in until(lambda: place.engine.problem)
+        until(lambda: "exit status 3" in caplog.text)
     assert place.job(id_).state is JobState.QUEUED
 
 
@@ -251,7 +251,7 @@ def test_leases_are_renewed_while_a_job_runs(tmp_path):
         id_ = place.submit("wait")
         until(lambda: place.jobs.rows[id_].lease)
         first = place.jobs.rows[id_].lease
-        until(lambda: place.jobs.rows[id_].lease > first + 1.0)
+        until(lambda: place.jobs.rows[id_].lease > first + 0.5)
         assert place.job(id_).attempt == 1
 
 
@@ -261,7 +261,7 @@ def test_leases_are_renewed_while_a_job_runs(tmp_path):
      ("renew", DatabaseDamagedError)],
 )  # fmt: skip
 def test_work_waits_while_the_stores_cannot_be_written(tmp_path, monkeypatch, method, error):
-    place = Workplace(tmp_path / "place", workers=1)
+    place = Workplace(tmp_path / "place", workers=1, lease_seconds=1.0)
     well = getattr(place.jobs, method)
     failures = 2
 
@@ -277,8 +277,7 @@ def test_work_waits_while_the_stores_cannot_be_written(tmp_path, monkeypatch, me
         id_ = place.submit("wait" if method == "renew" else "copy")
         if method == "renew":
             until(lambda: place.board.latest(id_))
-            place.jobs.cancel(None, id_)
-            place.engine.wake()
+            place.jobs.cancel(None, id_)  # heard of at the next renewal
         assert "no room" in until(lambda: place.engine.problem)
         assert place.end_of(id_).attempt == 1
         until(lambda: place.engine.problem is None)

@@ -168,11 +168,12 @@ def test_too_fine_a_grid_ends_for_want_of_memory_and_the_next_job_is_done(place,
     assert occluder_job(place, ball).state is JobState.SUCCEEDED
 
 
-def test_cancel_ends_heavy_refining_within_a_second(place, asset):
+@pytest.mark.parametrize("stage", ["load", "refine"])
+def test_cancel_ends_heavy_work_within_a_second(place, asset, stage):
     files = {"input/mesh.ply": asset("dragon_871k.ply").read_bytes()}
     options = {"preset": "best", "resolution": 128}
     id_ = place.submit_files(JobKind.OCCLUDER, files, options, name="dragon.ply")
-    until(lambda: (now := place.board.latest(id_)) and now.stage == "refine", 60.0)
+    until(lambda: (now := place.board.latest(id_)) and now.stage == stage, 60.0)
     begin = time.monotonic()
     place.jobs.cancel(None, id_)
     place.engine.wake()

@@ -23,11 +23,11 @@ def start_never():
     sys.exit(3)
 
 
-def start_at_the_fifth_try():
+def start_at_the_fourth_try():
     tries = Path(os.environ["TRIES"])
     with tries.open("a") as file:
         file.write("x")
-    if tries.stat().st_size < 5:
+    if tries.stat().st_size < 4:
         sys.exit(3)
     return work
 

@@ -68,11 +68,17 @@ class ByHand:
         self.woken.set()
 
     def begin(self) -> Job:
+        assert self.try_to_begin()
+        return self.claim.job
+
+    def try_to_begin(self) -> bool:
+        """Whether a job was waiting."""
         claim = self.jobs.claim("hand", 60.0)
-        assert claim is not None
+        if claim is None:
+            return False
         self.claim = claim
         self.board.changed(claim.job.id)
-        return claim.job
+        return True
 
     def succeed(self, *, recall: float = 0.8, seconds: float = 1.5) -> Job:
         """End the job that was begun, with two levels of detail."""
@@ -144,11 +150,11 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
         if "private" in address:
             raise InvalidOptionsError([FieldError("webhook", "this is private", "choose another")])
 
-    authenticator = Authenticator(keys, Sessions(bytes(32)), keys_needed=settings.keys_needed)
+    sessions = Sessions(bytes(32))
     services = Services(
         settings=settings, version="1.0", tables=option_tables(settings.job_seconds), jobs=jobs,
         assets=assets, blobs=blobs, board=board, work=hand, metrics=metrics,
-        authenticate=authenticator.caller, sign_in=authenticator.sign_in,
+        authenticator=Authenticator(keys, sessions, keys_needed=settings.keys_needed),
         check_webhook=check_webhook, checks={"engine": lambda: faults.get("engine")},
         ended=metrics.count,
     )  # fmt: skip

@@ -128,3 +128,11 @@ def test_a_body_that_is_no_json_is_told(service):
     lone = b'{"name": "\\ud800"}'
     problem(service.http.put("/v1/assets", content=lone, headers=header), 422, "invalid-options")
     problem(service.http.get("/v1/assets?cursor=x"), 422, "invalid-options")
+
+
+def test_a_body_that_is_far_too_long_is_not_read(service):
+    header = {"Content-Type": "application/json"}
+    told = service.http.put("/v1/assets", content=b" " * (1 << 20), headers=header)
+    problem(told, 413, "too-large")
+    parts = (b" " * 50_000 for _ in range(4))
+    problem(service.http.put("/v1/assets", content=parts, headers=header), 413, "too-large")

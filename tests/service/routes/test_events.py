@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import socket
 import threading
 from collections.abc import Iterator
 
 from service.jobs.progress import JobProgress
+from service.routes.hearing import news
 from tests.service.routes.serving import OBJ, wait_until
 
 
@@ -61,6 +63,32 @@ def test_many_follow_one_job_and_leave_nothing_behind(service):
         follower.join()
     assert ends == ["succeeded"] * 16
     wait_until(lambda: not listeners(service, job_id))
+
+
+def test_silence_is_broken_now_and_then(service):
+    job = service.services.jobs.job(None, service.queued())
+
+    async def first_two():
+        told = news(service.services, job, 0.01)
+        heard = [await anext(told), await anext(told)]
+        await told.aclose()
+        return heard
+
+    assert asyncio.run(first_two()) == [job, None]
+    assert not listeners(service, job.id)
+    service.http.post(f"/v1/jobs/{job.id}/cancel")
+
+
+def test_a_stream_ends_when_its_job_is_removed(service):
+    job_id = service.queued("/v1/occluders?filename=a.obj&asset=removed")
+    asset = service.http.get(f"/v1/jobs/{job_id}").json()["asset"]["id"]
+    with service.http.stream("GET", f"/v1/jobs/{job_id}/events") as response:
+        told = events(response.iter_lines())
+        next(told)
+        service.services.jobs.cancel(None, job_id)
+        assert service.http.delete(f"/v1/assets/{asset}").status_code == 204
+        service.services.board.changed(job_id)
+        assert list(told) == []
 
 
 def test_a_wait_ends_when_its_client_goes(service):

@@ -57,7 +57,8 @@ def test_lists_are_filtered_by_time_and_kind(service):
 
 @pytest.mark.parametrize(
     "query", ["limit=0", "limit=501", "cursor=x", "state=odd", "created_from=yesterday",
-              "created_from=0.5", "created_from=2024-01-01T00:00:00", "order=up", "cursor=" + "9" * 30],
+              "created_from=0.5", "created_from=2024-01-01T00:00:00", "order=up",
+              "cursor=" + "9" * 30],
 )  # fmt: skip
 def test_a_list_that_cannot_be_had_names_the_field(service, query):
     told = problem(service.http.get(f"/v1/jobs?{query}"), 422, "invalid-options")

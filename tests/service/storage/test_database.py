@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import multiprocessing
 import sqlite3
+from contextlib import suppress
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import pytest
@@ -172,6 +175,38 @@ def test_a_key_is_known_on_a_full_disk(database: Database) -> None:
     found = keys.find(secret)
     assert found
     assert keys.keys() == [found]  # and its use is not noted
+
+
+def submit_and_tell(file: Path, told: Connection) -> None:
+    """Until killed."""
+    store = SqlJobStore(Database.open(file))
+    for number in itertools.count():
+        told.send(store.submit(submission(str(number)), 1_000_000)[0].id)
+
+
+@pytest.mark.parametrize("jobs", [1, 20, 41])
+def test_what_a_killed_server_has_told_is_there(file: Path, jobs: int) -> None:
+    spawn = multiprocessing.get_context("spawn")
+    hears, tells = spawn.Pipe(duplex=False)
+    process = spawn.Process(target=submit_and_tell, args=(file, tells))
+    process.start()
+    tells.close()
+    told = []
+    with suppress(EOFError):
+        while hears.poll(timeout=60.0):
+            told.append(hears.recv())
+            if len(told) == jobs:
+                process.kill()
+    process.kill()
+    process.join(timeout=60.0)
+    assert len(told) >= jobs
+
+    database = Database.open(file)
+    stored = SqlJobStore(database).jobs(None, JobFilter(), before=None, limit=10_000).jobs
+    ids = [job.id for job in reversed(stored)]
+    assert ids[: len(told)] == told
+    assert len(ids) <= len(told) + 1  # one may be stored that could not be told any more
+    database.close()
 
 
 def make_keys(file: Path, count: int) -> None:

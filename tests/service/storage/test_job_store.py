@@ -85,11 +85,12 @@ def test_a_final_failure_leaves_no_further_attempt(jobs: SqlJobStore) -> None:
     assert jobs.claim("one", 30.0) is None
 
 
-def test_who_lost_the_claim_is_not_heard(jobs: SqlJobStore) -> None:
+@pytest.mark.parametrize("successor", ["one", "two"])
+def test_who_lost_the_claim_is_not_heard(jobs: SqlJobStore, successor: str) -> None:
     submit(jobs)
     old = claim(jobs, "one")
     jobs.recover(DIED, all_leases=True)
-    new = claim(jobs, "two")
+    new = claim(jobs, successor)
     assert not jobs.succeed(old, results("stale"), summary())
     assert jobs.fail(old, DIED, final=True) is None
     assert not jobs.end_cancelled(old)

@@ -15,6 +15,7 @@ from hypothesis.stateful import (
     initialize,
     invariant,
     multiple,
+    precondition,
     rule,
 )
 
@@ -62,14 +63,18 @@ class JobStoreMachine(RuleBasedStateMachine):
     claims = Bundle("claims")
     jobs = Bundle("jobs")
 
-    @initialize()
-    def open(self) -> None:
+    @initialize(target=claims)
+    def open(self) -> object:
+        """Begin where most can happen: with jobs that are worked at."""
         self.folder = tempfile.TemporaryDirectory()
         self.database = Database.open(Path(self.folder.name) / "occluder.db")
         self.clock, self.monotonic = Clock(), Clock()
         self.store = SqlJobStore(self.database, self.clock, self.monotonic)
         self.model: dict[str, Modelled] = {}
         """By id, in the order in which jobs were taken in."""
+        for mesh in ("cube", "sphere"):
+            self.submit(mesh, None, None, attempts=2)
+        return multiple(self.claim("one"), self.claim("one"))
 
     def teardown(self) -> None:
         self.database.close()
@@ -106,14 +111,12 @@ class JobStoreMachine(RuleBasedStateMachine):
             made.digests |= done[0].digests
         return job.id
 
-    @rule(target=claims, owner=st.sampled_from(["one", "two"]))
-    def claim(self, owner: str) -> object:
+    @precondition(lambda machine: machine.those(JobState.QUEUED))
+    @rule(target=claims, owner=st.sampled_from(["one", "one", "two"]))
+    def claim(self, owner: str) -> Claim:
+        job_id, job = self.those(JobState.QUEUED)[0]
         claim = self.store.claim(owner, LEASE)
-        queued = self.those(JobState.QUEUED)
-        if claim is None:
-            assert not queued
-            return multiple()
-        job_id, job = queued[0]
+        assert claim is not None
         assert claim.job.id == job_id
         job.state, job.attempt, job.seen = JobState.RUNNING, job.attempt + 1, self.monotonic.now
         assert claim.job.attempt == job.attempt
@@ -149,6 +152,10 @@ class JobStoreMachine(RuleBasedStateMachine):
         assert self.store.end_cancelled(claim) == bool(job)
         if job:
             job.end(JobState.CANCELLED, self.clock.now)
+
+    @rule(claim=claims)
+    def cancel_what_was_claimed(self, claim: Claim) -> None:
+        self.cancel(claim.job.id)
 
     @rule(job_id=jobs)
     def cancel(self, job_id: str) -> None:

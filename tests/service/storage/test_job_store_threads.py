@@ -27,7 +27,7 @@ def in_threads(work: Callable[[int], list[str]]) -> list[str]:
 
 
 def test_each_job_is_claimed_once(jobs: SqlJobStore) -> None:
-    ids = [jobs.submit(submission(str(number)), 1000)[0].id for number in range(200)]
+    ids = [jobs.submit(submission(str(number)), 1000)[0].id for number in range(100)]
 
     def claim_all(thread: int) -> list[str]:
         claimed = []

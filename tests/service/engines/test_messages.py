@@ -1,0 +1,61 @@
+"""What the server hears from a process is checked."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from service.engines.messages import (
+    Cancelled,
+    CancelTask,
+    Done,
+    Failed,
+    Ready,
+    Task,
+    Told,
+    answer_bytes,
+    answer_of,
+    order_bytes,
+    order_of,
+)
+from service.jobs.job import Failure, JobKind, Summary
+from service.jobs.progress import JobProgress
+
+SUMMARY = Summary(1, 2, 3, 0.1, recall=0.2, timings={"cut": 0.1}, warnings=("a", "ä\n"))
+numbers = st.floats(allow_nan=False, allow_infinity=False)
+options = st.dictionaries(
+    st.text(), st.none() | st.booleans() | st.integers(-(2**53), 2**53) | numbers | st.text()
+    | st.lists(numbers),
+)  # fmt: skip
+
+
+@settings(max_examples=30)
+@given(st.text(), options)
+def test_orders_arrive_as_they_were_sent(name, options):
+    task = Task(JobKind.SCENE, name, options, {"scene": "/a/b"}, "r", "s", 2, 3, 4)
+    assert order_of(order_bytes(task)) == task
+    assert order_of(order_bytes(CancelTask())) == CancelTask()
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        Ready(),
+        Told(JobProgress("cut", 0.5, 0.25, 1, 3, 2.0)),
+        Done(SUMMARY),
+        Failed(Failure("out-of-time", "a", "b"), odd=True),
+        Cancelled(),
+    ],
+)
+def test_answers_arrive_as_they_were_sent(answer):
+    assert answer_of(answer_bytes(answer)) == answer
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"", b"null", b"{}", b'{"type":"task"}', b'{"type":"done"}', b"\x80\x04N.", b"[" * 9999],
+)
+def test_all_else_is_refused(data):
+    with pytest.raises(ValueError):
+        answer_of(data)

@@ -8,17 +8,11 @@ from nicegui import ui
 from service.access.key import Scope
 from service.dashboard.jobs.outcome import show_failure
 from service.dashboard.jobs.rows import ENDED, EndedPage, JobLine, ended_page
-from service.dashboard.jobs.tables import link_cell, number_cell, table, text_cell
-from service.dashboard.jobs.words import (
-    KINDS,
-    STATE_CLASSES,
-    STATES,
-    moment_words,
-    percent,
-    seconds_words,
-)
+from service.dashboard.jobs.words import KINDS, STATE_CLASSES, STATES
 from service.dashboard.notices import refusals_told, tell
+from service.dashboard.plain_table import PlainTable
 from service.dashboard.session import Visitor
+from service.dashboard.wording import moment, percent, seconds, whole
 from service.jobs.job import JobState
 from service.routes import actions
 
@@ -87,33 +81,36 @@ class EndedJobs:
             if not page.lines:
                 ui.label("None has ended so.").classes("quiet")
                 return
-            heads = ("Mesh", "Asset", "Kind", "State", "Precision", "Recall", "Triangles", "Time",
-                     "Ended, UTC", "")  # fmt: skip
-            with table("Jobs that have ended", heads, frozenset({4, 5, 6, 7})):
-                for line in page.lines:
-                    self._row(line)
+            columns = ["Mesh", "Asset", "Kind", "State", "#Precision", "#Recall", "#Triangles",
+                       "#Time", "Ended", ""]  # fmt: skip
+            with ui.element("div").classes("scrolled"):
+                table = PlainTable("Jobs that have ended", columns)
+            for line in page.lines:
+                self._row(table, line, len(columns))
 
-    def _row(self, line: JobLine) -> None:
+    def _row(self, table: PlainTable, line: JobLine, columns: int) -> None:
         done = line.state is JobState.SUCCEEDED
-        with ui.element("tr"):
-            link_cell(line.name, f"/jobs/{line.id}")
+        with table.row():
+            table.link(line.name, f"/jobs/{line.id}")
             if line.asset_id:
-                link_cell(line.asset or "", f"/assets/{line.asset_id}")
+                table.link(line.asset or "", f"/assets/{line.asset_id}")
             else:
-                text_cell("-", "quiet")
-            text_cell(KINDS[line.kind])
-            text_cell(STATES[line.state], STATE_CLASSES[line.state])
-            number_cell(percent(line.precision, 2) if done else "")
-            number_cell(percent(line.recall) if done else "")
-            number_cell(f"{line.triangles:,}" if line.triangles is not None else "")
-            number_cell(seconds_words(line.seconds) if done else "")
-            text_cell(moment_words(line.ended or line.created), "number-left")
-            with ui.element("td").classes("button-cell"):
+                table.text("-", "quiet")
+            table.text(KINDS[line.kind])
+            table.text(STATES[line.state], STATE_CLASSES[line.state])
+            table.number(percent(line.precision, 2) if done else "")
+            table.number(percent(line.recall) if done else "")
+            table.number(whole(line.triangles) if done else "")
+            table.number(seconds(line.seconds) if done else "")
+            table.text(moment(line.ended or line.created), "moment")
+            with table.cell() as cell:
                 if not done:
                     retry_button(self._visitor, line)
+            cell.classes("button-cell")
         if line.state is JobState.FAILED:
-            with ui.element("tr"), ui.element("td").props("colspan=10").classes("reason-cell"):
+            with table.row(), table.cell() as cell:
                 show_failure(line)
+            cell.props(f"colspan={columns}").classes("reason-cell")
 
 
 def retry_button(visitor: Visitor, line: JobLine) -> None:
@@ -129,7 +126,8 @@ def retry_button(visitor: Visitor, line: JobLine) -> None:
             tell("The job is done again")
             ui.navigate.to(f"/jobs/{new}")
 
-    ui.button("Retry", on_click=again).props("no-caps flat dense")
+    button = ui.button("Retry", on_click=again).props("no-caps flat dense")
+    button.props["aria-label"] = f"Retry {line.name}"
 
 
 def _chosen(state: str) -> frozenset[JobState]:

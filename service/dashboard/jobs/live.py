@@ -12,9 +12,10 @@ from service.access.key import Scope
 from service.dashboard.jobs.measure_line import MeasureLine
 from service.dashboard.jobs.outcome import show_outcome
 from service.dashboard.jobs.rows import JobLine, job_line, progress_words
-from service.dashboard.jobs.words import STATE_CLASSES, STATES, percent, seconds_words
+from service.dashboard.jobs.words import STATE_CLASSES, STATES
 from service.dashboard.notices import refusals_told
 from service.dashboard.session import Visitor
+from service.dashboard.wording import percent, seconds
 from service.errors import NotFoundError
 from service.jobs.job import JobState
 from service.routes import actions
@@ -121,6 +122,6 @@ def _words(line: JobLine) -> str:
         case JobState.RUNNING:
             done = f"{percent(line.fraction, 0)}, {line.stage}" if line.stage else "starting"
             tried = f", attempt {line.attempt}" if line.attempt > 1 else ""
-            return f"{done}, {seconds_words(line.seconds)}{tried}"
+            return f"{done}, {seconds(line.seconds)}{tried}"
         case _:
             return ""

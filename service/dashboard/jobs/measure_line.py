@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from nicegui import ui
 
-from service.dashboard.jobs.words import percent
+from service.dashboard.wording import percent
 from service.jobs.progress import JobProgress
 
 _WIDE, _HIGH = 200.0, 40.0

@@ -1,88 +1,95 @@
-"""The page of one job."""
+"""The page of one job, whatever becomes of it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
-from urllib.parse import quote
 
 from anyio.to_thread import run_sync
 from nicegui import ui
 
-from service.dashboard.frame import page_frame
+from service.dashboard.asset.downloads_panel import downloads_panel
+from service.dashboard.asset.rows import RunDetail, read_run
+from service.dashboard.asset.run_panels import run_panels
+from service.dashboard.frame import page_frame, panel
 from service.dashboard.jobs.ended import retry_button
 from service.dashboard.jobs.live import LiveJob
-from service.dashboard.jobs.rows import JobFacts, JobLine, job_facts
-from service.dashboard.jobs.tables import link_cell, number_cell, table, text_cell
-from service.dashboard.jobs.words import KINDS, moment_words, sentence, size_words
-from service.dashboard.panel import panel
+from service.dashboard.jobs.outcome import show_failure
+from service.dashboard.jobs.rows import JobLine, line_of
+from service.dashboard.jobs.words import KINDS
+from service.dashboard.plain_table import PlainTable
 from service.dashboard.session import Visitor, current_visitor
-from service.errors import NotFoundError
-from service.jobs.job import JobState
+from service.dashboard.unknown import unknown_told
+from service.dashboard.wording import moment
+from service.jobs.job import Job, JobKind, JobState
 
 
 @ui.page("/jobs/{job_id}")
 async def job_page(job_id: str) -> None:
     visitor = current_visitor()
-    try:
-        facts = await run_sync(job_facts, visitor, job_id)
-    except NotFoundError as error:
-        with page_frame("No such job", here="/jobs"):
-            ui.label(sentence(error.detail)).classes("name")
-            ui.link("See all jobs", "/jobs")
-        return
-    with page_frame(facts.line.name, here="/jobs"):
-        _about(facts)
-        LiveJob(visitor, job_id, None if facts.line.state.ended else _anew, heading=False)
-        _doing(visitor, facts)
-        if facts.summary and facts.summary.warnings:
-            _warnings(facts.summary.warnings)
-        _options(facts.options, facts.defaults)
-        _files(facts)
+    with unknown_told():
+        detail = await run_sync(_read, visitor, job_id)
+        with page_frame(detail.job.name, here="/jobs"), ui.element("div").classes("detail"):
+            _show(visitor, detail)
+
+
+def _read(visitor: Visitor, job_id: str) -> RunDetail:
+    return read_run(visitor.services, visitor.caller().tenant, job_id)
+
+
+def _show(visitor: Visitor, detail: RunDetail) -> None:
+    job = detail.job
+    _about(job)
+    if not job.state.ended:
+        LiveJob(visitor, job.id, _anew, heading=False)
+    elif job.state is JobState.SUCCEEDED:
+        run_panels(detail)
+    else:
+        _undone(visitor, job)
+    _options(job.options, visitor.services.tables[job.kind].read({}))
+    if job.state is not JobState.SUCCEEDED:
+        downloads_panel(detail.files)
+
+
+def _about(job: Job) -> None:
+    with ui.element("div").classes("row-of-controls quiet"):
+        ui.label(f"{KINDS[job.kind]}, sent {moment(job.created)}, version {job.version}")
+        if job.asset_id:
+            ui.link(job.asset or "", f"/assets/{job.asset_id}").classes("name")
+        if job.reused:
+            ui.link("the stored result of an earlier job", f"/jobs/{job.reused}")
+        if job.retry_of:
+            ui.link("does a job again", f"/jobs/{job.retry_of}")
+        if job.kind is JobKind.TRADEOFF:
+            if job.asset_id:
+                ui.link("the trade-off", f"/tradeoff/{job.asset_id}")
+        elif job.state.ended:
+            ui.link("Run again with other settings", f"/submit?from={job.id}")
 
 
 async def _anew(_: JobLine) -> None:
-    """Build the page again: what a job makes is listed once it has ended."""
+    """Build the page again: what a job makes is shown once it has ended."""
     ui.navigate.reload()
 
 
-def _about(facts: JobFacts) -> None:
-    line = facts.line
-    with ui.element("div").classes("row-of-controls quiet"):
-        ui.label(
-            f"{KINDS[line.kind]}, sent {moment_words(line.created)} UTC, version {facts.version}"
-        )
-        if line.asset_id:
-            with ui.element("span"):
-                ui.label("asset ").classes("inline")
-                ui.link(line.asset or "", f"/assets/{line.asset_id}").classes("name")
-        if facts.reused:
-            ui.link("the stored result of an earlier job", f"/jobs/{facts.reused}")
-        if facts.retry_of:
-            ui.link("does a job again", f"/jobs/{facts.retry_of}")
-
-
-def _doing(visitor: Visitor, facts: JobFacts) -> None:
-    if facts.line.state in (JobState.FAILED, JobState.CANCELLED):
-        with ui.element("div").classes("row-of-controls"):
-            retry_button(visitor, facts.line)
-            ui.link("Run again with other settings", f"/submit?from={facts.line.id}")
-
-
-def _warnings(warnings: tuple[str, ...]) -> None:
-    with panel("Warnings"), ui.element("ul"):
-        for warning in warnings:
-            with ui.element("li"):
-                ui.label(sentence(warning)).classes("name")
+def _undone(visitor: Visitor, job: Job) -> None:
+    line = line_of(job)
+    with panel("State"):
+        if job.failure:
+            show_failure(line)
+        else:
+            ui.label("It was cancelled; nothing was kept.")
+        retry_button(visitor, line)
 
 
 def _options(options: Mapping[str, Any], defaults: Mapping[str, Any]) -> None:
-    with panel("Options"), table("Options of the job", ("Option", "Value", "")):
-        for name, value in options.items():
-            with ui.element("tr"):
-                text_cell(name.replace("_", " "))
-                text_cell(option_words(value))
-                text_cell("" if value == defaults.get(name) else "chosen", "quiet")
+    with panel("Options"), ui.element("div").classes("scrolled"):
+        table = PlainTable("Options of the job", ("Option", "Value", ""))
+    for name, value in options.items():
+        with table.row():
+            table.heading(name.replace("_", " "))
+            table.text(option_words(value))
+            table.text("" if value == defaults.get(name) else "chosen", "quiet")
 
 
 def option_words(value: Any) -> str:
@@ -92,7 +99,7 @@ def option_words(value: Any) -> str:
             return "-"
         case bool():
             return "yes" if value else "no"
-        case list() | tuple():
+        case list():
             return ", ".join(f"{one:g}" for one in value)
         case float():
             return f"{value:g}"
@@ -100,12 +107,3 @@ def option_words(value: Any) -> str:
             return f"{value:,}" if abs(value) < 10**9 else str(value)
         case _:
             return str(value)
-
-
-def _files(facts: JobFacts) -> None:
-    with panel("Files"), table("Files of the job", ("File", "Size", ""), frozenset({1})):
-        for file in facts.files:
-            with ui.element("tr"):
-                link_cell(file.name, f"/v1/jobs/{facts.line.id}/files/{quote(file.name)}")
-                number_cell(size_words(file.blob.size))
-                text_cell("as it was sent" if file.is_input else "", "quiet")

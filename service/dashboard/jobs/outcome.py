@@ -5,7 +5,7 @@ from __future__ import annotations
 from nicegui import ui
 
 from service.dashboard.jobs.rows import JobLine
-from service.dashboard.jobs.words import percent, seconds_words
+from service.dashboard.wording import percent, seconds
 from service.jobs.job import JobKind, JobState
 
 
@@ -57,5 +57,5 @@ def _figures(line: JobLine) -> list[tuple[str, str]]:
         ("triangles", f"{line.triangles:,}" if line.triangles is not None else "-"),
         (f"{best}precision", percent(line.precision, 2)),
         (f"{best}recall", percent(line.recall)),
-        ("time", seconds_words(line.seconds)),
+        ("time", seconds(line.seconds)),
     ]

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from service.dashboard.jobs.words import failure_title, sentence, stage_words
 from service.dashboard.session import Visitor
-from service.jobs.job import Job, JobFile, JobKind, JobState, Summary
+from service.jobs.job import Job, JobKind, JobState
 from service.jobs.progress import JobProgress
 from service.jobs.stores import JobFilter
 
@@ -25,7 +23,7 @@ class JobLine:
     ``place``     in the queue, from 1, among the jobs of all tenants; None unless it waits.
     ``stage``     what is being done, in words; with the ``fraction`` of the whole job, 0 to 1.
     ``reason``, ``remedy``  sentences, of a job that failed; else empty.
-    ``times``     Unix seconds: when it was sent, and when it ended.
+    ``created``, ``ended``  Unix seconds.
     """
 
     id: str
@@ -66,20 +64,6 @@ class EndedPage:
     cursor: int | None
 
 
-@dataclass(frozen=True)
-class JobFacts:
-    """One job in full."""
-
-    line: JobLine
-    options: Mapping[str, Any]
-    defaults: Mapping[str, Any]
-    version: str
-    summary: Summary | None
-    reused: str | None
-    retry_of: str | None
-    files: tuple[JobFile, ...]
-
-
 def jobs_now(visitor: Visitor) -> JobsNow:
     """Of whoever asks.  Raises :class:`~service.errors.ServiceError`, as all of these."""
     services, tenant = visitor.services, visitor.caller().tenant
@@ -100,21 +84,6 @@ def ended_page(
         visitor.caller().tenant, JobFilter(states=states), before=before, limit=SHOWN
     )
     return EndedPage(tuple(map(line_of, page.jobs)), page.cursor)
-
-
-def job_facts(visitor: Visitor, job_id: str) -> JobFacts:
-    services = visitor.services
-    job = services.jobs.job(visitor.caller().tenant, job_id)
-    return JobFacts(
-        line=line_of(job, services.board.latest(job.id)),
-        options=job.options,
-        defaults=services.tables[job.kind].read({}),
-        version=job.version,
-        summary=job.summary,
-        reused=job.reused,
-        retry_of=job.retry_of,
-        files=services.jobs.files(job.id),
-    )
 
 
 def job_line(visitor: Visitor, job_id: str) -> JobLine:

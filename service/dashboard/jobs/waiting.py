@@ -7,14 +7,16 @@ from dataclasses import dataclass
 
 from anyio.to_thread import run_sync
 from nicegui import ui
+from nicegui.elements.mixins.text_element import TextElement
 
 from service.access.key import Scope
+from service.dashboard.frame import panel
 from service.dashboard.jobs.rows import JobLine, JobsNow, jobs_now
-from service.dashboard.jobs.tables import link_cell, number_cell, table, text_cell
-from service.dashboard.jobs.words import KINDS, moment_words, percent, seconds_words
+from service.dashboard.jobs.words import KINDS
 from service.dashboard.notices import refusals_told
-from service.dashboard.panel import panel
+from service.dashboard.plain_table import PlainTable
 from service.dashboard.session import Visitor
+from service.dashboard.wording import moment, percent, seconds
 from service.routes import actions
 
 _SECONDS = 1.0
@@ -25,15 +27,15 @@ class _Shown:
     """The parts of a row that change."""
 
     bar: ui.linear_progress
-    share: ui.label
-    stage: ui.label
-    seconds: ui.label
+    share: TextElement
+    stage: TextElement
+    seconds: TextElement
 
     def show(self, line: JobLine) -> None:
         self.bar.value = round(line.fraction, 3)
         self.share.text = percent(line.fraction, 0)
         self.stage.text = line.stage or "starting"
-        self.seconds.text = seconds_words(line.seconds)
+        self.seconds.text = seconds(line.seconds)
 
 
 class WaitingJobs:
@@ -70,35 +72,36 @@ class WaitingJobs:
         if not lines:
             ui.label("Nothing runs.").classes("quiet")
             return
-        heads = ("Mesh", "Asset", "Kind", "Progress", "", "Stage", "Time", "")
-        with table("Jobs that run", heads, frozenset({6})):
-            for line in lines:
-                with ui.element("tr"):
-                    _names(line)
-                    with ui.element("td").classes("bar-cell"):
-                        bar = ui.linear_progress(0.0, show_value=False, size="8px")
-                        bar.props('aria-label="Progress" instant-feedback')
-                    self._rows[line.id] = _Shown(
-                        bar, number_cell(""), text_cell("", "quiet"), number_cell("")
-                    )
-                    self._rows[line.id].show(line)
-                    self._end_cell(line)
+        columns = ["Mesh", "Asset", "Kind", "Progress", "#", "Stage", "#Time", ""]
+        with ui.element("div").classes("scrolled"):
+            table = PlainTable("Jobs that run", columns)
+        for line in lines:
+            with table.row():
+                _names(table, line)
+                with table.cell() as cell:
+                    bar = ui.linear_progress(0.0, show_value=False, size="8px")
+                    bar.props('aria-label="Progress" instant-feedback')
+                cell.classes("bar-cell")
+                shown = _Shown(bar, table.number(""), table.text("", "quiet"), table.number(""))
+                shown.show(line)
+                self._rows[line.id] = shown
+                self._end_cell(table, line)
 
     def _build_queue(self, lines: Sequence[JobLine]) -> None:
         if not lines:
             ui.label("Nothing waits.").classes("quiet")
             return
-        with table(
-            "Jobs that wait", ("Mesh", "Asset", "Kind", "Place", "Sent, UTC", ""), frozenset({3})
-        ):
-            for line in lines:
-                with ui.element("tr"):
-                    _names(line)
-                    number_cell(f"{line.place:,}")
-                    text_cell(moment_words(line.created), "number-left")
-                    self._end_cell(line)
+        columns = ["Mesh", "Asset", "Kind", "#Place", "Sent", ""]
+        with ui.element("div").classes("scrolled"):
+            table = PlainTable("Jobs that wait", columns)
+        for line in lines:
+            with table.row():
+                _names(table, line)
+                table.number(f"{line.place:,}")
+                table.text(moment(line.created), "moment")
+                self._end_cell(table, line)
 
-    def _end_cell(self, line: JobLine) -> None:
+    def _end_cell(self, table: PlainTable, line: JobLine) -> None:
         async def end() -> None:
             def cancel() -> None:
                 caller = self._visitor.caller(Scope.WRITE)
@@ -108,8 +111,10 @@ class WaitingJobs:
             with refusals_told():
                 await run_sync(cancel)
 
-        with ui.element("td").classes("button-cell"):
+        with table.cell() as cell:
             button = ui.button("Cancel", on_click=end).props("no-caps flat dense")
+            button.props["aria-label"] = f"Cancel {line.name}"
+        cell.classes("button-cell")
 
 
 def _body(title: str) -> ui.element:
@@ -118,13 +123,13 @@ def _body(title: str) -> ui.element:
         return ui.element("div")
 
 
-def _names(line: JobLine) -> None:
-    link_cell(line.name, f"/jobs/{line.id}")
+def _names(table: PlainTable, line: JobLine) -> None:
+    table.link(line.name, f"/jobs/{line.id}")
     if line.asset_id:
-        link_cell(line.asset or "", f"/assets/{line.asset_id}")
+        table.link(line.asset or "", f"/assets/{line.asset_id}")
     else:
-        text_cell("-", "quiet")
-    text_cell(KINDS[line.kind])
+        table.text("-", "quiet")
+    table.text(KINDS[line.kind])
 
 
 def _ids(lines: Sequence[JobLine]) -> list[str]:

@@ -9,11 +9,10 @@ from fastapi import Query
 from nicegui import ui
 
 from service.dashboard.frame import page_frame
-from service.dashboard.jobs.words import sentence
 from service.dashboard.session import Visitor, current_visitor
 from service.dashboard.submit.again import AgainForm, Earlier
 from service.dashboard.submit.form import COMMON, SubmitForm
-from service.errors import NotFoundError
+from service.dashboard.unknown import unknown_told
 
 
 @ui.page("/submit")
@@ -31,12 +30,7 @@ async def _again(visitor: Visitor, earlier: str) -> None:
     def find() -> Earlier:
         return Earlier.of(visitor.services.jobs.job(visitor.caller().tenant, earlier))
 
-    try:
+    with unknown_told():
         job = await run_sync(find)
-    except NotFoundError as error:
-        with page_frame("No such job", here="/submit"):
-            ui.label(sentence(error.detail)).classes("name")
-            ui.link("Submit a mesh", "/submit")
-        return
-    with page_frame("Run again", here="/submit"):
-        AgainForm(visitor, job, COMMON)
+        with page_frame("Run again", here="/submit"):
+            AgainForm(visitor, job, COMMON)

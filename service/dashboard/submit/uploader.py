@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
-from service.dashboard.jobs.words import size_words
+from service.dashboard.asset.downloads_panel import size
 from simplifier import MESH_SUFFIXES
 
 
@@ -27,7 +27,7 @@ class Uploader(Element, component="uploader.js"):
         self.props["address"] = "/v1/occluders"
         self.props["accept"] = ",".join(sorted(MESH_SUFFIXES))
         formats = ", ".join(one.removeprefix(".") for one in sorted(MESH_SUFFIXES))
-        self.props["help"] = f"Choose or drop {formats}; each at most {size_words(largest)}."
+        self.props["help"] = f"Choose or drop {formats}; each at most {size(largest)}."
 
         def chosen(event: GenericEventArguments) -> None:
             on_chosen([str(name) for name in event.args])

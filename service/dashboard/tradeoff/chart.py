@@ -8,8 +8,8 @@ from typing import Any
 
 from nicegui import ui
 
-from service.dashboard.jobs.words import percent, seconds_words
 from service.dashboard.tradeoff.rows import Point, Tradeoff
+from service.dashboard.wording import percent, seconds
 
 _SYMBOLS = ("circle", "rect", "triangle", "diamond", "pin", "arrow")
 _COLOURS = ("#3b82c4", "#c0742a", "#2f8f6b", "#8a63c9", "#b0506a", "#6b7a2f")
@@ -86,7 +86,7 @@ def _dot(point: Point, precision: float) -> dict[str, Any]:
     """A point that is not precise enough is red and smaller."""
     dot: dict[str, Any] = {
         "value": _place(point),
-        "words": f"{point.name}\n{seconds_words(point.seconds)}, recall {percent(point.recall)}, "
+        "words": f"{point.name}\n{seconds(point.seconds)}, recall {percent(point.recall)}, "
         f"precision {percent(point.precision, 2)}, {point.triangles:,} triangles",
     }
     if point.precision < precision:

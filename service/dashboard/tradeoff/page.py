@@ -5,30 +5,23 @@ from __future__ import annotations
 from anyio.to_thread import run_sync
 from nicegui import ui
 
-from service.dashboard.frame import page_frame
-from service.dashboard.jobs.words import sentence
-from service.dashboard.panel import panel
+from service.dashboard.frame import page_frame, panel
 from service.dashboard.session import Visitor, current_visitor
 from service.dashboard.tradeoff.chart import TradeoffChart
 from service.dashboard.tradeoff.points_table import show_points
 from service.dashboard.tradeoff.rows import Tradeoff, tradeoff_of
 from service.dashboard.tradeoff.sweep import SweepPanel
-from service.errors import NotFoundError
+from service.dashboard.unknown import unknown_told
 
 
 @ui.page("/tradeoff/{asset_id}")
 async def tradeoff_page(asset_id: str) -> None:
     visitor = current_visitor()
-    try:
+    with unknown_told():
         known = await run_sync(tradeoff_of, visitor, asset_id)
-    except NotFoundError as error:
-        with page_frame("No such asset", here="/"):
-            ui.label(sentence(error.detail)).classes("name")
-            ui.link("See all assets", "/")
-        return
-    with page_frame(f"Speed against accuracy: {known.asset}", here="/"):
-        ui.link("See the asset", f"/assets/{known.asset_id}")
-        _Page(visitor, known)
+        with page_frame(f"Speed against accuracy: {known.asset}", here="/"):
+            ui.link("See the asset", f"/assets/{known.asset_id}")
+            _Page(visitor, known)
 
 
 class _Page:

@@ -6,33 +6,34 @@ from collections.abc import Sequence
 
 from nicegui import ui
 
-from service.dashboard.jobs.tables import link_cell, number_cell, table, text_cell
-from service.dashboard.jobs.words import percent, seconds_words
+from service.dashboard.plain_table import PlainTable
 from service.dashboard.tradeoff.rows import Point
+from service.dashboard.wording import percent, seconds, whole
 
 _STANDINGS = {
     "front": "on the front",
     "dominated": "another is better",
     "imprecise": "not precise enough",
 }
-_HEADS = ("Setting", "Budget", "Time", "Recall", "Precision", "Triangles", "Standing")
+_COLUMNS = ("Setting", "#Budget", "#Time", "#Recall", "#Precision", "#Triangles", "Standing")
 
 
 def show_points(caption: str, points: Sequence[Point], precision: float, *, linked: bool) -> None:
     """``linked``: each is a job of its own."""
-    with table(caption, _HEADS, frozenset({1, 2, 3, 4, 5})):
-        for one in sorted(points, key=lambda one: (one.budget, one.seconds)):
-            with ui.element("tr"):
-                if linked:
-                    link_cell(one.name, f"/jobs/{one.job_id}")
-                else:
-                    text_cell(one.name)
-                number_cell(f"{one.budget:,}")
-                number_cell(seconds_words(one.seconds))
-                number_cell(percent(one.recall))
-                number_cell(percent(one.precision, 2))
-                number_cell(f"{one.triangles:,}")
-                text_cell(_standing(one, precision), "good" if one.front else "quiet")
+    with ui.element("div").classes("scrolled"):
+        table = PlainTable(caption, _COLUMNS)
+    for one in sorted(points, key=lambda one: (one.budget, one.seconds)):
+        with table.row():
+            if linked:
+                table.link(one.name, f"/jobs/{one.job_id}")
+            else:
+                table.text(one.name)
+            table.number(whole(one.budget))
+            table.number(seconds(one.seconds))
+            table.number(percent(one.recall))
+            table.number(percent(one.precision, 2))
+            table.number(whole(one.triangles))
+            table.text(_standing(one, precision), "good" if one.front else "quiet")
 
 
 def _standing(point: Point, precision: float) -> str:

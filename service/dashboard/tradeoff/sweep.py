@@ -8,10 +8,10 @@ from anyio.to_thread import run_sync
 from nicegui import ui
 
 from service.access.key import Scope
+from service.dashboard.frame import panel
 from service.dashboard.jobs.live import LiveJob
 from service.dashboard.jobs.rows import JobLine
 from service.dashboard.notices import refusals_told, warn
-from service.dashboard.panel import panel
 from service.dashboard.session import Visitor
 from service.dashboard.submit.option_form import OptionForm
 from service.dashboard.tradeoff.rows import Tradeoff

@@ -12,9 +12,9 @@ from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from service.dashboard.palette import BOTH, MISSED, NEITHER, WRONG
+from service.dashboard.views import Direction
 
 Mode = Literal["overlay", "transparent", "side", "silhouette"]
-Direction = tuple[float, float, float]
 
 _THREE = Path(nicegui.__file__).parent / "elements" / "scene" / "dist"
 _HERE = Path(__file__).parent

@@ -9,7 +9,7 @@ from playwright.sync_api import Browser, Page
 
 from tests.service.dashboard.chromium import DESKTOP, Watch, chromium
 from tests.service.dashboard.parts import FOLDER
-from tests.service.dashboard.results import CastleFiles, castle_files
+from tests.service.dashboard.results import JobResult, castle_result
 from tests.service.dashboard.serving import served
 
 
@@ -40,13 +40,13 @@ def page(browser: Browser, watch: Watch) -> Iterator[Page]:
 
 
 @pytest.fixture(scope="session")
-def castle(tmp_path_factory: pytest.TempPathFactory) -> CastleFiles:
+def castle(tmp_path_factory: pytest.TempPathFactory) -> JobResult:
     """The castle and two levels of its occluder, judged."""
-    return castle_files(tmp_path_factory.mktemp("castle"))
+    return castle_result(tmp_path_factory.mktemp("castle"))
 
 
 @pytest.fixture(scope="session")
-def parts(castle: CastleFiles) -> Iterator[str]:
+def parts(castle: JobResult) -> Iterator[str]:
     """The address of pages that show one component each."""
     with served("tests.service.dashboard.parts:make_app()", {FOLDER: str(castle.folder)}) as url:
         yield url

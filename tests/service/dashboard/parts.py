@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 from typing import get_args
@@ -11,7 +12,9 @@ from nicegui import app as pages
 from nicegui import ui
 
 import service.dashboard
+from service.dashboard.view_map.view_map import ViewMap
 from service.dashboard.viewer.viewer import MeshViewer, Mode, Shares
+from service.dashboard.views import views_of
 
 FOLDER = "PARTS_FOLDER"
 STYLE = Path(service.dashboard.__file__).with_name("style.css")
@@ -26,14 +29,19 @@ def make_app() -> FastAPI:
 
 
 @ui.page("/viewer")
-def show_viewer(mode: Mode = "overlay", original: str = "original.glb", dark: bool = False) -> None:
+def show_viewer(
+    mode: Mode = "overlay",
+    original: str = "original.glb",
+    finest: str = "lod0.glb",
+    dark: bool = False,
+) -> None:
     """One viewer with two levels, and a control for each thing that a page can ask of it."""
     ui.add_css(STYLE)
     ui.dark_mode(dark)
     viewer = MeshViewer(
-        f"/files/{original}", ["/files/lod0.glb", "/files/lod1.glb"], label="castle", mode=mode
+        f"/files/{original}", [f"/files/{finest}", "/files/lod1.glb"], label="castle", mode=mode
     )
-    ready, counted = ui.label().mark("ready"), ui.label()
+    ready, counted = ui.label(), ui.label()
     ready.props("data-testid=ready")
     counted.props("data-testid=counted")
     viewer.on("ready", lambda event: ready.set_text(f"{event.args['occluder']}"))
@@ -65,3 +73,20 @@ def show_pair() -> None:
 def _direction(text: str) -> tuple[float, float, float]:
     x, y, z = map(float, text.split())
     return x, y, z
+
+
+@ui.page("/view-map")
+def show_view_map() -> None:
+    """The map of the castle's views, and the index of the one that was chosen."""
+    ui.add_css(STYLE)
+    views = views_of(json.loads((Path(os.environ[FOLDER]) / "report.json").read_text()))
+    chosen = ui.label().props("data-testid=chosen")
+    view_map = ViewMap(views, up="y", measure="recall")
+    view_map.style("width: 520px")
+
+    def choose(index: int) -> None:
+        chosen.set_text(str(index))
+        view_map.show_chosen(index)
+
+    view_map.on_choose(choose)
+    ui.button("precision", on_click=lambda: view_map.show_measure("precision"))

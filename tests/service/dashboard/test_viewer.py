@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
+import simplifier
 from service.dashboard.palette import BOTH, MISSED, NEITHER, WRONG
 from simplifier.evaluation.accuracy import view_masks
 from simplifier.evaluation.gallery import COLOURS
 from simplifier.evaluation.silhouettes import WHITE, silhouette
 from tests.service.dashboard.chromium import Watch
-from tests.service.dashboard.results import CastleFiles
+from tests.service.dashboard.results import JobResult
 from tests.service.dashboard.screenshots import keep_picture
 from tests.service.dashboard.viewer_pages import (
     frames,
@@ -64,7 +66,7 @@ def test_a_see_through_original_lets_more_of_the_occluder_be_seen(page: Page, pa
 
 @pytest.mark.parametrize("place", ["worst", "first"])
 def test_silhouettes_are_those_of_the_report(
-    page: Page, parts: str, castle: CastleFiles, place: str
+    page: Page, parts: str, castle: JobResult, place: str
 ) -> None:
     view = castle.report["worst_view"] if place == "worst" else castle.report["by_view"][0]
     page.goto(f"{parts}/viewer?mode=silhouette")
@@ -76,7 +78,7 @@ def test_silhouettes_are_those_of_the_report(
     expect(page.get_by_test_id("counted")).not_to_have_text(told)
 
     lines = np.array([view["direction"]])
-    original, hidden = view_masks(castle.mesh, castle.levels[0], lines, 512)
+    original, hidden = view_masks(simplifier.load(castle.input), castle.occluder(0), lines, 512)
     both, missed, wrong = original & hidden, original & ~hidden, hidden & ~original
     counted = list(map(int, page.get_by_test_id("counted").inner_text().split()))
     expected = [int(one.sum()) for one in (both, missed, wrong)]
@@ -87,10 +89,29 @@ def test_silhouettes_are_those_of_the_report(
     side = drawn.shape[0] - 2  # without the border
     left = (drawn.shape[1] - side) // 2
     square = drawn[1 : side + 1, left : left + side]
-    original, hidden = view_masks(castle.mesh, castle.levels[0], lines, side)
+    original, hidden = view_masks(simplifier.load(castle.input), castle.occluder(0), lines, side)
     picture = silhouette(original[0], hidden[0]).astype(np.int64)
     assert (kinds(square) == kinds(picture)).mean() > 0.98
     assert (kinds(square[:, ::-1]) == kinds(picture)).mean() < 0.98  # it is not mirrored
+
+
+def test_a_mesh_far_from_the_origin_looks_the_same(
+    page: Page, parts: str, castle: JobResult
+) -> None:
+    page.goto(f"{parts}/viewer")
+    near = pixels(shown(page))
+    away = np.array([5_176_000.0, 250.0, -1_841_000.0])
+    mesh, occluder = simplifier.load(castle.input), castle.occluder(0)
+    simplifier.save_for_viewing(
+        simplifier.TriangleMesh.from_soup(mesh.vertices + away, mesh.faces),
+        castle.folder / "far.glb",
+    )
+    simplifier.save(
+        replace(occluder, vertices=occluder.vertices + away), castle.folder / "far0.glb"
+    )
+    page.goto(f"{parts}/viewer?original=far.glb&finest=far0.glb")
+    far = pixels(shown(page))
+    assert (np.abs(far - near).max(axis=-1) > 8).mean() < 0.002
 
 
 def test_nothing_is_drawn_while_nothing_changes(page: Page, parts: str) -> None:
@@ -130,12 +151,12 @@ def test_dragging_turns(page: Page, parts: str) -> None:
     assert (pixels(host) != before).any(axis=-1).mean() > 0.05
 
 
-def test_another_level_is_another_occluder(page: Page, parts: str, castle: CastleFiles) -> None:
+def test_another_level_is_another_occluder(page: Page, parts: str, castle: JobResult) -> None:
     page.goto(f"{parts}/viewer")
     shown(page)
-    expect(page.get_by_test_id("ready")).to_have_text(str(len(castle.levels[0].faces)))
+    expect(page.get_by_test_id("ready")).to_have_text(str(len(castle.occluder(0).faces)))
     page.get_by_role("button", name="coarser").click()
-    expect(page.get_by_test_id("ready")).to_have_text(str(len(castle.levels[1].faces)))
+    expect(page.get_by_test_id("ready")).to_have_text(str(len(castle.occluder(1).faces)))
 
 
 def test_wires_let_the_background_through(page: Page, parts: str) -> None:

@@ -11,7 +11,7 @@ const STEP = Math.PI / 18;
 const ZOOM = 1.2;
 const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
 // From the front, a little to the right and above, whichever axis is up.
-const FRONT = { x: [0.35, 0.6, 1], y: [0.6, 0.35, 1], z: [0.6, -1, 0.35] };
+const FRONT = { x: [0.35, -0.6, 1], y: [0.6, 0.35, 1], z: [0.6, -1, 0.35] };
 
 const groups = new Map();
 

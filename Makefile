@@ -4,7 +4,7 @@
 # make serve  the HTTP service at http://127.0.0.1:8000
 # make docker-check  the steps of the container image in an empty folder, without an engine (minutes)
 # make openapi  write openapi.yaml anew, after a change of the service's routes or schemas
-# make bench  speed, quality and scenes on the real assets (long)
+# make bench  speed, quality and scenes on the real assets, the service under load (long)
 
 PYTHON ?= python3
 VENV := .venv
@@ -47,6 +47,7 @@ bench: $(READY)
 	$(BIN)/python -m bench.speed
 	$(BIN)/python -m bench.quality
 	$(BIN)/python -m bench.scenes
+	$(BIN)/python -m bench.service_load
 
 # Installed once, and again when what it depends on changes.
 $(READY): pyproject.toml constraints.txt

@@ -12,6 +12,7 @@ if ! cmp -s "$prefix/kernels/made" "$NUMBA_CACHE_DIR/made"; then
     rm -rf "$NUMBA_CACHE_DIR" "$NUMBA_CACHE_DIR.new"
     mkdir -p "$(dirname "$NUMBA_CACHE_DIR")"
     cp -R "$prefix/kernels" "$NUMBA_CACHE_DIR.new"
+    chmod -R u+w "$NUMBA_CACHE_DIR.new"
     mv "$NUMBA_CACHE_DIR.new" "$NUMBA_CACHE_DIR"
 fi
 exec "$prefix/env/bin/occluder" "$@"

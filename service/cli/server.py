@@ -24,7 +24,8 @@ from service.storage.key_store import SqlKeyStore
 from simplifier.console import print_text
 
 _IDLE = 75  # seconds that a connection without a request is kept: longer than proxies keep theirs
-_GRACE = 5  # seconds that answers under way have once the server is to end
+_GRACE = 3  # seconds that answers under way have once the server is to end
+_LAST_GRACE = 6  # seconds after which what still goes on is broken off, with a word in the log
 _WAITING = 2048  # connections that the system accepts ahead of us
 _MOST_FILES = 65_536
 
@@ -44,7 +45,7 @@ def run_server(settings: Settings) -> None:
         config = uvicorn.Config(
             app, http=HttpProtocol, ws="none", lifespan="off", log_config=None, access_log=False,
             server_header=False, proxy_headers=False, backlog=_WAITING, timeout_keep_alive=_IDLE,
-            timeout_graceful_shutdown=_GRACE,
+            timeout_graceful_shutdown=_LAST_GRACE,
         )  # fmt: skip
         server = _Server(config, _address(settings.host, listener))
 
@@ -71,6 +72,15 @@ class _Server(uvicorn.Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)
         print_text(f"occluder serves at {self._address}")
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        asyncio.get_running_loop().call_later(_GRACE, self._hang_up)
+        await super().shutdown(sockets)
+
+    def _hang_up(self) -> None:
+        """End what would go on for as long as its job does: streams of events, and waiting."""
+        for connection in list(self.server_state.connections):
+            connection.transport.abort()
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:

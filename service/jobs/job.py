@@ -128,13 +128,17 @@ class Submission:
     @property
     def work_key(self) -> str:
         """Equal for the same work: kind, inputs, options and version."""
-        inputs = sorted((one.name, one.blob.digest) for one in self.inputs)
-        return _hash([self.kind, self.version, inputs, dict(self.options)])
+        return _hash([self.version, self._asked])
 
     @property
     def fingerprint(self) -> str:
-        """Equal for the same request: the work, and what is to be done with its result."""
-        return _hash([self.work_key, self.name, self.asset, self.webhook])
+        """Equal for the same request, whatever version it comes to: what is asked, and for whom."""
+        return _hash([self._asked, self.name, self.asset, self.webhook])
+
+    @property
+    def _asked(self) -> list[object]:
+        inputs = sorted((one.name, one.blob.digest) for one in self.inputs)
+        return [self.kind, inputs, dict(self.options)]
 
 
 def _hash(value: object) -> str:

@@ -22,7 +22,7 @@ from service.jobs.job import (
 from service.jobs.stores import JobFilter, JobPage
 from service.storage.asset_rows import is_run
 from service.storage.database import Database
-from service.storage.ending import end_attempt, end_cancelled, end_succeeded
+from service.storage.ending import end_attempt, end_cancelled, end_succeeded, release
 from service.storage.leases import Beat, LeaseWatch
 from service.storage.listing import listed, queued
 from service.storage.rows import add_files, files_of, job_of, summary_of
@@ -194,6 +194,14 @@ class SqlJobStore:
             if row is None:
                 return False
             end_cancelled(session, row, self._clock())
+            return True
+
+    def release(self, claim: Claim) -> bool:
+        with self._database.writing() as session:
+            row = _held(session, claim)
+            if row is None:
+                return False
+            release(session, row, self._clock())
             return True
 
     def recover(self, failure: Failure, *, all_leases: bool) -> Sequence[Job]:

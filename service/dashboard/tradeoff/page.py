@@ -29,7 +29,7 @@ class _Page:
 
     def __init__(self, visitor: Visitor, known: Tradeoff) -> None:
         self._visitor, self._asset_id = visitor, known.asset_id
-        with ui.element("section").classes("panel"):
+        with ui.element("section").classes("panel") as self._drawn:
             self._chart = TradeoffChart(known)
         SweepPanel(visitor, known, self._renew)
         self._tables = ui.element("div").classes("live-jobs")
@@ -42,6 +42,7 @@ class _Page:
         self._show(known)
 
     def _show(self, known: Tradeoff) -> None:
+        self._drawn.set_visibility(bool(known.runs or known.swept))
         with self._tables:
             if known.sweep:
                 _measured(known)

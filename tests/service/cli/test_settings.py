@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from service.cli.read_settings import read_settings, unknown_settings
@@ -51,3 +53,13 @@ def test_a_slip_of_the_keyboard_is_noticed(monkeypatch):
     assert list(unknown_settings()) == [
         "OCCLUDER_MAX_UPLAOD is no setting and does nothing; did you mean OCCLUDER_MAX_UPLOAD?"
     ]
+
+
+@pytest.mark.parametrize(
+    "file", ["docs/service.md", "docker/Dockerfile", "docker/compose.yaml", "docker/check.sh"]
+)
+def test_every_variable_that_is_written_about_is_there(file):
+    known = {f"OCCLUDER_{name.upper()}" for name in Settings.model_fields}
+    known |= {"OCCLUDER_KEY", "OCCLUDER_SERVER"}  # of 'occluder submit'
+    named = set(re.findall(r"\bOCCLUDER_[A-Z_]+", (ROOT / file).read_text()))
+    assert named - known == set()

@@ -1,15 +1,17 @@
 # make demo   install, make an occluder for a generated castle, write everything to out/demo
 # make test   format, lint, types, import contracts, tests
 # make test-slow  what takes minutes: a start with an empty kernel cache
+# make serve  the HTTP service at http://127.0.0.1:8000
+# make docker-check  the steps of the container image in an empty folder, without an engine (minutes)
 # make openapi  write openapi.yaml anew, after a change of the service's routes or schemas
-# make bench  speed, quality and scenes on the real assets (long)
+# make bench  speed, quality and scenes on the real assets, the service under load (long)
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test test-slow check openapi bench clean
+.PHONY: demo test test-slow check serve docker-check openapi bench clean
 
 demo: $(READY)
 	mkdir -p out/demo
@@ -31,6 +33,12 @@ check: $(READY)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+serve: $(READY)
+	$(BIN)/occluder serve
+
+docker-check:
+	docker/check.sh
+
 openapi: $(READY)
 	$(BIN)/python -m service.openapi
 
@@ -39,6 +47,7 @@ bench: $(READY)
 	$(BIN)/python -m bench.speed
 	$(BIN)/python -m bench.quality
 	$(BIN)/python -m bench.scenes
+	$(BIN)/python -m bench.service_load
 
 # Installed once, and again when what it depends on changes.
 $(READY): pyproject.toml constraints.txt

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from service.cli.failures import run_command
 
 from service.access.key import LOCAL, ApiKey, Scope
+from service.cli.failures import run_command
 from simplifier import OptionError
 from simplifier.cli_failures import Debug
 from simplifier.console import print_line, print_text
@@ -144,7 +144,6 @@ def _check_tenant(tenant: str) -> None:
 def _folder(data: Path | None) -> DataFolder:
     # Here, not above: 'occluder --help' need not have a database installed.
     from service.cli.read_settings import read_settings
-
     from service.storage.data_folder import DataFolder
 
     return DataFolder(read_settings({"data": data}).data)

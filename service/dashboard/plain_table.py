@@ -33,14 +33,19 @@ class PlainTable:
         with self._body, ui.element("tr") as row:
             yield row
 
-    def text(self, text: str) -> Element:
-        return TextElement(tag="td", text=text).classes("name")
+    def text(self, text: str, look: str = "name") -> TextElement:
+        """``look`` is a class of the style sheet."""
+        return TextElement(tag="td", text=text).classes(look)
+
+    def link(self, text: str, address: str) -> Element:
+        with ui.element("td").classes("name"):
+            return ui.link(text, address)
 
     def heading(self, text: str) -> Element:
         """The cell that says what its row is about."""
         return TextElement(tag="th", text=text).props("scope=row")
 
-    def number(self, text: str) -> Element:
+    def number(self, text: str) -> TextElement:
         return TextElement(tag="td", text=text).classes("number")
 
     @contextmanager

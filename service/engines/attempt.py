@@ -90,7 +90,7 @@ def attempt(
             if isinstance(answer, Told):
                 tell(answer.progress)
             elif answer is not None:
-                return _outcome(process, answer)
+                return _outcome(process, answer, orders)
             ended = watch.glance()
             if ended is not None:
                 process.kill()
@@ -101,7 +101,7 @@ def attempt(
         return NotDone(process_died(str(death)), final=False)
 
 
-def _outcome(process: WorkerProcess, answer: Answer) -> Outcome:
+def _outcome(process: WorkerProcess, answer: Answer, orders: Orders) -> Outcome:
     match answer:
         case Done():
             return Succeeded(answer.summary)
@@ -109,7 +109,7 @@ def _outcome(process: WorkerProcess, answer: Answer) -> Outcome:
             if answer.odd:
                 process.kill()
             return NotDone(answer.failure, final=True)
-        case Cancelled():
+        case Cancelled() if orders.cancelled or orders.dropped:
             return GivenUp()
         case _:
             process.kill()

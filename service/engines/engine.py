@@ -48,7 +48,11 @@ class Engine:
         ended: Callable[[Job], None] = lambda job: None,
         work: str = LIBRARY_WORK,
     ) -> None:
-        """``scratch`` is on the disk of the blobs; ``ended`` is called with each job that ends."""
+        """``scratch`` is on the disk of the blobs.
+
+        ``ended`` is called with each job that ends, once, in some thread; not if the server is
+        killed just then, so what must not be missed belongs into the stores.
+        """
         self._shop = Shop(
             f"engine-{secrets.token_hex(8)}", jobs, blobs, board, settings, scratch, work, ended,
             Bell(), Running(), Trouble(),

@@ -158,6 +158,7 @@ class Slot:
                 raise
             except Exception as error:
                 logger.exception("job %s failed by a fault of the program", job.id)
+                self._discard()  # it may be at the task still
                 failed = NotDone(program_fault(error), final=True)
                 heard = recorder.record(claim, failed, results, orders)
         shop.board.end(job.id)

@@ -19,6 +19,8 @@ class JobKind(StrEnum):
     """The report of an occluder made elsewhere."""
     SCENE = "scene"
     """A tree of occluders from a scene of many objects."""
+    TRADEOFF = "tradeoff"
+    """What more time buys on a mesh: a measurement at many settings, and no run of its asset."""
 
 
 class JobState(StrEnum):
@@ -77,8 +79,9 @@ class Summary:
     """The numbers of a result that lists and histories show; None where the kind has none.
 
     ``precision``, ``recall``  of the finest level, 0 to 1; ``worst_recall`` in its worst view.
-    ``triangles``       of the finest occluder (of all occluders, for a scene).
-    ``levels``          of detail (occluders, for a scene).
+    ``triangles``       of the finest occluder (of all occluders, for a scene; of the setting that
+                        recalls most, as precision and recall, for a trade-off).
+    ``levels``          of detail (occluders, for a scene; settings, for a trade-off).
     ``error_bound``     of the finest, world units.
     ``seconds``         that the work took; ``timings`` by stage.
     """
@@ -125,13 +128,17 @@ class Submission:
     @property
     def work_key(self) -> str:
         """Equal for the same work: kind, inputs, options and version."""
-        inputs = sorted((one.name, one.blob.digest) for one in self.inputs)
-        return _hash([self.kind, self.version, inputs, dict(self.options)])
+        return _hash([self.version, self._asked])
 
     @property
     def fingerprint(self) -> str:
-        """Equal for the same request: the work, and what is to be done with its result."""
-        return _hash([self.work_key, self.name, self.asset, self.webhook])
+        """Equal for the same request, whatever version it comes to: what is asked, and for whom."""
+        return _hash([self._asked, self.name, self.asset, self.webhook])
+
+    @property
+    def _asked(self) -> list[object]:
+        inputs = sorted((one.name, one.blob.digest) for one in self.inputs)
+        return [self.kind, inputs, dict(self.options)]
 
 
 def _hash(value: object) -> str:

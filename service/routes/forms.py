@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +14,7 @@ from service.schemas.options import OptionTable
 
 _LONGEST_NAME = 300
 _LONGEST_ADDRESS = 2000
-_LONGEST_KEY = 255
+_KEY = re.compile("[!-~]{1,255}")
 
 _LABELS = ("asset", "webhook")
 _FOR_UPLOADS = "filename"
@@ -56,8 +57,8 @@ def read_idempotency_key(request: Request) -> str | None:
     key = request.headers.get("idempotency-key")
     if key is None:
         return None
-    if not 1 <= len(key) <= _LONGEST_KEY or not (key.isascii() and key.isprintable()):
-        remedy = f"choose 1 to {_LONGEST_KEY} printable ASCII characters, a random UUID say"
+    if not _KEY.fullmatch(key):
+        remedy = "choose 1 to 255 printable ASCII characters without a space, a random UUID say"
         raise InvalidOptionsError([FieldError("Idempotency-Key", "it cannot be kept", remedy)])
     return key
 

@@ -31,10 +31,23 @@ def end_attempt(
     if row.cancel_asked and not final:
         end_cancelled(session, row, now)
     elif row.attempt < row.attempts and not final:
-        row.state, row.owner, row.started = JobState.QUEUED, None, None
+        _queue_again(row)
     else:
         row.failure = failure_columns(failure)
         _end(session, row, JobState.FAILED, now)
+
+
+def release(session: Session, row: JobRow, now: float) -> None:
+    """After an attempt that is not to count: as many are left as before it."""
+    if row.cancel_asked:
+        end_cancelled(session, row, now)
+    else:
+        row.attempts += 1
+        _queue_again(row)
+
+
+def _queue_again(row: JobRow) -> None:
+    row.state, row.owner, row.started = JobState.QUEUED, None, None
 
 
 def _end(session: Session, row: JobRow, state: JobState, now: float) -> None:

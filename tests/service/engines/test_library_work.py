@@ -101,6 +101,33 @@ def test_one_level_where_it_keeps_wholly_inside(place, ball):
     assert {"occluder.glb", "lod0.tres"} <= set(place.results(job.id))
 
 
+SWEEP = {"resolutions": [8], "directions": [4], "budgets": [8], "times": [0.05], "repeats": 1}
+
+
+def test_a_tradeoff_measures_settings_and_tells_how_many_are_done(place, ball):
+    files = {"input/mesh.obj": ball}
+    id_ = place.submit_files(JobKind.TRADEOFF, files, SWEEP, name="ball <b>.obj")
+    job = place.end_of(id_, 60.0)
+    assert (job.state, job.summary.levels) == (JobState.SUCCEEDED, 6)
+    results = place.results(id_)
+    assert set(results) == {f"tradeoff.{suffix}" for suffix in ("csv", "html", "json", "png")}
+    settings = json.loads(results["tradeoff.json"])["settings"]
+    assert {row["mesh"] for row in settings} == {"ball <b>.obj"}
+    assert job.summary.recall == max(
+        row["recall"] for row in settings if row["standing"] == "front"
+    )
+    assert tells_no_path(place, [results["tradeoff.html"].decode(), repr(job.summary)])
+
+
+def test_a_tradeoff_ends_when_it_is_cancelled(place, ball):
+    slow = {**SWEEP, "times": [60.0], "repeats": 1000}
+    id_ = place.submit_files(JobKind.TRADEOFF, {"input/mesh.obj": ball}, slow, name="ball.obj")
+    until(lambda: place.jobs.job(None, id_).state is JobState.RUNNING)
+    place.jobs.cancel(None, id_)
+    place.engine.wake()
+    assert place.end_of(id_, 10.0).state is JobState.CANCELLED
+
+
 EXTERNAL = json.dumps(
     {
         "asset": {"version": "2.0"},
@@ -142,17 +169,25 @@ def test_too_fine_a_grid_ends_for_want_of_memory_and_the_next_job_is_done(place,
     assert occluder_job(place, ball).state is JobState.SUCCEEDED
 
 
-@pytest.mark.parametrize("stage", ["load", "refine"])
-def test_cancel_ends_heavy_work_within_a_second(place, asset, stage):
-    files = {"input/mesh.ply": asset("dragon_871k.ply").read_bytes()}
-    options = {"preset": "best", "resolution": 128}
-    id_ = place.submit_files(JobKind.OCCLUDER, files, options, name="dragon.ply")
-    until(lambda: (now := place.board.latest(id_)) and now.stage == stage, 60.0)
+def cancelled_at(place, stage, files, **options):
+    """Seconds from cancelling a job at a stage to its end."""
+    id_ = place.submit_files(JobKind.OCCLUDER, files, options, name="heavy")
+    until(lambda: (now := place.board.latest(id_)) and now.stage == stage)
     begin = time.monotonic()
     place.jobs.cancel(None, id_)
     place.engine.wake()
     assert place.end_of(id_).state is JobState.CANCELLED
-    assert time.monotonic() - begin < 1.0
+    return time.monotonic() - begin
+
+
+def test_cancel_ends_reading_a_large_mesh_within_a_second(place, asset):
+    files = {"input/mesh.ply": asset("dragon_871k.ply").read_bytes()}
+    assert cancelled_at(place, "load", files) < 1.0
+
+
+def test_cancel_ends_a_long_search_within_a_second(place, ball):
+    files = {"input/mesh.obj": ball}
+    assert cancelled_at(place, "refine", files, preset="best", moves=50_000_000) < 1.0
 
 
 def test_an_evaluation_judges_what_was_made_elsewhere(place, ball, tmp_path):

@@ -78,6 +78,25 @@ def test_a_job_is_tried_again_before_others_until_no_attempt_is_left(jobs: SqlJo
     assert claim(jobs).job.id != poisonous.id
 
 
+def test_an_attempt_that_was_released_does_not_count(jobs: SqlJobStore) -> None:
+    job = submit(jobs, attempts=1)
+    held = claim(jobs)
+    assert jobs.release(held)
+    assert not jobs.succeed(held, results(), summary())
+    again = claim(jobs, "another")
+    assert again.job.id == job.id
+    assert again.job.attempt > held.job.attempt  # the fence
+    assert jobs.fail(again, DIED, final=False) is JobState.FAILED
+
+
+def test_a_job_that_was_to_be_cancelled_ends_when_it_is_released(jobs: SqlJobStore) -> None:
+    job = submit(jobs)
+    held = claim(jobs)
+    jobs.cancel(None, job.id)
+    assert jobs.release(held)
+    assert jobs.job(None, job.id).state is JobState.CANCELLED
+
+
 def test_a_final_failure_leaves_no_further_attempt(jobs: SqlJobStore) -> None:
     submit(jobs)
     unreadable = Failure("unreadable-mesh", "no triangle in it", "export it again")
@@ -291,3 +310,14 @@ def test_numbers_are_not_given_again(jobs: SqlJobStore, clock: Clock) -> None:
     last = finish(jobs)
     jobs.expire(ended_before=clock.now + 1.0)
     assert submit(jobs).number > last.number
+
+
+def test_the_queue_tells_places_among_all_tenants(jobs: SqlJobStore) -> None:
+    submit(jobs, "begun")
+    claim(jobs)
+    mine = [submit(jobs, text) for text in "ab"]
+    theirs = submit(jobs, "c", tenant="rival")
+    mine.append(submit(jobs, "d"))
+    assert jobs.queue("studio", 10) == ((1, mine[0]), (2, mine[1]), (4, mine[2]))
+    assert jobs.queue("rival", 10) == ((3, theirs),)
+    assert [place for place, _ in jobs.queue(None, 2)] == [1, 2]

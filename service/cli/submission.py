@@ -1,0 +1,94 @@
+"""The way of one mesh: sent, waited for, its occluders fetched."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from service.client import Client, ClientError, RemoteJob, StoppedError
+from service.jobs.job import JobState
+
+Tell = Callable[[str, float, float | None], None]
+"""Told what is done now, the share of it, and the measure so far."""
+
+
+@dataclass(frozen=True)
+class Submission:
+    """A mesh, what to make of it, and where to: ``target`` is the file of a single occluder."""
+
+    mesh: Path
+    target: Path
+    options: Mapping[str, Any]
+    asset: str | None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a mesh: its job and the files written, or why not."""
+
+    submission: Submission
+    job: RemoteJob | None = None
+    files: tuple[Path, ...] = ()
+    fault: str = ""
+
+
+def submit_one(
+    client: Client, submission: Submission, tell: Tell, begun: Callable[[str], None]
+) -> Outcome:
+    """Never raises what one mesh may bring about; ``begun`` hears the job's id."""
+    try:
+        return _submitted(client, submission, tell, begun)
+    except StoppedError:
+        return Outcome(submission, fault="cancelled")
+    except ClientError as error:
+        return Outcome(submission, fault=str(error))
+    except OSError as error:
+        return Outcome(submission, fault=f"{error.strerror or error} ({error.filename})")
+
+
+def _submitted(
+    client: Client, submission: Submission, tell: Tell, begun: Callable[[str], None]
+) -> Outcome:
+    job = client.submit(
+        submission.mesh,
+        options=submission.options,
+        asset=submission.asset,
+        tell=lambda share: tell("uploading", share, None),
+    )
+    begun(job.id)
+    if not job.state.ended:
+        job = client.wait(job.id, lambda now: _tell_job(now, tell))
+    if job.state is not JobState.SUCCEEDED:
+        return Outcome(submission, job, fault=_reason(job))
+    tell("downloading", 0.0, None)
+    return Outcome(submission, job, _fetched(client, job, submission.target))
+
+
+def _tell_job(job: RemoteJob, tell: Tell) -> None:
+    if job.progress is None:
+        tell(job.state, 0.0, None)
+    else:
+        tell(job.progress.stage, job.progress.fraction, job.progress.measure)
+
+
+def _reason(job: RemoteJob) -> str:
+    if job.failure is None:
+        return str(job.state)
+    return "; ".join(filter(None, [job.failure.detail, job.failure.remedy]))
+
+
+def _fetched(client: Client, job: RemoteJob, target: Path) -> tuple[Path, ...]:
+    """All levels in one GLB; in other formats a file a level, named as the library does."""
+    form = target.suffix[1:]
+    levels = [level.level for level in client.result(job.id).levels]
+    if form == "glb" or len(levels) == 1:
+        return (client.download(job.id, target, form=form),)
+    return tuple(
+        client.download(
+            job.id, target.with_name(f"{target.stem}_lod{level}{target.suffix}"),
+            level=level, form=form,
+        )
+        for level in levels
+    )  # fmt: skip

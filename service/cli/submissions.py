@@ -1,0 +1,105 @@
+"""Many meshes, several at a time, with Ctrl-C cancelling what was begun."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import suppress
+
+from service.cli.submission import Outcome, Submission, submit_one
+from service.cli.submission_bars import SubmissionBars, submission_bars
+from service.client import Client, ClientError
+from simplifier.console import print_line
+from simplifier.interrupts import INTERRUPTED, interrupts
+
+_GLANCE = 0.1  # seconds between looks at whether to stop
+_PATIENCE = 3600.0  # seconds for which a full queue is waited for
+
+
+def submit_all(
+    submissions: Sequence[Submission], server: str, key: str | None, at_once: int
+) -> int:
+    """Print what came of each; the exit status."""
+    with interrupts() as listening:
+        with listening.deferred() as stop, submission_bars() as bars:
+            failed = _Batch(server, key, stop, bars).run(submissions, at_once)
+        if listening.heard:
+            print_line("error: interrupted; what was under way is cancelled, the rest is kept")
+            return INTERRUPTED
+    if failed:
+        print_line(f"error: {failed} of {len(submissions)} failed; the lines above say why")
+    return int(failed > 0)
+
+
+class _Batch:
+    """The jobs begun here, until they have ended."""
+
+    def __init__(
+        self, server: str, key: str | None, stop: threading.Event, bars: SubmissionBars
+    ) -> None:
+        self._client = Client(server, key=key, patience=_PATIENCE, stop=stop)
+        self._canceller = Client(server, key=key, patience=0.0)
+        self._stop, self._bars = stop, bars
+        self._lock = threading.Lock()
+        self._begun: set[str] = set()
+
+    def run(self, submissions: Sequence[Submission], at_once: int) -> int:
+        """How many failed."""
+        failed, stopping = 0, False
+        with self._client, self._canceller, ThreadPoolExecutor(at_once) as pool:
+            waiting: set[Future[Outcome]] = {pool.submit(self._submit, one) for one in submissions}
+            while waiting:
+                done, waiting = wait(waiting, _GLANCE, FIRST_COMPLETED)
+                for outcome in (one.result() for one in done if not one.cancelled()):
+                    self._end(outcome)
+                    failed += bool(outcome.fault)
+                if self._stop.is_set() and not stopping:
+                    stopping = True
+                    pool.shutdown(wait=False, cancel_futures=True)
+                    self._cancel_all()
+        return failed
+
+    def _submit(self, submission: Submission) -> Outcome:
+        name = str(submission.mesh)
+        self._bars.begin(name)
+        return submit_one(
+            self._client,
+            submission,
+            lambda now, share, measure: self._bars.tell(name, now, share, measure),
+            self._note,
+        )
+
+    def _end(self, outcome: Outcome) -> None:
+        if outcome.job is not None:
+            with self._lock:
+                self._begun.discard(outcome.job.id)
+        self._bars.end(str(outcome.submission.mesh))
+        self._bars.print(_line(outcome), failed=bool(outcome.fault))
+
+    def _note(self, job_id: str) -> None:
+        with self._lock:
+            self._begun.add(job_id)
+        if self._stop.is_set():  # the others may have been cancelled by now
+            self._cancel(job_id)
+
+    def _cancel_all(self) -> None:
+        with self._lock:
+            begun = tuple(self._begun)
+        for job_id in begun:
+            self._cancel(job_id)
+
+    def _cancel(self, job_id: str) -> None:
+        with suppress(ClientError):  # a server that is gone has nothing to cancel
+            self._canceller.cancel(job_id)
+
+
+def _line(outcome: Outcome) -> str:
+    mesh = outcome.submission.mesh
+    if outcome.fault or outcome.job is None or outcome.job.summary is None:
+        return f"error: {mesh}: {outcome.fault}"
+    told = outcome.job.summary
+    figures = [f"{told.input_triangles:,} -> {told.triangles:,} triangles"]
+    if told.precision is not None and told.recall is not None:
+        figures += [f"precision {told.precision:.2%}", f"recall {told.recall:.2%}"]
+    return f"{mesh}: {', '.join(figures)}; {', '.join(map(str, outcome.files))}"

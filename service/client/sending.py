@@ -1,0 +1,84 @@
+"""Requests that are sent again where that helps: a lost connection, a full queue, a restart."""
+
+from __future__ import annotations
+
+import random
+import threading
+import time
+from collections.abc import Callable
+from email.utils import parsedate_to_datetime
+
+import httpx
+
+from service.client.errors import StoppedError, refusal, unreachable
+
+_LATER = (429, 503)
+_CONNECTIONS = 6  # tries in a row that get no answer: six seconds
+_FIRST_DELAY = 0.2  # seconds, doubled from try to try
+_LONGEST_DELAY = 30.0
+
+Build = Callable[[], httpx.Request]
+"""Makes the request of one try, with a body that is at its begin."""
+
+
+class Sender:
+    """Sends requests of which a second copy does no harm.
+
+    ``patience``  seconds for which an answer "later" (429, 503) is followed by another try.
+    ``stop``      once set, from any thread, ends waiting by :class:`StoppedError`.
+    """
+
+    def __init__(self, http: httpx.Client, patience: float, stop: threading.Event) -> None:
+        self._http, self._patience, self._stop = http, patience, stop
+
+    def send(self, build: Build, *, stream: bool = False) -> httpx.Response:
+        """The answer, if it is no refusal; with ``stream`` its body is still to be read.
+
+        Raises :class:`~service.client.errors.ClientError`.
+        """
+        begin, lost, later = time.monotonic(), 0, 0
+        while True:
+            self.check()
+            try:
+                response = self._http.send(build(), stream=True)
+                if not (stream and response.is_success):
+                    response.read()
+            except httpx.TransportError as error:
+                lost += 1
+                if lost == _CONNECTIONS:
+                    raise unreachable(str(self._http.base_url), error) from error
+                self.pause(_backoff(lost))
+                continue
+            if response.is_success:
+                return response
+            lost, later = 0, later + 1
+            delay = _delay(response, later)
+            patient = time.monotonic() - begin + delay <= self._patience
+            if response.status_code not in _LATER or not patient:
+                raise refusal(response)
+            self.pause(delay)
+
+    def check(self) -> None:
+        if self._stop.is_set():
+            raise StoppedError
+
+    def pause(self, seconds: float) -> None:
+        """Wait, unless the caller wants to stop."""
+        self._stop.wait(seconds)
+        self.check()
+
+
+def _backoff(tries: int) -> float:
+    """Doubled from try to try; partly by chance, so that many clients do not come back at once."""
+    return min(_FIRST_DELAY * 2.0 ** (tries - 1), _LONGEST_DELAY) * random.uniform(0.5, 1.0)
+
+
+def _delay(response: httpx.Response, tries: int) -> float:
+    """Seconds to wait, as the server says where it does; a number or a date."""
+    said = response.headers.get("Retry-After", "")
+    if said.isascii() and said.isdigit():
+        return float(said) + random.uniform(0.0, 0.2)
+    try:
+        return max(0.0, parsedate_to_datetime(said).timestamp() - time.time())
+    except ValueError:
+        return _backoff(tries)

@@ -1,0 +1,146 @@
+"""Values: what the server says of jobs, results and assets.
+
+Members that are not known here are left aside, so that a newer server is understood.  Times are as
+they came, ISO 8601 in UTC.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+from service.jobs.asset import Thresholds
+from service.jobs.job import Failure, JobKind, JobState, Summary
+from service.jobs.progress import JobProgress
+
+
+@dataclass(frozen=True)
+class RemoteJob:
+    """A job as the server tells it.
+
+    ``asset``, ``asset_id``  whose run it is, if any.
+    ``attempt``  how often it was begun; ``attempts`` how often it may be.
+    ``reused``   the job whose stored result it was given, if any.
+    """
+
+    id: str
+    kind: JobKind
+    state: JobState
+    name: str
+    created: str
+    version: str
+    options: Mapping[str, Any]
+    attempt: int = 0
+    attempts: int = 0
+    asset: str | None = None
+    asset_id: str | None = None
+    started: str | None = None
+    ended: str | None = None
+    progress: JobProgress | None = None
+    failure: Failure | None = None
+    summary: Summary | None = None
+    reused: str | None = None
+    retry_of: str | None = None
+    webhook: str | None = None
+
+
+@dataclass(frozen=True)
+class RemoteFile:
+    """A file of a result; ``sha256`` in hex."""
+
+    name: str
+    media_type: str
+    size: int
+    sha256: str
+
+
+@dataclass(frozen=True)
+class RemoteLevel:
+    """A level of detail, finest first; ``files`` gives the name of its file by format."""
+
+    level: int
+    triangles: int
+    files: Mapping[str, str]
+    precision: float | None = None
+    recall: float | None = None
+    error_bound: float | None = None
+    switch_distance: float | None = None
+
+
+@dataclass(frozen=True)
+class RemoteResult:
+    """What a job that succeeded has made; ``report`` as ``docs/report.schema.json`` says."""
+
+    job: RemoteJob
+    report: Mapping[str, Any] | None
+    levels: tuple[RemoteLevel, ...]
+    files: tuple[RemoteFile, ...]
+
+
+@dataclass(frozen=True)
+class RemoteAsset:
+    """A name with its runs; ``holds`` whether the latest keeps the thresholds, if there are any."""
+
+    id: str
+    name: str
+    created: str
+    runs: int
+    thresholds: Thresholds
+    holds: bool | None
+    latest: RemoteJob | None
+
+
+def job_of(data: Mapping[str, Any]) -> RemoteJob:
+    asset = data.get("asset") or {}
+    return RemoteJob(
+        **{
+            **_known(RemoteJob, data),
+            "kind": JobKind(data["kind"]),
+            "state": JobState(data["state"]),
+            "asset": asset.get("name"),
+            "asset_id": asset.get("id"),
+            "progress": progress_of(data.get("progress")),
+            "failure": Failure(**_known(Failure, data["failure"])) if data.get("failure") else None,
+            "summary": _summary_of(data.get("summary")),
+        }
+    )
+
+
+def progress_of(data: Mapping[str, Any] | None) -> JobProgress | None:
+    return JobProgress(**_known(JobProgress, data)) if data else None
+
+
+def result_of(data: Mapping[str, Any]) -> RemoteResult:
+    return RemoteResult(
+        job=job_of(data["job"]),
+        report=data.get("report"),
+        levels=tuple(_level_of(level) for level in data["levels"]),
+        files=tuple(RemoteFile(**_known(RemoteFile, file)) for file in data["files"]),
+    )
+
+
+def asset_of(data: Mapping[str, Any]) -> RemoteAsset:
+    return RemoteAsset(
+        **{
+            **_known(RemoteAsset, data),
+            "thresholds": Thresholds(**_known(Thresholds, data.get("thresholds") or {})),
+            "latest": job_of(data["latest"]) if data.get("latest") else None,
+        }
+    )
+
+
+def _level_of(data: Mapping[str, Any]) -> RemoteLevel:
+    names = {form: link.rpartition("/files/")[2] for form, link in data["files"].items()}
+    return RemoteLevel(**{**_known(RemoteLevel, data), "files": names})
+
+
+def _summary_of(data: Mapping[str, Any] | None) -> Summary | None:
+    if not data:
+        return None
+    known = _known(Summary, data)
+    return Summary(**{**known, "warnings": tuple(known.get("warnings", ()))})
+
+
+def _known(kind: type[Any], data: Mapping[str, Any]) -> dict[str, Any]:
+    return {one.name: data[one.name] for one in fields(kind) if one.name in data}

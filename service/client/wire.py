@@ -1,0 +1,138 @@
+"""The verbs of HTTP as this API uses them: JSON, files and pages."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+from service.client.download import download
+from service.client.sending import Sender
+from service.client.server_events import ServerEvent, server_events
+from service.client.upload import Tell, Upload
+
+_TIMEOUT = httpx.Timeout(60.0, connect=10.0, pool=None)
+_SILENCE = httpx.Timeout(40.0, connect=10.0)  # a stream without even a comment counts as lost
+_LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
+
+Query = Mapping[str, Any]
+"""Parameters of an address or a form: None is left out, of a list each is given."""
+
+
+class Wire:
+    """Requests to one server.  A post has an ``Idempotency-Key``, so that all may be sent again."""
+
+    def __init__(
+        self, server: str, key: str | None, patience: float, stop: threading.Event
+    ) -> None:
+        self._http = httpx.Client(
+            base_url=server,
+            headers={"Authorization": f"Bearer {key}"} if key else {},
+            timeout=_TIMEOUT,
+            mounts={f"all://{host}": None for host in _LOOPBACK},  # never by a proxy
+        )
+        self._sender = Sender(self._http, patience, stop)
+        self.pause = self._sender.pause
+
+    def close(self) -> None:
+        self._http.close()
+
+    def get(self, path: str, query: Query | None = None) -> Any:
+        # None, as an empty mapping takes away what the path itself asks for.
+        return self._json("GET", path, params=_given(query) or None)
+
+    def put(self, path: str, body: Mapping[str, Any]) -> Any:
+        return self._json("PUT", path, json=body)
+
+    def delete(self, path: str) -> None:
+        self._sender.send(lambda: self._http.build_request("DELETE", path))
+
+    def post(self, path: str) -> Any:
+        return self._json("POST", path, headers=_fresh_key())
+
+    def post_body(self, path: str, upload: Upload, query: Query, tell: Tell) -> Any:
+        """An upload as it is, read as it goes."""
+        headers = {
+            "Content-Type": "application/octet-stream",
+            "Content-Length": str(upload.size),
+            **_fresh_key(),
+        }
+        params = _given({**query, "filename": upload.name})
+
+        def build() -> httpx.Request:
+            chunks = upload.chunks(self._telling(tell))
+            return self._http.build_request(
+                "POST", path, params=params, content=chunks, headers=headers
+            )
+
+        return self._sender.send(build).json()
+
+    def post_parts(self, path: str, uploads: Mapping[str, Upload], fields: Query) -> Any:
+        """Several uploads, and fields of text before them."""
+        headers = _fresh_key()
+        with ExitStack() as opened:
+
+            def build() -> httpx.Request:
+                files = {
+                    part: (one.name, opened.enter_context(one.open()))
+                    for part, one in uploads.items()
+                }
+                return self._http.build_request(
+                    "POST", path, data=_given(fields), files=files, headers=headers
+                )
+
+            return self._sender.send(build).json()
+
+    def items(self, path: str, query: Query) -> Iterator[Any]:
+        """The items of all pages; each is asked for when it is reached."""
+        page = self.get(path, query)
+        yield from page["items"]
+        while page["next"]:
+            page = self.get(page["next"])
+            yield from page["items"]
+
+    def events(self, path: str) -> Iterator[ServerEvent]:
+        """Server-sent events; :class:`httpx.TransportError` where the stream breaks off."""
+
+        def build() -> httpx.Request:
+            return self._http.build_request(
+                "GET", path, headers={"Accept": "text/event-stream"}, timeout=_SILENCE
+            )
+
+        with closing(self._sender.send(build, stream=True)) as response:
+            yield from server_events(response.iter_bytes())
+
+    def download(self, path: str, target: Path) -> None:
+        download(self._sender, lambda: self._http.build_request("GET", path), target)
+
+    def _json(self, verb: str, path: str, **more: Any) -> Any:
+        return self._sender.send(lambda: self._http.build_request(verb, path, **more)).json()
+
+    def _telling(self, tell: Tell) -> Tell:
+        def told(share: float) -> None:
+            self._sender.check()
+            tell(share)
+
+        return told
+
+
+def _fresh_key() -> dict[str, str]:
+    return {"Idempotency-Key": secrets.token_hex(16)}
+
+
+def _given(query: Query | None) -> dict[str, Any]:
+    """What is not None, as text that addresses and forms hold."""
+    return {name: _text(value) for name, value in (query or {}).items() if value is not None}
+
+
+def _text(value: Any) -> Any:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [_text(one) for one in value]
+    return str(value)

@@ -1,0 +1,235 @@
+"""The service as its users meet it: real processes, from the first curl to the last signal."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import urllib.request
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+import simplifier
+from service.client import Client, ClientError
+from service.jobs.job import JobState
+from tests import solids
+from tests.acceptance.command import ROOT, occluder
+from tests.service.declared import declare
+from tests.service.real import BOX, QUICK, running, until
+
+LONG = {"preset": "best", "time_limit": 60.0, "views": 4, "image": 32}
+
+
+@pytest.fixture(scope="module")
+def declared(tmp_path_factory):
+    return os.pathsep.join([str(declare(tmp_path_factory.mktemp("declared"))), str(ROOT)])
+
+
+@pytest.fixture(scope="module")
+def server(declared, tmp_path_factory):
+    """One for all tests that leave it as it was."""
+    with running(declared, tmp_path_factory.mktemp("served") / "data") as server:
+        yield server
+        assert "Traceback" not in server.log.read_text()
+
+
+@pytest.fixture
+def client(server):
+    with Client(server.address) as client:
+        yield client
+
+
+@pytest.fixture
+def command(declared, tmp_path):
+    def run(*arguments, **variables):
+        return occluder(*arguments, cwd=tmp_path, **{"PYTHONPATH": declared, **variables})
+
+    return run
+
+
+@pytest.mark.skipif(shutil.which("curl") is None, reason="there is no curl")
+def test_the_curl_of_the_readme_gives_an_occluder(server, tmp_path):
+    blocks = re.findall(r"```sh\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    block = next(one for one in blocks if "castle_occluder.glb" in one and "curl" in one)
+    curl = block[block.index("curl") :].replace("http://127.0.0.1:8000", server.address)
+    mesh = solids.box()
+    simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), tmp_path / "castle.glb")
+    done = subprocess.run(["bash", "-c", curl], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert 0 < len(simplifier.load(tmp_path / "castle_occluder.glb").faces) <= 64
+
+
+def test_submit_writes_occluders_and_prints_figures(server, command, tmp_path):
+    (tmp_path / "box.obj").write_bytes(BOX)
+    (tmp_path / "broken.obj").write_bytes(b"f 1 2 3\n")
+    done = command(
+        "submit", "box.obj", "broken.obj", "--server", server.address, "--preset", "draft",
+        "--asset", "props/{name}",
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert re.search(r"box.obj: 12 -> \d+ triangles, precision \d+\.\d+%, recall", done.stdout)
+    assert "error: broken.obj: " in done.stderr
+    assert str(tmp_path) not in done.stdout
+    assert len(simplifier.load_lods(tmp_path / "box_occluder.glb").levels) >= 1
+
+
+def test_every_format_comes_as_it_is_asked_for(client, tmp_path):
+    job = client.wait(client.submit(BOX, name="box.obj", options={"preset": "draft"}).id)
+    assert job.state is JobState.SUCCEEDED, job.failure
+    result = client.result(job.id)
+    for form, name in result.levels[0].files.items():
+        simplifier.load(client.fetch(job.id, name, tmp_path / f"box.{form}"))
+    assert result.levels[0].recall == pytest.approx(job.summary.recall)
+    assert {"report.json", "report.html", "input/mesh.obj"} <= {file.name for file in result.files}
+
+
+def test_progress_is_told_and_a_cancelled_job_ends_soon(client):
+    job = client.submit(BOX, name="long.obj", options=LONG)
+    for now in client.watch(job.id):
+        if now.progress is not None and now.progress.measure is not None:
+            client.cancel(job.id)
+            break
+    assert client.wait(job.id).state is JobState.CANCELLED
+
+
+def test_options_are_refused_field_by_field(client):
+    with pytest.raises(ClientError) as refused:
+        client.submit(BOX, name="box.obj", options={"budget": 0, "colour": "red"})
+    assert refused.value.problem.status == 422
+    assert {one.field for one in refused.value.problem.errors} == {"budget", "colour"}
+
+
+def test_an_asset_keeps_the_history_of_its_runs(client):
+    for budget in (8, 16):
+        job = client.submit(
+            BOX, name="box.obj", options={**QUICK, "budget": budget}, asset="props/history"
+        )
+        assert client.wait(job.id).state is JobState.SUCCEEDED
+    asset = client.asset_named("props/history")
+    assert asset.runs == 2
+    assert [run["options"]["budget"] for run in client.runs(asset.id)] == [16, 8]
+    assert client.compare(asset.id)["options_changed"] == {"budget": [8, 16]}
+
+
+def test_the_server_imports_nothing_heavy(client, server):
+    client.wait(client.submit(BOX, name="box.obj", options=QUICK).id)
+    libraries = Path(f"/proc/{server.process.pid}/maps").read_text()
+    for heavy in ("numpy", "numba", "llvmlite", "scipy", "cv2", "matplotlib"):
+        assert heavy not in libraries
+
+
+# What 'serve' refuses.
+
+
+@pytest.mark.parametrize(
+    ("arguments", "variables", "said"),
+    [
+        (["--host", "0.0.0.0"], {}, "occluder keys create"),
+        (["--port", "70000"], {}, "OCCLUDER_PORT cannot be 70000"),
+        ([], {"OCCLUDER_WORKERS": "none"}, "OCCLUDER_WORKERS cannot be 'none'"),
+        (["--host", "203.0.113.7"], {"OCCLUDER_REQUIRE_KEYS": "false"}, "cannot listen on"),
+        (["--data", "/proc/occluder"], {}, "/proc/occluder"),
+    ],
+)
+def test_what_cannot_be_served_is_refused_in_a_line(command, arguments, variables, said):
+    done = command("serve", "--port", "0", *arguments, **variables)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_port_that_is_taken_is_refused(command):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        done = command("serve", "--port", str(taken.getsockname()[1]))
+    assert done.returncode == 2
+    assert "choose another --host or --port" in done.stderr
+
+
+def test_a_data_folder_has_one_server(server, command):
+    done = command("serve", "--port", "0", "--data", server.log.with_suffix(""))
+    assert done.returncode == 2
+    assert "is used by another server" in done.stderr
+
+
+def test_a_key_opens_what_is_closed_without(declared, command, tmp_path):
+    data = tmp_path / "data"
+    made = command("keys", "create", "--name", "test", "--scope", "write", OCCLUDER_DATA=data)
+    assert made.returncode == 0, made.stderr
+    [key] = re.findall(r"occ_[\w-]{40,}", made.stdout)
+    with running(declared, data, OCCLUDER_REQUIRE_KEYS="true") as server:
+        with Client(server.address) as stranger, pytest.raises(ClientError) as refused:
+            stranger.submit(BOX, name="box.obj")
+        assert refused.value.problem.status == 401
+        with Client(server.address, key=key) as client:
+            job = client.wait(client.submit(BOX, name="box.obj", options=QUICK).id)
+        assert job.state is JobState.SUCCEEDED
+    assert key not in server.log.read_text()
+
+
+# How it ends.
+
+
+def test_sigterm_gives_running_jobs_back(declared, tmp_path):
+    with running(declared, tmp_path / "data") as server, Client(server.address) as client:
+        job = client.submit(BOX, name="long.obj", options=LONG)
+        until(lambda: client.job(job.id).state is JobState.RUNNING)
+        workers = server.workers
+        with urllib.request.urlopen(f"{server.address}/v1/jobs/{job.id}/events") as stream:
+            stream.readline()  # somebody follows
+            assert server.end() == 0
+        assert not any(alive(pid) for pid in workers)
+        assert "Traceback" not in server.log.read_text()
+    with running(declared, tmp_path / "data") as server, Client(server.address) as client:
+        again = until(lambda: running_job(client, job.id))
+        # What the server itself broke off costs no attempt: as many are left as before.
+        assert again.attempts - again.attempt == job.attempts - 1
+        client.cancel(job.id)
+
+
+def test_a_second_signal_ends_it_at_once(declared, tmp_path):
+    with running(declared, tmp_path / "data") as server, Client(server.address) as client:
+        job = client.submit(BOX, name="long.obj", options=LONG)
+        until(lambda: client.job(job.id).state is JobState.RUNNING)
+        with urllib.request.urlopen(f"{server.address}/v1/jobs/{job.id}/events") as stream:
+            stream.readline()  # somebody follows, so there is something to wait for
+            server.process.send_signal(signal.SIGINT)
+            assert server.end(signal.SIGINT) in (0, 130)
+
+
+def test_kill_9_loses_no_job_and_does_none_twice(declared, tmp_path):
+    data = tmp_path / "data"
+    with running(declared, data) as server, Client(server.address) as client:
+        first = client.submit(BOX, name="long.obj", options={**LONG, "time_limit": 1.0})
+        until(lambda: client.job(first.id).state is JobState.RUNNING)
+        quick = [
+            client.submit(BOX, name="box.obj", options={**QUICK, "seed": seed}) for seed in range(3)
+        ]
+        workers = server.workers
+        assert workers
+        server.end(signal.SIGKILL)
+        until(lambda: not any(alive(pid) for pid in workers))
+    with running(declared, data) as server, Client(server.address) as client:
+        ended = [client.wait(job.id) for job in (first, *quick)]
+        assert [job.state for job in ended] == [JobState.SUCCEEDED] * 4
+        assert ended[0].attempt == 2
+        assert len(list(client.jobs())) == 4
+        with urllib.request.urlopen(f"{server.address}/readyz") as answer:
+            assert json.load(answer)
+
+
+def running_job(client, job_id):
+    job = client.job(job_id)
+    return job if job.state is JobState.RUNNING else None
+
+
+def alive(pid):
+    with suppress(OSError):
+        os.kill(pid, 0)
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    return False

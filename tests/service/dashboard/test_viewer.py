@@ -27,6 +27,12 @@ from tests.service.dashboard.viewer_pages import (
 )
 
 
+@pytest.fixture(autouse=True)
+def small(page: Page) -> None:
+    """Pictures are drawn by the processor: fewer pixels, less time."""
+    page.set_viewport_size({"width": 720, "height": 700})
+
+
 def test_colours_are_those_of_the_report() -> None:
     told = {"yellow": BOTH, "black": MISSED, "blue": WRONG}
     assert told == COLOURS
@@ -136,9 +142,9 @@ def test_dragging_turns(page: Page, parts: str) -> None:
     host = shown(page)
     before, count, box = pixels(host), frames(host), host.bounding_box()
     assert box is not None
-    page.mouse.move(box["x"] + 300, box["y"] + 200)
+    page.mouse.move(box["x"] + 200, box["y"] + 200)
     page.mouse.down()
-    page.mouse.move(box["x"] + 400, box["y"] + 200, steps=3)
+    page.mouse.move(box["x"] + 300, box["y"] + 200, steps=3)
     page.mouse.up()
     _drawn_again(page, host, count)
     assert (pixels(host) != before).any(axis=-1).mean() > 0.05

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
         UnreadableMeshError,
     )
     from simplifier.evaluation.accuracy import AccuracyReport
+    from simplifier.evaluation.tradeoff_study import Study
     from simplifier.geometry.camera import Camera, CameraPath, Lens
     from simplifier.geometry.lod_chain import Level, LodChain
     from simplifier.geometry.mesh import TriangleMesh
@@ -55,10 +56,18 @@ if TYPE_CHECKING:
     from simplifier.hierarchy.occluder_tree import OccluderTree
     from simplifier.io import load_camera_path, load_lods, load_occluder, load_scene
     from simplifier.io import load_mesh as load
-    from simplifier.option_fields import EVALUATE_FIELDS, SCENE_FIELDS, SIMPLIFY_FIELDS, OptionField
+    from simplifier.option_fields import (
+        EVALUATE_FIELDS,
+        SCENE_FIELDS,
+        SIMPLIFY_FIELDS,
+        TRADEOFF_FIELDS,
+        OptionField,
+    )
     from simplifier.production.judge import Judgement, judge
-    from simplifier.production.options import EvaluateOptions, SimplifyOptions
+    from simplifier.production.options import EvaluateOptions, SimplifyOptions, TradeoffOptions
     from simplifier.production.produce import Made, Product, make, produce
+    from simplifier.production.tradeoff import sweep_tradeoff
+    from simplifier.production.viewing import save_for_viewing
     from simplifier.progress import STAGES, Progress
     from simplifier.suffixes import MESH_SUFFIXES, OCCLUDER_SUFFIXES
     from simplifier.warmup import warm_up
@@ -70,6 +79,7 @@ __all__ = [
     "SCENE_FIELDS",
     "SIMPLIFY_FIELDS",
     "STAGES",
+    "TRADEOFF_FIELDS",
     "AccuracyReport",
     "BackendUnavailableError",
     "Camera",
@@ -97,6 +107,8 @@ __all__ = [
     "Scene",
     "SceneError",
     "SimplifyOptions",
+    "Study",
+    "TradeoffOptions",
     "TriangleMesh",
     "UnknownFormatError",
     "UnreadableMeshError",
@@ -114,9 +126,11 @@ __all__ = [
     "produce",
     "run_guarded",
     "save",
+    "save_for_viewing",
     "simplify",
     "simplify_lods",
     "simplify_scene",
+    "sweep_tradeoff",
     "warm_up",
 ]
 
@@ -150,6 +164,7 @@ _NAMES = {
         "UnreadableMeshError",
     ),
     "evaluation.accuracy": ("AccuracyReport",),
+    "evaluation.tradeoff_study": ("Study",),
     "geometry.camera": (
         "Camera",
         "CameraPath",
@@ -175,6 +190,7 @@ _NAMES = {
         "OptionField",
         "SCENE_FIELDS",
         "SIMPLIFY_FIELDS",
+        "TRADEOFF_FIELDS",
     ),
     "production.judge": (
         "Judgement",
@@ -183,6 +199,7 @@ _NAMES = {
     "production.options": (
         "EvaluateOptions",
         "SimplifyOptions",
+        "TradeoffOptions",
     ),
     "production.produce": (
         "Made",
@@ -190,6 +207,8 @@ _NAMES = {
         "make",
         "produce",
     ),
+    "production.tradeoff": ("sweep_tradeoff",),
+    "production.viewing": ("save_for_viewing",),
     "progress": (
         "Progress",
         "STAGES",

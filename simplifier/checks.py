@@ -12,6 +12,9 @@ from numbers import Integral, Real
 
 from simplifier.errors import OptionError
 
+MOST_VALUES = 16
+"""Of a list."""
+
 
 def check_within(name: str, value: float, low: float, high: float) -> None:
     """A number from ``low`` to ``high``, both included."""
@@ -67,6 +70,18 @@ def check_lengths(name: str, values: Sequence[float]) -> None:
         )
     for value in values:
         check_positive(name, value)
+
+
+def check_several(name: str, values: Sequence[float]) -> None:
+    """A list or tuple of 1 to 16 values, no two of them the same; of what kind is not looked at."""
+    if not isinstance(values, (list, tuple)):
+        raise OptionError(f"{values!r} is no list", where=name, remedy="give a list of numbers")
+    if not 1 <= len(values) <= MOST_VALUES:
+        raise OptionError(
+            f"{len(values)} values are given", where=name, remedy=f"give 1 to {MOST_VALUES}"
+        )
+    if any(value in values[:place] for place, value in enumerate(values)):
+        raise OptionError("a value is given twice", where=name, remedy="give each once")
 
 
 def check_one_of(name: str, value: str, choices: Sequence[str]) -> None:

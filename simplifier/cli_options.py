@@ -21,7 +21,10 @@ Pictures = Annotated[
 
 Command = Callable[..., None]
 
-_TYPES: Mapping[str, Any] = {"whole": int, "number": float, "flag": bool, "lengths": str}
+_TYPES: Mapping[str, Any] = {
+    "whole": int, "number": float, "flag": bool, "lengths": str, "wholes": str, "numbers": str,
+}  # fmt: skip
+_LISTS = ("lengths", "wholes", "numbers")
 
 
 def with_options(fields: Sequence[OptionField]) -> Callable[[Command], Command]:
@@ -54,14 +57,39 @@ def _parameter(one: OptionField) -> Parameter:
         f"--{one.name.replace('_', '-')}",
         help=one.help,
         show_default=one.absent or True,
-        metavar="LIST" if one.kind == "lengths" else None,
+        metavar="LIST" if one.kind in _LISTS else None,
     )
     return Parameter(
         one.name,
         Parameter.KEYWORD_ONLY,
-        default=one.default,
+        default=_typed(one.default) if isinstance(one.default, tuple) else one.default,
         annotation=Annotated[kind | None if one.nullable else kind, option],
     )
+
+
+def _typed(values: tuple[float, ...]) -> str:
+    return ",".join(f"{value:g}" for value in values)
+
+
+def typed_lists(fields: Sequence[OptionField], chosen: Mapping[str, Any]) -> dict[str, Any]:
+    """The options with ``"32,64"`` as numbers, each once; raises :class:`OptionError` where one is
+    none."""
+    kinds = {one.name: one.kind for one in fields}
+    return {
+        name: _numbers(name, value, int if kinds[name] == "wholes" else float)
+        if kinds[name] in ("wholes", "numbers")
+        else value
+        for name, value in chosen.items()
+    }
+
+
+def _numbers(name: str, text: str, kind: Callable[[str], float]) -> tuple[float, ...]:
+    try:
+        return tuple(dict.fromkeys(kind(word) for word in text.split(",")))
+    except ValueError:
+        raise OptionError(
+            f"'{text}' is no list of numbers", where=name, remedy="separate them by commas"
+        ) from None
 
 
 def typed_lengths(text: str | None, name: str) -> tuple[float, ...] | None:

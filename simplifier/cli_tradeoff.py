@@ -8,46 +8,27 @@ from typing import Annotated, Any
 import typer
 
 from simplifier.cli_failures import Debug, run_guarded
-from simplifier.cli_options import with_options
+from simplifier.cli_options import typed_lists, with_options
 from simplifier.console import print_front, print_line, print_text, run_bar
 from simplifier.errors import MeshError
 from simplifier.evaluation.tradeoff import SweepOptions, Trial, run_count, sweep
 from simplifier.evaluation.tradeoff_cases import check_precision
-from simplifier.evaluation.tradeoff_study import Study, numbers, study_files, study_of
+from simplifier.evaluation.tradeoff_study import Study, study_files, study_of
 from simplifier.interrupts import interrupts
 from simplifier.io.whole import make_folder, write_whole
-from simplifier.option_fields import SIMPLIFY_FIELDS
+from simplifier.option_fields import TRADEOFF_FIELDS
 from simplifier.warmup import warm_up
 
 
-@with_options([one for one in SIMPLIFY_FIELDS if one.name in ("up", "ground", "seed")])
+@with_options(TRADEOFF_FIELDS)
 def tradeoff(
     meshes: Annotated[
         list[Path], typer.Argument(help="The meshes: glb, gltf, obj, ply, stl, off.")
     ],
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="Folder for tradeoff.csv, .png and .html.")
+        Path, typer.Option("-o", "--output", help="Folder for tradeoff.csv, .json, .png and .html.")
     ],
     *,
-    resolutions: Annotated[
-        str, typer.Option(metavar="LIST", help="Resolutions to try.")
-    ] = "32,64,128",
-    directions: Annotated[
-        str, typer.Option(metavar="LIST", help="Section directions to try.")
-    ] = "16,32,128",
-    budgets: Annotated[
-        str, typer.Option(metavar="LIST", help="Budgets, each with a front of its own.")
-    ] = ("16,64,256"),
-    times: Annotated[
-        str, typer.Option(metavar="LIST", help="Times to try, seconds.")
-    ] = "0.25,0.5,1,2,5",
-    precision: Annotated[
-        float, typer.Option(help="Least precision, 0 to 1, of a setting on the front.")
-    ] = 0.99,
-    repeats: Annotated[int, typer.Option(help="Runs a setting; their median time counts.")] = 3,
-    full: Annotated[
-        bool, typer.Option("--full", help="Every combination, not one knob at a time.")
-    ] = False,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
@@ -57,12 +38,10 @@ def tradeoff(
     """
 
     def run() -> None:
-        options = SweepOptions(
-            numbers("resolutions", resolutions, int), numbers("directions", directions, int),
-            numbers("budgets", budgets, int), numbers("times", times, float),
-            repeats=repeats, full=full, **chosen,
-        )  # fmt: skip
+        typed = typed_lists(TRADEOFF_FIELDS, chosen)
+        precision = typed.pop("precision")
         check_precision(precision)
+        options = SweepOptions(**typed)
         make_folder(output)
         with interrupts() as listening:
             trials = _trials(meshes, options)

@@ -20,11 +20,12 @@ from simplifier.checks import (
     check_lengths,
     check_one_of,
     check_positive,
+    check_several,
     check_whole,
     check_within,
 )
 
-Kind = Literal["whole", "number", "flag", "choice", "lengths"]
+Kind = Literal["whole", "number", "flag", "choice", "lengths", "wholes", "numbers"]
 
 
 @dataclass(frozen=True)
@@ -32,10 +33,11 @@ class OptionField:
     """One option.
 
     ``name``      its Python keyword; the command line writes ``-`` for ``_``.
-    ``kind``      a whole number, a number, yes or no, one of ``choices``, or a list of lengths.
+    ``kind``      a whole number, a number, yes or no, one of ``choices``, or a list of lengths, of
+                  whole numbers or of numbers.
     ``default``   what counts where it is not given.
     ``help``      the sentence that users read.
-    ``low``, ``high``  limits of a number, or of each length; None where there is none.
+    ``low``, ``high``  limits of a number, or of each of a list; None where there is none.
     ``low_excluded``  whether ``low`` itself is refused.
     ``nullable``  whether it may be None, which is then the default.
     ``absent``    what None stands for, in a word or two; empty where it stands for "not wanted".
@@ -66,7 +68,7 @@ class OptionField:
             return
         match self.kind:
             case "whole":
-                check_whole(self.words, value, int(self.low or 0), int(self.high or 0))
+                self._check_whole(value)
             case "number":
                 self._check_number(value)
             case "flag":
@@ -75,6 +77,17 @@ class OptionField:
                 check_one_of(self.words, value, self.choices)
             case "lengths":
                 check_lengths(self.words, value)
+            case "wholes":
+                check_several(self.words, value)
+                for one in value:
+                    self._check_whole(one)
+            case "numbers":
+                check_several(self.words, value)
+                for one in value:
+                    self._check_number(one)
+
+    def _check_whole(self, value: Any) -> None:
+        check_whole(self.words, value, int(self.low or 0), int(self.high or 0))
 
     def _check_number(self, value: Any) -> None:
         if self.high is None:
@@ -115,6 +128,10 @@ def _flag(name: str, help: str) -> OptionField:
 
 def _choice(name: str, choices: tuple[str, ...], default: str, help: str) -> OptionField:
     return OptionField(name, "choice", default, help, choices=choices)
+
+
+def _wholes(name: str, default: tuple[int, ...], high: int, help: str) -> OptionField:
+    return OptionField(name, "wholes", default, help, 1, high)
 
 
 _MOST_TRIANGLES = 100_000
@@ -222,3 +239,19 @@ SCENE_FIELDS = (
     _whole("seed", 0, 0, _LARGEST_SEED, "Seed of everything random."),
 )  # fmt: skip
 """Options of ``occluder scene``, in the order of its help."""
+
+_SWEPT = frozenset({"up", "ground", "seed"})
+
+TRADEOFF_FIELDS = (
+    _wholes("resolutions", (32, 64, 128), _MOST_VOXELS, "Resolutions to try."),
+    _wholes("directions", (16, 32, 128), 4096, "Section directions to try."),
+    _wholes("budgets", (16, 64, 256), _MOST_TRIANGLES, "Budgets, each with a front of its own."),
+    OptionField(
+        "times", "numbers", (0.25, 0.5, 1.0, 2.0, 5.0), "Times to try, seconds.", 0.0, 1e6, True
+    ),
+    _number("precision", 0.99, 0.0, 1.0, "Least precision, 0 to 1, of a setting on the front."),
+    _whole("repeats", 3, 1, 1000, "Runs a setting; their median time counts."),
+    _flag("full", "Every combination, not one knob at a time."),
+    *(one for one in SIMPLIFY_FIELDS if one.name in _SWEPT),
+)
+"""Options of ``occluder tradeoff``, in the order of its help."""

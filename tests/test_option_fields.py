@@ -13,11 +13,14 @@ from simplifier import (
     EVALUATE_FIELDS,
     SCENE_FIELDS,
     SIMPLIFY_FIELDS,
+    TRADEOFF_FIELDS,
     EvaluateOptions,
     OptionError,
     SimplifyOptions,
+    TradeoffOptions,
 )
 from simplifier.evaluation.accuracy import AccuracyOptions
+from simplifier.evaluation.tradeoff import SweepOptions
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.lods.options import LodOptions
 from simplifier.options import make_options
@@ -108,7 +111,27 @@ def test_lengths_are_held_to_their_limits(bounds):
             build(bounds)
 
 
-@pytest.mark.parametrize("table", [SIMPLIFY_FIELDS, EVALUATE_FIELDS, SCENE_FIELDS])
+LISTS = [one for one in TRADEOFF_FIELDS if one.kind in ("wholes", "numbers")]
+
+
+@pytest.mark.parametrize("one", LISTS, ids=lambda one: one.name)
+def test_lists_are_held_to_the_limits_of_the_sweep(one):
+    low = 1e-6 if one.low_excluded else one.low
+    for value in ((low,), (low, one.high)):
+        one.check(value)
+        SweepOptions(**{one.name: value})
+    beyond = one.high * 1.01 if one.kind == "numbers" else one.high + 1
+    for value in ((), (0,), (low, beyond)):
+        with pytest.raises(OptionError, match=f"^{one.words}: "):
+            one.check(value)
+        with pytest.raises(OptionError):
+            SweepOptions(**{one.name: value})
+    for value in (low, "1", (low, low), tuple(range(1, 18)), (None,), (True,)):
+        with pytest.raises(OptionError, match=f"^{one.words}: "):
+            one.check(value)
+
+
+@pytest.mark.parametrize("table", [SIMPLIFY_FIELDS, EVALUATE_FIELDS, SCENE_FIELDS, TRADEOFF_FIELDS])
 def test_a_table_is_sound(table):
     assert len({one.name for one in table}) == len(table)
     for one in table:
@@ -116,7 +139,10 @@ def test_a_table_is_sound(table):
         assert one.nullable == (one.default is None)
         assert one.help.endswith(".")
         assert bool(one.choices) == (one.kind == "choice")
-        wrong = {"whole": 1.5, "number": "1", "flag": 1, "choice": 1, "lengths": 1.0}[one.kind]
+        wrong = {
+            "whole": 1.5, "number": "1", "flag": 1, "choice": 1, "lengths": 1.0, "wholes": 1,
+            "numbers": 1.0,
+        }[one.kind]  # fmt: skip
         for value in (wrong, *([] if one.nullable else [None])):
             with pytest.raises(OptionError, match=f"^{one.words}: "):
                 one.check(value)
@@ -127,6 +153,7 @@ def test_a_table_is_sound(table):
     [
         (SIMPLIFY_FIELDS, SimplifyOptions),
         (EVALUATE_FIELDS, EvaluateOptions),
+        (TRADEOFF_FIELDS, TradeoffOptions),
         ([one for one in SCENE_FIELDS if one.name != "preview"], SceneOptions),
     ],
 )
@@ -155,7 +182,12 @@ def test_functions_have_the_defaults_of_the_table():
 
 @pytest.mark.parametrize(
     ("command", "table"),
-    [("simplify", SIMPLIFY_FIELDS), ("evaluate", EVALUATE_FIELDS), ("scene", SCENE_FIELDS)],
+    [
+        ("simplify", SIMPLIFY_FIELDS),
+        ("evaluate", EVALUATE_FIELDS),
+        ("scene", SCENE_FIELDS),
+        ("tradeoff", TRADEOFF_FIELDS),
+    ],
 )
 def test_the_command_line_shows_the_table(table, command):
     from typer.main import get_command
@@ -169,5 +201,9 @@ def test_the_command_line_shows_the_table(table, command):
     for one in table:
         option = shown[one.name]
         assert option.opts == [f"--{one.name.replace('_', '-')}"]
-        assert (option.help, option.default) == (one.help, one.default)
+        assert (option.help, option.default) == (one.help, _as_typed(one.default))
         assert option.is_flag == (one.kind == "flag")
+
+
+def _as_typed(default):
+    return ",".join(f"{one:g}" for one in default) if isinstance(default, tuple) else default

@@ -18,12 +18,18 @@ from starlette.routing import BaseRoute, Match
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.dashboard import sign_in
+from service.dashboard.asset import page as asset
+from service.dashboard.compare import page as compare
 from service.dashboard.gate import Gate
 from service.dashboard.icon import ICON
+from service.dashboard.jobs import one_page as job
+from service.dashboard.jobs import page as jobs
 from service.dashboard.overview import page as overview
 from service.dashboard.overview import rows_route
+from service.dashboard.submit import page as submit
+from service.dashboard.tradeoff import page as tradeoff
 
-PAGES = (overview,)
+PAGES = (overview, asset, compare, submit, tradeoff, jobs, job)
 """Modules whose import makes pages."""
 
 _RECONNECT_SECONDS = 30.0

@@ -87,7 +87,7 @@ class Standing:
 
 
 class AssetStore(Protocol):
-    """Assets and their runs: jobs that succeeded and have a summary.
+    """Assets and their runs: jobs that succeeded, but for trade-offs, which make no occluder.
 
     A tenant of None sees all.  Methods raise :class:`~service.errors.NotFoundError` for an asset
     that is not there or another's.

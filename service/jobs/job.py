@@ -19,6 +19,8 @@ class JobKind(StrEnum):
     """The report of an occluder made elsewhere."""
     SCENE = "scene"
     """A tree of occluders from a scene of many objects."""
+    TRADEOFF = "tradeoff"
+    """What more time buys on a mesh: a measurement at many settings, and no run of its asset."""
 
 
 class JobState(StrEnum):
@@ -77,8 +79,9 @@ class Summary:
     """The numbers of a result that lists and histories show; None where the kind has none.
 
     ``precision``, ``recall``  of the finest level, 0 to 1; ``worst_recall`` in its worst view.
-    ``triangles``       of the finest occluder (of all occluders, for a scene).
-    ``levels``          of detail (occluders, for a scene).
+    ``triangles``       of the finest occluder (of all occluders, for a scene; of the setting that
+                        recalls most, as precision and recall, for a trade-off).
+    ``levels``          of detail (occluders, for a scene; settings, for a trade-off).
     ``error_bound``     of the finest, world units.
     ``seconds``         that the work took; ``timings`` by stage.
     """

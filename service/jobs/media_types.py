@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping
 from pathlib import PurePosixPath
 
 _MEDIA_TYPES: Mapping[str, tuple[str, ...]] = {
+    ".csv": ("text/csv; charset=utf-8", "text/csv"),
     ".glb": ("model/gltf-binary",),
     ".gltf": ("model/gltf+json",),
     ".html": ("text/html; charset=utf-8",),

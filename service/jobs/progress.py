@@ -12,10 +12,10 @@ from dataclasses import dataclass
 class JobProgress:
     """How far a job is.
 
-    ``stage``     of :data:`simplifier.STAGES`, or ``occluders`` for a scene.
+    ``stage``     of :data:`simplifier.STAGES`, ``occluders`` for a scene, ``runs`` for a trade-off.
     ``fraction``  of the whole job, 0 to 1, never falling within an attempt.
     ``measure``   share of the original's occlusion measure that the best so far has; None before.
-    ``level``     of detail that is made, from 0; of ``levels``.
+    ``level``     of detail that is made, from 0; of ``levels``.  Runs, for a trade-off.
     """
 
     stage: str

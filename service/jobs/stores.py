@@ -64,6 +64,9 @@ class JobStore(Protocol):
         self, tenant: str | None, wanted: JobFilter, *, before: int | None, limit: int
     ) -> JobPage: ...
 
+    def queue(self, tenant: str | None, limit: int) -> tuple[tuple[int, Job], ...]:
+        """Queued jobs, the next first, each with its place from 1 among those of all tenants."""
+
     def files(self, job_id: str) -> tuple[JobFile, ...]:
         """Of its inputs and results, by name."""
 

@@ -18,6 +18,7 @@ from service.routes import (
     problems,
     results,
     scenes,
+    tradeoff,
 )
 from service.routes.description import describe
 from service.routes.failures import handle_failures
@@ -38,7 +39,10 @@ _DESCRIPTION = (
     "to do. A key is needed as soon as others than the service's own machine can reach it."
 )
 
-_ROUTES = (occluders, evaluations, scenes, jobs, events, results, assets, health, metrics, problems)
+_ROUTES = (
+    occluders, evaluations, scenes, tradeoff, jobs, events, results, assets, health, metrics,
+    problems,
+)  # fmt: skip
 
 
 def make_api(lifespan: Lifespan[FastAPI] | None = None) -> FastAPI:

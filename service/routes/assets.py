@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from service.errors import NotFoundError
 from service.jobs.asset import Asset as StoredAsset
 from service.jobs.job import Job as StoredJob
+from service.jobs.job import JobKind
 from service.routes.callers import KEYED, Reader, Writer
 from service.routes.pages import LARGEST_NUMBER, next_page
 from service.routes.services import Services, TheServices
@@ -172,7 +173,7 @@ def compare_runs(
 
 def _run(services: Services, asset: StoredAsset, job_id: str) -> StoredJob:
     job = services.jobs.job(asset.tenant, job_id)
-    if job.asset_id != asset.id or job.summary is None:
+    if job.asset_id != asset.id or job.summary is None or job.kind is JobKind.TRADEOFF:
         raise NotFoundError(
             f"the job '{job_id}' is no run of '{asset.name}'", remedy="see the asset's 'runs'"
         )

@@ -24,6 +24,11 @@ FORMATS: Mapping[JobKind, Mapping[str, str]] = {
     },
     JobKind.EVALUATION: {HTML: "report.html"},
     JobKind.SCENE: {"application/zip": "scene.zip", "model/gltf-binary": "preview.glb"},
+    JobKind.TRADEOFF: {
+        HTML: "tradeoff.html",
+        "text/csv": "tradeoff.csv",
+        "image/png": "tradeoff.png",
+    },
 }
 """By kind of job and media type, the file; JSON comes before all of them.
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from service.errors import ConflictError
 from service.jobs.job import Job as StoredJob
-from service.jobs.job import JobKind, JobState, Submission
+from service.jobs.job import JobKind, JobState
 from service.jobs.stores import JobFilter
+from service.routes import actions
 from service.routes.callers import KEYED, Reader, Writer
 from service.routes.pages import LARGEST_NUMBER, next_page
 from service.routes.services import Services, TheServices
@@ -20,6 +20,9 @@ from service.schemas.openapi import EVERYWHERE, header, refusals
 
 router = APIRouter(prefix="/v1", tags=["jobs"], dependencies=KEYED)
 
+NEW_JOB = {"headers": {"Location": header("The new job.", required=True)}}
+"""How a job that a job has given is sent, as OpenAPI has it."""
+
 
 class WantedJobs(BaseModel):
     """Which jobs to list."""
@@ -27,7 +30,7 @@ class WantedJobs(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     state: list[JobState] = Field([], description="One or more states.", max_length=5)
-    kind: list[JobKind] = Field([], description="One or more kinds.", max_length=3)
+    kind: list[JobKind] = Field([], description="One or more kinds.", max_length=4)
     asset: str | None = Field(None, description="Id of an asset.")
     created_from: Moment | None = Field(None, description="Not older than this.")
     created_before: Moment | None = Field(None, description="Older than this.")
@@ -72,12 +75,7 @@ def get_job(job_id: str, services: TheServices, caller: Reader) -> Job:
 )
 def cancel_job(job_id: str, services: TheServices, caller: Writer) -> Job:
     """End it: at once while it waits, within a second while it runs. 409 when it has ended."""
-    job = services.jobs.cancel(caller.tenant, job_id)
-    services.work.wake()
-    services.board.changed(job_id)
-    if job.state.ended:
-        services.ended(job)
-    return shown(services, job)
+    return shown(services, actions.cancel(services, caller, job_id))
 
 
 @router.post(
@@ -85,14 +83,41 @@ def cancel_job(job_id: str, services: TheServices, caller: Writer) -> Job:
     status_code=202,
     response_description="The new job.",
     responses={
-        202: {"headers": {"Location": header("The new job.", required=True)}},
+        202: NEW_JOB,
         **refusals(*EVERYWHERE, 404, 409, 507),
     },
     summary="Do a job again",
 )
 def retry_job(job_id: str, response: Response, services: TheServices, caller: Writer) -> Job:
     """A new job with the same mesh and options, for one that failed or was cancelled."""
-    job = _again(services, services.jobs.job(caller.tenant, job_id))
+    job = actions.retry(services, caller, job_id)
+    response.headers["Location"] = f"/v1/jobs/{job.id}"
+    return shown(services, job)
+
+
+class OtherOptions(BaseModel):
+    """What is to be different."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    options: dict[str, Any] = Field(
+        description="By name; those that are left out stay as they were.",
+        examples=[{"budget": 32, "preset": "best"}],
+    )
+
+
+@router.post(
+    "/jobs/{job_id}/rerun",
+    status_code=202,
+    response_description="The new job; it has succeeded already where the result was stored.",
+    responses={202: NEW_JOB, **refusals(*EVERYWHERE, 404, 409, 507)},
+    summary="Run with other options",
+)
+def rerun_job(
+    job_id: str, other: OtherOptions, response: Response, services: TheServices, caller: Writer
+) -> Job:
+    """A new job with what was sent for this one, and other options."""
+    job = actions.rerun(services, caller, job_id, other.options)
     response.headers["Location"] = f"/v1/jobs/{job.id}"
     return shown(services, job)
 
@@ -100,28 +125,3 @@ def retry_job(job_id: str, response: Response, services: TheServices, caller: Wr
 def shown(services: Services, job: StoredJob) -> Job:
     """As it goes over the wire, its progress included."""
     return Job.of(job, services.board.latest(job.id))
-
-
-def _again(services: Services, job: StoredJob) -> StoredJob:
-    if job.state not in (JobState.FAILED, JobState.CANCELLED):
-        raise ConflictError(
-            f"the job is {job.state}, and only failed and cancelled ones are done again",
-            remedy="send the mesh again with other options to have another result",
-        )
-    with services.blobs.keeping() as keeping:
-        inputs = tuple(file for file in services.jobs.files(job.id) if file.is_input)
-        try:
-            for file in inputs:
-                keeping.adopt(file.blob)
-        except KeyError:
-            raise ConflictError(
-                "what was sent for the job is stored no more", remedy="send it again"
-            ) from None
-        submission = Submission(
-            tenant=job.tenant, kind=job.kind, name=job.name, options=job.options, inputs=inputs,
-            version=services.version, asset=job.asset, webhook=job.webhook,
-            attempts=services.settings.attempts, retry_of=job.id,
-        )  # fmt: skip
-        new, _ = services.jobs.submit(submission, services.settings.queue_limit)
-    services.taken(new)
-    return new

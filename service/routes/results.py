@@ -12,6 +12,7 @@ from fastapi.responses import Response
 from service.errors import ConflictError, NotAcceptableError, NotFoundError
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobFile, JobState
+from service.jobs.stores import BlobStore
 from service.routes.callers import KEYED, Reader
 from service.routes.formats import FORMATS, JSON, chosen_format
 from service.routes.jobs import shown
@@ -137,7 +138,7 @@ def result_answer(
     """The result of a job that has succeeded, as JSON or as a file.  Call it in a thread."""
     files = services.jobs.files(job.id)
     if media_type == JSON:
-        result = Result.of(shown(services, job), _report(services, files), files)
+        result = Result.of(shown(services, job), read_report(services.blobs, files), files)
         answer = Response(result.model_dump_json(), media_type=JSON)
     else:
         # By then another job may have the same address, so it has to be asked for each time.
@@ -165,12 +166,13 @@ def _file(files: Sequence[JobFile], name: str) -> JobFile:
     )
 
 
-def _report(services: Services, files: Sequence[JobFile]) -> dict[str, Any] | None:
+def read_report(blobs: BlobStore, files: Sequence[JobFile]) -> dict[str, Any] | None:
+    """The report among the files of a job; None where its kind has none.  Call it in a thread."""
     file = next((one for one in files if one.name == "report.json"), None)
     if file is None:
         return None
     try:
-        with services.blobs.open(file.blob) as source:
+        with blobs.open(file.blob) as source:
             report: dict[str, Any] = json.load(source)
     except KeyError:
         raise NotFoundError("the report is stored no more", remedy="make a new job") from None

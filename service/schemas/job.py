@@ -72,6 +72,7 @@ class JobLinks(BaseModel):
     events: str
     cancel: str
     retry: str
+    rerun: str
     result: str
     files: str
 
@@ -83,6 +84,7 @@ class JobLinks(BaseModel):
             events=f"{place}/events",
             cancel=f"{place}/cancel",
             retry=f"{place}/retry",
+            rerun=f"{place}/rerun",
             result=f"{place}/result",
             files=f"{place}/files",
         )

@@ -15,9 +15,11 @@ from simplifier import (
     EVALUATE_FIELDS,
     SCENE_FIELDS,
     SIMPLIFY_FIELDS,
+    TRADEOFF_FIELDS,
     EvaluateOptions,
     OptionField,
     SimplifyOptions,
+    TradeoffOptions,
 )
 
 LEVELS = 3
@@ -32,17 +34,23 @@ def option_tables(job_seconds: float) -> Mapping[JobKind, OptionTable]:
         JobKind.OCCLUDER: OptionTable(_fields(SIMPLIFY_FIELDS, job_seconds), _simplify_options),
         JobKind.EVALUATION: OptionTable(_fields(EVALUATE_FIELDS, job_seconds), _evaluate_options),
         JobKind.SCENE: OptionTable(_fields(SCENE_FIELDS, job_seconds), _scene_options),
+        JobKind.TRADEOFF: OptionTable(TRADEOFF_FIELDS, _tradeoff_options),
     }
 
 
 def _fields(fields: tuple[OptionField, ...], job_seconds: float) -> tuple[OptionField, ...]:
-    return tuple(
-        replace(one, high=min(one.high or job_seconds, job_seconds))
-        if one.name == "time_limit"
-        else one
-        for one in fields
-        if one.name not in _KEPT
-    )
+    return tuple(_here(one, job_seconds) for one in fields if one.name not in _KEPT)
+
+
+def _here(field: OptionField, job_seconds: float) -> OptionField:
+    """An option with the limits and defaults of the service."""
+    match field.name:
+        case "time_limit":
+            return replace(field, high=min(field.high or job_seconds, job_seconds))
+        case "lods":
+            return replace(field, absent=str(LEVELS))
+        case _:
+            return field
 
 
 def _simplify_options(chosen: dict[str, Any]) -> dict[str, Any]:
@@ -58,6 +66,10 @@ def _evaluate_options(chosen: dict[str, Any]) -> dict[str, Any]:
 
 def _scene_options(chosen: dict[str, Any]) -> dict[str, Any]:
     return {one.name: one.default for one in SCENE_FIELDS if one.name not in _KEPT} | chosen
+
+
+def _tradeoff_options(chosen: dict[str, Any]) -> dict[str, Any]:
+    return _without_kept(asdict(TradeoffOptions.of(chosen)))
 
 
 def _without_kept(options: dict[str, Any]) -> dict[str, Any]:

@@ -9,8 +9,8 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 from service.errors import FieldError, InvalidOptionsError
 from simplifier import OptionError, OptionField
@@ -126,12 +126,17 @@ def _normal(field: OptionField, value: Any) -> Any:
         return int(value)
     if field.kind == "number" and isinstance(value, int):
         return _float(value)
-    if field.kind == "lengths" and isinstance(value, list):
-        return [_normal(_LENGTH, one) for one in value]
+    if field.kind in _ITEMS and isinstance(value, list):
+        return [_normal(replace(field, kind=_ITEMS[field.kind]), one) for one in value]
     return value
 
 
-_LENGTH = OptionField("length", "number", None, "")
+_ITEMS: Mapping[str, Literal["whole", "number"]] = {
+    "lengths": "number",
+    "wholes": "whole",
+    "numbers": "number",
+}
+"""Kinds of lists, and the kind of what is in them."""
 
 
 def _float(value: int | str) -> float:
@@ -150,8 +155,10 @@ def _from_text(field: OptionField, text: str) -> Any:
                 return _float(text)
             case "flag":
                 return {"true": True, "false": False}.get(text, text)
-            case "lengths":
+            case "lengths" | "numbers":
                 return [_float(word) for word in text.split(",")]
+            case "wholes":
+                return [int(word) for word in text.split(",")]
             case _:
                 return text
     except ValueError:
@@ -172,8 +179,8 @@ def _parameter(field: OptionField) -> dict[str, Any]:
         "schema": schema,
     }
     if not field.nullable:
-        schema["default"] = field.default
-    if field.kind == "lengths":
+        schema["default"] = _schema(field)["default"]
+    if field.kind in _ITEMS:
         parameter |= {"style": "form", "explode": False}
     return parameter
 
@@ -185,18 +192,21 @@ def _schema(field: OptionField) -> dict[str, Any]:
         "flag": "boolean",
         "choice": "string",
         "lengths": "array",
+        "wholes": "array",
+        "numbers": "array",
     }
     schema: dict[str, Any] = {"type": types[field.kind]}
     if field.kind == "choice":
         schema["enum"] = list(field.choices)
-    elif field.kind == "lengths":
-        schema |= {"items": {"type": "number", **_limits(field)}, "minItems": 1, "maxItems": 16,
-                   "uniqueItems": True}  # fmt: skip
+    elif field.kind in _ITEMS:
+        schema |= {"items": {"type": types[_ITEMS[field.kind]], **_limits(field)}, "minItems": 1,
+                   "maxItems": 16, "uniqueItems": True}  # fmt: skip
     elif field.kind != "flag":
         schema |= _limits(field)
     if field.nullable:
         schema["type"] = [schema["type"], "null"]
-    return {**schema, "default": field.default}
+    default = list(field.default) if isinstance(field.default, tuple) else field.default
+    return {**schema, "default": default}
 
 
 def _limits(field: OptionField) -> dict[str, float]:

@@ -64,7 +64,7 @@ class Result(BaseModel):
     report: dict[str, Any] | None = Field(
         description="The whole report, as `docs/report.schema.json` says; null for a scene."
     )
-    levels: list[Level] = Field(description="Finest first; none but for occluders.")
+    levels: list[Level] = Field(description="Finest first; none for a scene.")
     files: list[ResultFile] = Field(description="All results, and what was sent.")
 
     @classmethod

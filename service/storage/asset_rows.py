@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from sqlalchemy import Select, func, select
+from sqlalchemy import ColumnElement, Select, and_, func, select
 from sqlalchemy.orm import Session, aliased
 
 from service.jobs.asset import Asset, Thresholds
-from service.jobs.job import JobState
+from service.jobs.job import JobKind, JobState
 from service.storage.rows import job_of, new_id
 from service.storage.tables import AssetRow, JobRow
 
@@ -23,10 +23,15 @@ def add_asset(session: Session, tenant: str, name: str, now: float) -> AssetRow:
     return row
 
 
+def is_run(job: type[JobRow]) -> ColumnElement[bool]:
+    """Whether a job is a run of its asset, as :class:`~service.jobs.asset.AssetStore` says."""
+    return and_(job.state == JobState.SUCCEEDED, job.kind != JobKind.TRADEOFF)
+
+
 def with_runs(tenant: str | None) -> Select[AssetRow, JobRow | None, int]:
     """Assets, the latest of the runs of each, and how many they are."""
     run = aliased(JobRow)
-    runs_of_it = (run.asset_number == AssetRow.number, run.state == JobState.SUCCEEDED)
+    runs_of_it = (run.asset_number == AssetRow.number, is_run(run))
     newest = select(func.max(run.number)).where(*runs_of_it).scalar_subquery()
     count = select(func.count()).select_from(run).where(*runs_of_it).scalar_subquery()
     query = select(AssetRow, JobRow, count).outerjoin(JobRow, JobRow.number == newest)

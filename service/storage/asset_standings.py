@@ -14,6 +14,7 @@ from sqlalchemy.orm import aliased
 
 from service.jobs.asset import RunNumbers, Standing, Thresholds
 from service.jobs.job import JobState
+from service.storage.asset_rows import is_run
 from service.storage.tables import AssetRow, JobRow
 
 
@@ -22,7 +23,7 @@ def all_standings(tenant: str, recalls: int) -> Select[Any]:
     run = aliased(JobRow)
     last = (
         select(run.number, run.summary["recall"].as_float().label("recall"))
-        .where(run.asset_number == AssetRow.number, run.state == JobState.SUCCEEDED)
+        .where(run.asset_number == AssetRow.number, is_run(run))
         .order_by(run.number.desc())
         .limit(recalls)
         .correlate(AssetRow)
@@ -107,7 +108,7 @@ def _latest(before: float | None = None) -> ScalarSelect[int]:
     run = aliased(JobRow)
     query = (
         select(run.number)
-        .where(run.asset_number == AssetRow.number, run.state == JobState.SUCCEEDED)
+        .where(run.asset_number == AssetRow.number, is_run(run))
         .order_by(run.number.desc())
         .limit(1)
     )

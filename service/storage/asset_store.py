@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 from service.errors import BadRequestError, ConflictError, NotFoundError
 from service.jobs.asset import Asset, AssetPage, RunNumbers, RunPage, Standing, Thresholds
 from service.jobs.job import JobState
-from service.storage.asset_rows import add_asset, asset_named, asset_of, with_runs
+from service.storage.asset_rows import add_asset, asset_named, asset_of, is_run, with_runs
 from service.storage.asset_standings import (
     all_runs_at,
     all_standings,
@@ -65,7 +65,7 @@ class SqlAssetStore:
                 select(JobRow)
                 .where(
                     JobRow.asset_number == _found(session, tenant, asset_id).number,
-                    JobRow.state == JobState.SUCCEEDED,
+                    is_run(JobRow),
                 )
                 .order_by(JobRow.number.desc())
                 .limit(limit + 1)

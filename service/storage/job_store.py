@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
+from bisect import bisect_right
 from collections.abc import Callable, Collection, Mapping, Sequence
 
-from sqlalchemy import Select, delete, exists, func, or_, select
+from sqlalchemy import Select, delete, exists, func, not_, or_, select
 from sqlalchemy.orm import Session, aliased
 
 from service.errors import ConflictError, NotFoundError
@@ -19,10 +20,11 @@ from service.jobs.job import (
     Summary,
 )
 from service.jobs.stores import JobFilter, JobPage
+from service.storage.asset_rows import is_run
 from service.storage.database import Database
 from service.storage.ending import end_attempt, end_cancelled, end_succeeded, release
 from service.storage.leases import Beat, LeaseWatch
-from service.storage.listing import listed
+from service.storage.listing import listed, queued
 from service.storage.rows import add_files, files_of, job_of, summary_of
 from service.storage.submitting import add_job, check_room, earlier_job, same_work
 from service.storage.tables import JobFileRow, JobRow
@@ -84,6 +86,14 @@ class SqlJobStore:
             found = [job_of(row) for row in session.scalars(listed(tenant, wanted, before, limit))]
         page = tuple(found[:limit])
         return JobPage(page, page[-1].number if len(found) > limit else None)
+
+    def queue(self, tenant: str | None, limit: int) -> tuple[tuple[int, Job], ...]:
+        with self._database.reading() as session:
+            found = [job_of(row) for row in session.scalars(queued(tenant, limit))]
+            line = session.scalars(
+                select(JobRow.number).where(JobRow.state == JobState.QUEUED).order_by(JobRow.number)
+            ).all()
+        return tuple((bisect_right(line, job.number), job) for job in found)
 
     def files(self, job_id: str) -> tuple[JobFile, ...]:
         with self._database.reading() as session:
@@ -240,14 +250,14 @@ def _old(ended_before: float) -> Select[int]:
     later = aliased(JobRow)
     outrun = exists().where(
         later.asset_number == JobRow.asset_number,
-        later.state == JobState.SUCCEEDED,
+        is_run(later),
         later.number > JobRow.number,
     )
     return (
         select(JobRow.number)
         .where(
             JobRow.ended < ended_before,
-            or_(JobRow.asset_number.is_(None), JobRow.state != JobState.SUCCEEDED, outrun),
+            or_(JobRow.asset_number.is_(None), not_(is_run(JobRow)), outrun),
         )
         .limit(_EXPIRED_AT_ONCE)
     )

@@ -32,6 +32,14 @@ def listed(tenant: str | None, wanted: JobFilter, before: int | None, limit: int
     return query
 
 
+def queued(tenant: str | None, limit: int) -> Select[JobRow]:
+    """Those that wait, the next first."""
+    query = (
+        select(JobRow).where(JobRow.state == JobState.QUEUED).order_by(JobRow.number).limit(limit)
+    )
+    return query if tenant is None else query.where(JobRow.tenant == tenant)
+
+
 def _asset_number(tenant: str | None, asset_id: str) -> ScalarSelect[int]:
     """Its jobs are of the same tenant, so that they need not be asked for theirs."""
     query = select(AssetRow.number).where(AssetRow.id == asset_id)

@@ -120,7 +120,7 @@ class JobRow(Base):
         Index("ix_jobs_tenant", "tenant", "number", "state", "kind", "created"),
         Index("ix_jobs_tenant_state", "tenant", "state", "number"),
         Index("ix_jobs_state", "state", "number"),
-        Index("ix_jobs_asset", "asset_number", "state", "number"),
+        Index("ix_jobs_asset", "asset_number", "state", "number", "kind"),
         Index("ix_jobs_work", "work_key", "tenant", "state", "number"),
         {"sqlite_autoincrement": True},
     )

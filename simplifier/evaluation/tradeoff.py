@@ -15,13 +15,14 @@ from itertools import product
 from pathlib import Path
 from typing import Literal
 
-from simplifier.errors import OccluderError, OptionError
+from simplifier.errors import CancelledError, OccluderError, OptionError
 from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import load_mesh
 from simplifier.options import Axis, Options, Preset, make_options
 from simplifier.pipeline import simplify_mesh
+from simplifier.progress import Cancel
 
 DEFAULT: Preset = "balanced"
 """The preset that the other settings depart from."""
@@ -224,6 +225,20 @@ def _mesh_trials(name: str, path: Path, options: SweepOptions, tell: Tell) -> It
     except Exception as error:
         yield Trial(name, None, failure=_reason(error))
         return
+    yield from mesh_trials(name, mesh, options, tell)
+
+
+def mesh_trials(
+    name: str,
+    mesh: TriangleMesh,
+    options: SweepOptions,
+    tell: Tell = lambda done, name: None,
+    cancel: Cancel | None = None,
+) -> Iterator[Trial]:
+    """Run every setting on one mesh, as results come.
+
+    Ends soon once ``cancel`` is set; the run that it ends is no trial.
+    """
     judge = _Judge(mesh, options.seed)
     failed: set[Setting] = set()
     done = 0
@@ -232,21 +247,33 @@ def _mesh_trials(name: str, path: Path, options: SweepOptions, tell: Tell) -> It
         done += 1
         if setting in failed:
             continue
-        trial = _trial(name, mesh, setting, options, judge)
+        try:
+            trial = _trial(name, mesh, setting, options, judge, cancel)
+        except CancelledError:
+            return
         if trial.failure:
             failed.add(setting)
         yield trial
 
 
 def _trial(
-    name: str, mesh: TriangleMesh, setting: Setting, options: SweepOptions, judge: _Judge
+    name: str,
+    mesh: TriangleMesh,
+    setting: Setting,
+    options: SweepOptions,
+    judge: _Judge,
+    cancel: Cancel | None,
 ) -> Trial:
     try:
         resolved = options.resolved(setting, float(mesh.extent.max()))
         begin = time.perf_counter()
-        result = simplify_mesh(mesh, resolved)
+        result = simplify_mesh(mesh, resolved, cancel=cancel)
         seconds = time.perf_counter() - begin
+        if result.interrupted:
+            raise CancelledError("cancelled while a setting ran")
         precision, recall = judge.precision_and_recall(result.occluder)
+    except CancelledError:
+        raise
     except Exception as error:
         return Trial(name, setting, failure=_reason(error))
     count = len(result.occluder.faces)

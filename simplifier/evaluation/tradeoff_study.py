@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any
 
-from simplifier.errors import OptionError
 from simplifier.evaluation import tradeoff_words as words
 from simplifier.evaluation.machine import Machine, this_machine
 from simplifier.evaluation.tradeoff import Outcome, SweepOptions, Trial, outcomes
 from simplifier.evaluation.tradeoff_advice import Advice, advise
 from simplifier.evaluation.tradeoff_cases import Case, judge_cases
+from simplifier.evaluation.tradeoff_json import json_bytes, rows_of
 from simplifier.evaluation.tradeoff_table import table_bytes
 from simplifier.evaluation.wording import percent
 
 FrontRow = tuple[str, str, str, str]
 """Setting, time, recall, precision."""
-
-Number = TypeVar("Number", int, float)
 
 
 @dataclass(frozen=True)
@@ -42,6 +40,11 @@ class Study:
         return words.failure_lines(self.outcomes) + words.warning_lines(self.outcomes)
 
     @property
+    def rows(self) -> list[dict[str, Any]]:
+        """A row a setting, as ``tradeoff.json`` has them."""
+        return rows_of(self.outcomes, self.cases)
+
+    @property
     def fronts(self) -> list[tuple[str, list[FrontRow]]]:
         """A title and the rows of every front, fastest first."""
         return [(f"{case.mesh}, budget {case.budget:,}", _rows(case)) for case in self.cases]
@@ -52,6 +55,10 @@ class Study:
         if not any(case.measured for case in self.cases):
             return []
         return words.advice_lines(self.advice) + words.never_lines(self.advice, self.precision)
+
+    def files(self) -> Iterator[tuple[str, bytes]]:
+        """As :func:`study_files`."""
+        return study_files(self)
 
 
 def study_of(trials: Sequence[Trial], options: SweepOptions, precision: float) -> Study:
@@ -65,12 +72,14 @@ def study_of(trials: Sequence[Trial], options: SweepOptions, precision: float) -
 
 
 def study_files(study: Study) -> Iterator[tuple[str, bytes]]:
-    """``tradeoff.csv``, ``.png`` and ``.html``: names and contents, each made when it is asked for.
+    """``tradeoff.csv``, ``.json``, ``.png`` and ``.html``: names and contents, each made when asked
+    for.
 
     The table comes first, for it is what cannot be had again without measuring.
     """
     table = table_bytes(study.outcomes, study.cases, study.options, study.machine)
     yield "tradeoff.csv", table
+    yield "tradeoff.json", json_bytes(study.rows, study.precision, study.machine, study.lines)
     # Here, not above: matplotlib takes half a second to import, and most runs draw nothing.
     from simplifier.evaluation.tradeoff_page import page_text
     from simplifier.evaluation.tradeoff_plot import overview_picture
@@ -80,16 +89,6 @@ def study_files(study: Study) -> Iterator[tuple[str, bytes]]:
         study.outcomes, study.cases, study.advice, study.options, study.machine, study.precision
     )
     yield "tradeoff.html", page.encode("utf-8", "replace")
-
-
-def numbers(name: str, text: str, kind: Callable[[str], Number]) -> tuple[Number, ...]:
-    """``"32,64"`` as numbers, each once; raises :class:`OptionError` where one is none."""
-    try:
-        return tuple(dict.fromkeys(kind(word) for word in text.split(",")))
-    except ValueError:
-        raise OptionError(
-            f"'{text}' is no list of numbers", where=name, remedy="separate them by commas"
-        ) from None
 
 
 def _rows(case: Case) -> list[FrontRow]:

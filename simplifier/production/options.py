@@ -11,7 +11,12 @@ from typing import Any, Self
 
 from simplifier.errors import OptionError
 from simplifier.lods.options import LodOptions, check_outside, chosen_lods, finest_bound
-from simplifier.option_fields import EVALUATE_FIELDS, SIMPLIFY_FIELDS, OptionField
+from simplifier.option_fields import (
+    EVALUATE_FIELDS,
+    SIMPLIFY_FIELDS,
+    TRADEOFF_FIELDS,
+    OptionField,
+)
 from simplifier.options import Axis, Preset, Slicing, Trim, Viewers, check_alternatives
 
 
@@ -105,6 +110,37 @@ class EvaluateOptions:
         Raises :class:`OptionError` as the class does, and for a name that it does not know.
         """
         return cls(**_known(chosen, EVALUATE_FIELDS))
+
+
+@dataclass(frozen=True)
+class TradeoffOptions:
+    """All that ``occluder tradeoff`` can be told, as
+    :data:`~simplifier.option_fields.TRADEOFF_FIELDS` says.
+
+    Raises :class:`OptionError` for a value of another kind or out of range.
+    """
+
+    resolutions: tuple[int, ...] = (32, 64, 128)
+    directions: tuple[int, ...] = (16, 32, 128)
+    budgets: tuple[int, ...] = (16, 64, 256)
+    times: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0, 5.0)
+    precision: float = 0.99
+    repeats: int = 3
+    full: bool = False
+    up: Axis = "y"
+    ground: bool = False
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        _check_fields(self, TRADEOFF_FIELDS)
+
+    @classmethod
+    def of(cls, chosen: Mapping[str, Any]) -> Self:
+        """From names and values as JSON has them; lists become tuples.
+
+        Raises :class:`OptionError` as the class does, and for a name that it does not know.
+        """
+        return cls(**_known(chosen, TRADEOFF_FIELDS))
 
 
 def _check_fields(options: object, fields: Sequence[OptionField]) -> None:

@@ -16,7 +16,7 @@ from simplifier.evaluation.tradeoff_table import COLUMNS
 from tests.acceptance.command import OCCLUDER, environment, occluder, read_all, read_until
 from tests.solids import box, joined
 
-FILES = ["tradeoff.csv", "tradeoff.html", "tradeoff.png"]
+FILES = ["tradeoff.csv", "tradeoff.html", "tradeoff.json", "tradeoff.png"]
 SMALL = ("--resolutions", "8", "--directions", "4", "--budgets", "8", "--times", "0.05")
 HOSTILE = "a\n<script>$(id) é [bold].ply"
 

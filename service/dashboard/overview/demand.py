@@ -10,10 +10,12 @@ from service.access.key import Scope
 from service.dashboard.notices import refusals_told, tell
 from service.dashboard.overview.rows import AssetLine
 from service.dashboard.session import Visitor
-from service.jobs.asset import Thresholds
+from service.jobs.asset import Asset, Thresholds
 
 
-def open_demand(visitor: Visitor, line: AssetLine, on_saved: Callable[[], Awaitable[None]]) -> None:
+def open_demand(
+    visitor: Visitor, line: AssetLine | Asset, on_saved: Callable[[], Awaitable[None]]
+) -> None:
     """Opens at once; an empty field demands nothing."""
     with ui.dialog(value=True) as dialog, ui.card().classes("demand"):
         dialog.props('aria-label="Thresholds"').on("hide", dialog.delete)

@@ -15,7 +15,8 @@ from service.jobs.job import Summary
 
 
 def evaluate_mesh(task: Task, tell: Tell, cancel: Cancel) -> Summary:
-    """Results: a report, its page and pictures.
+    """Results: a report, its page and pictures; both meshes to look at, ``original.glb`` and
+    ``lod0.glb``.
 
     Raises as :data:`~service.engines.worker.Work` says, and :class:`simplifier.OccluderError`.
     """
@@ -30,5 +31,8 @@ def evaluate_mesh(task: Task, tell: Tell, cancel: Cancel) -> Summary:
         raise TaskCancelledError
     meter.at("write", 0.8)
     report = judgement.report(load_seconds=load_seconds)
-    write_pages(judgement, report, task.name, Path(task.results))
+    results = Path(task.results)
+    write_pages(judgement, report, task.name, results)
+    simplifier.save_for_viewing(mesh, results / "original.glb")
+    simplifier.save(occluder, results / "lod0.glb")
     return summary_of(report, 1, meter.seconds)

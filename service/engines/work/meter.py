@@ -37,6 +37,10 @@ class Meter:
         """The job is at a stage and so far."""
         self._say(stage, fraction, None, 0, 1)
 
+    def counted(self, stage: str, fraction: float, done: int, of: int) -> None:
+        """The same, where the stage is so many pieces."""
+        self._say(stage, fraction, None, done, of)
+
     def part(self, begin: float, end: float, shares: Mapping[str, float]) -> _Part:
         """A listener for a call that takes the job from one fraction to another."""
         return _Part(self, begin, end, shares)

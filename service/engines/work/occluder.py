@@ -17,7 +17,8 @@ from service.jobs.job import Summary
 
 
 def make_occluder(task: Task, tell: Tell, cancel: Cancel) -> Summary:
-    """Results: ``occluder.glb`` with all levels, ``lod0.glb``, ``lod0.obj``... of each, a report.
+    """Results: ``occluder.glb`` with all levels, ``lod0.glb``, ``lod0.obj``... of each, a report,
+    and ``original.glb`` to look at beside them.
 
     Raises as :data:`~service.engines.worker.Work` says, and :class:`simplifier.OccluderError`.
     """
@@ -32,6 +33,7 @@ def make_occluder(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     meter.at("write", 0.8)
     begin = time.perf_counter()
     files = _save(made, Path(task.scratch), results)
+    simplifier.save_for_viewing(mesh, results / "original.glb")
     write_seconds = time.perf_counter() - begin
     meter.at("accuracy", 0.82)
     product = made.judged()

@@ -11,6 +11,7 @@ from service.engines.work.evaluation import evaluate_mesh
 from service.engines.work.occluder import make_occluder
 from service.engines.work.refusals import refusals
 from service.engines.work.scene import make_scene
+from service.engines.work.tradeoff import measure_tradeoff
 from service.engines.worker import Cancel, Tell, Work
 from service.jobs.job import JobKind, Summary
 
@@ -18,6 +19,7 @@ _WORKS: Mapping[JobKind, Work] = {
     JobKind.OCCLUDER: make_occluder,
     JobKind.EVALUATION: evaluate_mesh,
     JobKind.SCENE: make_scene,
+    JobKind.TRADEOFF: measure_tradeoff,
 }
 
 _TETRAHEDRON = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page
 
 from tests.service.dashboard.chromium import DESKTOP, Watch, chromium
+from tests.service.dashboard.parts import FOLDER
+from tests.service.dashboard.results import JobResult, castle_result
+from tests.service.dashboard.serving import served
 
 
 @pytest.fixture(scope="module")
@@ -34,3 +39,22 @@ def page(browser: Browser, watch: Watch) -> Iterator[Page]:
     finally:
         context.close()
     watch.check()
+
+
+@pytest.fixture(scope="session")
+def castle(tmp_path_factory: pytest.TempPathFactory) -> JobResult:
+    """The castle and two levels of its occluder, judged."""
+    return castle_result(tmp_path_factory.mktemp("castle"))
+
+
+@pytest.fixture(scope="session")
+def parts_folder(castle: JobResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What the castle's job has made, and what tests add."""
+    return shutil.copytree(castle.folder, tmp_path_factory.mktemp("parts") / "files")
+
+
+@pytest.fixture(scope="session")
+def parts(parts_folder: Path) -> Iterator[str]:
+    """The address of pages that show one component each, with the files of that folder."""
+    with served("tests.service.dashboard.parts:make_app()", {FOLDER: str(parts_folder)}) as url:
+        yield url

@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from tests.service.dashboard.chromium import Watch
+from tests.service.dashboard.legibility import faint_texts, overflows
 
 
 def test_a_request_that_leaves_the_machine_is_a_fault(browser: Browser) -> None:
@@ -36,3 +37,18 @@ def test_an_error_of_a_page_is_a_fault_unless_it_is_expected(browser: Browser, s
 def test_webgl_draws(page: Page) -> None:
     page.set_content("<canvas id=c></canvas>")
     assert page.evaluate("document.getElementById('c').getContext('webgl2') !== null")
+
+
+def test_faint_text_is_found(page: Page) -> None:
+    page.set_content(
+        "<body style='background: #fff'><p style='color: #999'>faint</p><p>plain</p>"
+        "<div style='background: #123'><p style='color: #234'>fainter</p></div>"
+    )
+    assert [text.partition(":")[0] for text in faint_texts(page)] == ["faint", "fainter"]
+
+
+def test_what_is_beyond_the_edge_is_found(page: Page) -> None:
+    page.set_content("<p>plain</p>")
+    assert not overflows(page)
+    page.set_content("<div style='width: 9999px'>wide</div>")
+    assert overflows(page)

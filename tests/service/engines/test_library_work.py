@@ -62,7 +62,8 @@ def test_an_occluder_has_levels_in_all_formats_a_report_and_pictures(place, ball
     assert levels == job.summary.levels == 2
     formats = {f"lod{level}.{suffix}" for level in range(levels)
                for suffix in ("glb", "obj", "ply", "stl", "tres", "off")}  # fmt: skip
-    assert formats | {"occluder.glb", "report.json", "report.html"} <= set(results)
+    made = {"occluder.glb", "original.glb", "report.json", "report.html"}
+    assert formats | made <= set(results)
     assert {"pictures/silhouettes.png", "pictures/recall.png"} <= set(results)
     for name in ("occluder.glb", "lod1.ply"):
         (tmp_path / name).write_bytes(results[name])
@@ -98,6 +99,33 @@ def test_one_level_where_it_keeps_wholly_inside(place, ball):
     job = occluder_job(place, ball, conservative=True)
     assert (job.state, job.summary.levels) == (JobState.SUCCEEDED, 1)
     assert {"occluder.glb", "lod0.tres"} <= set(place.results(job.id))
+
+
+SWEEP = {"resolutions": [8], "directions": [4], "budgets": [8], "times": [0.05], "repeats": 1}
+
+
+def test_a_tradeoff_measures_settings_and_tells_how_many_are_done(place, ball):
+    files = {"input/mesh.obj": ball}
+    id_ = place.submit_files(JobKind.TRADEOFF, files, SWEEP, name="ball <b>.obj")
+    job = place.end_of(id_, 60.0)
+    assert (job.state, job.summary.levels) == (JobState.SUCCEEDED, 6)
+    results = place.results(id_)
+    assert set(results) == {f"tradeoff.{suffix}" for suffix in ("csv", "html", "json", "png")}
+    settings = json.loads(results["tradeoff.json"])["settings"]
+    assert {row["mesh"] for row in settings} == {"ball <b>.obj"}
+    assert job.summary.recall == max(
+        row["recall"] for row in settings if row["standing"] == "front"
+    )
+    assert tells_no_path(place, [results["tradeoff.html"].decode(), repr(job.summary)])
+
+
+def test_a_tradeoff_ends_when_it_is_cancelled(place, ball):
+    slow = {**SWEEP, "times": [60.0], "repeats": 1000}
+    id_ = place.submit_files(JobKind.TRADEOFF, {"input/mesh.obj": ball}, slow, name="ball.obj")
+    until(lambda: place.jobs.job(None, id_).state is JobState.RUNNING)
+    place.jobs.cancel(None, id_)
+    place.engine.wake()
+    assert place.end_of(id_, 10.0).state is JobState.CANCELLED
 
 
 EXTERNAL = json.dumps(
@@ -176,6 +204,7 @@ def test_an_evaluation_judges_what_was_made_elsewhere(place, ball, tmp_path):
     assert (job.summary.recall, job.summary.levels) == (report["recall"], 1)
     assert job.summary.recall > 0.3
     assert {"report.html", "pictures/silhouettes.png"} <= set(results)
+    assert {"original.glb", "lod0.glb"} <= set(results)  # to be looked at
 
 
 def scene_zip(**files):

@@ -114,3 +114,25 @@ def test_a_full_queue_says_when_to_come_again(tmp_path):
         response = small.post(body=OBJ + b"# one too many\n")
         problem(response, 429, "queue-full")
         assert int(response.headers["retry-after"]) >= 1
+
+
+def test_a_job_is_run_again_with_other_options_and_the_same_input(service):
+    job_id = service.done("/v1/occluders?filename=a.obj&budget=5&preset=draft&asset=rerun")
+    place = f"/v1/jobs/{job_id}/rerun"
+    response = service.http.post(place, json={"options": {"budget": 7}})
+    new = response.json()
+    assert (response.status_code, new["state"]) == (202, "queued")
+    assert response.headers["location"] == f"/v1/jobs/{new['id']}"
+    assert (new["options"]["budget"], new["options"]["preset"]) == (7, "draft")
+    assert (new["asset"]["name"], new["retry_of"]) == ("rerun", None)
+    sent = [file for file in service.services.jobs.files(job_id) if file.is_input]
+    assert list(service.services.jobs.files(new["id"])) == sent
+    same = service.http.post(place, json={"options": {}}).json()
+    assert (same["state"], same["reused"]) == ("succeeded", job_id)
+    told = problem(
+        service.http.post(place, json={"options": {"budget": 0, "odd": 1}}), 422, "invalid-options"
+    )
+    assert {one["field"] for one in told["errors"]} == {"budget", "odd"}
+    problem(service.http.post(place, json={"budget": 7}), 422, "invalid-options")
+    service.hand.begin()
+    service.hand.succeed()

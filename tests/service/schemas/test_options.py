@@ -12,13 +12,14 @@ from hypothesis import strategies as st
 from service.errors import InvalidOptionsError
 from service.jobs.job import JobKind
 from service.schemas.job_options import option_tables
-from simplifier import EVALUATE_FIELDS, SCENE_FIELDS, SIMPLIFY_FIELDS
+from simplifier import EVALUATE_FIELDS, SCENE_FIELDS, SIMPLIFY_FIELDS, TRADEOFF_FIELDS
 
 TABLES = option_tables(math.inf)
 OF_LIBRARY = {
     JobKind.OCCLUDER: SIMPLIFY_FIELDS,
     JobKind.EVALUATION: EVALUATE_FIELDS,
     JobKind.SCENE: SCENE_FIELDS,
+    JobKind.TRADEOFF: TRADEOFF_FIELDS,
 }
 CASES = [(kind, field) for kind in TABLES for field in TABLES[kind].fields]
 
@@ -39,6 +40,7 @@ def test_all_options_are_told_where_none_is_given(kind):
 values = st.one_of(
     st.none(), st.booleans(), st.integers(), st.integers(-2, 70_000), st.floats(), st.text(),
     st.lists(st.floats(0.0, 10.0), max_size=18),
+    st.lists(st.integers(0, 1100), max_size=18),
     st.sampled_from(["x", "draft", "above", "gain", 0.01, 1e6, 2**63 - 1, 179]),
 )  # fmt: skip
 

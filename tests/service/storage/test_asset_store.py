@@ -8,16 +8,22 @@ from hypothesis import strategies as st
 
 from service.errors import BadRequestError, ConflictError, NotFoundError
 from service.jobs.asset import Thresholds
-from service.jobs.job import Job
+from service.jobs.job import Job, JobKind
 from service.storage.asset_store import SqlAssetStore
 from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
 from tests.service.storage.samples import DIED, results, submission, summary
 
 
-def run(jobs: SqlJobStore, asset: str, recall: float = 0.9, tenant: str = "studio") -> Job:
+def run(
+    jobs: SqlJobStore,
+    asset: str,
+    recall: float = 0.9,
+    tenant: str = "studio",
+    kind: JobKind = JobKind.OCCLUDER,
+) -> Job:
     """A job of an asset that was done."""
-    asked = submission(asset=asset, tenant=tenant, may_reuse=False)
+    asked = submission(asset=asset, tenant=tenant, kind=kind, may_reuse=False)
     jobs.submit(asked, 100)
     claim = jobs.claim("one", 30.0)
     assert claim is not None
@@ -160,3 +166,14 @@ def test_another_tenant_sees_nothing(jobs: SqlJobStore, assets: SqlAssetStore) -
     theirs = run(jobs, "castle", tenant="rival")
     assert theirs.asset_id != asset.id
     assert assets.asset(None, asset.id) == asset
+
+
+def test_a_tradeoff_is_no_run(jobs: SqlJobStore, assets: SqlAssetStore) -> None:
+    latest = run(jobs, "castle", 0.8)
+    swept = run(jobs, "castle", 0.1, kind=JobKind.TRADEOFF)
+    (asset,) = assets.assets("studio").assets
+    assert (asset.runs, asset.latest) == (1, latest)
+    assert assets.runs("studio", asset.id).runs == (latest,)
+    assert swept.ended is not None
+    assert jobs.expire(swept.ended + 1.0) == 1  # the run stays, since it is the latest
+    assert assets.asset("studio", asset.id).latest == latest

@@ -310,3 +310,14 @@ def test_numbers_are_not_given_again(jobs: SqlJobStore, clock: Clock) -> None:
     last = finish(jobs)
     jobs.expire(ended_before=clock.now + 1.0)
     assert submit(jobs).number > last.number
+
+
+def test_the_queue_tells_places_among_all_tenants(jobs: SqlJobStore) -> None:
+    submit(jobs, "begun")
+    claim(jobs)
+    mine = [submit(jobs, text) for text in "ab"]
+    theirs = submit(jobs, "c", tenant="rival")
+    mine.append(submit(jobs, "d"))
+    assert jobs.queue("studio", 10) == ((1, mine[0]), (2, mine[1]), (4, mine[2]))
+    assert jobs.queue("rival", 10) == ((3, theirs),)
+    assert [place for place, _ in jobs.queue(None, 2)] == [1, 2]

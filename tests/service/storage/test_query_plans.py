@@ -64,6 +64,7 @@ CALLS: dict[str, Callable[[Stores], object]] = {
     "next assets": lambda all_: all_.assets.assets("studio", after="3:castle"),
     "asset": lambda all_: all_.assets.asset("studio", all_.asset_id),
     "runs": lambda all_: all_.assets.runs("studio", all_.asset_id),
+    "queue": lambda all_: all_.jobs.queue("studio", 10),
     "runs at a time": lambda all_: all_.assets.runs_at("studio", 5.0),
     "key": lambda all_: all_.keys.find("occ_none"),
     "due": lambda all_: all_.deliveries.due(10),

@@ -56,7 +56,7 @@ def upgrade() -> None:
         sa.Column("owner", sa.String),
         sa.Column("beat", sa.Integer, nullable=False),
         sa.Column("lease_seconds", sa.Double, nullable=False),
-        sa.CheckConstraint("kind IN ('occluder', 'evaluation', 'scene')", name="kind"),
+        sa.CheckConstraint("kind IN ('occluder', 'evaluation', 'scene', 'tradeoff')", name="kind"),
         sa.CheckConstraint(
             "state IN ('queued', 'running', 'succeeded', 'failed', 'cancelled')", name="state"
         ),
@@ -72,7 +72,7 @@ def upgrade() -> None:
     op.create_index("ix_jobs_tenant", "jobs", ["tenant", "number", "state", "kind", "created"])
     op.create_index("ix_jobs_tenant_state", "jobs", ["tenant", "state", "number"])
     op.create_index("ix_jobs_state", "jobs", ["state", "number"])
-    op.create_index("ix_jobs_asset", "jobs", ["asset_number", "state", "number"])
+    op.create_index("ix_jobs_asset", "jobs", ["asset_number", "state", "number", "kind"])
     op.create_index("ix_jobs_work", "jobs", ["work_key", "tenant", "state", "number"])
     op.create_index("ix_jobs_ended", "jobs", ["ended"])
 

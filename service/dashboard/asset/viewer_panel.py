@@ -1,0 +1,86 @@
+"""The original and its occluder to turn and to look at, with what can be chosen about it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from nicegui import ui
+from nicegui.events import ValueChangeEventArguments
+
+from service.dashboard.asset.rows import RunDetail
+from service.dashboard.frame import panel
+from service.dashboard.viewer.viewer import MeshViewer, Mode
+from service.dashboard.views import View
+from service.dashboard.wording import percent, whole
+
+ShowView = Callable[[View], None]
+
+_MODES: dict[Mode, str] = {
+    "overlay": "Overlay",
+    "transparent": "See-through",
+    "side": "Side by side",
+    "silhouette": "Silhouettes",
+}
+
+
+def viewer_panel(
+    run: RunDetail,
+    *,
+    title: str = "3D view",
+    mode: Mode = "overlay",
+    group: str | None = None,
+) -> ShowView:
+    """The panel of a run; what it returns shows one of the report's views there.
+
+    ``group``  panels of one name on a page look from the same place.
+    """
+    with panel(title):
+        if run.original is None or not run.levels:
+            ui.label("This job has no mesh to look at. Run it again to see it here.")
+            return lambda view: None
+        return _ControlledViewer(run, run.original, mode, group).show_view
+
+
+class _ControlledViewer:
+    """A viewer and its controls."""
+
+    def __init__(self, run: RunDetail, original: str, mode: Mode, group: str | None) -> None:
+        with ui.element("div").classes("row-of-controls"):
+            self._modes = ui.toggle(dict(_MODES), value=mode, on_change=self._show_mode)
+            self._modes.props('dense no-caps unelevated role=group aria-label="What is shown"')
+            levels = {
+                level.level: f"Level {level.level}, {whole(level.triangles)} triangles"
+                for level in run.levels
+            }
+            ui.select(levels, value=0, label="Level of detail", on_change=self._show_level).props(
+                "dense outlined options-dense"
+            ).classes("level-choice")
+            ui.switch("Wireframe", on_change=self._show_wireframe).props("dense")
+        self._viewer = MeshViewer(
+            original,
+            [level.files["glb"] for level in run.levels],
+            label=f"{run.job.name}, original and occluder",
+            up=run.up,
+            mode=mode,
+            group=group,
+        )
+        self._said = ui.label().classes("quiet one-line").props("aria-live=polite")
+
+    def show_view(self, view: View) -> None:
+        """As silhouettes, from one of the report's directions."""
+        self._modes.value = "silhouette"
+        self._viewer.look_along(view.direction)
+        self._said.set_text(
+            f"View {view.index}: recall {percent(view.recall)}, "
+            f"precision {percent(view.precision, 2)}, by the finest level."
+        )
+
+    def _show_mode(self, event: ValueChangeEventArguments[Mode]) -> None:
+        self._viewer.show_mode(event.value)
+        self._said.set_text("")
+
+    def _show_level(self, event: ValueChangeEventArguments[int]) -> None:
+        self._viewer.show_level(event.value)
+
+    def _show_wireframe(self, event: ValueChangeEventArguments[bool | None]) -> None:
+        self._viewer.show_wireframe(bool(event.value))

@@ -1,0 +1,71 @@
+"""An earlier job's mesh once more, with other settings and without an upload."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+from anyio.to_thread import run_sync
+from nicegui import ui
+
+from service.access.key import Scope
+from service.dashboard.jobs.live import LiveJob
+from service.dashboard.notices import refusals_told, warn
+from service.dashboard.session import Visitor
+from service.dashboard.submit.option_form import OptionForm
+from service.dashboard.submit.typed import typed_options
+from service.jobs.job import Job, JobKind
+from service.routes import actions
+
+
+@dataclass(frozen=True)
+class Earlier:
+    """What is run again."""
+
+    id: str
+    kind: JobKind
+    name: str
+    asset: str | None
+    options: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, job: Job) -> Self:
+        return cls(job.id, job.kind, job.name, job.asset, job.options)
+
+
+class AgainForm:
+    """The panel, filled with the settings of the earlier job, and below it a panel a job."""
+
+    def __init__(self, visitor: Visitor, earlier: Earlier, common: tuple[str, ...]) -> None:
+        self._visitor, self._earlier = visitor, earlier
+        table = visitor.services.tables[earlier.kind]
+        with ui.element("section").classes("panel"):
+            with ui.element("div").classes("row-of-controls"):
+                ui.label("The mesh of").classes("quiet")
+                ui.link(earlier.name, f"/jobs/{earlier.id}").classes("name")
+                if earlier.asset:
+                    ui.label("asset").classes("quiet")
+                    ui.label(earlier.asset).classes("name")
+            names = {one.name for one in table.fields}
+            self._form = OptionForm(table, tuple(name for name in common if name in names))
+            self._form.fill(typed_options(table, earlier.options))
+            ui.button("Run again", on_click=self._run).props("no-caps unelevated")
+        self._jobs = ui.element("div").classes("live-jobs")
+
+    async def _run(self) -> None:
+        form = self._form.read()
+        if form.faults:
+            self._form.show_faults(form)
+            warn("Some settings are wrong; see beside them")
+            return
+
+        def again() -> str:
+            caller = self._visitor.caller(Scope.WRITE)
+            return actions.rerun(self._visitor.services, caller, self._earlier.id, form.resolved).id
+
+        with refusals_told():
+            job_id = await run_sync(again)
+            with self._jobs:
+                panel = LiveJob(self._visitor, job_id).panel
+            panel.move(target_index=0)

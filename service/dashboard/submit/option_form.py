@@ -1,0 +1,145 @@
+"""Options to be typed, each with its help and, as one types, what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from nicegui import ui
+from nicegui.elements.mixins.validation_element import ValidationElement
+from nicegui.elements.mixins.value_element import ValueElement
+
+from service.dashboard.submit.typed import ReadForm, Typed, read_typed, typed_value
+from service.schemas.options import OptionTable
+from simplifier import OptionField
+
+
+class OptionForm:
+    """Controls of a table's options.
+
+    ``first``  names of those that most people need; the others are under "More settings".
+    """
+
+    def __init__(self, table: OptionTable, first: Sequence[str] = ()) -> None:
+        self._table = table
+        self._controls: dict[str, ValueElement[Any]] = {}
+        fields = {one.name: one for one in table.fields}
+        shown = [fields[name] for name in first] if first else list(table.fields)
+        with ui.element("div").classes("option-grid"):
+            for field in shown:
+                self._add(field)
+        rest = [one for one in table.fields if one not in shown]
+        self._more: ui.expansion | None = None
+        if rest:
+            with ui.expansion("More settings").classes("more-settings") as self._more:
+                self._more.props('dense expand-separator header-class="panel-title"')
+                with ui.element("div").classes("option-grid"):
+                    for field in rest:
+                        self._add(field)
+        self._fault = ui.label("").classes("fault").props("role=alert")
+        self._fault.set_visibility(False)
+
+    @property
+    def typed(self) -> dict[str, str]:
+        """What stands in the controls."""
+        return {name: _text(control.value) for name, control in self._controls.items()}
+
+    def fill(self, typed: Typed) -> None:
+        """Put values in, those of options that are not named stay."""
+        for name, text in typed.items():
+            field = next(one for one in self._table.fields if one.name == name)
+            if field.kind == "choice" and text not in field.choices:
+                continue
+            control = self._controls[name]
+            control.value = text == "true" if field.kind == "flag" else text
+        self.read()
+
+    def reset(self) -> None:
+        """Put the defaults in."""
+        self.fill({one.name: typed_value(one, one.default) for one in self._table.fields})
+
+    def read(self) -> ReadForm:
+        """Read all of it, and show beside each control what is wrong."""
+        form = read_typed(self._table, self.typed)
+        for name, control in self._controls.items():
+            if isinstance(control, ValidationElement):
+                control.error = form.faults.get(name)
+        other = [text for name, text in form.faults.items() if not self._shows(name)]
+        self._fault.text = " ".join(other)
+        self._fault.set_visibility(bool(other))
+        return form
+
+    def show_faults(self, form: ReadForm) -> None:
+        """Go to the first control that is wrong."""
+        for name, control in self._controls.items():
+            if name in form.faults:
+                if self._more is not None:
+                    self._more.value = True
+                control.run_method("focus")
+                return
+
+    def _shows(self, name: str) -> bool:
+        return isinstance(self._controls.get(name), ValidationElement)
+
+    def _add(self, field: OptionField) -> None:
+        with ui.element("div").classes("option"):
+            control = _MAKERS.get(field.kind, _typing)(field)
+            control.on_value_change(self.read)
+            self._controls[field.name] = control
+            if field.kind == "flag":
+                ui.label(field.help).classes("option-help").props(f"id=help-{field.name}")
+                control.props(f"aria-describedby=help-{field.name}")
+
+
+def _typing(field: OptionField) -> ui.input:
+    # The validation is the form's: an empty one here keeps room for its words.
+    control = ui.input(_label(field), value=typed_value(field, field.default), validation={})
+    lists = "text" if field.kind in ("lengths", "wholes", "numbers") else "decimal"
+    control.props(f"dense outlined inputmode={lists} autocomplete=off spellcheck=false")
+    control.props["hint"] = _hint(field)
+    if field.absent:
+        control.props("stack-label").props["placeholder"] = field.absent
+    return control.without_auto_validation()
+
+
+def _choosing(field: OptionField) -> ui.select:
+    control = ui.select(list(field.choices), label=_label(field), value=field.default)
+    control.props("dense outlined options-dense")
+    control.props["hint"] = field.help
+    return control
+
+
+def _ticking(field: OptionField) -> ui.checkbox:
+    return ui.checkbox(_label(field), value=field.default).props("dense")
+
+
+_NO_LIMIT = 1e6
+"""Nobody types as much."""
+
+_MAKERS: Mapping[str, Callable[[OptionField], ValueElement[Any]]] = {
+    "choice": _choosing,
+    "flag": _ticking,
+}
+
+
+def _label(field: OptionField) -> str:
+    return _LABELS.get(field.name) or field.words[:1].upper() + field.words[1:]
+
+
+_LABELS = {"lods": "Levels of detail", "fov": "Field of view"}
+
+
+def _hint(field: OptionField) -> str:
+    """The help, and the limits where there are some."""
+    if field.low is None or field.high is None or field.high >= _NO_LIMIT:
+        return field.help
+    limits = f"{field.low:,g} to {field.high:,g}"
+    if limits in field.help:
+        return field.help
+    return f"{field.help} {'More than ' if field.low_excluded else ''}{limits}."
+
+
+def _text(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return "" if value is None else str(value)

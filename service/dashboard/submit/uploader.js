@@ -1,0 +1,166 @@
+// Files that are dropped or chosen, sent one after the other by the browser itself.
+
+const REFUSED = "The connection ended before the answer came.";
+
+export default {
+  template: `
+    <div>
+      <div class="drop-zone" :class="{ over }" @dragover.prevent="over = true"
+           @dragleave="over = false" @drop.prevent="drop">
+        <label :for="inputId" class="panel-title">Meshes</label>
+        <input :id="inputId" ref="input" type="file" multiple :accept="accept" :disabled="busy"
+               :aria-describedby="helpId" @change="choose" />
+        <span :id="helpId" class="option-help">{{ help }}</span>
+      </div>
+      <table v-if="files.length" class="upload-list">
+        <caption class="for-readers">Files to be sent</caption>
+        <tbody>
+          <tr v-for="(one, index) in files" :key="one.key" :data-state="one.state">
+            <td class="name">{{ one.file.name }}</td>
+            <td class="number">{{ size(one.file.size) }}</td>
+            <td>
+              <progress v-if="one.state === 'sending'" :value="one.share" max="1"
+                        :aria-label="'Sent of ' + one.file.name"></progress>
+              <span v-else-if="one.state === 'sent'" class="good">sent</span>
+              <span v-else-if="one.state === 'chosen'" class="quiet">to be sent</span>
+              <div v-else class="fault" role="alert">{{ one.fault }}</div>
+            </td>
+            <td class="button-cell">
+              <button v-if="one.state !== 'sent'" type="button" @click="remove(index)"
+                      :aria-label="(one.state === 'sending' ? 'Stop ' : 'Remove ') + one.file.name">
+                {{ one.state === "sending" ? "Stop" : "Remove" }}
+              </button>
+            </td>
+          </tr>
+        </tbody>
+      </table>
+    </div>`,
+
+  props: { address: String, accept: String, help: String },
+
+  data() {
+    return { files: [], over: false, busy: false, next: 0 };
+  },
+
+  computed: {
+    inputId() {
+      return `${this.$attrs.id}-input`;
+    },
+    helpId() {
+      return `${this.$attrs.id}-help`;
+    },
+  },
+
+  mounted() {
+    this.warn = (event) => {
+      if (this.busy) event.preventDefault();
+    };
+    window.addEventListener("beforeunload", this.warn);
+  },
+
+  unmounted() {
+    window.removeEventListener("beforeunload", this.warn);
+  },
+
+  methods: {
+    size(bytes) {
+      if (bytes < 1e6) return `${(bytes / 1e3).toFixed(1)} kB`;
+      return bytes < 1e9 ? `${(bytes / 1e6).toFixed(1)} MB` : `${(bytes / 1e9).toFixed(2)} GB`;
+    },
+
+    choose(event) {
+      this.add(event.target.files);
+      event.target.value = ""; // the same file may be chosen again
+    },
+
+    drop(event) {
+      this.over = false;
+      if (!this.busy) this.add(event.dataTransfer.files);
+    },
+
+    add(files) {
+      for (const file of files) {
+        this.files.push({ key: this.next++, file, state: "chosen", share: 0, fault: "" });
+      }
+      this.tell();
+    },
+
+    remove(index) {
+      const one = this.files[index];
+      one.stop?.();
+      this.files.splice(index, 1);
+      this.tell();
+    },
+
+    waiting() {
+      return this.files.filter((one) => one.state === "chosen" || one.state === "refused");
+    },
+
+    tell() {
+      this.$emit("chosen", this.waiting().map((one) => one.file.name));
+    },
+
+    // Each file with the same settings; `assets` has a name for each, empty for none.
+    async send(settings, assets) {
+      this.busy = true;
+      const files = this.waiting();
+      for (const [place, one] of files.entries()) {
+        if (!this.files.includes(one)) continue; // removed meanwhile
+        const query = new URLSearchParams(settings);
+        query.set("filename", one.file.name);
+        if (assets[place]) query.set("asset", assets[place]);
+        const answer = await this.post(one, query);
+        if (answer) this.$emit("sent", answer);
+      }
+      this.busy = false;
+      this.tell();
+      this.$emit("done");
+    },
+
+    post(one, query) {
+      Object.assign(one, { state: "sending", share: 0, fault: "" });
+      return new Promise((resolve) => {
+        const request = new XMLHttpRequest();
+        one.stop = () => request.abort();
+        request.upload.onprogress = (event) => {
+          one.share = event.total ? event.loaded / event.total : 0;
+        };
+        request.onload = () => resolve(this.answered(one, request));
+        request.onerror = () => resolve(this.refuse(one, REFUSED));
+        request.onabort = () => resolve(null);
+        request.open("POST", `${this.address}?${query}`);
+        request.setRequestHeader("Content-Type", "application/octet-stream");
+        request.setRequestHeader("Accept", "application/json");
+        request.send(one.file);
+      });
+    },
+
+    answered(one, request) {
+      const place = request.getResponseHeader("Location");
+      if (request.status >= 200 && request.status < 300 && place) {
+        one.state = "sent";
+        return { job: place.split("/").pop() };
+      }
+      return this.refuse(one, this.fault(request));
+    },
+
+    refuse(one, fault) {
+      Object.assign(one, { state: "refused", fault });
+      return null;
+    },
+
+    fault(request) {
+      try {
+        const { detail, remedy } = JSON.parse(request.responseText);
+        return [detail, remedy].filter(Boolean).map(this.sentence).join(" ");
+      } catch {
+        return `The service answered ${request.status} ${request.statusText}.`;
+      }
+    },
+
+    sentence(text) {
+      const named = text.split(" ", 1)[0].endsWith(":");
+      return `${named ? text[0] : text[0].toUpperCase()}${text.slice(1)}.`;
+    },
+  },
+};

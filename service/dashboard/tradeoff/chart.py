@@ -1,0 +1,109 @@
+"""Time against recall, drawn: runs as dots, a front a budget as a line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil, floor
+from typing import Any
+
+from nicegui import ui
+
+from service.dashboard.tradeoff.rows import Point, Tradeoff
+from service.dashboard.wording import percent, seconds
+
+_SYMBOLS = ("circle", "rect", "triangle", "diamond", "pin", "arrow")
+_COLOURS = ("#3b82c4", "#c0742a", "#2f8f6b", "#8a63c9", "#b0506a", "#6b7a2f")
+"""One a budget, told apart by their symbols too; each has 3 : 1 to both backgrounds."""
+_RUN = "#8792a0"
+_IMPRECISE = "#c2453c"
+_TEXT = {"color": "currentColor"}
+_AXIS = {"nameLocation": "middle", "axisLabel": _TEXT, "nameTextStyle": _TEXT,
+         "splitLine": {"lineStyle": {"color": "rgba(128,128,128,0.25)"}}}  # fmt: skip
+
+
+class TradeoffChart:
+    """The picture; what it shows is in the table as well."""
+
+    def __init__(self, known: Tradeoff) -> None:
+        # As SVG, whose text takes on the colours of the page.
+        self._chart = ui.echart(chart_options(known), renderer="svg").classes("tradeoff-chart")
+        self._chart.props('role=img aria-label="Time against recall; the table below has the same"')
+
+    def show(self, known: Tradeoff) -> None:
+        self._chart.options.clear()
+        self._chart.options.update(chart_options(known))
+        self._chart.update()
+
+
+def chart_options(known: Tradeoff) -> dict[str, Any]:
+    """As ECharts takes them.  Names are drawn as text, never as HTML."""
+    return {
+        "animation": False,
+        "grid": {"left": 64, "right": 24, "top": 48, "bottom": 52},
+        "legend": {"top": 4, "type": "scroll", "textStyle": _TEXT},
+        "tooltip": {"trigger": "item", "renderMode": "richText", "confine": True,
+                    ":formatter": "point => point.data.words"},
+        "xAxis": {**_AXIS, "type": "log", "name": "seconds, from the mesh to the triangles",
+                  "nameGap": 30},
+        "yAxis": {**_AXIS, "type": "value", "name": "recall, %", "nameGap": 44, **_reach(known)},
+        "series": _series(known),
+    }  # fmt: skip
+
+
+def _reach(known: Tradeoff) -> dict[str, float]:
+    """The range of recall that is drawn, percent: all that there is, and no more than 100."""
+    shares = [100.0 * one.recall for one in (*known.runs, *known.swept)] or [0.0, 100.0]
+    return {"min": max(0.0, 5.0 * floor(min(shares) / 5.0 - 0.2)),
+            "max": min(100.0, 5.0 * ceil(max(shares) / 5.0 + 0.2))}  # fmt: skip
+
+
+def _series(known: Tradeoff) -> list[dict[str, Any]]:
+    series = [_scatter("runs", known.runs, known.precision, _RUN, "emptyCircle")]
+    series += _front("front of the runs", [one for one in known.runs if one.front], _RUN)
+    for place, budget in enumerate(sorted({one.budget for one in known.swept})):
+        points = [one for one in known.swept if one.budget == budget]
+        colour, symbol = _COLOURS[place % len(_COLOURS)], _SYMBOLS[place % len(_SYMBOLS)]
+        name = f"sweep, budget {budget:,}"
+        series.append(_scatter(name, points, known.precision, colour, symbol))
+        series += _front(name, [one for one in points if one.front], colour)
+    return [one for one in series if one["data"]]
+
+
+def _scatter(
+    name: str, points: Sequence[Point], precision: float, colour: str, symbol: str
+) -> dict[str, Any]:
+    return {
+        "type": "scatter",
+        "name": name,
+        "symbol": symbol,
+        "symbolSize": 10,
+        "itemStyle": {"color": colour},
+        "data": [_dot(one, precision) for one in points],
+    }
+
+
+def _dot(point: Point, precision: float) -> dict[str, Any]:
+    """A point that is not precise enough is red and smaller."""
+    dot: dict[str, Any] = {
+        "value": _place(point),
+        "words": f"{point.name}\n{seconds(point.seconds)}, recall {percent(point.recall)}, "
+        f"precision {percent(point.precision, 2)}, {point.triangles:,} triangles",
+    }
+    if point.precision < precision:
+        dot |= {"itemStyle": {"color": _IMPRECISE}, "symbolSize": 6}
+    return dot
+
+
+def _front(name: str, points: Sequence[Point], colour: str) -> list[dict[str, Any]]:
+    ranked = sorted(points, key=lambda one: one.seconds)
+    return [
+        {
+            "type": "line", "name": name, "symbol": "none", "silent": True,
+            "lineStyle": {"color": colour, "width": 2}, "itemStyle": {"color": colour},
+            "data": [{"value": _place(one)} for one in ranked],
+        }
+    ]  # fmt: skip
+
+
+def _place(point: Point) -> list[float]:
+    return [max(point.seconds, 1e-3), round(100.0 * point.recall, 3)]

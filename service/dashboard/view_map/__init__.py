@@ -1,0 +1,1 @@
+"""How good an occluder is by direction: a sphere of views, unrolled."""

@@ -1,0 +1,160 @@
+// The 3D view as an element of a page: its properties, its keys, and what it says in words.
+
+import { Stage } from "occluder-drawing";
+
+const NO_WEBGL =
+  "This browser draws no 3D: WebGL is switched off or not there. The numbers, pictures and " +
+  "downloads of this page need none.";
+const LOST = "The graphics card has dropped the 3D view; it comes back by itself, or on reload.";
+
+export default {
+  template: `
+    <figure class="mesh-viewer" :data-state="state">
+      <div ref="host" class="mesh-viewer-canvas" tabindex="0" role="application" :aria-label="label"
+           :aria-describedby="wordsId" @keydown="press">
+        <p v-if="message" class="mesh-viewer-message" role="alert">{{ message }}</p>
+        <p v-else-if="state === 'loading'" class="mesh-viewer-message" role="status">Loading…</p>
+        <div v-if="mode === 'side' && !message" class="mesh-viewer-halves" aria-hidden="true">
+          <span>original</span><span>occluder</span>
+        </div>
+      </div>
+      <figcaption :id="wordsId" class="mesh-viewer-words">
+        <template v-if="mode === 'silhouette'">
+          <span v-for="one in legend" :key="one.name" class="mesh-viewer-legend">
+            <span class="swatch" :style="{ background: one.colour }"></span>{{ one.text }}
+          </span>
+        </template>
+        <span v-else>{{ words }}</span>
+      </figcaption>
+    </figure>`,
+
+  props: {
+    original: String,
+    levels: Array,
+    level: Number,
+    mode: String,
+    wireframe: Boolean,
+    up: String,
+    palette: Array,
+    direction: Array,
+    label: String,
+    group: String,
+  },
+
+  data() {
+    return { state: "loading", message: "", triangles: null, shares: null };
+  },
+
+  computed: {
+    wordsId() {
+      return `${this.$attrs.id}-words`;
+    },
+    words() {
+      if (!this.triangles) return "";
+      const { original, occluder } = this.triangles;
+      return (
+        `Original: ${original.toLocaleString("en")} triangles shown, grey. Occluder: ` +
+        `${occluder.toLocaleString("en")}, yellow. Drag or arrow keys turn, wheel or + and - zoom, ` +
+        `right drag pans, 0 resets.`
+      );
+    },
+    legend() {
+      const [, wrong, missed, both] = this.palette.map((one) => `rgb(${one.join(",")})`);
+      const shares = this.shares;
+      const covered = shares ? shares.both + shares.missed + shares.wrong : 0;
+      const share = (name) =>
+        covered ? ` ${((100 * shares[name]) / covered).toFixed(1)} %` : "";
+      return [
+        { name: "both", colour: both, text: `original and occluder${share("both")}` },
+        { name: "missed", colour: missed, text: `original only${share("missed")}` },
+        { name: "wrong", colour: wrong, text: `occluder only (hides too much)${share("wrong")}` },
+      ];
+    },
+  },
+
+  watch: {
+    mode(mode) {
+      this.stage?.setMode(mode);
+    },
+    wireframe(on) {
+      this.stage?.setWireframe(on);
+    },
+    level() {
+      this.showLevel();
+    },
+  },
+
+  async mounted() {
+    await this.$nextTick();
+    try {
+      this.stage = new Stage(
+        this.$refs.host,
+        { up: this.up, palette: this.palette },
+        {
+          counted: (shares) => {
+            this.shares = shares;
+            this.$emit("counted", shares);
+          },
+          lost: () => this.fail("lost", LOST),
+          restored: () => {
+            this.message = "";
+            this.state = "ready";
+          },
+        },
+      );
+    } catch {
+      this.fail("absent", NO_WEBGL);
+      return;
+    }
+    if (this.group) this.stage.eye.join(this.group);
+    this.stage.setMode(this.mode);
+    this.stage.setWireframe(this.wireframe);
+    if (this.direction) this.lookAlong(this.direction);
+    try {
+      this.stage.eye.frame(await this.stage.pieces.loadOriginal(this.original));
+    } catch (error) {
+      this.fail("failed", `The original cannot be shown: ${error.message}.`);
+      return;
+    }
+    await this.showLevel();
+  },
+
+  beforeUnmount() {
+    this.stage?.dispose();
+  },
+
+  methods: {
+    async showLevel() {
+      if (!this.stage) return;
+      const wanted = this.level;
+      try {
+        await this.stage.pieces.loadLevel(this.levels[wanted]);
+      } catch (error) {
+        this.fail("failed", `Level ${wanted} cannot be shown: ${error.message}.`);
+        return;
+      }
+      // A level that was asked for later may have come earlier.
+      if (wanted !== this.level) return this.showLevel();
+      this.message = "";
+      this.state = "ready";
+      this.shares = null;
+      this.triangles = this.stage.pieces.triangles();
+      this.stage.invalidate();
+      this.$emit("ready", this.triangles);
+    },
+
+    lookAlong(direction) {
+      this.stage?.lookAlong(direction);
+    },
+
+    press(event) {
+      if (!this.stage || event.ctrlKey || event.metaKey || event.altKey) return;
+      if (this.stage.eye.press(event.key)) event.preventDefault();
+    },
+
+    fail(state, message) {
+      this.state = state;
+      this.message = message;
+    },
+  },
+};

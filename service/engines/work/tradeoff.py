@@ -1,0 +1,59 @@
+"""What more time buys on a mesh: the library's sweep over many settings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import simplifier
+from service.engines.messages import Task
+from service.engines.work.meter import Meter
+from service.engines.work.refusals import input_path
+from service.engines.worker import Cancel, TaskCancelledError, TaskFailedError, Tell
+from service.jobs.job import Failure, Summary
+
+_MEASURED = 0.95  # of the job: the rest is pictures
+
+
+def measure_tradeoff(task: Task, tell: Tell, cancel: Cancel) -> Summary:
+    """Results: ``tradeoff.csv``, ``.json``, ``.png`` and ``.html``.
+
+    Raises as :data:`~service.engines.worker.Work` says, and :class:`simplifier.OccluderError`.
+    """
+    meter, results = Meter(tell), Path(task.results)
+    options = simplifier.TradeoffOptions.of(task.options)
+    meter.at("load", 0.0)
+    mesh = simplifier.load(input_path(task, "mesh"), allow_external=False)
+
+    def told(done: int, runs: int, now: str) -> None:
+        meter.counted("runs", _MEASURED * done / runs, done, runs)
+
+    study = simplifier.sweep_tradeoff(mesh, options, name=task.name, tell=told, cancel=cancel)
+    for name, data in study.files():
+        if cancel.is_set():
+            raise TaskCancelledError
+        (results / name).write_bytes(data)
+    return _summary(study, len(mesh.faces), meter.seconds)
+
+
+def _summary(study: simplifier.Study, input_triangles: int, seconds: float) -> Summary:
+    """Of the setting that recalls most; raises :class:`TaskFailedError` where all have failed."""
+    measured = [row for row in study.rows if row["standing"] != "failed"]
+    if not measured:
+        raise TaskFailedError(
+            Failure(
+                "invalid-options",
+                f"no setting could be measured: {study.rows[0]['reason']}",
+                "choose other settings, or have a look at the mesh's own run",
+            )
+        )
+    front = [row for row in measured if row["standing"] == "front"]
+    best = max(front or measured, key=lambda row: float(row["recall"]))
+    return Summary(
+        triangles=best["triangles"],
+        input_triangles=input_triangles,
+        levels=len(study.rows),
+        seconds=seconds,
+        precision=best["precision"],
+        recall=best["recall"],
+        warnings=tuple(study.warnings),
+    )

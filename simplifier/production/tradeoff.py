@@ -1,0 +1,40 @@
+"""``occluder tradeoff`` as one call: a mesh at many settings, each run timed and judged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict
+
+from simplifier.errors import CancelledError
+from simplifier.evaluation.tradeoff import SweepOptions, mesh_trials
+from simplifier.evaluation.tradeoff_study import Study, study_of
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.production.options import TradeoffOptions
+from simplifier.progress import Cancel
+
+TellRun = Callable[[int, int, str], object]
+"""Called with the number of runs that are done, of how many, and what is running now."""
+
+
+def sweep_tradeoff(
+    mesh: TriangleMesh,
+    options: TradeoffOptions,
+    *,
+    name: str = "mesh",
+    tell: TellRun = lambda done, runs, now: None,
+    cancel: Cancel | None = None,
+) -> Study:
+    """Measure what more time buys on a mesh, which tables and pages call ``name``.
+
+    What ``tell`` raises ends the sweep.  ``cancel``, once set, ends it soon.  Raises
+    :class:`~simplifier.errors.CancelledError` then, however much was measured.
+    """
+    chosen = asdict(options)
+    precision = chosen.pop("precision")
+    sweep = SweepOptions(**chosen)
+    runs = len(sweep.settings()) * sweep.repeats
+    trials = list(mesh_trials(name, mesh, sweep, lambda done, now: tell(done, runs, now), cancel))
+    if cancel is not None and cancel.is_set():
+        raise CancelledError(f"cancelled after {len(trials)} of {runs} runs")
+    tell(runs, runs, "writing")
+    return study_of(trials, sweep, precision)

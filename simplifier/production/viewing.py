@@ -1,0 +1,26 @@
+"""A mesh to a file that a browser can show."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from simplifier.checks import check_whole
+from simplifier.decimation.thinned import thinned
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.views import BoundingSphere
+from simplifier.io.glb_surface import encode_surface
+from simplifier.io.whole import write_whole
+
+
+def save_for_viewing(
+    mesh: TriangleMesh, path: str | Path, *, most_triangles: int = 300_000
+) -> None:
+    """Write a GLB to look at beside an occluder, not to work with: larger meshes are thinned.
+
+    ``most_triangles``  1,000 or more.  A node's extras tell the ``bounding_sphere`` of the mesh as
+    it was, which accuracy is measured in.  Raises :class:`~simplifier.errors.OutputError` and
+    :class:`~simplifier.errors.OptionError`.
+    """
+    check_whole("most_triangles", most_triangles, 1000, 100_000_000)
+    shown = thinned(mesh, most_triangles)
+    write_whole(Path(path), encode_surface(shown, BoundingSphere.of(mesh)))

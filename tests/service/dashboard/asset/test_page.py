@@ -1,0 +1,176 @@
+"""The pages of assets and jobs in a real browser, over real results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from service.jobs.asset import Thresholds
+from service.jobs.job import Failure
+from tests.service.dashboard.chromium import TABLET
+from tests.service.dashboard.legibility import faint_texts, overflows
+from tests.service.dashboard.results import JobResult, castle_result
+from tests.service.dashboard.screenshots import keep_picture
+from tests.service.dashboard.serving import served
+from tests.service.dashboard.stock import stocked
+from tests.service.dashboard.viewer_pages import kinds, pixels, settle, shown, yellow
+
+HOSTILE = "</title><script>window.hit = 1</script><img src=x onerror='hit = 1'>{{ hit }} \u202e" + (
+    "x" * 200
+)
+_VIEWER = "castle.ply, original and occluder"
+
+
+@dataclass(frozen=True)
+class Filled:
+    """A service with some jobs: its address, and theirs."""
+
+    address: str
+    asset: str
+    hostile: str
+    empty: str
+    first: str
+    second: str
+    failed: str
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Iterator[Filled]:
+    folder = tmp_path_factory.mktemp("data")
+    finer = castle_result(tmp_path_factory.mktemp("finer"), budget=128, resolution=48)
+    with stocked(folder) as stock:
+        first, second = (stock.run(one, asset="props/castle") for one in (castle, finer))
+        stock.run(castle, asset=HOSTILE, warnings=("<b>a hole</b> at {{ 1 + 1 }}",))
+        failed = stock.failure(
+            castle,
+            Failure("out-of-memory", "the job used more than 64 MiB", "lower the resolution"),
+        )
+        assets = (
+            stock.demand("props/castle", Thresholds(min_recall=0.5)),
+            stock.demand(HOSTILE, Thresholds()),
+            stock.demand("props/new", Thresholds()),
+        )
+    environment = {
+        "OCCLUDER_DATA": str(folder), "OCCLUDER_WORKERS": "1", "OCCLUDER_MIN_FREE": "0",
+    }  # fmt: skip
+    with served("tests.service.dashboard.application:make_app()", environment) as address:
+        yield Filled(address, *assets, first.id, second.id, failed.id)
+
+
+def test_the_worst_view_opens(
+    page: Page, filled: Filled, castle: JobResult, tmp_path: Path
+) -> None:
+    page.goto(f"{filled.address}/assets/{filled.asset}?run={filled.first}")
+    host = shown(page, _VIEWER)
+    assert yellow(pixels(host)) > 0.03
+    worst = castle.report["worst_view"]
+    page.get_by_role("table", name="Views of the worst recall").get_by_role("button").first.click()
+    expect(page.get_by_text(f"View {worst['index']}: recall")).to_be_visible()
+    expect(page.get_by_text("original and occluder ")).to_contain_text("%")
+    settle(host)
+    assert set(range(4)) == set(kinds(pixels(host))[2:-2, 2:-2].ravel().tolist())
+    page.evaluate("scrollTo(0, 0)")
+    keep_picture(page, "dashboard_asset", tmp_path)
+
+
+def test_the_keyboard_opens_a_view_on_the_map(
+    page: Page, filled: Filled, castle: JobResult
+) -> None:
+    page.goto(f"{filled.address}/assets/{filled.asset}?run={filled.first}")
+    shown(page, _VIEWER)
+    page.get_by_role("listbox", name="Views by recall").focus()
+    page.keyboard.press("Home")
+    page.keyboard.press("Enter")
+    index = castle.report["worst_view"]["index"]
+    expect(page.get_by_text(f"View {index}: recall")).to_be_visible()
+
+
+def test_thresholds_turn_an_asset_red(page: Page, filled: Filled) -> None:
+    page.goto(f"{filled.address}/assets/{filled.asset}")
+    expect(page.locator(".numbers .good")).to_have_text("held")
+    page.get_by_role("button", name="Thresholds").click()
+    page.get_by_label("Least precision, %").fill("99.99")
+    page.get_by_role("button", name="Save").click()
+    expect(page.locator(".numbers .bad")).to_have_text("missed")
+    expect(page.locator(".history .bad")).to_have_count(2)
+
+
+def test_two_runs_are_chosen_and_compared(page: Page, filled: Filled, tmp_path: Path) -> None:
+    page.goto(f"{filled.address}/assets/{filled.asset}")
+    compare = page.get_by_role("button", name="Compare the two")
+    expect(compare).to_be_disabled()
+    boxes = page.locator(".history tbody").get_by_role("checkbox")
+    for box in (0, 1):
+        boxes.nth(box).click()
+    compare.click()
+    page.wait_for_url(f"**/compare?a={filled.first}&b={filled.second}")
+    options = page.get_by_role("table", name="Options that differ")
+    expect(options.get_by_role("row", name="resolution")).to_contain_text("3248")
+    page.locator(".mesh-viewer[data-state=ready]").nth(1).wait_for(timeout=20_000)
+    page.get_by_role("table", name="Recall of views").get_by_role("button").first.click()
+    expect(page.get_by_text("by the finest level")).to_have_count(2)
+    page.evaluate("scrollTo(0, 0)")
+    for host in page.get_by_role("application").all():
+        settle(host)
+        assert {1, 2, 3} <= set(kinds(pixels(host)).ravel().tolist())
+    keep_picture(page, "dashboard_compare", tmp_path)
+
+
+def test_downloads_are_what_the_job_has_made(page: Page, filled: Filled, castle: JobResult) -> None:
+    page.goto(f"{filled.address}/assets/{filled.asset}?run={filled.first}")
+    with page.expect_download() as download:
+        page.get_by_role("link", name="Level 1 as .obj").click()
+    assert download.value.suggested_filename == "lod1.obj"
+    assert download.value.path().read_bytes() == (castle.folder / "lod1.obj").read_bytes()
+
+
+def test_a_failed_job_explains_itself(page: Page, filled: Filled, tmp_path: Path) -> None:
+    page.goto(f"{filled.address}/jobs/{filled.failed}")
+    expect(page.get_by_text("The job used more than 64 MiB.")).to_be_visible()
+    expect(page.get_by_text("What to do: lower the resolution")).to_be_visible()
+    keep_picture(page, "dashboard_failed_job", tmp_path)
+
+
+def test_a_job_leads_to_its_asset(page: Page, filled: Filled) -> None:
+    page.goto(f"{filled.address}/jobs/{filled.first}")
+    page.get_by_role("link", name="props/castle").click()
+    page.wait_for_url(f"**/assets/{filled.asset}")
+
+
+def test_names_and_warnings_are_but_text(page: Page, filled: Filled) -> None:
+    page.goto(f"{filled.address}/assets/{filled.hostile}")
+    expect(page.get_by_role("heading", level=1)).to_have_text(HOSTILE)
+    expect(page.get_by_text("<b>a hole</b> at {{ 1 + 1 }}")).to_be_visible()
+    shown(page, _VIEWER)
+    assert page.title() == f"{HOSTILE} - planar-occluder"
+    assert page.evaluate("window.hit === undefined")
+    assert not overflows(page)
+
+
+def test_an_asset_without_a_run_says_so(page: Page, filled: Filled) -> None:
+    page.goto(f"{filled.address}/assets/{filled.empty}")
+    expect(page.get_by_text("No run of this asset has succeeded yet.")).to_be_visible()
+
+
+@pytest.mark.parametrize("place", ["assets/none", "jobs/none", "compare?a=none&b=none"])
+def test_what_is_not_there_is_said_not_to_be(page: Page, filled: Filled, place: str) -> None:
+    page.goto(f"{filled.address}/{place}")
+    expect(page.get_by_role("heading", name="Not found")).to_be_visible()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_everything_can_be_read_on_a_tablet(
+    browser: Browser, filled: Filled, scheme: str, tmp_path: Path
+) -> None:
+    context = browser.new_context(viewport=TABLET, color_scheme=scheme)  # type: ignore[arg-type]
+    page = context.new_page()
+    page.goto(f"{filled.address}/assets/{filled.asset}")
+    shown(page, _VIEWER)
+    assert faint_texts(page) == []
+    assert not overflows(page)
+    keep_picture(page, f"dashboard_tablet_{scheme}", tmp_path)
+    context.close()

@@ -1,0 +1,52 @@
+"""A real result, made once: files as a job leaves them."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import simplifier
+from examples.castle import castle
+from service.engines.messages import Task
+from service.engines.work.occluder import make_occluder
+from service.jobs.job import JobKind, Summary
+
+DRAFT: Mapping[str, Any] = {"preset": "draft", "lods": 2, "ground": True, "resolution": 32}
+
+
+@dataclass(frozen=True)
+class JobResult:
+    """What a job of the castle has made, and what it was made of."""
+
+    options: Mapping[str, Any]
+    input: Path
+    folder: Path
+    summary: Summary
+
+    @property
+    def report(self) -> dict[str, Any]:
+        told: dict[str, Any] = json.loads((self.folder / "report.json").read_text())
+        return told
+
+    def occluder(self, level: int) -> simplifier.Occluder:
+        return simplifier.load_occluder(self.folder / f"lod{level}.glb")
+
+
+def castle_result(folder: Path, **changes: Any) -> JobResult:
+    """Made in this process by the function that workers call."""
+    options = {**DRAFT, **changes}
+    mesh, results, scratch = folder / "castle.ply", folder / "results", folder / "scratch"
+    results.mkdir(parents=True)
+    scratch.mkdir()
+    whole = castle()
+    simplifier.save(simplifier.Occluder(whole.vertices, whole.faces, error_bound=0.0), mesh)
+    task = Task(
+        JobKind.OCCLUDER, "castle.ply", options, {"mesh": str(mesh)}, str(results), str(scratch),
+        threads=1, memory=1 << 32, unpacked=1 << 30,
+    )  # fmt: skip
+    summary = make_occluder(task, lambda progress: None, threading.Event())
+    return JobResult(options, mesh, results, summary)

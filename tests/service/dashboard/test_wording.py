@@ -1,0 +1,40 @@
+"""Numbers as people read them."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.dashboard.wording import along, length, percent, seconds
+
+
+@pytest.mark.parametrize(
+    ("share", "digits", "text"),
+    [
+        (None, 1, "-"), (0.0, 1, "0.0 %"), (1.0, 1, "100.0 %"), (0.876, 1, "87.6 %"),
+        (0.29, 0, "29 %"), (0.98999, 1, "98.9 %"),
+        (0.99999, 1, "99.9 %"), (0.99999, 2, "99.99 %"), (0.0001, 1, "< 0.1 %"),
+    ],
+)  # fmt: skip
+def test_percents(share: float | None, digits: int, text: str) -> None:
+    assert percent(share, digits) == text
+
+
+@given(st.floats(0.0, 1.0 - 1e-6, exclude_min=True), st.integers(0, 3))
+def test_only_all_is_100_percent_and_only_none_is_0(share: float, digits: int) -> None:
+    assert percent(share, digits) not in (percent(1.0, digits), percent(0.0, digits))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(None, "-"), (0.0123, "12 ms"), (1.25, "1.2 s"), (99.0, "99.0 s"), (3600.0, "3,600 s")],
+)
+def test_seconds(value: float | None, text: str) -> None:
+    assert seconds(value) == text
+
+
+def test_lengths_and_directions() -> None:
+    assert length(1234.5) == "1,234"
+    assert length(0.04567) == "0.0457"
+    assert along((-0.001, 0.5, -0.8660254)) == "(0.00, 0.50, -0.87)"

@@ -46,7 +46,7 @@ def past(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Iterato
 
 def test_what_failed_says_why_and_what_to_do(page: Page, past: Past, tmp_path: Path) -> None:
     page.goto(f"{past.address}/jobs")
-    fault = page.get_by_role("alert").first
+    fault = page.get_by_role("note").first
     expect(fault).to_contain_text("Its process died at every attempt")
     expect(fault).to_contain_text("The process ended by signal 9.")
     expect(fault).to_contain_text("What to do: Submit it again.")
@@ -88,7 +88,7 @@ def test_it_can_be_read_on_a_tablet(browser: Browser, past: Past, scheme: str) -
     page = context.new_page()
     for place in ("/jobs", f"/jobs/{past.failed}"):
         page.goto(f"{past.address}{place}")
-        expect(page.get_by_role("alert").first).to_be_visible()
+        expect(page.get_by_role("note").first).to_be_visible()
         assert faint_texts(page) == []
         assert not overflows(page)
     context.close()

@@ -113,11 +113,13 @@ def test_a_refused_upload_says_why_and_can_be_sent_again(
 ) -> None:
     watch.expect("413")
     large = tmp_path / "large.obj"
-    large.write_bytes(b"#" * 200_000)
+    large.write_bytes(b"#" * 1_100_000)
     page.goto(f"{working}/submit")
     page.get_by_label("Meshes").set_input_files(large)
     page.get_by_role("button", name="Submit").click()
-    expect(page.get_by_role("alert").filter(has_text="An upload may have 100,000")).to_be_visible()
+    expect(
+        page.get_by_role("alert").filter(has_text="An upload may have 1,000,000")
+    ).to_be_visible()
     expect(page.get_by_role("button", name="Submit")).to_be_enabled()
     page.get_by_role("button", name="Remove large.obj").click()
     expect(page.get_by_role("button", name="Submit")).to_be_disabled()
@@ -139,7 +141,7 @@ def test_the_keyboard_is_enough(page: Page, working: str, mesh: Path) -> None:
     expect(page.get_by_label("Budget", exact=True)).to_be_visible()
     tab_to(page, page.get_by_label("Meshes"))
     with page.expect_file_chooser() as chooser:
-        page.keyboard.press("Enter")
+        page.keyboard.press("Space")
     chooser.value.set_files(mesh)
     expect(page.get_by_role("button", name="Submit")).to_be_enabled()
     tab_to(page, page.get_by_label("Resolution", exact=True))

@@ -53,6 +53,7 @@ def test_a_sweep_is_run_watched_and_laid_over_the_runs(
     with page.expect_download() as download:
         page.get_by_role("link", name="tradeoff.csv").click()
     assert download.value.path().read_text().count("\n") == 7
+    page.get_by_role("heading", level=1).scroll_into_view_if_needed()
     keep_picture(page, "dashboard_tradeoff", tmp_path)
 
 

@@ -25,14 +25,15 @@ def page_frame(title: str, *, here: str) -> Iterator[None]:
     ui.page_title(f"{title} - planar-occluder")
     ui.add_head_html(f'<link rel="stylesheet" href="{STYLE}">')
     ui.colors(primary="#0b5cad", positive="#1a7a3c", negative="#b3261e", warning="#8a5a00")
-    ui.link("Skip to the content", "#content").classes("skip-link")
     with ui.header(elevated=False).classes("bar").props("bordered"):
+        ui.link("Skip to the content", "#content").classes("skip-link")
         _brand()
         _navigation(here)
         ui.space()
         theme_switch()
         _whoever(current_caller())
-    with ui.element("main").props('id=content tabindex="-1"').classes("content"):
+    # NiceGUI's page around it is the main part already.
+    with ui.element("div").props('id=content tabindex="-1"').classes("content"):
         ui.label(title).props("role=heading aria-level=1").classes("title")
         yield
 
@@ -40,7 +41,9 @@ def page_frame(title: str, *, here: str) -> Iterator[None]:
 @contextmanager
 def panel(title: str, *, titled: bool = True) -> Iterator[None]:
     """A part of a page; ``titled`` is whether its title is shown, or only read out."""
-    with ui.element("section").classes("panel").props(f'aria-label="{title}"'):
+    section = ui.element("section").classes("panel")
+    section.props["aria-label"] = title
+    with section:
         if titled:
             ui.label(title).classes("panel-title").props("role=heading aria-level=2")
         yield

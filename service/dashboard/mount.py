@@ -25,6 +25,7 @@ from service.dashboard.icon import ICON
 from service.dashboard.jobs import one_page as job
 from service.dashboard.jobs import page as jobs
 from service.dashboard.overview import page as overview
+from service.dashboard.overview import rows_route
 from service.dashboard.submit import page as submit
 from service.dashboard.tradeoff import page as tradeoff
 
@@ -41,6 +42,7 @@ def add_dashboard(app: FastAPI) -> None:
     ``app.state.services`` has to be there from then on.
     """
     app.include_router(sign_in.router)
+    app.include_router(rows_route.router)
     host = _host()
     app.router.routes.append(_Pages(Gate(host, app)))
     inside = app.router.lifespan_context

@@ -122,6 +122,7 @@ def test_a_page_of_another_site_may_not_submit(http):
 
 def test_the_server_never_imports_what_only_workers_need():
     heavy = "numpy", "numba", "scipy", "trimesh", "cv2", "matplotlib"
-    code = f"import service.app, service.dashboard.mount, sys; print([name for name in {heavy} if name in sys.modules])"
+    found = f"[name for name in {heavy} if name in sys.modules]"
+    code = f"import service.app, service.dashboard.mount, sys; print({found})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

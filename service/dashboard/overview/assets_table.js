@@ -2,6 +2,7 @@
    Text from outside becomes text nodes only. */
 
 import * as AgGrid from "nicegui-aggrid";
+import { assetsAt } from "occluder-assets";
 
 AgGrid.ModuleRegistry.registerModules([AgGrid.AllCommunityModule]);
 
@@ -158,7 +159,7 @@ export default {
       </div>
       <div ref="grid" class="grid"></div>
     </div>`,
-  props: { editable: Boolean },
+  props: { editable: Boolean, source: String },
   data() {
     return {
       wanted: "all",
@@ -182,12 +183,12 @@ export default {
       ensureDomOrder: true,
       suppressCellFocus: false,
       tooltipShowDelay: 400,
-      overlayNoRowsTemplate: "<span>No asset has this in its name.</span>",
+      localeText: { noRowsToShow: "No asset is like this." },
       isExternalFilterPresent: () => this.wanted !== "all" || this.words.length > 0,
       doesExternalFilterPass: (row) => this.passes(row.data),
       onCellClicked: (event) => this.act(event),
       onCellKeyDown: (event) => event.event.key === "Enter" && this.act(event),
-      onModelUpdated: (event) => (this.displayed = event.api.getDisplayedRowCount()),
+      onModelUpdated: (event) => this.tellCount(event.api),
       onColumnResized: (event) => event.finished && event.source !== "flex" && this.remember(),
       onColumnMoved: (event) => event.finished && this.remember(),
       onColumnVisible: () => this.remember(),
@@ -196,25 +197,28 @@ export default {
     this.$refs.grid.querySelector("[role=grid], [role=treegrid]")?.setAttribute("aria-label", "Assets");
     this.recall();
     document.addEventListener("click", this.closeElsewhere);
-    this.$emit("ready");
+    this.load();
+  },
+  watch: {
+    source() {
+      this.load();
+    },
   },
   unmounted() {
     document.removeEventListener("click", this.closeElsewhere);
     this.api?.destroy();
   },
   methods: {
-    /* From the server. */
-    setRows(rows) {
+    /* Rows keep their place by their ids: what is read or chosen stays where it is. */
+    async load() {
+      if (!this.source) return;
+      const source = this.source;
+      const rows = await assetsAt(source);
+      if (source !== this.source) return; // others were asked for meanwhile
       this.api.setGridOption("rowData", rows);
       this.count();
     },
-    changeRows(change) {
-      this.api.applyTransaction(change);
-      this.count();
-      this.api.onFilterChanged();
-    },
 
-    /* From whoever looks at it. */
     find(event) {
       // Not the grid's own filter, which asks all columns for their text.
       this.words = event.target.value.toLowerCase().split(/\s+/).filter(Boolean);
@@ -251,6 +255,11 @@ export default {
       if (this.wanted === "worse" && !row.worse) return false;
       const name = row.name.toLowerCase();
       return this.words.every((word) => name.includes(word));
+    },
+    tellCount(api) {
+      this.displayed = api.getDisplayedRowCount();
+      if (this.displayed === 0) api.showNoRowsOverlay();
+      else api.hideOverlay();
     },
     count() {
       const counts = { all: 0, missed: 0, worse: 0 };

@@ -1,6 +1,7 @@
 /* One point an asset, precision against recall.  The table beside it says the same in words. */
 
 import { echarts } from "nicegui-echart";
+import { assetsAt } from "occluder-assets";
 
 const SERIES = [
   { name: "missed", symbol: "triangle", colour: "--bad" },
@@ -11,6 +12,7 @@ const percent = (share) => `${Math.floor(share * 10000 + 1e-6) / 100} %`;
 export default {
   template: `<div class="distribution" role="img"
     aria-label="Precision against recall, one point an asset; the table has the same numbers"></div>`,
+  props: { source: String },
   data() {
     return { points: [] };
   },
@@ -24,7 +26,12 @@ export default {
     this.sized.observe(this.$el);
     this.coloured = new MutationObserver(this.draw);
     this.coloured.observe(document.body, { attributes: true, attributeFilter: ["class"] });
-    this.$emit("ready");
+    this.load();
+  },
+  watch: {
+    source() {
+      this.load();
+    },
   },
   unmounted() {
     this.sized.disconnect();
@@ -32,9 +39,12 @@ export default {
     this.chart.dispose();
   },
   methods: {
-    /* From the server: {id, name, precision, recall, missed}. */
-    setPoints(points) {
-      this.points = points;
+    async load() {
+      if (!this.source) return;
+      const source = this.source;
+      const rows = await assetsAt(source);
+      if (source !== this.source) return; // others were asked for meanwhile
+      this.points = rows.filter((row) => row.precision !== null && row.recall !== null);
       this.draw();
     },
     draw() {
@@ -46,7 +56,7 @@ export default {
         nameTextStyle: text,
         type: "value",
         max: 1,
-        min: (range) => Math.max(0, Math.floor(Math.min(range.min, 0.99) / step) * step),
+        min: (range) => Math.max(0, Math.floor(Math.min(range.min, 0.99) / step + 1e-6) * step),
         axisLabel: { ...text, formatter: (value) => `${Math.round(value * 1000) / 10} %` },
         axisLine: { show: true, lineStyle: { color: colour("--line") } },
         splitLine: { lineStyle: { color: colour("--line") } },
@@ -54,9 +64,8 @@ export default {
       });
       const of = (missed) =>
         this.points
-          .map((point, index) => [point.precision, point.recall, index, point.missed])
-          .filter((row) => row[3] === missed)
-          .map((row) => row.slice(0, 3));
+          .map((point, index) => [point.precision, point.recall, index])
+          .filter((row) => (this.points[row[2]].verdict === "missed") === missed);
       this.chart.setOption(
         {
           animation: false,
@@ -77,7 +86,7 @@ export default {
             },
           },
           xAxis: { ...axis("Precision", 0.01), nameGap: 28 },
-          yAxis: { ...axis("Recall", 0.1), nameGap: 46 },
+          yAxis: { ...axis("Recall", 0.2), nameGap: 46 },
           series: SERIES.map((one) => ({
             name: one.name === "missed" ? "thresholds missed" : "all others",
             type: "scatter",

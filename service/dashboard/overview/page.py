@@ -14,6 +14,7 @@ from service.dashboard.overview.demand import open_demand
 from service.dashboard.overview.distribution import Distribution
 from service.dashboard.overview.export import csv_of
 from service.dashboard.overview.rows import AssetLine, Overview, summary
+from service.dashboard.overview.rows_route import rows_address
 from service.dashboard.overview.sharing import shared_overview
 from service.dashboard.overview.table import AssetsTable
 from service.dashboard.overview.worsened import Worsened
@@ -37,6 +38,7 @@ class _Page:
     def __init__(self, visitor: Visitor) -> None:
         self._visitor = visitor
         self._overview: Overview | None = None
+        self._shown = 0
         self._since = datetime.now(UTC).replace(hour=0, minute=0, second=0, microsecond=0) - _WEEK
         settings, request = visitor.services.settings, ui.context.client.request
         self._figures = ui.label("Loading").classes("quiet").props("role=status")
@@ -77,11 +79,13 @@ class _Page:
 
     def _show(self, overview: Overview) -> None:
         self._overview = overview
+        self._shown += 1
+        source = rows_address(overview.since, self._shown)
         self._figures.text = summary(overview)
         self._panels.visible = bool(overview.lines)
         self._beginning.visible = not overview.lines
-        self._table.show(overview)
-        self._distribution.show(overview)
+        self._table.show(source)
+        self._distribution.show(source)
         self._worsened.show(overview)
 
     async def _choose_since(self, since: datetime) -> None:

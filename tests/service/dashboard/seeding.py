@@ -26,6 +26,8 @@ class Past:
     precisions: tuple[float, ...] = ()
     thresholds: Thresholds = field(default_factory=Thresholds)
     triangles: int = 64
+    input_triangles: int = 5000
+    seconds: float = 1.5
 
 
 def seed_assets(
@@ -57,6 +59,8 @@ def made_up(count: int, *, runs: int) -> Iterator[Past]:
             tuple(precision for _ in drift),
             demanded,
             chance.choice((12, 24, 32, 64)),
+            round(chance.lognormvariate(9.5, 1.4)),
+            chance.lognormvariate(0.6, 0.7),
         )
 
 
@@ -79,9 +83,9 @@ def _runs(past: Past, asset: int, tenant: str, now: float) -> Iterator[dict[str,
         created = now - DAY * age - 60.0
         summary = Summary(
             triangles=past.triangles,
-            input_triangles=5000,
+            input_triangles=past.input_triangles,
             levels=3,
-            seconds=1.5,
+            seconds=past.seconds,
             precision=precision,
             recall=recall,
             worst_recall=0.8 * recall,

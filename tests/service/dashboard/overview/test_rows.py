@@ -21,7 +21,7 @@ from service.dashboard.overview.rows import (
     summary,
     worsened,
 )
-from service.dashboard.overview.table import difference, rows_of
+from service.dashboard.overview.rows_route import rows_of
 from service.jobs.asset import RunNumbers, Standing, Thresholds
 
 RUN = RunNumbers("job1", 1.7e9, 64, 5000, 1.5, 0.999, 0.8, 0.6, 17)
@@ -117,15 +117,6 @@ def test_a_formula_is_quoted(name: str) -> None:
     assert harmless("props/castle") == "props/castle"
 
 
-def test_only_what_differs_is_sent() -> None:
-    old = rows_of(overview(line("a"), line("b"), line("c")))
-    new = rows_of(overview(line("b"), line("c", replace(RUN, recall=0.5)), line("d")))
-    change = difference(old, new)
-    assert [row["name"] for row in change["add"]] == ["d"]
-    assert [(row["name"], row["recall"]) for row in change["update"]] == [("c", 0.5)]
-    assert change["remove"] == [{"id": "id of a"}]
-
-
 def test_those_that_miss_their_thresholds_come_first() -> None:
     missed = line("z", thresholds=Thresholds(1.0, 1.0))
-    assert [row["name"] for row in rows_of(overview(line("a"), missed)).values()] == ["z", "a"]
+    assert [row["name"] for row in rows_of(overview(line("a"), missed))] == ["z", "a"]

@@ -8,19 +8,18 @@ from datetime import UTC, datetime
 from service.dashboard.views import Direction
 
 _UNKNOWN = "-"
+_ROUNDING = 1e-9  # 0.29 times 100 is 28.999999999999996
 
 
 def percent(share: float | None, digits: int = 1) -> str:
-    """A share of 0 to 1; never 100 % for what is less, nor 0 % for what is more."""
+    """A share of 0 to 1, never more than it is: 98.99 % does not reach 99, nor 99.99 all."""
     if share is None:
         return _UNKNOWN
     step = 10.0**-digits
-    shown = round(100.0 * share, digits)
-    if shown >= 100.0 and share < 1.0:
-        shown = 100.0 - step
-    if shown <= 0.0 and share > 0.0:
+    steps = math.floor(100.0 * share / step + _ROUNDING)
+    if steps == 0 and share > 0.0:
         return f"< {step:.{digits}f} %"
-    return f"{shown:.{digits}f} %"
+    return f"{steps * step:.{digits}f} %"
 
 
 def length(value: float | None) -> str:

@@ -64,7 +64,7 @@ class _ControlledViewer:
             mode=mode,
             group=group,
         )
-        self._said = ui.label().classes("quiet").props("aria-live=polite")
+        self._said = ui.label().classes("quiet one-line").props("aria-live=polite")
 
     def show_view(self, view: View) -> None:
         """As silhouettes, from one of the report's directions."""

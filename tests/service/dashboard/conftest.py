@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import Browser, Page
@@ -46,9 +48,15 @@ def castle(tmp_path_factory: pytest.TempPathFactory) -> JobResult:
 
 
 @pytest.fixture(scope="session")
-def parts(castle: JobResult) -> Iterator[str]:
-    """The address of pages that show one component each."""
-    with served("tests.service.dashboard.parts:make_app()", {FOLDER: str(castle.folder)}) as url:
+def parts_folder(castle: JobResult, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What the castle's job has made, and what tests add."""
+    return shutil.copytree(castle.folder, tmp_path_factory.mktemp("parts") / "files")
+
+
+@pytest.fixture(scope="session")
+def parts(parts_folder: Path) -> Iterator[str]:
+    """The address of pages that show one component each, with the files of that folder."""
+    with served("tests.service.dashboard.parts:make_app()", {FOLDER: str(parts_folder)}) as url:
         yield url
 
 

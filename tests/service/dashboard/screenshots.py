@@ -20,6 +20,7 @@ def keep_picture(shown: Page | Locator, name: str, otherwise: Path) -> Image.Ima
     """
     picture = Image.open(io.BytesIO(shown.screenshot(animations="disabled"))).convert("RGB")
     path = Path(_FOLDER) / f"{name}.png" if _FOLDER else otherwise / f"{name}.png"
-    picture.quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
+    few = picture.quantize(256, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    few.save(path, optimize=True)
     assert path.stat().st_size < _LARGEST, f"{path.name} has {path.stat().st_size:,} bytes"
     return picture

@@ -16,7 +16,6 @@ from simplifier.evaluation.gallery import COLOURS
 from simplifier.evaluation.silhouettes import WHITE, silhouette
 from tests.service.dashboard.chromium import Watch
 from tests.service.dashboard.results import JobResult
-from tests.service.dashboard.screenshots import keep_picture
 from tests.service.dashboard.viewer_pages import (
     frames,
     grey,
@@ -28,21 +27,24 @@ from tests.service.dashboard.viewer_pages import (
 )
 
 
+@pytest.fixture(autouse=True)
+def small(page: Page) -> None:
+    """Pictures are drawn by the processor: fewer pixels, less time."""
+    page.set_viewport_size({"width": 720, "height": 700})
+
+
 def test_colours_are_those_of_the_report() -> None:
     told = {"yellow": BOTH, "black": MISSED, "blue": WRONG}
     assert told == COLOURS
     assert NEITHER == WHITE
 
 
-def test_original_and_occluder_are_drawn_over_each_other(
-    page: Page, parts: str, tmp_path: Path
-) -> None:
+def test_original_and_occluder_are_drawn_over_each_other(page: Page, parts: str) -> None:
     page.goto(f"{parts}/viewer")
     picture = pixels(shown(page))
     assert grey(picture) > 0.05
     assert yellow(picture) > 0.05
     assert grey(picture) + yellow(picture) < 0.9
-    keep_picture(page, "viewer", tmp_path)
 
 
 def test_side_by_side_shows_one_of_them_on_either_side(page: Page, parts: str) -> None:
@@ -96,19 +98,16 @@ def test_silhouettes_are_those_of_the_report(
 
 
 def test_a_mesh_far_from_the_origin_looks_the_same(
-    page: Page, parts: str, castle: JobResult
+    page: Page, parts: str, parts_folder: Path, castle: JobResult
 ) -> None:
     page.goto(f"{parts}/viewer")
     near = pixels(shown(page))
     away = np.array([5_176_000.0, 250.0, -1_841_000.0])
     mesh, occluder = simplifier.load(castle.input), castle.occluder(0)
-    simplifier.save_for_viewing(
-        simplifier.TriangleMesh.from_soup(mesh.vertices + away, mesh.faces),
-        castle.folder / "far.glb",
-    )
-    simplifier.save(
-        replace(occluder, vertices=occluder.vertices + away), castle.folder / "far0.glb"
-    )
+    moved = simplifier.TriangleMesh.from_soup(mesh.vertices + away, mesh.faces)
+    simplifier.save_for_viewing(moved, parts_folder / "far.glb")
+    occluder = replace(occluder, vertices=occluder.vertices + away)
+    simplifier.save(occluder, parts_folder / "far0.glb")
     page.goto(f"{parts}/viewer?original=far.glb&finest=far0.glb")
     far = pixels(shown(page))
     assert (np.abs(far - near).max(axis=-1) > 8).mean() < 0.002
@@ -143,9 +142,9 @@ def test_dragging_turns(page: Page, parts: str) -> None:
     host = shown(page)
     before, count, box = pixels(host), frames(host), host.bounding_box()
     assert box is not None
-    page.mouse.move(box["x"] + 300, box["y"] + 200)
+    page.mouse.move(box["x"] + 200, box["y"] + 200)
     page.mouse.down()
-    page.mouse.move(box["x"] + 400, box["y"] + 200, steps=3)
+    page.mouse.move(box["x"] + 300, box["y"] + 200, steps=3)
     page.mouse.up()
     _drawn_again(page, host, count)
     assert (pixels(host) != before).any(axis=-1).mean() > 0.05

@@ -62,7 +62,8 @@ def test_an_occluder_has_levels_in_all_formats_a_report_and_pictures(place, ball
     assert levels == job.summary.levels == 2
     formats = {f"lod{level}.{suffix}" for level in range(levels)
                for suffix in ("glb", "obj", "ply", "stl", "tres", "off")}  # fmt: skip
-    assert formats | {"occluder.glb", "report.json", "report.html"} <= set(results)
+    made = {"occluder.glb", "original.glb", "report.json", "report.html"}
+    assert formats | made <= set(results)
     assert {"pictures/silhouettes.png", "pictures/recall.png"} <= set(results)
     for name in ("occluder.glb", "lod1.ply"):
         (tmp_path / name).write_bytes(results[name])
@@ -203,6 +204,7 @@ def test_an_evaluation_judges_what_was_made_elsewhere(place, ball, tmp_path):
     assert (job.summary.recall, job.summary.levels) == (report["recall"], 1)
     assert job.summary.recall > 0.3
     assert {"report.html", "pictures/silhouettes.png"} <= set(results)
+    assert {"original.glb", "lod0.glb"} <= set(results)  # to be looked at
 
 
 def scene_zip(**files):

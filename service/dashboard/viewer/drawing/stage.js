@@ -97,12 +97,13 @@ export class Stage {
     this.told.counted({ ...shares, direction: this.eye.direction.toArray() });
   }
 
+  // Draws at once: a canvas of another size is empty, and would be seen so.
   resize() {
     const { clientWidth: width, clientHeight: height } = this.host;
     if (!width || !height) return;
     this.renderer.setSize(width, height);
     this.eye.setAspect((this.mode === "side" ? width / 2 : width) / height);
-    this.invalidate();
+    this.draw();
   }
 
   repaint() {

@@ -73,6 +73,7 @@ def test_the_worst_view_opens(
     expect(page.get_by_text("original and occluder ")).to_contain_text("%")
     settle(host)
     assert set(range(4)) == set(kinds(pixels(host))[2:-2, 2:-2].ravel().tolist())
+    page.evaluate("scrollTo(0, 0)")
     keep_picture(page, "dashboard_asset", tmp_path)
 
 
@@ -112,6 +113,10 @@ def test_two_runs_are_chosen_and_compared(page: Page, filled: Filled, tmp_path: 
     page.locator(".mesh-viewer[data-state=ready]").nth(1).wait_for(timeout=20_000)
     page.get_by_role("table", name="Recall of views").get_by_role("button").first.click()
     expect(page.get_by_text("by the finest level")).to_have_count(2)
+    page.evaluate("scrollTo(0, 0)")
+    for host in page.get_by_role("application").all():
+        settle(host)
+        assert {1, 2, 3} <= set(kinds(pixels(host)).ravel().tolist())
     keep_picture(page, "dashboard_compare", tmp_path)
 
 

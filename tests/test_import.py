@@ -18,7 +18,8 @@ LIGHT = {
     "what describes a request": (
         "from simplifier import SIMPLIFY_FIELDS, EVALUATE_FIELDS, SCENE_FIELDS, MESH_SUFFIXES, "
         "OCCLUDER_SUFFIXES, STAGES, OptionField, OptionError, MeshError, run_guarded, Progress\n"
-        "from simplifier import SimplifyOptions, EvaluateOptions, TradeoffOptions, TRADEOFF_FIELDS\n"
+        "from simplifier import SimplifyOptions, EvaluateOptions\n"
+        "from simplifier import TradeoffOptions, TRADEOFF_FIELDS\n"
         "SimplifyOptions.of({'budget': 7, 'error_bounds': [1, 2]}); EvaluateOptions()"
     ),
     "the command line": "import simplifier.cli",

@@ -83,7 +83,7 @@ class EndedJobs:
                 return
             columns = ["Mesh", "Asset", "Kind", "State", "#Precision", "#Recall", "#Triangles",
                        "#Time", "Ended", ""]  # fmt: skip
-            with ui.element("div").classes("scrolled"):
+            with ui.element("div").classes("wide-table"):
                 table = PlainTable("Jobs that have ended", columns)
             for line in page.lines:
                 self._row(table, line, len(columns))

@@ -83,7 +83,7 @@ def _undone(visitor: Visitor, job: Job) -> None:
 
 
 def _options(options: Mapping[str, Any], defaults: Mapping[str, Any]) -> None:
-    with panel("Options"), ui.element("div").classes("scrolled"):
+    with panel("Options"), ui.element("div").classes("wide-table"):
         table = PlainTable("Options of the job", ("Option", "Value", ""))
     for name, value in options.items():
         with table.row():

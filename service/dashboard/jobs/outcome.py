@@ -15,14 +15,15 @@ def show_outcome(line: JobLine) -> None:
         case JobState.SUCCEEDED:
             _succeeded(line)
         case JobState.FAILED:
-            show_failure(line)
+            # Read out at once: somebody waits for it.
+            show_failure(line, role="alert")
         case _:
             ui.label("It was cancelled; nothing was kept.").classes("quiet")
 
 
-def show_failure(line: JobLine) -> None:
+def show_failure(line: JobLine, role: str = "note") -> None:
     """The reason and the remedy in words."""
-    with ui.element("div").classes("fault").props("role=alert"):
+    with ui.element("div").classes("fault").props(f"role={role}"):
         ui.label(line.title).classes("fault-title")
         ui.label(line.reason).classes("name")
         if line.remedy:
@@ -52,10 +53,10 @@ def _term(name: str) -> None:
 
 
 def _figures(line: JobLine) -> list[tuple[str, str]]:
-    best = "best " if line.kind is JobKind.TRADEOFF else ""
+    swept = line.kind is JobKind.TRADEOFF
     return [
         ("triangles", f"{line.triangles:,}" if line.triangles is not None else "-"),
-        (f"{best}precision", percent(line.precision, 2)),
-        (f"{best}recall", percent(line.recall)),
+        ("its precision" if swept else "precision", percent(line.precision, 2)),
+        ("best recall" if swept else "recall", percent(line.recall)),
         ("time", seconds(line.seconds)),
     ]

@@ -73,7 +73,7 @@ class WaitingJobs:
             ui.label("Nothing runs.").classes("quiet")
             return
         columns = ["Mesh", "Asset", "Kind", "Progress", "#", "Stage", "#Time", ""]
-        with ui.element("div").classes("scrolled"):
+        with ui.element("div").classes("wide-table"):
             table = PlainTable("Jobs that run", columns)
         for line in lines:
             with table.row():
@@ -92,7 +92,7 @@ class WaitingJobs:
             ui.label("Nothing waits.").classes("quiet")
             return
         columns = ["Mesh", "Asset", "Kind", "#Place", "Sent", ""]
-        with ui.element("div").classes("scrolled"):
+        with ui.element("div").classes("wide-table"):
             table = PlainTable("Jobs that wait", columns)
         for line in lines:
             with table.row():

@@ -11,7 +11,7 @@ from nicegui import ui
 from service.dashboard.tradeoff.rows import Point, Tradeoff
 from service.dashboard.wording import percent, seconds
 
-_SYMBOLS = ("circle", "rect", "triangle", "diamond", "pin", "arrow")
+_SYMBOLS = ("rect", "diamond", "roundRect", "pin", "arrow")
 _COLOURS = ("#3b82c4", "#c0742a", "#2f8f6b", "#8a63c9", "#b0506a", "#6b7a2f")
 """One a budget, told apart by their symbols too; each has 3 : 1 to both backgrounds."""
 _RUN = "#8792a0"
@@ -52,57 +52,58 @@ def chart_options(known: Tradeoff) -> dict[str, Any]:
 
 def _reach(known: Tradeoff) -> dict[str, float]:
     """The range of recall that is drawn, percent: all that there is, and no more than 100."""
-    shares = [100.0 * one.recall for one in (*known.runs, *known.swept)] or [0.0, 100.0]
-    return {"min": max(0.0, 5.0 * floor(min(shares) / 5.0 - 0.2)),
-            "max": min(100.0, 5.0 * ceil(max(shares) / 5.0 + 0.2))}  # fmt: skip
+    shares = [10.0 * one.recall for one in (*known.runs, *known.swept)] or [0.0, 10.0]
+    return {"min": 10 * max(0, floor(min(shares) - 0.2)),
+            "max": 10 * min(10, ceil(max(shares) + 0.2))}  # fmt: skip
 
 
 def _series(known: Tradeoff) -> list[dict[str, Any]]:
-    series = [_scatter("runs", known.runs, known.precision, _RUN, "emptyCircle")]
-    series += _front("front of the runs", [one for one in known.runs if one.front], _RUN)
+    """Those that are not precise enough are apart: they are on no front."""
+    imprecise = [one for one in (*known.runs, *known.swept) if one.precision < known.precision]
+    name = f"below {100.0 * known.precision:g} % precision"
+    series = [
+        _scatter(name, imprecise, _IMPRECISE, "triangle"),
+        *_group("runs", known.runs, _RUN, "circle", known.precision),
+    ]
     for place, budget in enumerate(sorted({one.budget for one in known.swept})):
         points = [one for one in known.swept if one.budget == budget]
         colour, symbol = _COLOURS[place % len(_COLOURS)], _SYMBOLS[place % len(_SYMBOLS)]
-        name = f"sweep, budget {budget:,}"
-        series.append(_scatter(name, points, known.precision, colour, symbol))
-        series += _front(name, [one for one in points if one.front], colour)
+        series += _group(f"sweep, budget {budget:,}", points, colour, symbol, known.precision)
     return [one for one in series if one["data"]]
 
 
-def _scatter(
-    name: str, points: Sequence[Point], precision: float, colour: str, symbol: str
-) -> dict[str, Any]:
+def _group(
+    name: str, points: Sequence[Point], colour: str, symbol: str, precision: float
+) -> list[dict[str, Any]]:
+    """The points that are precise enough, and their front."""
+    precise = [one for one in points if one.precision >= precision]
+    front = sorted((one for one in precise if one.front), key=lambda one: one.seconds)
+    return [
+        _scatter(name, precise, colour, symbol),
+        {
+            "type": "line", "name": name, "symbol": "none", "silent": True,
+            "lineStyle": {"color": colour, "width": 2}, "itemStyle": {"color": colour},
+            "data": [{"value": _place(one)} for one in front],
+        },
+    ]  # fmt: skip
+
+
+def _scatter(name: str, points: Sequence[Point], colour: str, symbol: str) -> dict[str, Any]:
     return {
         "type": "scatter",
         "name": name,
         "symbol": symbol,
         "symbolSize": 10,
-        "itemStyle": {"color": colour},
-        "data": [_dot(one, precision) for one in points],
+        "itemStyle": {"color": colour, "opacity": 1},
+        "data": [{"value": _place(one), "words": _words(one)} for one in points],
     }
 
 
-def _dot(point: Point, precision: float) -> dict[str, Any]:
-    """A point that is not precise enough is red and smaller."""
-    dot: dict[str, Any] = {
-        "value": _place(point),
-        "words": f"{point.name}\n{seconds(point.seconds)}, recall {percent(point.recall)}, "
-        f"precision {percent(point.precision, 2)}, {point.triangles:,} triangles",
-    }
-    if point.precision < precision:
-        dot |= {"itemStyle": {"color": _IMPRECISE}, "symbolSize": 6}
-    return dot
-
-
-def _front(name: str, points: Sequence[Point], colour: str) -> list[dict[str, Any]]:
-    ranked = sorted(points, key=lambda one: one.seconds)
-    return [
-        {
-            "type": "line", "name": name, "symbol": "none", "silent": True,
-            "lineStyle": {"color": colour, "width": 2}, "itemStyle": {"color": colour},
-            "data": [{"value": _place(one)} for one in ranked],
-        }
-    ]  # fmt: skip
+def _words(point: Point) -> str:
+    return (
+        f"{point.name}\n{seconds(point.seconds)}, recall {percent(point.recall)}, "
+        f"precision {percent(point.precision, 2)}, {point.triangles:,} triangles"
+    )
 
 
 def _place(point: Point) -> list[float]:

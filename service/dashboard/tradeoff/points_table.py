@@ -20,7 +20,7 @@ _COLUMNS = ("Setting", "#Budget", "#Time", "#Recall", "#Precision", "#Triangles"
 
 def show_points(caption: str, points: Sequence[Point], precision: float, *, linked: bool) -> None:
     """``linked``: each is a job of its own."""
-    with ui.element("div").classes("scrolled"):
+    with ui.element("div").classes("wide-table"):
         table = PlainTable(caption, _COLUMNS)
     for one in sorted(points, key=lambda one: (one.budget, one.seconds)):
         with table.row():

@@ -58,3 +58,14 @@ def parts(parts_folder: Path) -> Iterator[str]:
     """The address of pages that show one component each, with the files of that folder."""
     with served("tests.service.dashboard.parts:make_app()", {FOLDER: str(parts_folder)}) as url:
         yield url
+
+
+@pytest.fixture(scope="session")
+def working(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a service with its pages and one worker, who takes seconds to get ready."""
+    environment = {
+        "OCCLUDER_DATA": str(tmp_path_factory.mktemp("working")), "OCCLUDER_WORKERS": "1",
+        "OCCLUDER_MIN_FREE": "0", "OCCLUDER_MAX_UPLOAD": "1000000",
+    }  # fmt: skip
+    with served("tests.service.dashboard.application:make_app()", environment) as address:
+        yield address

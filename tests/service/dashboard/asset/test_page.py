@@ -131,7 +131,7 @@ def test_downloads_are_what_the_job_has_made(page: Page, filled: Filled, castle:
 def test_a_failed_job_explains_itself(page: Page, filled: Filled, tmp_path: Path) -> None:
     page.goto(f"{filled.address}/jobs/{filled.failed}")
     expect(page.get_by_text("The job used more than 64 MiB.")).to_be_visible()
-    expect(page.get_by_text("What to do: lower the resolution")).to_be_visible()
+    expect(page.get_by_text("What to do: Lower the resolution.")).to_be_visible()
     keep_picture(page, "dashboard_failed_job", tmp_path)
 
 

@@ -1,0 +1,94 @@
+"""The page of all jobs, over a folder that a server has left and one who works on it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from service.jobs.job import Failure
+from tests.service.dashboard.chromium import TABLET
+from tests.service.dashboard.legibility import faint_texts, overflows
+from tests.service.dashboard.results import JobResult
+from tests.service.dashboard.screenshots import keep_picture
+from tests.service.dashboard.serving import served
+from tests.service.dashboard.stock import stocked
+
+MANY = 60
+
+
+@dataclass(frozen=True)
+class Past:
+    """A service whose jobs have ended: its address, and one of them that failed."""
+
+    address: str
+    failed: str
+
+
+@pytest.fixture(scope="module")
+def past(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Iterator[Past]:
+    folder = tmp_path_factory.mktemp("data")
+    died = Failure("process-died", "the process ended by signal 9", "submit it again")
+    with stocked(folder) as stock:
+        for _ in range(MANY):
+            stock.failure(castle, died)
+        failed = stock.failure(castle, died)
+        stock.run(castle, asset="props/castle")
+    environment = {
+        "OCCLUDER_DATA": str(folder), "OCCLUDER_WORKERS": "1", "OCCLUDER_MIN_FREE": "0",
+    }  # fmt: skip
+    with served("tests.service.dashboard.application:make_app()", environment) as address:
+        yield Past(address, failed.id)
+
+
+def test_what_failed_says_why_and_what_to_do(page: Page, past: Past, tmp_path: Path) -> None:
+    page.goto(f"{past.address}/jobs")
+    fault = page.get_by_role("note").first
+    expect(fault).to_contain_text("Its process died at every attempt")
+    expect(fault).to_contain_text("The process ended by signal 9.")
+    expect(fault).to_contain_text("What to do: Submit it again.")
+    keep_picture(page, "dashboard_jobs", tmp_path)
+
+
+def test_jobs_are_filtered_by_state_and_paged(page: Page, past: Past) -> None:
+    page.goto(f"{past.address}/jobs")
+    retries = page.get_by_role("button", name="Retry")
+    expect(retries).to_have_count(49)  # a page, less the one that succeeded
+    page.get_by_role("button", name="Older").click()
+    expect(retries).to_have_count(MANY + 1 - 49)
+    page.get_by_role("button", name="Newer").click()
+    expect(retries).to_have_count(49)
+    page.get_by_label("Show").click()
+    page.get_by_role("option", name="succeeded").click()
+    expect(retries).to_have_count(0)
+    expect(page.get_by_role("link", name="props/castle")).to_have_count(1)
+
+
+def test_an_address_may_name_the_state(page: Page, past: Past) -> None:
+    page.goto(f"{past.address}/jobs?state=cancelled")
+    expect(page.get_by_text("None has ended so.")).to_be_visible()
+    page.goto(f"{past.address}/jobs?state=<script>")
+    expect(page.get_by_role("link", name="props/castle")).to_be_visible()
+
+
+def test_a_failed_job_is_tried_again_and_watched(page: Page, past: Past) -> None:
+    page.goto(f"{past.address}/jobs/{past.failed}")
+    page.get_by_role("button", name="Retry").click()
+    expect(page.get_by_role("link", name="does a job again")).to_be_visible()
+    page.goto(f"{past.address}/jobs")
+    expect(page.get_by_text("Nothing waits.")).to_be_visible(timeout=30_000.0)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_can_be_read_on_a_tablet(browser: Browser, past: Past, scheme: str) -> None:
+    context = browser.new_context(viewport=TABLET, color_scheme=scheme)  # type: ignore[arg-type]
+    page = context.new_page()
+    for place in ("/jobs", f"/jobs/{past.failed}"):
+        page.goto(f"{past.address}{place}")
+        expect(page.get_by_role("note").first).to_be_visible()
+        assert faint_texts(page) == []
+        assert not overflows(page)
+    context.close()

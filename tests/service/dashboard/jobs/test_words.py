@@ -1,0 +1,50 @@
+"""Jobs in words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from service.dashboard.jobs.measure_line import polyline
+from service.dashboard.jobs.rows import line_of, progress_words
+from service.dashboard.jobs.words import KINDS, STATE_CLASSES, STATES, sentence, stage_words
+from service.jobs.job import Failure, Job, JobKind, JobState
+from service.jobs.progress import JobProgress
+from simplifier import STAGES
+
+JOB = Job(
+    id="j", number=1, tenant="t", kind=JobKind.OCCLUDER, state=JobState.RUNNING, name="a.obj",
+    options={}, version="1", created=0.0, attempt=1, attempts=3,
+)  # fmt: skip
+
+
+def test_everything_has_words() -> None:
+    assert set(KINDS) == set(JobKind)
+    assert set(STATES) == set(STATE_CLASSES) == set(JobState)
+    assert all(stage_words(stage) != stage for stage in (*STAGES, "occluders", "runs"))
+
+
+def test_sentences_leave_names_as_they_are() -> None:
+    assert sentence("the disk is full") == "The disk is full."
+    assert sentence("a.obj: no face") == "a.obj: no face."
+    assert sentence("") == ""
+
+
+def test_progress_counts_levels_from_one_and_runs_that_are_done() -> None:
+    assert progress_words(JobProgress("refine", 0.5, None, 1, 3)) == "refining, level 2 of 3"
+    assert progress_words(JobProgress("refine", 0.5)) == "refining"
+    assert progress_words(JobProgress("runs", 0.5, None, 4, 9)) == "running settings, 4 of 9 done"
+
+
+def test_a_failed_job_says_why_and_what_to_do() -> None:
+    failed = replace(
+        JOB, state=JobState.FAILED, failure=Failure("out-of-memory", "too much", "send less")
+    )
+    line = line_of(failed, JobProgress("refine", 0.5))
+    assert (line.reason, line.remedy) == ("Too much.", "Send less.")
+    assert line.title == "It needed more memory than it may"
+    assert line.fraction == 0.0  # progress that was told before counts no more
+
+
+def test_the_line_spans_its_box_and_rises_upwards() -> None:
+    assert polyline([(1.0, 0.2), (2.0, 0.6), (3.0, 0.4)]) == "0.0,38.0 100.0,2.0 200.0,20.0"
+    assert polyline([(1.0, 0.5)]) == "0.0,38.0"

@@ -39,9 +39,7 @@ def jobs_left(data):
             " count(deliveries.id), max(deliveries.id)"
             " FROM jobs LEFT JOIN deliveries ON job_number = jobs.number GROUP BY jobs.number"
         ).fetchall()
-    return {
-        row[1]: LeftJob(*row[1:], frozenset(files.get(row[0], ()))) for row in rows
-    }
+    return {row[1]: LeftJob(*row[1:], frozenset(files.get(row[0], ()))) for row in rows}
 
 
 def assert_folder_is_clean(data):

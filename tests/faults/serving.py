@@ -26,6 +26,10 @@ class Server:
         self.address = f"http://127.0.0.1:{_free_port()}"
         self._arguments = ["--port", self.address.rpartition(":")[2], *arguments]
         self._declared, self._variables = declared, variables
+        self._http = httpx.Client(
+            base_url=self.address, timeout=TIMEOUT,
+            limits=httpx.Limits(max_keepalive_connections=0),
+        )  # fmt: skip
         self._life = ExitStack()
         self._now = None
 
@@ -73,17 +77,17 @@ class Server:
         )  # fmt: skip
         return done.returncode, done.stderr
 
-    def get(self, path, **more):
-        return httpx.get(self.address + path, timeout=TIMEOUT, **more)
+    def get(self, path):
+        return self._http.get(path)
 
-    def post(self, path="/v1/occluders?filename=box.obj", body=BOX, headers=None, **more):
-        return httpx.post(
-            self.address + path, content=body, headers=headers, timeout=TIMEOUT, **more
-        )
+    def post(self, path="/v1/occluders?filename=box.obj", body=BOX, headers=None):
+        return self._http.post(path, content=body, headers=headers)
 
     def submit(self, first_line="#", query=""):
         """A job's id; ``first_line`` of the mesh says what its work does."""
-        answer = self.post(f"/v1/occluders?filename=box.obj{query}", f"{first_line}\n".encode() + BOX)
+        answer = self.post(
+            f"/v1/occluders?filename=box.obj{query}", f"{first_line}\n".encode() + BOX
+        )
         assert answer.status_code == 202, answer.text
         return answer.json()["id"]
 

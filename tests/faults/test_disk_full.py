@@ -124,7 +124,9 @@ def test_a_disk_that_is_full_again_and_again_loses_nothing(disk, server):
     for number in range(20):
         with filled(disk, left=rng.randrange(0, 400_000)):
             for size in rng.choices([100, 5_000, 60_000], k=4):
-                answer = serving.post(body=f"# fill {size}\n# {number} {len(accepted)}\n".encode() + BOX)
+                answer = serving.post(
+                    body=f"# fill {size}\n# {number} {len(accepted)}\n".encode() + BOX
+                )
                 if answer.status_code == 507:
                     refused += 1
                 else:

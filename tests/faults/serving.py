@@ -83,6 +83,10 @@ class Server:
     def post(self, path="/v1/occluders?filename=box.obj", body=BOX, headers=None):
         return self._http.post(path, content=body, headers=headers)
 
+    def stream(self, path):
+        """An answer as it comes, for a ``with`` statement."""
+        return self._http.stream("GET", path)
+
     def submit(self, first_line="#", query=""):
         """A job's id; ``first_line`` of the mesh says what its work does."""
         answer = self.post(

@@ -99,6 +99,7 @@ def test_what_is_to_stay_free_is_not_taken(server):
     serving.assert_served_whole(done)
 
 
+@pytest.mark.faults
 def test_a_server_that_finds_no_room_says_so_and_starts_once_there_is(disk, server):
     serving = server(data=disk / "data", OCCLUDER_MIN_FREE="0").start()
     job_id = serving.submit()

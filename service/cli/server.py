@@ -19,7 +19,6 @@ from service.cli.protocol import HttpProtocol
 from service.errors import SettingsError
 from service.settings import Settings
 from service.storage.data_folder import DataFolder
-from service.storage.database import Database
 from service.storage.key_store import SqlKeyStore
 from simplifier.console import print_text
 
@@ -107,7 +106,7 @@ def _check_keys(settings: Settings) -> None:
         return
     folder = DataFolder(settings.data)
     folder.make()
-    with closing(Database.open(folder.database)) as database:
+    with closing(folder.open_database()) as database:
         known = SqlKeyStore(database).keys()
         if all(key.revoked is not None for key in known):
             raise SettingsError(

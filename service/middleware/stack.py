@@ -5,6 +5,7 @@ from __future__ import annotations
 from starlette.types import ASGIApp
 
 from service.middleware.host_guard import HostGuard
+from service.middleware.lingering_close import LingeringClose
 from service.middleware.request_log import RequestLog
 from service.middleware.security_headers import SecurityHeaders
 from service.settings import Settings
@@ -16,4 +17,4 @@ def surrounded(app: ASGIApp, settings: Settings) -> ASGIApp:
     It goes around the whole of it, the handler of unexpected errors included, so that no answer
     comes without its headers.
     """
-    return RequestLog(SecurityHeaders(HostGuard(app, settings), settings))
+    return LingeringClose(RequestLog(SecurityHeaders(HostGuard(app, settings), settings)))

@@ -1,0 +1,54 @@
+"""Lets a client hear why it was refused before its connection closes.
+
+A server that closes while a body still comes makes the kernel send a reset, and a client that has
+not read the answer yet loses it.  So where one says ``Connection: close``, its last message waits
+until the body has come, or as much of it as is worth waiting for (RFC 9112, section 9.6).
+"""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import suppress
+
+from starlette.datastructures import Headers
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+_SECONDS = 2.0
+_BYTES = 16 << 20
+
+
+class LingeringClose:
+    """Reads on after a refusal, within limits, and throws away what comes."""
+
+    def __init__(self, app: ASGIApp, *, seconds: float = _SECONDS, most: int = _BYTES) -> None:
+        self._app, self._seconds, self._most = app, seconds, most
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        coming, closing = True, False
+
+        async def heard() -> Message:
+            nonlocal coming
+            message = await receive()
+            coming = message["type"] == "http.request" and message.get("more_body", False)
+            return message
+
+        async def drain() -> None:
+            read = 0
+            while coming and read < self._most:
+                read += len((await heard()).get("body", b""))
+
+        async def told(message: Message) -> None:
+            nonlocal closing
+            if message["type"] == "http.response.start":
+                closing = Headers(raw=message["headers"]).get("connection", "").lower() == "close"
+            elif closing and coming and not message.get("more_body", False):
+                await send({**message, "more_body": True})
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(drain(), self._seconds)
+                message = {"type": "http.response.body", "body": b""}
+            await send(message)
+
+        await self._app(scope, heard, told)

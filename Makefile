@@ -1,6 +1,7 @@
 # make demo   install, make an occluder for a generated castle, write everything to out/demo
 # make test   format, lint, types, import contracts, tests
 # make test-slow  what takes minutes: a start with an empty kernel cache
+# make test-faults  kills, a full disk, damage, wrong clocks, slow clients, in their long form (minutes)
 # make serve  the HTTP service at http://127.0.0.1:8000
 # make docker-check  the steps of the container image in an empty folder, without an engine (minutes)
 # make openapi  write openapi.yaml anew, after a change of the service's routes or schemas
@@ -11,7 +12,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test test-slow check serve docker-check openapi bench clean
+.PHONY: demo test test-slow test-faults check serve docker-check openapi bench clean
 
 demo: $(READY)
 	mkdir -p out/demo
@@ -26,6 +27,10 @@ test: $(READY) check
 # A first start with an empty kernel cache: minutes.
 test-slow: $(READY)
 	$(BIN)/python -m pytest -m slow
+
+# Real servers under faults, one after the other; the figures come at the end.
+test-faults: $(READY)
+	$(BIN)/python -m pytest -m faults -rP tests/faults
 
 check: $(READY)
 	$(BIN)/ruff format --check .

@@ -74,7 +74,7 @@ def opened(settings: Settings) -> Iterator[Services]:
     folder = DataFolder(settings.data)
     with ExitStack() as parts:
         parts.enter_context(folder.owned())
-        database = Database.open(folder.database)
+        database = folder.open_database()
         parts.callback(database.close)
         blobs = FileBlobs(folder.blobs, min_free=settings.min_free)
         jobs, assets = SqlJobStore(database), SqlAssetStore(database)

@@ -33,14 +33,21 @@ def asset() -> Callable[[str], Path]:
     return find
 
 
+ASKED_FOR = {
+    "slow": "takes minutes; run by `make test-slow`",
+    "faults": "the long form of a fault, minutes; run by `make test-faults`",
+}
+"""Markers of tests that run only when ``-m`` names them."""
+
+
 def pytest_configure(config: pytest.Config) -> None:
-    """Slow tests run only when they are asked for: ``make test-slow``."""
-    config.addinivalue_line("markers", "slow: takes minutes; run by `make test-slow`")
+    for marker, meaning in ASKED_FOR.items():
+        config.addinivalue_line("markers", f"{marker}: {meaning}")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    if "slow" in config.getoption("markexpr"):
-        return
-    for item in items:
-        if item.get_closest_marker("slow"):
-            item.add_marker(pytest.mark.skip(reason="takes minutes; `make test-slow` runs it"))
+    for marker, meaning in ASKED_FOR.items():
+        if marker not in config.getoption("markexpr"):
+            for item in items:
+                if item.get_closest_marker(marker):
+                    item.add_marker(pytest.mark.skip(reason=meaning))

@@ -163,10 +163,9 @@ def _known_folder(data: Path | None) -> DataFolder:
 
 @contextmanager
 def _store(folder: DataFolder) -> Iterator[KeyStore]:
-    from service.storage.database import Database
     from service.storage.key_store import SqlKeyStore
 
-    database = Database.open(folder.database)
+    database = folder.open_database()
     try:
         yield SqlKeyStore(database)
     finally:

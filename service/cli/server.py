@@ -19,7 +19,6 @@ from service.cli.protocol import HttpProtocol
 from service.errors import SettingsError
 from service.settings import Settings
 from service.storage.data_folder import DataFolder
-from service.storage.database import Database
 from service.storage.key_store import SqlKeyStore
 from simplifier.console import print_text
 
@@ -43,10 +42,11 @@ def run_server(settings: Settings) -> None:
     try:
         app = create_app(settings)
         config = uvicorn.Config(
-            app, http=HttpProtocol, ws="none", lifespan="off", log_config=None, access_log=False,
+            app, http=HttpProtocol, lifespan="off", log_config=None, access_log=False,
             server_header=False, proxy_headers=False, backlog=_WAITING, timeout_keep_alive=_IDLE,
             timeout_graceful_shutdown=_LAST_GRACE,
         )  # fmt: skip
+        config.load()  # the pages look at it when the application starts
         server = _Server(config, _address(settings.host, listener))
 
         async def serve() -> None:
@@ -106,7 +106,7 @@ def _check_keys(settings: Settings) -> None:
         return
     folder = DataFolder(settings.data)
     folder.make()
-    with closing(Database.open(folder.database)) as database:
+    with closing(folder.open_database()) as database:
         known = SqlKeyStore(database).keys()
         if all(key.revoked is not None for key in known):
             raise SettingsError(

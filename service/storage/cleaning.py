@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from service.errors import ServiceError
 from service.jobs.stores import BlobStore, JobStore
 
 _DAY = 86_400.0
@@ -59,8 +60,13 @@ class Cleaner:
         while True:
             try:
                 cleaned = self.clean(min(time.time(), ahead + time.monotonic()))
-            except Exception:
-                _log.exception("cleaning failed; it is tried again in %.0f s", self.seconds)
+            except Exception as error:
+                # What the stores tell of, a full disk or damage, is no fault of the program.
+                ours = not isinstance(error, ServiceError)
+                _log.error(
+                    "cleaning failed, and is tried again in %.0f s: %s",
+                    self.seconds, error, exc_info=ours,
+                )  # fmt: skip
             else:
                 _log.info("cleaning freed %d jobs and %d blobs", cleaned.jobs, cleaned.blobs)
             if stop.wait(self.seconds):

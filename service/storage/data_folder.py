@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from service.errors import SettingsError
+from service.storage.database import Database
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,14 @@ class DataFolder:
                 folder.mkdir(mode=0o700, exist_ok=True)
                 if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
                     raise PermissionError(0, "no right to write")
+
+    def open_database(self) -> Database:
+        """Made where it is not there, unless blobs are: an empty one would have them swept away.
+
+        Raises as :meth:`Database.open` does.
+        """
+        has_blobs = next(self.blobs.glob("??/*"), None) is not None
+        return Database.open(self.database, may_be_new=not has_blobs)
 
     @contextmanager
     def owned(self) -> Iterator[None]:

@@ -70,17 +70,17 @@ class Database:
         self._read = sessionmaker(self._readers)
 
     @classmethod
-    def open(cls, file: Path) -> Database:
+    def open(cls, file: Path, *, may_be_new: bool = True) -> Database:
         """Check the file page by page, and bring it to the present schema; make it if it is new.
 
-        Raises :class:`~service.errors.DatabaseDamagedError` where a page cannot be read, and
-        :class:`~service.errors.SettingsError` where the file cannot be used: no right, a disk of
-        another machine, a newer version's schema.
+        Raises :class:`~service.errors.DatabaseDamagedError` where a page cannot be read or there
+        is nothing in a file that may not be new, and :class:`~service.errors.SettingsError` where
+        the file cannot be used: no right, a disk of another machine, a newer version's schema.
         """
         database = cls(file)
         try:
             with database._told(at_start=True):
-                _prepare(file)
+                _prepare(file, may_be_new)
         except BaseException:
             database.close()
             raise
@@ -150,6 +150,13 @@ def damaged(file: Path, what: str) -> DatabaseDamagedError:
     )
 
 
+def _lost(file: Path) -> DatabaseDamagedError:
+    return DatabaseDamagedError(
+        f"the database '{file}' is gone, and blobs that it named are there",
+        remedy="put back a backup of it; or, if nothing of them is wanted, remove the whole folder",
+    )
+
+
 def _engine(file: Path, pragmas: tuple[str, ...], begin: str, *, connections: int = 0) -> Engine:
     """Connections that are set up by pragmas and whose transactions begin in one way.
 
@@ -175,7 +182,7 @@ def _engine(file: Path, pragmas: tuple[str, ...], begin: str, *, connections: in
     return engine
 
 
-def _prepare(file: Path) -> None:
+def _prepare(file: Path, may_be_new: bool) -> None:
     """Check all pages and migrate, by a connection of its own.
 
     Without foreign keys, since a migration that makes a table anew would delete what points at it.
@@ -191,6 +198,11 @@ def _prepare(file: Path) -> None:
         found = connection.exec_driver_sql("PRAGMA quick_check(1)").scalar_one()
         if found != "ok":
             raise damaged(file, found.splitlines()[-1])
+        if (
+            not may_be_new
+            and connection.exec_driver_sql("SELECT 1 FROM sqlite_master").first() is None
+        ):
+            raise _lost(file)
         migrate(connection)
         if connection.exec_driver_sql("PRAGMA foreign_key_check").first() is not None:
             raise damaged(file, "a row names another that is not there")

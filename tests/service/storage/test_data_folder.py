@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from service.errors import SettingsError
+from service.errors import DatabaseDamagedError, SettingsError
 from service.storage.data_folder import DataFolder
 
 OWN = """
@@ -48,6 +48,22 @@ def test_a_second_server_is_told_which_is_the_first(folder, server):
     with pytest.raises(SettingsError, match=rf"process {server.pid}\).*OCCLUDER_DATA"):
         folder.owned().__enter__()
     assert folder.lock.read_text() == f"{server.pid}\n"
+
+
+@pytest.mark.parametrize("emptied", [True, False])
+def test_no_database_is_made_where_blobs_tell_of_another(folder, emptied):
+    folder.make()
+    folder.open_database().close()
+    (folder.blobs / "ab").mkdir()
+    folder.open_database().close()  # a first start that was broken off
+    (folder.blobs / "ab" / ("c" * 62)).touch()
+    folder.open_database().close()
+    folder.database.unlink()
+    if emptied:
+        folder.database.touch()
+    for _ in range(2):  # and the next start finds none of what this one has begun
+        with pytest.raises(DatabaseDamagedError, match=r"is gone.*backup"):
+            folder.open_database()
 
 
 def test_a_killed_server_keeps_nobody_out(folder, server):

@@ -1,0 +1,41 @@
+"""Servers that meet with faults: real processes in a folder of their own."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.acceptance.command import ROOT
+from tests.faults.serving import Server
+from tests.service.declared import declare
+
+LIGHT_WORK = Path(__file__).with_name("light_work.py")
+SURROUNDINGS = Path(__file__).with_name("surroundings")
+
+
+@pytest.fixture(scope="session")
+def declared(tmp_path_factory):
+    """What goes on the path of a server and its workers."""
+    record = declare(tmp_path_factory.mktemp("declared"))
+    return os.pathsep.join(map(str, [SURROUNDINGS, record, ROOT]))
+
+
+@pytest.fixture
+def server(declared, tmp_path):
+    """``server(OCCLUDER_WORKERS="2")``: one whose jobs are light, not started yet.
+
+    ``work=None`` lets the library do them.
+    """
+    servers = []
+
+    def make(*arguments, data=tmp_path / "data", work=LIGHT_WORK, **variables):
+        if work is not None:
+            variables["FAULTS_WORK"] = str(work)
+        servers.append(Server(declared, data, *arguments, **variables))
+        return servers[-1]
+
+    yield make
+    for one in servers:
+        one.kill()

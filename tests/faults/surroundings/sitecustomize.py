@@ -1,0 +1,45 @@
+"""Loaded by each interpreter of a server under test, before anything of it.
+
+``FAULTS_CLOCK``  file with the seconds by which the time of day is wrong, read at each look.
+``FAULTS_WORK``   file to be run in worker processes in place of the library's work.
+"""
+
+from __future__ import annotations
+
+import importlib.machinery
+import importlib.util
+import os
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from types import ModuleType
+
+
+def _set_wrong(file: Path) -> None:
+    right = time.time
+
+    def wrong() -> float:
+        return right() + float(file.read_text())
+
+    time.time = wrong
+
+
+class _OtherWork:
+    """Finds a file where the module that does the library's work is asked for."""
+
+    def __init__(self, file: str) -> None:
+        self._file = file
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> importlib.machinery.ModuleSpec | None:
+        if name != "service.engines.work.start":
+            return None
+        return importlib.util.spec_from_file_location(name, self._file)
+
+
+if clock := os.environ.get("FAULTS_CLOCK"):
+    _set_wrong(Path(clock))
+if work := os.environ.get("FAULTS_WORK"):
+    sys.meta_path.insert(0, _OtherWork(work))

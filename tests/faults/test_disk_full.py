@@ -1,0 +1,152 @@
+"""A disk that fills up: refused, waited for, and gone on with; nothing is half written."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+from contextlib import contextmanager, suppress
+
+import pytest
+
+from tests.faults.remains import assert_folder_is_clean, jobs_left
+from tests.service.real import BOX, until
+
+ROOM = 24 << 20
+LARGE = b"# " + bytes(random.Random(1).choices(b"abcdefgh", k=1 << 20)) + b"\n" + BOX
+
+
+@pytest.fixture
+def disk(tmp_path):
+    """A folder that is a small disk of its own."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={ROOM}", "occluder-test", str(place)]
+    try:
+        done = subprocess.run(mount, capture_output=True, text=True, check=False)
+    except FileNotFoundError:
+        pytest.skip("there is no command 'mount'")
+    if done.returncode:
+        pytest.skip(f"a small disk cannot be mounted here: {done.stderr.strip()}")
+    yield place
+    subprocess.run(["umount", "--lazy", str(place)], check=True)
+
+
+@contextmanager
+def filled(disk, left=0):
+    """What is left of the disk is taken by others, to the last byte but ``left``."""
+    ballast = disk / "ballast"
+    with ballast.open("wb", buffering=0) as file:
+        for size in (1 << 16, 1):
+            with suppress(OSError):
+                while True:
+                    file.write(bytes(size))
+        file.truncate(file.tell() - left)
+    try:
+        yield
+    finally:
+        ballast.unlink()
+
+
+def assert_refused(answer):
+    assert answer.status_code == 507, answer.text
+    assert answer.json()["type"] == "/problems/disk-full"
+    assert answer.json()["remedy"]
+
+
+def test_a_full_disk_refuses_uploads_and_holds_up_jobs_until_there_is_room(disk, server, tmp_path):
+    gate = tmp_path / "gate"
+    serving = server(data=disk / "data", OCCLUDER_WORKERS="1", OCCLUDER_MIN_FREE="0").start()
+    done = serving.submit("# fill 300000")
+    serving.end_of(done)
+    under_way = serving.submit(f"# wait {gate}")
+    until(lambda: serving.job(under_way)["state"] == "running")
+    waiting = [serving.submit(f"# {number}") for number in range(3)]
+    with filled(disk):
+        assert_refused(serving.post(body=LARGE))
+        assert_refused(serving.post(body=iter([LARGE[:70_000], LARGE[70_000:]])))
+        gate.touch()  # the job under way ends now, and cannot say so
+        until(lambda: not serving.is_ready())
+        assert "disk" in serving.get("/readyz").json()["detail"]
+        assert_refused(serving.post(f"/v1/jobs/{waiting[-1]}/cancel", b""))
+        serving.assert_served_whole(done)
+        assert len(serving.jobs()) == 5
+        assert serving.job(waiting[0])["state"] == "queued"
+    for job_id in (under_way, *waiting):
+        job = serving.end_of(job_id)
+        assert job["state"] == "succeeded" or job["failure"]["kind"] == "disk-full", job
+    until(serving.is_ready)
+    serving.assert_served_whole(serving.end_of(serving.submit("# after"))["id"])
+    serving.stop()
+    serving.start()  # which cleans
+    until(lambda: serving.log.count("cleaning freed") == 2)
+    serving.stop()
+    assert_folder_is_clean(serving.data)
+    assert "Traceback" not in serving.log
+    assert len(jobs_left(serving.data)) == 6
+
+
+def test_what_is_to_stay_free_is_not_taken(server):
+    """On whatever disk: this needs no small one."""
+    serving = server().start(OCCLUDER_MIN_FREE="0")
+    done = serving.submit()
+    serving.end_of(done)
+    serving.stop()
+    serving.start(OCCLUDER_MIN_FREE=str(1 << 60))
+    assert_refused(serving.post(body=LARGE))
+    assert not serving.is_ready()
+    serving.assert_served_whole(done)
+
+
+@pytest.mark.faults
+def test_a_server_that_finds_no_room_says_so_and_starts_once_there_is(disk, server):
+    serving = server(data=disk / "data", OCCLUDER_MIN_FREE="0").start()
+    job_id = serving.submit()
+    serving.end_of(job_id)
+    serving.stop()
+    with filled(disk):
+        status, said = serving.refused()
+    assert status > 0
+    assert len(said.splitlines()) == 1
+    assert "space" in said or "room" in said
+    serving.start()
+    serving.assert_served_whole(job_id)
+
+
+@pytest.mark.faults
+def test_a_disk_that_is_full_again_and_again_loses_nothing(disk, server):
+    rng = random.Random(3)
+    serving = server(
+        data=disk / "data", OCCLUDER_WORKERS="2", OCCLUDER_MIN_FREE="0", OCCLUDER_ATTEMPTS="20",
+        OCCLUDER_CLEAN_SECONDS="0.5",
+    ).start()  # fmt: skip
+    accepted, refused = [], 0
+    for number in range(20):
+        with filled(disk, left=rng.randrange(0, 400_000)):
+            for size in rng.choices([100, 5_000, 60_000], k=4):
+                answer = serving.post(
+                    body=f"# fill {size}\n# {number} {len(accepted)}\n".encode() + BOX
+                )
+                if answer.status_code == 507:
+                    refused += 1
+                else:
+                    assert answer.status_code == 202, answer.text
+                    accepted.append(answer.json()["id"])
+            if rng.random() < 0.3:
+                os.kill(rng.choice(serving.workers or [serving.process.pid]), signal.SIGKILL)
+    states = [serving.end_of(job_id)["state"] for job_id in accepted]
+    assert set(states) <= {"succeeded", "failed"}
+    for job_id in accepted:
+        job = serving.job(job_id)
+        if job["state"] == "failed":
+            assert job["failure"]["kind"] == "disk-full", job
+        serving.assert_served_whole(job_id)
+    serving.stop()
+    assert jobs_left(serving.data).keys() == set(accepted)
+    serving.start()
+    cleaned = serving.log.count("cleaning freed")
+    until(lambda: serving.log.count("cleaning freed") > cleaned)
+    serving.stop()
+    assert_folder_is_clean(serving.data)
+    print(f"{len(accepted)} jobs, {states.count('failed')} failed, {refused} uploads refused")

@@ -1,0 +1,154 @@
+"""``kill -9`` of workers and of the server at any moment, while clients post and try again."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import threading
+import time
+from collections import defaultdict
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+
+import httpx
+import pytest
+
+from tests.faults.conftest import LIGHT_WORK
+from tests.faults.light_work import RESULTS
+from tests.faults.remains import assert_folder_is_clean, jobs_left
+from tests.service.real import BOX, QUICK, until
+from tests.service.webhooks.receivers import receiving
+
+CLIENTS = 4
+WORKERS = 2
+UNDER_WAY = 8
+"""Jobs that clients have not heard the end of, so that some are posted all the time."""
+PATIENCE = 600.0
+
+
+class Clients:
+    """Post jobs by turns, each under a key of its own until it was answered; cancel some."""
+
+    def __init__(self, server, receiver, jobs, seed):
+        self._server, self._receiver, self._jobs, self._seed = server, receiver, jobs, seed
+        self._lock = threading.Lock()
+        self.accepted = {}  # job ids by number
+        self.cancelled = set()  # job ids
+        self.lost = 0  # requests without an answer
+
+    def run(self):
+        with ThreadPoolExecutor(CLIENTS) as pool:
+            list(pool.map(self._post, range(self._jobs)))
+
+    def deliveries(self):
+        """Ids of those that were heard, by job."""
+        heard = defaultdict(list)
+        for one in list(self._receiver.heard):
+            heard[json.loads(one.body)["job"]["id"]].append(one.headers["occluder-delivery"])
+        return heard
+
+    def _post(self, number):
+        rng = random.Random(f"{self._seed} {number}")
+        until(lambda: len(self.accepted) - len(self.deliveries()) < UNDER_WAY, PATIENCE)
+        job_id = self._submit(number)
+        with self._lock:
+            self.accepted[number] = job_id
+        if rng.random() < 0.3:
+            assert self._submit(number) == job_id
+        if rng.random() < 0.1:
+            with self._lock:
+                self.cancelled.add(job_id)
+            answer = self._answered(f"/v1/jobs/{job_id}/cancel")
+            assert answer.status_code in (200, 409), answer.text
+
+    def _submit(self, number):
+        options = "&".join(f"{name}={value}" for name, value in QUICK.items())
+        answer = self._answered(
+            f"/v1/occluders?filename=box.obj&{options}&webhook={self._receiver.url}",
+            f"# occupy 0.2\n# {number}\n".encode() + BOX,
+            {"Idempotency-Key": f"{self._seed}-{number}"},
+        )
+        assert answer.status_code in (200, 202), answer.text
+        return answer.headers["Location"].rpartition("/")[2]
+
+    def _answered(self, path, body=b"", headers=None):
+        """Ask until there is an answer."""
+
+        def ask():
+            try:
+                answer = self._server.post(path, body, headers)
+            except httpx.TransportError:
+                with self._lock:
+                    self.lost += 1
+                return None
+            return None if answer.status_code in (429, 503) else answer
+
+        return until(ask, PATIENCE)
+
+
+@pytest.mark.parametrize(
+    ("jobs", "kills", "work", "seed"),
+    [
+        pytest.param(12, 5, LIGHT_WORK, 1, id="short"),
+        pytest.param(200, 30, None, 2, id="long", marks=pytest.mark.faults),
+    ],
+)
+def test_each_accepted_job_ends_once_whatever_is_killed(server, tmp_path, jobs, kills, work, seed):
+    rng = random.Random(seed)
+    victims = ["server", "worker", *rng.choices(["server", "worker"], k=kills - 2)]
+    moments = sorted(rng.uniform(0, jobs * 0.9) for _ in victims)  # by jobs that have ended
+    begin = time.monotonic()
+    with receiving() as receiver:
+        serving = server(
+            work=work, OCCLUDER_WORKERS=str(WORKERS), OCCLUDER_ATTEMPTS="20",
+            OCCLUDER_WEBHOOK_PRIVATE="true",
+        ).start()  # fmt: skip
+        clients = Clients(serving, receiver, jobs, seed)
+        with ThreadPoolExecutor(1) as pool:
+            posting = pool.submit(clients.run)
+            for moment, victim in zip(moments, victims, strict=True):
+                until(lambda: len(clients.deliveries()) >= moment or posting.done(), PATIENCE)  # noqa: B023
+                time.sleep(rng.uniform(0.0, 0.5))  # anywhere in a job
+                if victim == "server":
+                    serving.kill()
+                    serving.start()
+                elif pids := serving.workers:
+                    with suppress(ProcessLookupError):
+                        os.kill(rng.choice(pids), signal.SIGKILL)
+            posting.result()
+        until(lambda: len(clients.deliveries()) == jobs, PATIENCE)
+        until(lambda: all(job["ended"] for job in serving.jobs()), PATIENCE)
+        deliveries = clients.deliveries()
+        serving.stop()
+        cleaned = serving.log.count("cleaning freed")
+        serving.start()
+        until(lambda: serving.log.count("cleaning freed") > cleaned)
+        serving.stop()
+
+    left = jobs_left(serving.data)
+    assert left.keys() == set(clients.accepted.values())  # none lost, none taken in twice
+    assert len(left) == jobs
+    for job in left.values():
+        assert job.ends == 1
+        assert set(deliveries[job.id]) == {job.delivery}
+        if job.state == "succeeded":
+            assert job.results >= RESULTS
+        else:
+            assert (job.state, job.id in clients.cancelled) == ("cancelled", True)
+            assert not job.results
+    assert len({job.results for job in left.values() if job.results}) == 1
+    repeated = sum(job.attempt - 1 for job in left.values() if job.attempt)
+    most = sum(WORKERS if victim == "server" else 1 for victim in victims)
+    assert repeated <= most
+    assert_folder_is_clean(serving.data)
+    assert "Traceback" not in serving.log
+    states = [job.state for job in left.values()]
+    print(
+        f"{jobs} jobs, {victims.count('server')} kills of the server and "
+        f"{victims.count('worker')} of workers in {time.monotonic() - begin:.0f} s: "
+        f"{states.count('succeeded')} succeeded, {states.count('cancelled')} cancelled, "
+        f"{repeated} attempts repeated, {clients.lost} requests sent again, "
+        f"{sum(map(len, deliveries.values())) - jobs} webhooks heard twice"
+    )

@@ -6,12 +6,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import httpx
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from service.jobs.job import Failure
 from tests.service.dashboard.chromium import TABLET
 from tests.service.dashboard.legibility import faint_texts, overflows
+from tests.service.dashboard.meshes import castle_file
 from tests.service.dashboard.results import JobResult
 from tests.service.dashboard.screenshots import keep_picture
 from tests.service.dashboard.serving import served
@@ -51,6 +53,25 @@ def test_what_failed_says_why_and_what_to_do(page: Page, past: Past, tmp_path: P
     expect(fault).to_contain_text("The process ended by signal 9.")
     expect(fault).to_contain_text("What to do: Submit it again.")
     keep_picture(page, "dashboard_jobs", tmp_path)
+
+
+def test_what_runs_and_waits_is_shown_and_can_be_ended(
+    page: Page, working: str, tmp_path: Path
+) -> None:
+    mesh = castle_file(tmp_path).read_bytes()
+    for name in ("first.obj", "second.obj"):
+        query = {"filename": name, "preset": "draft", "lods": 1, "time_limit": 600}
+        assert httpx.post(f"{working}/v1/occluders", params=query, content=mesh).is_success
+    page.goto(f"{working}/jobs")
+    running = page.get_by_role("table", name="Jobs that run").get_by_role("row")
+    expect(running.filter(has_text="first.obj")).to_contain_text("refining", timeout=60_000.0)
+    waiting = page.get_by_role("table", name="Jobs that wait").get_by_role("row")
+    second = waiting.filter(has_text="second.obj")
+    expect(second.get_by_role("cell", name="1", exact=True)).to_be_visible()
+    for name in ("second.obj", "first.obj"):
+        page.get_by_role("button", name=f"Cancel {name}").click()
+    expect(page.get_by_text("Nothing waits.")).to_be_visible()
+    expect(page.get_by_text("Nothing runs.")).to_be_visible()
 
 
 def test_jobs_are_filtered_by_state_and_paged(page: Page, past: Past) -> None:

@@ -13,7 +13,7 @@ from tests.service.dashboard.legibility import faint_texts, overflows
 from tests.service.dashboard.meshes import broken_file, castle_file
 from tests.service.dashboard.screenshots import keep_picture
 
-PATIENCE = 30_000.0  # ms: the first job waits until the worker is ready
+PATIENCE = 60_000.0  # ms: the first job waits until the worker is ready
 QUICK = {"Resolution": "16", "Levels of detail": "1"}
 HOSTILE = "<img src=x onerror='window.hit = 1'>{{ 7 * 7 }} $(id) ‮é.obj"
 
@@ -77,7 +77,7 @@ def test_a_job_is_cancelled_while_it_runs(page: Page, working: str, mesh: Path) 
     page.get_by_label("Meshes").set_input_files(mesh)
     fill(page)
     page.get_by_text("More settings").click()
-    page.get_by_label("Time limit").fill("60")
+    page.get_by_label("Time limit").fill("600")
     page.get_by_role("button", name="Submit").click()
     job = jobs_of(page).first
     expect(job.get_by_text("refining")).to_be_visible(timeout=PATIENCE)

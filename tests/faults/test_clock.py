@@ -72,7 +72,7 @@ def test_jumps_of_the_clock_lose_nothing_and_repeat_nothing(server, clock, tmp_p
                 f"# wait {gate}\n#\n".encode() + BOX, {"Prefer": "wait=30"},
             )  # fmt: skip
             assert heard.wait(30)
-            until(lambda: len(serving.jobs()) == len(ids) + 1)  # noqa: B023
+            until(lambda: len(serving.jobs()) == len(ids) + 1)
             clock(jump)
             ids.append(serving.jobs()[0]["id"])
             ids.append(serving.submit(f"# after {number}", hook))

@@ -68,7 +68,6 @@ def test_jumps_of_the_clock_lose_nothing_and_repeat_nothing(server, clock, tmp_p
         hook = f"&webhook={receiver.url}"
         ids = [serving.submit("# before", hook)]
         serving.end_of(ids[0])
-        until(lambda: receiver.heard)  # refused, to be told again in ten seconds or so
         for number, jump in enumerate(JUMPS):
             gate, heard = tmp_path / f"gate{number}", threading.Event()
             ids.append(serving.submit(f"# wait {gate}", hook))
@@ -79,13 +78,15 @@ def test_jumps_of_the_clock_lose_nothing_and_repeat_nothing(server, clock, tmp_p
             )  # fmt: skip
             assert heard.wait(30)
             until(lambda: len(serving.jobs()) == len(ids) + 1)
+            # One more webhook has been put off by now, by the clock as it was.
+            until(lambda: serving.log.count("is tried again") > number)  # noqa: B023
             clock(jump)
             if jump < 0.0:
                 receiver.answers.clear()
             ids.append(serving.jobs()[0]["id"])
             ids.append(serving.submit(f"# after {number}", hook))
             beats = beat_of(serving, ids[-3])
-            until(lambda: beat_of(serving, ids[-3]) >= beats + 4)  # noqa: B023 - more than a lease
+            until(lambda: beat_of(serving, ids[-3]) >= beats + 2)  # noqa: B023 - more than a lease
             cleaned = serving.log.count("cleaning freed")
             until(lambda: serving.log.count("cleaning freed") > cleaned + 1)  # noqa: B023
             gate.touch()
@@ -95,14 +96,10 @@ def test_jumps_of_the_clock_lose_nothing_and_repeat_nothing(server, clock, tmp_p
         jobs = serving.jobs()
         assert [job["id"] for job in jobs] == ids[::-1]
         assert {(job["state"], job["attempt"]) for job in jobs} == {("succeeded", 1)}
-        until(lambda: {delivered(one) for one in receiver.heard} == set(ids), 60.0)
+        until(lambda: serving.log.count(" was heard") == len(ids), 60.0)
         serving.stop()
     assert all(job.ends == 1 for job in jobs_left(serving.data).values())
     assert_folder_is_clean(serving.data)
     assert "Traceback" not in serving.log
     days = [datetime.fromisoformat(job["created"]).day for job in jobs]
     assert len(set(days)) > 1  # the clock was wrong indeed
-
-
-def delivered(heard):
-    return json.loads(heard.body)["job"]["id"]

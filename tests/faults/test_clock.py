@@ -6,7 +6,7 @@ import json
 import sqlite3
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
+from contextlib import ExitStack, closing
 from datetime import datetime
 
 import pytest
@@ -53,16 +53,21 @@ def beat_of(serving, job_id):
 
 
 def test_jumps_of_the_clock_lose_nothing_and_repeat_nothing(server, clock, tmp_path):
-    with receiving(*[(503, {})] * 3) as receiver, ThreadPoolExecutor() as pool:
+    refusals = [(503, {})] * 1000  # until the clock has run back: so webhooks wait then
+    with (
+        receiving(*refusals) as receiver,
+        ThreadPoolExecutor() as pool,
+        ExitStack() as at_end,
+    ):
         serving = server(
             FAULTS_CLOCK=clock.file, OCCLUDER_WORKERS="2", OCCLUDER_LEASE_SECONDS="1",
             OCCLUDER_KEEP_DAYS="0.75", OCCLUDER_CLEAN_SECONDS="0.1",
             OCCLUDER_WEBHOOK_PRIVATE="true",
         ).start()  # fmt: skip
+        at_end.callback(serving.kill)  # or whoever follows a job would wait for ever
         hook = f"&webhook={receiver.url}"
         ids = [serving.submit("# before", hook)]
         serving.end_of(ids[0])
-        until(lambda: receiver.heard)  # refused, to be told again in ten seconds or so
         for number, jump in enumerate(JUMPS):
             gate, heard = tmp_path / f"gate{number}", threading.Event()
             ids.append(serving.submit(f"# wait {gate}", hook))
@@ -73,11 +78,15 @@ def test_jumps_of_the_clock_lose_nothing_and_repeat_nothing(server, clock, tmp_p
             )  # fmt: skip
             assert heard.wait(30)
             until(lambda: len(serving.jobs()) == len(ids) + 1)
+            # One more webhook has been put off by now, by the clock as it was.
+            until(lambda: serving.log.count("is tried again") > number)  # noqa: B023
             clock(jump)
+            if jump < 0.0:
+                receiver.answers.clear()
             ids.append(serving.jobs()[0]["id"])
             ids.append(serving.submit(f"# after {number}", hook))
             beats = beat_of(serving, ids[-3])
-            until(lambda: beat_of(serving, ids[-3]) >= beats + 4)  # noqa: B023 - more than a lease
+            until(lambda: beat_of(serving, ids[-3]) >= beats + 2)  # noqa: B023 - more than a lease
             cleaned = serving.log.count("cleaning freed")
             until(lambda: serving.log.count("cleaning freed") > cleaned + 1)  # noqa: B023
             gate.touch()
@@ -87,14 +96,10 @@ def test_jumps_of_the_clock_lose_nothing_and_repeat_nothing(server, clock, tmp_p
         jobs = serving.jobs()
         assert [job["id"] for job in jobs] == ids[::-1]
         assert {(job["state"], job["attempt"]) for job in jobs} == {("succeeded", 1)}
-        until(lambda: {delivered(one) for one in receiver.heard} == set(ids))
+        until(lambda: serving.log.count(" was heard") == len(ids), 60.0)
         serving.stop()
     assert all(job.ends == 1 for job in jobs_left(serving.data).values())
     assert_folder_is_clean(serving.data)
     assert "Traceback" not in serving.log
     days = [datetime.fromisoformat(job["created"]).day for job in jobs]
     assert len(set(days)) > 1  # the clock was wrong indeed
-
-
-def delivered(heard):
-    return json.loads(heard.body)["job"]["id"]

@@ -50,7 +50,7 @@ def assert_told(answer):
 
 
 def test_damage_while_it_runs_is_told_until_a_backup_is_back(server):
-    serving, ids = filled(server, jobs=15, OCCLUDER_CLEAN_SECONDS="0.2")
+    serving, ids = filled(server, jobs=8, OCCLUDER_CLEAN_SECONDS="0.2")
     backup = shutil.copy(serving.data / "occluder.db", serving.data.with_suffix(".backup"))
     serving.start()
     assert len(serving.jobs()) == len(ids)

@@ -10,7 +10,7 @@ import threading
 import time
 from collections import defaultdict
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 
 import httpx
 import pytest
@@ -37,6 +37,7 @@ class Clients:
         self.accepted = {}  # job ids by number
         self.cancelled = set()  # job ids
         self.lost = 0  # requests without an answer
+        self.unwanted = threading.Event()
 
     def run(self):
         with ThreadPoolExecutor(CLIENTS) as pool:
@@ -51,7 +52,7 @@ class Clients:
 
     def _post(self, number):
         rng = random.Random(f"{self._seed} {number}")
-        until(lambda: len(self.accepted) - len(self.deliveries()) < UNDER_WAY, PATIENCE)
+        until(lambda: self.unwanted.is_set() or self._may_post(), PATIENCE)
         job_id = self._submit(number)
         with self._lock:
             self.accepted[number] = job_id
@@ -62,6 +63,9 @@ class Clients:
                 self.cancelled.add(job_id)
             answer = self._answered(f"/v1/jobs/{job_id}/cancel")
             assert answer.status_code in (200, 409), answer.text
+
+    def _may_post(self):
+        return len(self.accepted) - len(self.deliveries()) < UNDER_WAY
 
     def _submit(self, number):
         options = "&".join(f"{name}={value}" for name, value in QUICK.items())
@@ -77,6 +81,7 @@ class Clients:
         """Ask until there is an answer."""
 
         def ask():
+            assert not self.unwanted.is_set()
             try:
                 answer = self._server.post(path, body, headers)
             except httpx.TransportError:
@@ -106,7 +111,8 @@ def test_each_accepted_job_ends_once_whatever_is_killed(server, tmp_path, jobs, 
             OCCLUDER_WEBHOOK_PRIVATE="true",
         ).start()  # fmt: skip
         clients = Clients(serving, receiver, jobs, seed)
-        with ThreadPoolExecutor(1) as pool:
+        with ThreadPoolExecutor(1) as pool, ExitStack() as at_end:
+            at_end.callback(clients.unwanted.set)
             posting = pool.submit(clients.run)
             for moment, victim in zip(moments, victims, strict=True):
                 until(lambda: len(clients.deliveries()) >= moment or posting.done(), PATIENCE)  # noqa: B023

@@ -14,9 +14,9 @@ from service.engines.engine import Engine
 from service.jobs.delivery import Delivery
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
+from service.metrics import Metrics
 from service.middleware.stack import surrounded
 from service.routes.api import make_api
-from service.routes.collectors import Metrics
 from service.routes.services import Check, Services
 from service.schemas.job import Job as JobBody
 from service.schemas.job_options import option_tables

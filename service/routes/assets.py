@@ -7,13 +7,12 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
+from service.answers.pages import LARGEST_NUMBER, next_page
 from service.errors import NotFoundError
 from service.jobs.asset import Asset as StoredAsset
 from service.jobs.job import Job as StoredJob
 from service.routes.callers import KEYED, Reader, Writer
-from service.routes.pages import LARGEST_NUMBER, next_page
 from service.routes.services import Services, TheServices
-from service.routes.small_body import SmallBodyRoute
 from service.schemas.asset import (
     Asset,
     AssetPage,
@@ -25,6 +24,7 @@ from service.schemas.asset import (
     Thresholds,
 )
 from service.schemas.openapi import EVERYWHERE, header, json_of, refusals
+from service.uploads.small_body import SmallBodyRoute
 
 router = APIRouter(prefix="/v1", tags=["assets"], dependencies=KEYED, route_class=SmallBodyRoute)
 

@@ -10,10 +10,10 @@ from fastapi import APIRouter, Request
 from fastapi.responses import StreamingResponse
 from pydantic import BaseModel
 
+from service.answers.following import news
 from service.errors import NotFoundError
 from service.jobs.job import Job as StoredJob
 from service.routes.callers import KEYED, Reader
-from service.routes.hearing import news
 from service.routes.services import Services, TheServices
 from service.schemas.job import Job, Progress
 from service.schemas.openapi import EVERYWHERE, refusals

@@ -7,12 +7,12 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
+from service.answers.pages import LARGEST_NUMBER, next_page
 from service.errors import ConflictError
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobKind, JobState, Submission
 from service.jobs.stores import JobFilter
 from service.routes.callers import KEYED, Reader, Writer
-from service.routes.pages import LARGEST_NUMBER, next_page
 from service.routes.services import Services, TheServices
 from service.schemas.job import Job, JobPage
 from service.schemas.moment import Moment

@@ -9,13 +9,13 @@ from typing import Any
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
+from service.answers.files import send_file
+from service.answers.formats import FORMATS, JSON, chosen_format
 from service.errors import ConflictError, NotAcceptableError, NotFoundError
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobFile, JobState
 from service.routes.callers import KEYED, Reader
-from service.routes.formats import FORMATS, JSON, chosen_format
 from service.routes.jobs import shown
-from service.routes.sending import send_file
 from service.routes.services import Services, TheServices
 from service.schemas.job import Failure
 from service.schemas.openapi import EVERYWHERE, anything, binary, header, json_of, refusals

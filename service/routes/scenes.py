@@ -9,8 +9,8 @@ from service.jobs.job import JobKind
 from service.routes.callers import KEYED, Writer
 from service.routes.services import TheServices
 from service.routes.submission import take_in
-from service.routes.upload_docs import upload_answers, upload_docs
-from service.routes.uploads import Wanted
+from service.uploads.docs import upload_answers, upload_docs
+from service.uploads.receiving import Wanted
 
 router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
 

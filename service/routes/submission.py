@@ -9,16 +9,16 @@ from fastapi import Request
 from fastapi.responses import Response
 
 from service.access.key import Caller
+from service.answers.following import ended_within
+from service.answers.formats import chosen_format
+from service.answers.outcomes import problem_of_job
+from service.headers.prefer import wait_seconds
 from service.jobs.job import Job, JobKind, JobState, Submission
-from service.routes.formats import chosen_format
-from service.routes.forms import read_form, read_idempotency_key
-from service.routes.hearing import ended_within
 from service.routes.jobs import shown
-from service.routes.outcomes import problem_of_job
-from service.routes.prefer import wait_seconds
 from service.routes.results import result_answer
 from service.routes.services import Services
-from service.routes.uploads import Uploads, Wanted, receive
+from service.uploads.forms import read_form, read_idempotency_key
+from service.uploads.receiving import Uploads, Wanted, receive
 
 
 async def take_in(

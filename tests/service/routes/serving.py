@@ -18,8 +18,8 @@ from service.access.authentication import Authenticator
 from service.errors import FieldError, InvalidOptionsError
 from service.jobs.job import Failure, Job, JobFile, Summary
 from service.jobs.progress import ProgressBoard
+from service.metrics import Metrics
 from service.routes.api import make_api
-from service.routes.collectors import Metrics
 from service.routes.services import Services
 from service.schemas.job_options import option_tables
 from service.settings import Settings

@@ -8,8 +8,8 @@ import socket
 import threading
 from collections.abc import Iterator
 
+from service.answers.following import news
 from service.jobs.progress import JobProgress
-from service.routes.hearing import news
 from tests.service.routes.serving import OBJ, wait_until
 
 

@@ -6,8 +6,8 @@ import httpx
 import pytest
 from fastapi import FastAPI
 
+from service.answers.failures import handle_failures
 from service.errors import DatabaseDamagedError
-from service.routes.failures import handle_failures
 from service.routes.problems import ADVICE, kinds
 from tests.service.routes.serving import problem
 

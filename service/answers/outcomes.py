@@ -1,6 +1,8 @@
-"""What is answered for a job that did not succeed while somebody waited for it."""
+"""What is answered for a job that has no result."""
 
 from __future__ import annotations
+
+from typing import Any
 
 from service.errors import (
     ConflictError,
@@ -24,18 +26,23 @@ _KINDS: dict[str, type[ServiceError]] = {
 
 
 def problem_of_job(job: Job) -> ServiceError:
-    """The problem, with where the job is; ``job`` has failed or was cancelled."""
-    failure = job.failure
-    if failure is None:
-        return ConflictError(
-            "the job was cancelled", remedy="POST to its 'retry'", extra={"job": _place(job)}
-        )
-    error = _of_failure(failure)
-    error.extra |= {
-        "job": _place(job),
-        "failure": FailureBody.model_validate(failure, from_attributes=True).model_dump(),
-    }
+    """Why there is no result for whoever waited for it; ``job`` has failed or was cancelled."""
+    if job.failure is None:
+        return problem_of_state(job)
+    error = _of_failure(job.failure)
+    error.extra |= _about(job)
     return error
+
+
+def problem_of_state(job: Job) -> ConflictError:
+    """Why there is no result to be had of a job that has not succeeded."""
+    if job.failure is not None:
+        detail, remedy = f"the job has failed: {job.failure.detail}", job.failure.remedy
+    else:
+        detail = f"the job is {job.state}"
+        again = "POST to its 'retry'"
+        remedy = again if job.state.ended else "follow its 'events', or ask again later"
+    return ConflictError(detail, remedy=remedy, extra=_about(job))
 
 
 def _of_failure(failure: Failure) -> ServiceError:
@@ -45,5 +52,10 @@ def _of_failure(failure: Failure) -> ServiceError:
     return kind(failure.detail, remedy=failure.remedy)
 
 
-def _place(job: Job) -> str:
-    return f"/v1/jobs/{job.id}"
+def _about(job: Job) -> dict[str, Any]:
+    """Where the job is, and why it failed."""
+    about: dict[str, Any] = {"job": f"/v1/jobs/{job.id}"}
+    if job.failure is not None:
+        failure = FailureBody.model_validate(job.failure, from_attributes=True)
+        about["failure"] = failure.model_dump()
+    return about

@@ -61,7 +61,7 @@ async def job_events(
 async def _stream(request: Request, services: Services, job: StoredJob) -> AsyncIterator[bytes]:
     # NotFoundError: the job was removed with its asset, and there is no more to tell.
     with suppress(NotFoundError):
-        async with aclosing(news(services, job, _QUIET)) as told:
+        async with aclosing(news(services.jobs, services.board, job, _QUIET)) as told:
             async for one in told:
                 if await request.is_disconnected():
                     return

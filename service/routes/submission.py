@@ -12,12 +12,13 @@ from service.access.key import Caller
 from service.answers.following import ended_within
 from service.answers.formats import chosen_format
 from service.answers.outcomes import problem_of_job
+from service.headers.idempotency_key import idempotency_key
 from service.headers.prefer import wait_seconds
 from service.jobs.job import Job, JobKind, JobState, Submission
 from service.routes.jobs import shown
 from service.routes.results import result_answer
 from service.routes.services import Services
-from service.uploads.forms import read_form, read_idempotency_key
+from service.uploads.forms import read_form
 from service.uploads.receiving import Uploads, Wanted, receive
 
 
@@ -31,7 +32,7 @@ async def take_in(
     :class:`~service.errors.ServiceError`, also for a job that has failed within that time.
     """
     media_type = chosen_format(request.headers.get("accept", ""), kind)
-    key = read_idempotency_key(request)
+    key = idempotency_key(request.headers)
     table = services.tables[kind]
     if not _in_parts(request):
         read_form(request, {}, table)
@@ -75,7 +76,7 @@ async def _submission(
 
 async def _answer(request: Request, services: Services, job: Job, media_type: str) -> Response:
     seconds = wait_seconds(request.headers.getlist("prefer"), services.settings.max_wait)
-    job = await ended_within(services, request, job, seconds)
+    job = await ended_within(services.jobs, services.board, request, job, seconds)
     place = {"Location": f"/v1/jobs/{job.id}"}
     applied = {"Preference-Applied": f"wait={seconds:.0f}"} if seconds > 0.0 else {}
     if job.state is JobState.SUCCEEDED:

@@ -6,9 +6,7 @@ import math
 from typing import Any
 
 from service.jobs.job import JobKind
-from service.routes.results import ANSWERS
 from service.schemas.job_options import option_tables
-from service.schemas.openapi import EVERYWHERE, Responses, header, json_of, refusals
 
 _TABLES = option_tables(math.inf)
 _FILE: dict[str, Any] = {"type": "string", "format": "binary", "minLength": 1}
@@ -72,22 +70,4 @@ def upload_docs(kind: JobKind, parts: dict[str, str], raw: tuple[str, ...] = ())
     return {
         "parameters": [*table.parameters(), *_LABELS, *named, *_HEADERS],
         "requestBody": {"required": True, "content": content},
-    }
-
-
-def upload_answers() -> Responses:
-    """200 with the result, 202 with the job, and what is refused."""
-    place = {
-        "Location": header("The job.", required=True),
-        "Preference-Applied": header("That it was waited for."),
-    }
-    ready = ANSWERS[200]
-    return {
-        200: {**ready, "headers": {**ready["headers"], **place}},
-        202: {
-            "description": "The job, which goes on.",
-            "content": json_of("Job"),
-            "headers": place,
-        },
-        **refusals(*EVERYWHERE, 404, 406, 408, 409, 413, 415, 507),
     }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +13,6 @@ from service.schemas.options import OptionTable
 
 _LONGEST_NAME = 300
 _LONGEST_ADDRESS = 2000
-_KEY = re.compile("[!-~]{1,255}")
 
 _LABELS = ("asset", "webhook")
 _FOR_UPLOADS = "filename"
@@ -50,17 +48,6 @@ def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) ->
     if faults:
         raise InvalidOptionsError(faults)
     return Form(resolved, said.get("asset"), said.get("webhook"))
-
-
-def read_idempotency_key(request: Request) -> str | None:
-    """Raises :class:`~service.errors.InvalidOptionsError` for one that is too long or no text."""
-    key = request.headers.get("idempotency-key")
-    if key is None:
-        return None
-    if not _KEY.fullmatch(key):
-        remedy = "choose 1 to 255 printable ASCII characters without a space, a random UUID say"
-        raise InvalidOptionsError([FieldError("Idempotency-Key", "it cannot be kept", remedy)])
-    return key
 
 
 def _tried(faults: list[FieldError], read: Callable[[], dict[str, Any]]) -> dict[str, Any]:

@@ -69,7 +69,7 @@ def test_silence_is_broken_now_and_then(service):
     job = service.services.jobs.job(None, service.queued())
 
     async def first_two():
-        told = news(service.services, job, 0.01)
+        told = news(service.services.jobs, service.services.board, job, 0.01)
         heard = [await anext(told), await anext(told)]
         await told.aclose()
         return heard

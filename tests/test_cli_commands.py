@@ -20,6 +20,7 @@ simplify = serving.commands:thief
 
 COMMANDS = '''
 import simplifier
+from simplifier.plugin_commands import run_guarded
 print("serving is imported")
 
 def serve(port: int = 8000, busy: bool = False) -> None:
@@ -28,7 +29,7 @@ def serve(port: int = 8000, busy: bool = False) -> None:
         if busy:
             raise simplifier.OutputError("it is taken", where=f"port {port}", remedy="use another")
         print("served on", port)
-    simplifier.run_guarded(run, debug=False)
+    run_guarded(run, debug=False)
 
 def thief() -> None:
     """Be in the way of another command."""

@@ -17,8 +17,7 @@ import typer
 from service.access.key import LOCAL, ApiKey, Scope
 from service.cli.failures import run_command
 from simplifier import OptionError
-from simplifier.cli_failures import Debug
-from simplifier.console import print_line, print_text
+from simplifier.plugin_commands import Debug, print_line, print_text
 
 if TYPE_CHECKING:
     from service.access.key import KeyStore

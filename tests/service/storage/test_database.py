@@ -58,6 +58,14 @@ def test_what_was_committed_is_there_after_opening_again(file: Path) -> None:
     database.close()
 
 
+def test_nobody_else_may_read_it(file: Path) -> None:
+    database = Database.open(file)
+    submit_many(SqlJobStore(database), 1)
+    modes = {path.name: path.stat().st_mode & 0o777 for path in file.parent.glob(f"{file.name}*")}
+    assert modes == dict.fromkeys([file.name, f"{file.name}-shm", f"{file.name}-wal"], 0o600)
+    database.close()
+
+
 def test_every_commit_is_flushed_and_readers_do_not_wait(database: Database) -> None:
     with database.writing() as session:
         assert session.execute(text("PRAGMA synchronous")).scalar_one() == 2  # full

@@ -110,7 +110,8 @@ def opened(settings: Settings) -> Iterator[Services]:
 
 def _teller(jobs: SqlJobStore) -> Describe:
     def tell(delivery: Delivery) -> Mapping[str, Any]:
-        return JobBody.of(jobs.job(delivery.tenant, delivery.job_id)).model_dump(mode="json")
+        job = jobs.job(delivery.tenant, delivery.job_id)
+        return JobBody.of(job, whole_webhook=True).model_dump(mode="json")
 
     return tell
 

@@ -4,8 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from typing import Any
 
 from service.errors import FieldError, InvalidOptionsError
+
+IDEMPOTENCY_KEY: dict[str, Any] = {
+    "name": "Idempotency-Key", "in": "header",
+    "description": "The same key with the same request gives the same job again.",
+    "schema": {"type": "string", "minLength": 1, "maxLength": 255, "pattern": "^[!-~]+$"},
+}  # fmt: skip
+"""As OpenAPI has it."""
 
 _KEY = re.compile("[!-~]{1,255}")
 

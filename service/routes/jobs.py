@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
+from service.access.key import Caller, Scope
 from service.answers.pages import LARGEST_NUMBER, next_page
 from service.errors import ConflictError
+from service.headers.idempotency_key import IDEMPOTENCY_KEY, idempotency_key
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobKind, JobState, Submission
 from service.jobs.stores import JobFilter
@@ -56,7 +58,7 @@ def list_jobs(
         limit=wanted.limit,
     )
     return JobPage(
-        items=[shown(services, job) for job in page.jobs],
+        items=[shown(services, caller, job) for job in page.jobs],
         next=next_page("/v1/jobs", wanted, page.cursor),
     )
 
@@ -64,7 +66,7 @@ def list_jobs(
 @router.get("/jobs/{job_id}", responses=refusals(*EVERYWHERE, 404), summary="Look at a job")
 def get_job(job_id: str, services: TheServices, caller: Reader) -> Job:
     """The job, and how far it is while it runs."""
-    return shown(services, services.jobs.job(caller.tenant, job_id))
+    return shown(services, caller, services.jobs.job(caller.tenant, job_id))
 
 
 @router.post(
@@ -77,7 +79,7 @@ def cancel_job(job_id: str, services: TheServices, caller: Writer) -> Job:
     services.board.changed(job_id)
     if job.state.ended:
         services.ended(job)
-    return shown(services, job)
+    return shown(services, caller, job)
 
 
 @router.post(
@@ -88,21 +90,26 @@ def cancel_job(job_id: str, services: TheServices, caller: Writer) -> Job:
         202: {"headers": {"Location": header("The new job.", required=True)}},
         **refusals(*EVERYWHERE, 404, 409, 507),
     },
+    openapi_extra={"parameters": [IDEMPOTENCY_KEY]},
     summary="Do a job again",
 )
-def retry_job(job_id: str, response: Response, services: TheServices, caller: Writer) -> Job:
+def retry_job(
+    job_id: str, request: Request, response: Response, services: TheServices, caller: Writer
+) -> Job:
     """A new job with the same mesh and options, for one that failed or was cancelled."""
-    job = _again(services, services.jobs.job(caller.tenant, job_id))
+    key = idempotency_key(request.headers)
+    job = _again(services, services.jobs.job(caller.tenant, job_id), key)
     response.headers["Location"] = f"/v1/jobs/{job.id}"
-    return shown(services, job)
+    return shown(services, caller, job)
 
 
-def shown(services: Services, job: StoredJob) -> Job:
+def shown(services: Services, caller: Caller, job: StoredJob) -> Job:
     """As it goes over the wire, its progress included."""
-    return Job.of(job, services.board.latest(job.id))
+    progress = services.board.latest(job.id)
+    return Job.of(job, progress, whole_webhook=caller.may(Scope.WRITE))
 
 
-def _again(services: Services, job: StoredJob) -> StoredJob:
+def _again(services: Services, job: StoredJob, key: str | None) -> StoredJob:
     if job.state not in (JobState.FAILED, JobState.CANCELLED):
         raise ConflictError(
             f"the job is {job.state}, and only failed and cancelled ones are done again",
@@ -119,9 +126,10 @@ def _again(services: Services, job: StoredJob) -> StoredJob:
             ) from None
         submission = Submission(
             tenant=job.tenant, kind=job.kind, name=job.name, options=job.options, inputs=inputs,
-            version=services.version, asset=job.asset, webhook=job.webhook,
+            version=services.version, asset=job.asset, webhook=job.webhook, idempotency_key=key,
             attempts=services.settings.attempts, retry_of=job.id,
         )  # fmt: skip
-        new, _ = services.jobs.submit(submission, services.settings.queue_limit)
-    services.taken(new)
-    return new
+        again, new = services.jobs.submit(submission, services.settings.queue_limit)
+    if new:
+        services.taken(again)
+    return again

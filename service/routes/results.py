@@ -9,6 +9,7 @@ from typing import Any
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
+from service.access.key import Caller
 from service.answers.docs import CONDITIONS, FILE, HEAD, PARTS, RESULT
 from service.answers.files import send_file
 from service.answers.formats import FORMATS, JSON, chosen_format
@@ -38,7 +39,7 @@ def get_result(job_id: str, request: Request, services: TheServices, caller: Rea
     media_type = chosen_format(request.headers.get("accept", ""), job.kind)
     if job.state is not JobState.SUCCEEDED:
         raise problem_of_state(job)
-    return result_answer(request, services, job, media_type)
+    return result_answer(request, services, caller, job, media_type)
 
 
 @router.get(
@@ -80,12 +81,12 @@ def head_file(
 
 
 def result_answer(
-    request: Request, services: Services, job: StoredJob, media_type: str
+    request: Request, services: Services, caller: Caller, job: StoredJob, media_type: str
 ) -> Response:
     """The result of a job that has succeeded, as JSON or as a file.  Call it in a thread."""
     files = services.jobs.files(job.id)
     if media_type == JSON:
-        result = Result.of(shown(services, job), _report(services, files), files)
+        result = Result.of(shown(services, caller, job), _report(services, files), files)
         answer = Response(result.model_dump_json(), media_type=JSON)
     else:
         # By then another job may have the same address, so it has to be asked for each time.

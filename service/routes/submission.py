@@ -45,7 +45,7 @@ async def take_in(
         )  # fmt: skip
     if new:
         await run_sync(services.taken, job)
-    return await _answer(request, services, job, media_type)
+    return await _answer(request, services, caller, job, media_type)
 
 
 async def _submission(
@@ -74,18 +74,20 @@ async def _submission(
     )
 
 
-async def _answer(request: Request, services: Services, job: Job, media_type: str) -> Response:
+async def _answer(
+    request: Request, services: Services, caller: Caller, job: Job, media_type: str
+) -> Response:
     seconds = wait_seconds(request.headers.getlist("prefer"), services.settings.max_wait)
     job = await ended_within(services.jobs, services.board, request, job, seconds)
     place = {"Location": f"/v1/jobs/{job.id}"}
     applied = {"Preference-Applied": f"wait={seconds:.0f}"} if seconds > 0.0 else {}
     if job.state is JobState.SUCCEEDED:
-        response = await run_sync(result_answer, request, services, job, media_type)
+        response = await run_sync(result_answer, request, services, caller, job, media_type)
         response.headers.update({**place, **applied})
         return response
     if job.state.ended:
         raise problem_of_job(job)
-    body = shown(services, job).model_dump_json()
+    body = shown(services, caller, job).model_dump_json()
     return Response(body, 202, {**place, **applied}, "application/json")
 
 

@@ -65,7 +65,9 @@ class Asset(BaseModel):
     links: AssetLinks
 
     @classmethod
-    def of(cls, asset: stored.Asset) -> Self:
+    def of(cls, asset: stored.Asset, *, whole_webhook: bool) -> Self:
+        """``whole_webhook`` as :meth:`Job.of` has it."""
+        latest = asset.latest
         place = f"/v1/assets/{asset.id}"
         return cls(
             id=asset.id,
@@ -73,8 +75,8 @@ class Asset(BaseModel):
             created=moment(asset.created),
             runs=asset.runs,
             thresholds=Thresholds.of(asset.thresholds),
-            holds=_holds(asset.thresholds, asset.latest),
-            latest=Job.of(asset.latest) if asset.latest else None,
+            holds=_holds(asset.thresholds, latest),
+            latest=Job.of(latest, whole_webhook=whole_webhook) if latest else None,
             links=AssetLinks(
                 self=place,
                 runs=f"{place}/runs",

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from service.headers.idempotency_key import IDEMPOTENCY_KEY
+from service.headers.prefer import PREFER
 from service.jobs.job import JobKind
 from service.schemas.job_options import option_tables
 
@@ -30,18 +32,6 @@ _FILENAME = {
     "schema": {"type": "string", "minLength": 1},
     "example": "castle.glb",
 }  # fmt: skip
-_HEADERS = [
-    {
-        "name": "Prefer", "in": "header",
-        "description": "`wait=N`: wait up to N seconds for the result.",
-        "schema": {"type": "string"}, "example": "wait=30",
-    },
-    {
-        "name": "Idempotency-Key", "in": "header",
-        "description": "The same key with the same request gives the same job again.",
-        "schema": {"type": "string", "minLength": 1, "maxLength": 255, "pattern": "^[!-~]+$"},
-    },
-]  # fmt: skip
 
 
 def upload_docs(kind: JobKind, parts: dict[str, str], raw: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -68,6 +58,6 @@ def upload_docs(kind: JobKind, parts: dict[str, str], raw: tuple[str, ...] = ())
     }
     named = [_FILENAME] if raw else []
     return {
-        "parameters": [*table.parameters(), *_LABELS, *named, *_HEADERS],
+        "parameters": [*table.parameters(), *_LABELS, *named, PREFER, IDEMPOTENCY_KEY],
         "requestBody": {"required": True, "content": content},
     }

@@ -11,12 +11,12 @@ contracts in ``pyproject.toml`` say:
     uploads      what requests bring, read as it comes
     answers      what is sent back: results, files, refusals
     schemas      what goes over the wire
-    headers      what requests ask for beside their address
     metrics      what is counted for Prometheus
     storage      the database and the blobs
     engines      the processes that do jobs
     webhooks     telling others that a job has ended
     access       who may do what
+    headers      what headers say, each as its standard has it
     jobs         what a job is, and what storage and engines promise each other
     settings, errors
 """

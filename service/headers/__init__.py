@@ -1,1 +1,1 @@
-"""Headers of requests, each as its standard has it: text in, values out."""
+"""Headers, each as its standard has it: text in, values out."""

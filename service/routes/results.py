@@ -64,7 +64,13 @@ def get_file(
     """Its bytes, whole or, by `Range` and `If-Range`, in part. It never changes; its ETag is the
     SHA-256 of it."""
     job = services.jobs.job(caller.tenant, job_id)
-    return send_file(request, services.blobs, _file(services.jobs.files(job.id), name))
+    file = _named(services.jobs.files(job.id), name)
+    if file is None:
+        raise NotFoundError(
+            f"the job has no file '{name}'",
+            remedy="'files' of its links lists those that there are",
+        )
+    return send_file(request, services.blobs, file)
 
 
 @router.head(
@@ -89,33 +95,25 @@ def result_answer(
         result = Result.of(shown(services, caller, job), _report(services, files), files)
         answer = Response(result.model_dump_json(), media_type=JSON)
     else:
+        name = FORMATS[job.kind][media_type]
+        file = _named(files, name)
+        if file is None:
+            raise NotAcceptableError(
+                f"this result has no '{name}'",
+                remedy=f"accept {JSON}, which links to all that there is",
+            )
         # By then another job may have the same address, so it has to be asked for each time.
-        file = _offered(files, FORMATS[job.kind][media_type])
         answer = send_file(request, services.blobs, file, cache="private, no-cache")
     answer.headers["Vary"] = "Accept, Prefer"
     return answer
 
 
-def _offered(files: Sequence[JobFile], name: str) -> JobFile:
-    for file in files:
-        if file.name == name:
-            return file
-    raise NotAcceptableError(
-        f"this result has no '{name}'", remedy=f"accept {JSON}, which links to all that there is"
-    )
-
-
-def _file(files: Sequence[JobFile], name: str) -> JobFile:
-    for file in files:
-        if file.name == name:
-            return file
-    raise NotFoundError(
-        f"the job has no file '{name}'", remedy="'files' of its links lists those that there are"
-    )
+def _named(files: Sequence[JobFile], name: str) -> JobFile | None:
+    return next((file for file in files if file.name == name), None)
 
 
 def _report(services: Services, files: Sequence[JobFile]) -> dict[str, Any] | None:
-    file = next((one for one in files if one.name == "report.json"), None)
+    file = _named(files, "report.json")
     if file is None:
         return None
     try:

@@ -9,11 +9,12 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from service.jobs import asset as stored
+from service.jobs.asset import LONGEST_NAME
 from service.jobs.job import Job as StoredJob
 from service.schemas.job import Job, Summary
 from service.schemas.moment import moment
 
-Name = Annotated[str, StringConstraints(min_length=1, max_length=300)]
+Name = Annotated[str, StringConstraints(min_length=1, max_length=LONGEST_NAME)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 

@@ -7,6 +7,8 @@ from typing import Any
 
 from service.headers.idempotency_key import IDEMPOTENCY_KEY
 from service.headers.prefer import PREFER
+from service.jobs.asset import LONGEST_NAME
+from service.jobs.delivery import LONGEST_URL
 from service.jobs.job import JobKind
 from service.schemas.job_options import option_tables
 
@@ -17,13 +19,13 @@ _LABELS: list[dict[str, Any]] = [
     {
         "name": "asset", "in": "query",
         "description": "The asset whose run it becomes, by name; made when it is new.",
-        "schema": {"type": "string", "minLength": 1, "maxLength": 300},
+        "schema": {"type": "string", "minLength": 1, "maxLength": LONGEST_NAME},
         "example": "props/castle",
     },
     {
         "name": "webhook", "in": "query",
         "description": "Who is told when the job ends: an http or https address.",
-        "schema": {"type": "string", "format": "uri", "minLength": 1, "maxLength": 2000},
+        "schema": {"type": "string", "format": "uri", "minLength": 1, "maxLength": LONGEST_URL},
     },
 ]  # fmt: skip
 _FILENAME = {

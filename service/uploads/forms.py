@@ -9,10 +9,9 @@ from typing import Any
 from fastapi import Request
 
 from service.errors import FieldError, InvalidOptionsError
+from service.jobs.asset import LONGEST_NAME
+from service.jobs.delivery import LONGEST_URL
 from service.schemas.options import OptionTable
-
-_LONGEST_NAME = 300
-_LONGEST_ADDRESS = 2000
 
 _LABELS = ("asset", "webhook")
 _FOR_UPLOADS = "filename"
@@ -40,7 +39,7 @@ def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) ->
     both += [name for name in _LABELS if sum(one == name for one, _ in labels) > 1]
     faults = [FieldError(name, "it is given twice", "give it once") for name in both]
     said = dict(labels)
-    for name, most in zip(_LABELS, (_LONGEST_NAME, _LONGEST_ADDRESS), strict=True):
+    for name, most in zip(_LABELS, (LONGEST_NAME, LONGEST_URL), strict=True):
         if name in said and not 1 <= len(said[name]) <= most:
             remedy = f"give 1 to {most} characters, or leave it out"
             faults.append(FieldError(name, f"it has {len(said[name])} characters", remedy))

@@ -89,7 +89,7 @@ def list_keys(
             print_line("there are no keys; 'occluder keys create' makes one")
             return
         for line in _table(found):
-            print_text(line)
+            typer.echo(line)  # print_text would close up the columns; all that is here is printable
 
     run_command(run, debug=debug)
 

@@ -6,12 +6,17 @@ contracts in ``pyproject.toml`` say:
     cli          the commands ``occluder serve``, ``keys`` and ``submit``
     openapi      writes openapi.yaml
     app, client  everything put together; the other end of the wire
+    middleware   what surrounds every request
     routes       one file a resource of the API
+    uploads      what requests bring, read as it comes
+    answers      what is sent back: results, files, refusals
     schemas      what goes over the wire
+    metrics      what is counted for Prometheus
     storage      the database and the blobs
     engines      the processes that do jobs
-    access       who may do what
     webhooks     telling others that a job has ended
+    access       who may do what
+    headers      what headers say, each as its standard has it
     jobs         what a job is, and what storage and engines promise each other
     settings, errors
 """

@@ -15,9 +15,9 @@ from service.engines.engine import Engine
 from service.jobs.delivery import Delivery
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
+from service.metrics import Metrics
 from service.middleware.stack import surrounded
 from service.routes.api import make_api
-from service.routes.collectors import Metrics
 from service.routes.services import Check, Services
 from service.schemas.job import Job as JobBody
 from service.schemas.job_options import option_tables
@@ -118,7 +118,8 @@ def opened(settings: Settings) -> Iterator[Services]:
 
 def _teller(jobs: SqlJobStore) -> Describe:
     def tell(delivery: Delivery) -> Mapping[str, Any]:
-        return JobBody.of(jobs.job(delivery.tenant, delivery.job_id)).model_dump(mode="json")
+        job = jobs.job(delivery.tenant, delivery.job_id)
+        return JobBody.of(job, whole_webhook=True).model_dump(mode="json")
 
     return tell
 

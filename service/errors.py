@@ -45,18 +45,6 @@ class ServiceError(Exception):
         self.headers = dict(headers or {})
         super().__init__(f"{detail}; {remedy}" if remedy else detail)
 
-    def problem(self, instance: str) -> dict[str, Any]:
-        """The body of the answer; ``instance`` is the path that was asked for."""
-        return {
-            "type": f"/problems/{self.slug}",
-            "title": self.title,
-            "status": self.status,
-            "detail": self.detail,
-            "remedy": self.remedy,
-            "instance": instance,
-            **self.extra,
-        }
-
 
 class BadRequestError(ServiceError):
     """The request cannot be understood."""

@@ -17,7 +17,8 @@
     product.save("castle_occluder.glb")
     json.dump(product.report(), file)
 
-Errors are :class:`OccluderError` and its kinds.  A name is imported when it is first used, so that
+Errors are :class:`OccluderError` and its kinds.  Commands from outside use
+:mod:`simplifier.plugin_commands` beside.  A name is imported when it is first used, so that
 a process that only describes options or loads nothing stays without numpy.
 """
 
@@ -30,7 +31,6 @@ from simplifier.version import VERSION as __version__
 
 if TYPE_CHECKING:
     from simplifier.api import evaluate, save, simplify, simplify_lods, simplify_scene
-    from simplifier.cli_failures import run_guarded
     from simplifier.culling.cull import Culled, Culler
     from simplifier.culling.depth_buffer import DepthBuffer, Verdict
     from simplifier.errors import (
@@ -124,7 +124,6 @@ __all__ = [
     "load_scene",
     "make",
     "produce",
-    "run_guarded",
     "save",
     "save_for_viewing",
     "simplify",
@@ -142,7 +141,6 @@ _NAMES = {
         "simplify_lods",
         "simplify_scene",
     ),
-    "cli_failures": ("run_guarded",),
     "culling.cull": (
         "Culled",
         "Culler",

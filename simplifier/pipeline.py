@@ -60,7 +60,7 @@ def simplify_mesh(
     bound = 0.0 if solid.wholly_inside else ERROR_VOXELS * solid.core.cell_size
     occluder = Occluder.of(solid.core.to_world(triangles), bound, watch.timings)
     if len(occluder.faces) == 0 < solid.core.count:
-        warnings.append("no section is large enough to hide anything; raise --resolution")
+        warnings.append("no section is large enough to hide anything; raise the resolution")
     if interrupted:
         warnings.append("interrupted: the best so far")
     return Simplification(occluder, solid, tuple(warnings), interrupted)

@@ -49,12 +49,12 @@ def solid_warnings(mesh: TriangleMesh, solid: Solid, options: SolidOptions) -> l
 def _empty_warning(solid: Solid, options: SolidOptions) -> str:
     """Why the occluder has no triangle, and what would give it some."""
     if options.shrink == 0.0:
-        return "no voxel lies wholly inside, so the occluder is empty; raise --resolution"
+        return "no voxel lies wholly inside, so the occluder is empty; raise the resolution"
     depth = deepest(solid.touched, solid.filled, _closed_sides(options)) * solid.core.cell_size
     smaller = f"choose at most {depth:.3g}" if depth > 0.0 else "leave it out"
     return (
-        f"no voxel is as deep inside as --shrink {options.shrink:g}, so the occluder is empty; "
-        f"{smaller}, or raise --resolution"
+        f"no voxel is as deep inside as shrink {options.shrink:g}, so the occluder is empty; "
+        f"{smaller}, or raise the resolution"
     )
 
 

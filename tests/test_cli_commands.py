@@ -12,42 +12,43 @@ from tests.acceptance.command import ROOT, environment, occluder
 METADATA = "Metadata-Version: 2.1\nName: planar-serving\nVersion: 1.0\n"
 
 ENTRY_POINTS = """[occluder.commands]
-serve = serving.commands:serve
-keys = serving.keys:app
+host = serving.commands:host
+badges = serving.badges:app
 broken = serving.nowhere:command
 simplify = serving.commands:thief
 """
 
 COMMANDS = '''
 import simplifier
+from simplifier.plugin_commands import run_guarded
 print("serving is imported")
 
-def serve(port: int = 8000, busy: bool = False) -> None:
+def host(port: int = 8000, busy: bool = False) -> None:
     """Answer over HTTP."""
     def run():
         if busy:
             raise simplifier.OutputError("it is taken", where=f"port {port}", remedy="use another")
         print("served on", port)
-    simplifier.run_guarded(run, debug=False)
+    run_guarded(run, debug=False)
 
 def thief() -> None:
     """Be in the way of another command."""
     print("stolen")
 '''
 
-KEYS = '''
+BADGES = '''
 import typer
-app = typer.Typer(add_completion=False, help="Keys of the service.")
+app = typer.Typer(add_completion=False, help="Badges of guests.")
 
 @app.command()
 def add(name: str) -> None:
-    """Make a key."""
+    """Make a badge."""
     print("added", name)
 
 @app.command("list")
 def show() -> None:
-    """Show all keys."""
-    print("no keys")
+    """Show all badges."""
+    print("no badges")
 '''
 
 
@@ -60,7 +61,7 @@ def path(tmp_path_factory):
         "planar_serving-1.0.dist-info/entry_points.txt": ENTRY_POINTS,
         "serving/__init__.py": "",
         "serving/commands.py": COMMANDS,
-        "serving/keys.py": KEYS,
+        "serving/badges.py": BADGES,
     }.items():
         (place / name).parent.mkdir(exist_ok=True)
         (place / name).write_text(text)
@@ -79,18 +80,18 @@ def run(path):
 
 
 def test_a_command_from_outside_runs(run):
-    assert run("serve", "--port", "9") == (0, "serving is imported\nserved on 9\n", "")
+    assert run("host", "--port", "9") == (0, "serving is imported\nserved on 9\n", "")
 
 
 def test_a_group_of_commands_runs(run):
-    assert run("keys", "add", "me") == (0, "added me\n", "")
-    assert run("keys", "list") == (0, "no keys\n", "")
+    assert run("badges", "add", "me") == (0, "added me\n", "")
+    assert run("badges", "list") == (0, "no badges\n", "")
 
 
 def test_failures_are_those_of_every_command(run):
-    status, _, errors = run("serve", "--port", "9", "--busy")
+    status, _, errors = run("host", "--port", "9", "--busy")
     assert (status, errors) == (1, "error: port 9: it is taken; use another\n")
-    status, _, errors = run("serve", "--port", "many")
+    status, _, errors = run("host", "--port", "many")
     assert status == 2
     assert errors.startswith("error: Invalid value for '--port'")
 
@@ -98,9 +99,9 @@ def test_failures_are_those_of_every_command(run):
 def test_the_help_shows_them_and_one_line_for_one_that_is_broken(run):
     status, output, errors = run("--help")
     assert status == 0
-    for words in ("simplify", "Make an occluder from a mesh", "serve", "Answer over HTTP."):
+    for words in ("simplify", "Make an occluder from a mesh", "host", "Answer over HTTP."):
         assert words in output
-    assert "Keys of the service." in output
+    assert "Badges of guests." in output
     assert "Be in the way" not in output
     assert "broken" not in output
     assert errors.startswith("warning: command 'broken' of planar-serving: cannot be loaded (Modul")
@@ -116,9 +117,9 @@ def test_one_that_is_broken_is_one_line(run):
 
 
 def test_an_unknown_command_is_wrong_usage(run):
-    status, _, errors = run("server")
+    status, _, errors = run("hosts")
     assert status == 2
-    assert "No such command 'server'. Did you mean 'serve'?" in errors
+    assert "No such command 'hosts'. Did you mean 'host'?" in errors
 
 
 LOADED = """
@@ -143,8 +144,8 @@ print("serving" in sys.modules, bool(searched), "numpy" in sys.modules)
     [
         (("simplify", "none.obj", "-o", "o.glb"), "False False True"),
         (("--version",), "False False False"),
-        (("serve",), "True True False"),
-        (("keys", "list"), "True True False"),
+        (("host",), "True True False"),
+        (("badges", "list"), "True True False"),
     ],
 )
 def test_nothing_is_loaded_that_is_not_asked_for(path, tmp_path, arguments, found):

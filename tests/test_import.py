@@ -17,12 +17,13 @@ LIGHT = {
     "the package": "import simplifier",
     "what describes a request": (
         "from simplifier import SIMPLIFY_FIELDS, EVALUATE_FIELDS, SCENE_FIELDS, MESH_SUFFIXES, "
-        "OCCLUDER_SUFFIXES, STAGES, OptionField, OptionError, MeshError, run_guarded, Progress\n"
+        "OCCLUDER_SUFFIXES, STAGES, OptionField, OptionError, MeshError, Progress\n"
         "from simplifier import SimplifyOptions, EvaluateOptions\n"
         "from simplifier import TradeoffOptions, TRADEOFF_FIELDS\n"
         "SimplifyOptions.of({'budget': 7, 'error_bounds': [1, 2]}); EvaluateOptions()"
     ),
     "the command line": "import simplifier.cli",
+    "what commands from outside use": "import simplifier.plugin_commands",
 }
 
 

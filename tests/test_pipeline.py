@@ -188,7 +188,7 @@ def test_nothing_to_hide_behind():
     result = run(box(), resolution=1, budget=4, moves=0)
     check_bound(box(), result)
     if len(result.occluder.faces) == 0:
-        assert any("raise --resolution" in warning for warning in result.warnings)
+        assert any("raise the resolution" in warning for warning in result.warnings)
 
 
 def test_dropped_triangles_are_told():
@@ -207,7 +207,7 @@ def test_leaks_are_told(side):
     result = run(box(without=[side]), resolution=24, preset="draft")
     (warning,) = result.warnings
     assert "open at this resolution" in warning
-    assert "--ground" in warning
+    assert "ground with up" in warning
 
 
 def test_the_open_bunny(asset):

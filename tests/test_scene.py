@@ -188,7 +188,7 @@ def test_nothing_wholly_inside(slicer, trim):
         pytest.skip(str(error))
     assert len(result.occluder.faces) == len(result.occluder.vertices) == 0
     (warning,) = result.warnings
-    assert warning == "no voxel lies wholly inside, so the occluder is empty; raise --resolution"
+    assert warning == "no voxel lies wholly inside, so the occluder is empty; raise the resolution"
     assert result.occluder.error_bound == 0.0
 
 
@@ -196,12 +196,12 @@ def test_nothing_so_deep_inside():
     result = run(box(), shrink=0.6)
     assert len(result.occluder.faces) == 0
     (warning,) = result.warnings
-    assert warning.startswith("no voxel is as deep inside as --shrink 0.6")
+    assert warning.startswith("no voxel is as deep inside as shrink 0.6")
     most = float(warning.split("choose at most ")[1].split(",")[0])
     assert 0.3 < most < 0.5
     assert run(box(), shrink=0.99 * most).solid.core.count > 0
     thin = run(table(), shrink=0.6).warnings[-1]
-    assert "leave it out, or raise --resolution" in thin
+    assert "leave it out, or raise the resolution" in thin
 
 
 @pytest.mark.parametrize("moves", [0, 300])

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import typer
 
 from service.errors import ServiceError, SettingsError
-from simplifier import OccluderError, OptionError, run_guarded
-from simplifier.console import print_line
+from simplifier import OccluderError, OptionError
+from simplifier.plugin_commands import print_line, run_guarded
 
 _OURS = ("service", "simplifier")
 

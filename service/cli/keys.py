@@ -17,8 +17,7 @@ import typer
 from service.access.key import LOCAL, ApiKey, Scope
 from service.cli.failures import run_command
 from simplifier import OptionError
-from simplifier.cli_failures import Debug
-from simplifier.console import print_line, print_text
+from simplifier.plugin_commands import Debug, print_line, print_text
 
 if TYPE_CHECKING:
     from service.access.key import KeyStore
@@ -90,7 +89,7 @@ def list_keys(
             print_line("there are no keys; 'occluder keys create' makes one")
             return
         for line in _table(found):
-            print_text(line)
+            typer.echo(line)  # print_text would close up the columns; all that is here is printable
 
     run_command(run, debug=debug)
 

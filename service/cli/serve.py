@@ -8,8 +8,7 @@ from typing import Annotated
 import typer
 
 from service.cli.failures import run_command
-from simplifier.cli_failures import Debug
-from simplifier.console import print_line
+from simplifier.plugin_commands import Debug, print_line
 
 
 def serve(

@@ -10,8 +10,7 @@ from contextlib import suppress
 from service.cli.submission import Outcome, Submission, submit_one
 from service.cli.submission_bars import SubmissionBars, submission_bars
 from service.client import Client, ClientError
-from simplifier.console import print_line
-from simplifier.interrupts import INTERRUPTED, interrupts
+from simplifier.plugin_commands import INTERRUPTED, interrupts, print_line
 
 _GLANCE = 0.1  # seconds between looks at whether to stop
 _PATIENCE = 3600.0  # seconds for which a full queue is waited for

@@ -11,8 +11,7 @@ import typer
 
 from service.cli.failures import run_command
 from simplifier import OCCLUDER_SUFFIXES, SIMPLIFY_FIELDS, OptionError, OutputError
-from simplifier.cli_failures import Debug
-from simplifier.cli_options import typed_lengths, with_options
+from simplifier.plugin_commands import Debug, typed_lengths, with_options
 
 _FIELDS = tuple(field for field in SIMPLIFY_FIELDS if field.name != "slicer")  # the server's affair
 _DEFAULTS = {field.name: field.default for field in _FIELDS}

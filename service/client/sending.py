@@ -6,16 +6,17 @@ import random
 import threading
 import time
 from collections.abc import Callable
-from email.utils import parsedate_to_datetime
 
 import httpx
 
 from service.client.errors import StoppedError, refusal, unreachable
+from service.headers.retry_after import retry_after
 
 _LATER = (429, 503)
 _CONNECTIONS = 6  # tries in a row that get no answer: six seconds
 _FIRST_DELAY = 0.2  # seconds, doubled from try to try
 _LONGEST_DELAY = 30.0
+_SPREAD = 0.2  # seconds, so that those who were told the same do not come at once
 
 Build = Callable[[], httpx.Request]
 """Makes the request of one try, with a body that is at its begin."""
@@ -74,11 +75,8 @@ def _backoff(tries: int) -> float:
 
 
 def _delay(response: httpx.Response, tries: int) -> float:
-    """Seconds to wait, as the server says where it does; a number or a date."""
-    said = response.headers.get("Retry-After", "")
-    if said.isascii() and said.isdigit():
-        return float(said) + random.uniform(0.0, 0.2)
-    try:
-        return max(0.0, parsedate_to_datetime(said).timestamp() - time.time())
-    except ValueError:
+    """Seconds to wait, as the server says where it does."""
+    said = retry_after(response.headers.get("Retry-After"), time.time())
+    if said is None:
         return _backoff(tries)
+    return max(0.0, said) + random.uniform(0.0, _SPREAD)

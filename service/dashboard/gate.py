@@ -13,6 +13,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from service.dashboard.session import Visitor
 from service.errors import ServiceError, UnauthenticatedError
 from service.routes.services import Services
+from service.schemas.problem import MEDIA_TYPE, problem_of
 
 _OPEN = "/_nicegui/"
 """Scripts and styles, the same for everybody."""
@@ -80,10 +81,10 @@ async def _refuse(refusal: ServiceError, scope: Scope, receive: Receive, send: S
         await RedirectResponse(sign_in_address(scope), 303)(scope, receive, send)
         return
     answer = JSONResponse(
-        refusal.problem(scope["path"]),
+        problem_of(refusal, scope["path"]),
         refusal.status,
         headers=refusal.headers,
-        media_type="application/problem+json",
+        media_type=MEDIA_TYPE,
     )
     await answer(scope, receive, send)
 

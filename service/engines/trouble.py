@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from typing import TypeVar
 
-from service.errors import DatabaseDamagedError, DiskFullError
+from service.errors import DatabaseDamagedError, DiskFullError, NotReadyError
 
 logger = logging.getLogger(__name__)
 
@@ -51,7 +51,8 @@ class Trouble:
             raise StoppedError
 
     def insist(self, call: Callable[[], T]) -> T:
-        """Have the stores do something, again and again while they cannot for want of a sound disk.
+        """Have the stores do something, again and again while they cannot: no room, a damaged
+        page, a lock that another holds.
 
         Raises :class:`StoppedError`, and whatever else the call does.
         """
@@ -59,7 +60,7 @@ class Trouble:
         while True:
             try:
                 result = call()
-            except (DiskFullError, DatabaseDamagedError) as error:
+            except (DiskFullError, DatabaseDamagedError, NotReadyError) as error:
                 if tries == 0:
                     logger.error("%s", error)
                 self._tell("stores", str(error))

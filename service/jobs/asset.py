@@ -25,11 +25,15 @@ class Thresholds:
         return all(value is not None and value >= least for least, value in asked)
 
 
+LONGEST_NAME = 300
+"""Characters of an asset's name."""
+
+
 @dataclass(frozen=True)
 class Asset:
     """A name of a tenant's, and the latest of its runs that succeeded.
 
-    ``name``  any text of 1 to 300 characters, slashes among them; ``id`` is for addresses.
+    ``name``  any text up to :data:`LONGEST_NAME`, slashes among it; ``id`` is for addresses.
     """
 
     id: str

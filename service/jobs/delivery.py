@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+LONGEST_URL = 2000
+"""Characters of a webhook's address."""
+
 
 @dataclass(frozen=True)
 class Delivery:

@@ -133,7 +133,7 @@ class Submission:
     @property
     def fingerprint(self) -> str:
         """Equal for the same request, whatever version it comes to: what is asked, and for whom."""
-        return _hash([self._asked, self.name, self.asset, self.webhook])
+        return _hash([self._asked, self.name, self.asset, self.webhook, self.retry_of])
 
     @property
     def _asked(self) -> list[object]:

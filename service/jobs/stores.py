@@ -73,8 +73,8 @@ class JobStore(Protocol):
     def expire(self, ended_before: float) -> int:
         """Forget jobs that ended before then, except the latest run of each asset; how many."""
 
-    def named_digests(self) -> set[str]:
-        """Of every file of every job."""
+    def unnamed(self, digests: Collection[str]) -> set[str]:
+        """Those of some thousand digests that no file of any job has."""
 
     def cancel(self, tenant: str | None, job_id: str) -> Job:
         """End a queued job; ask for the end of a running one.
@@ -154,12 +154,13 @@ class BlobStore(Protocol):
     def digests(self) -> Iterator[str]:
         """All that are stored, in no order."""
 
-    def sweep(self, named: Callable[[], Collection[str]]) -> int:
+    def sweep(self, unnamed: Callable[[Collection[str]], Collection[str]]) -> int:
         """Remove what is neither named nor kept; how many.
 
-        ``named`` is called once the store has begun to note what is put or adopted: whatever was
-        committed before is among its digests, and whatever comes later is noted.  So nothing that a
-        row names can go, whatever the clock does.
+        ``unnamed`` tells which of some digests no row names, and is called with a batch at a time,
+        so that a sweep takes no memory however large the store is.  By then the store notes what is
+        put or adopted: whatever was committed before is named, and whatever comes later is noted.
+        So nothing that a row names can go, whatever the clock does.
         """
 
     def free_bytes(self) -> int:

@@ -14,9 +14,9 @@ from ipaddress import IPv4Address, IPv6Address, ip_address
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers
-from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from service.answers.failures import ProblemResponse
 from service.errors import ForbiddenError, MisdirectedError, ServiceError
 from service.settings import Settings
 
@@ -116,10 +116,6 @@ async def _refuse(refusal: ServiceError, scope: Scope, receive: Receive, send: S
     if scope["type"] == "websocket":
         await send({"type": "websocket.close", "code": 1008})
         return
-    answer = JSONResponse(
-        refusal.problem(scope["path"]),
-        refusal.status,
-        headers={**refusal.headers, "Connection": "close"},
-        media_type="application/problem+json",
-    )
+    answer = ProblemResponse(refusal, scope["path"])
+    answer.headers["Connection"] = "close"
     await answer(scope, receive, send)

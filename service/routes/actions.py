@@ -1,6 +1,7 @@
 """What is done to jobs, whether a route or a page asks for it.
 
-Each waits for the database, and raises :class:`~service.errors.ServiceError`.
+Each waits for the database, and raises :class:`~service.errors.ServiceError`.  What makes a job
+takes an idempotency key: the same key gives the same job again.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ def cancel(services: Services, caller: Caller, job_id: str) -> Job:
     return job
 
 
-def retry(services: Services, caller: Caller, job_id: str) -> Job:
+def retry(services: Services, caller: Caller, job_id: str, key: str | None = None) -> Job:
     """The same once more, for a job that failed or was cancelled; conflicts for any other."""
     job = services.jobs.job(caller.tenant, job_id)
     if job.state not in (JobState.FAILED, JobState.CANCELLED):
@@ -32,10 +33,16 @@ def retry(services: Services, caller: Caller, job_id: str) -> Job:
             f"the job is {job.state}, and only failed and cancelled ones are done again",
             remedy="POST to its 'rerun' with other options to have another result",
         )
-    return _once_more(services, job, job.kind, job.options, retry_of=job.id)
+    return _once_more(services, job, job.kind, job.options, key, retry_of=job.id)
 
 
-def rerun(services: Services, caller: Caller, job_id: str, changes: Mapping[str, Any]) -> Job:
+def rerun(
+    services: Services,
+    caller: Caller,
+    job_id: str,
+    changes: Mapping[str, Any],
+    key: str | None = None,
+) -> Job:
     """The same inputs with other options; those that are not named stay as they were.
 
     Raises :class:`~service.errors.InvalidOptionsError` that names each wrong one.
@@ -45,10 +52,16 @@ def rerun(services: Services, caller: Caller, job_id: str, changes: Mapping[str,
     # An older version may have had others.
     known = {one.name for one in table.fields}
     kept = {name: value for name, value in job.options.items() if name in known}
-    return _once_more(services, job, job.kind, table.read({**kept, **changes}))
+    return _once_more(services, job, job.kind, table.read({**kept, **changes}), key)
 
 
-def sweep(services: Services, caller: Caller, asset_id: str, options: Mapping[str, Any]) -> Job:
+def sweep(
+    services: Services,
+    caller: Caller,
+    asset_id: str,
+    options: Mapping[str, Any],
+    key: str | None = None,
+) -> Job:
     """Measure speed against accuracy on the mesh of an asset's latest run."""
     resolved = services.tables[JobKind.TRADEOFF].read(options)
     asset = services.assets.asset(caller.tenant, asset_id)
@@ -57,7 +70,7 @@ def sweep(services: Services, caller: Caller, asset_id: str, options: Mapping[st
             f"the asset '{asset.name}' has no run with a mesh",
             remedy="submit a mesh as a run of it first",
         )
-    return _once_more(services, asset.latest, JobKind.TRADEOFF, resolved)
+    return _once_more(services, asset.latest, JobKind.TRADEOFF, resolved, key)
 
 
 def _once_more(
@@ -65,6 +78,7 @@ def _once_more(
     job: Job,
     kind: JobKind,
     options: Mapping[str, Any],
+    key: str | None,
     retry_of: str | None = None,
 ) -> Job:
     """A new job with the inputs of another, as far as its kind takes them."""
@@ -86,13 +100,15 @@ def _once_more(
             tenant=job.tenant, kind=kind, name=job.name, options=options, inputs=inputs,
             version=services.version, asset=job.asset,
             webhook=job.webhook if kind is job.kind else None,
+            idempotency_key=key,
             attempts=services.settings.attempts,
             may_reuse=not sweeps,  # whoever measures again wants the times of today
             retry_of=retry_of,
         )  # fmt: skip
-        new, _ = services.jobs.submit(submission, services.settings.queue_limit)
-    services.taken(new)
-    return new
+        again, new = services.jobs.submit(submission, services.settings.queue_limit)
+    if new:
+        services.taken(again)
+    return again
 
 
 def _is_mesh(file: JobFile) -> bool:

@@ -6,6 +6,7 @@ from fastapi import FastAPI
 from fastapi.routing import APIRoute
 from starlette.types import Lifespan
 
+from service.answers.failures import handle_failures
 from service.routes import (
     assets,
     docs,
@@ -21,7 +22,6 @@ from service.routes import (
     tradeoff,
 )
 from service.routes.description import describe
-from service.routes.failures import handle_failures
 from simplifier import __version__
 
 _TAGS = [

@@ -7,14 +7,14 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
+from service.access.key import Caller, Scope
+from service.answers.pages import LARGEST_NUMBER, next_page
 from service.errors import NotFoundError
 from service.jobs.asset import Asset as StoredAsset
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobKind
 from service.routes.callers import KEYED, Reader, Writer
-from service.routes.pages import LARGEST_NUMBER, next_page
 from service.routes.services import Services, TheServices
-from service.routes.small_body import SmallBodyRoute
 from service.schemas.asset import (
     Asset,
     AssetPage,
@@ -26,6 +26,7 @@ from service.schemas.asset import (
     Thresholds,
 )
 from service.schemas.openapi import EVERYWHERE, header, json_of, refusals
+from service.uploads.small_body import SmallBodyRoute
 
 router = APIRouter(prefix="/v1", tags=["assets"], dependencies=KEYED, route_class=SmallBodyRoute)
 
@@ -67,7 +68,7 @@ def list_assets(
         limit=wanted.limit,
     )
     return AssetPage(
-        items=[Asset.of(one) for one in page.assets],
+        items=[_shown(caller, one) for one in page.assets],
         next=next_page("/v1/assets", wanted, page.cursor),
     )
 
@@ -91,13 +92,13 @@ def put_asset(new: NewAsset, response: Response, services: TheServices, caller: 
     if made:
         response.status_code = 201
         response.headers["Location"] = f"/v1/assets/{asset.id}"
-    return Asset.of(asset)
+    return _shown(caller, asset)
 
 
 @router.get("/assets/{asset_id}", responses=refusals(*EVERYWHERE, 404), summary="Look at an asset")
 def get_asset(asset_id: str, services: TheServices, caller: Reader) -> Asset:
     """The asset, its latest run, and whether that one is good enough."""
-    return Asset.of(services.assets.asset(caller.tenant, asset_id))
+    return _shown(caller, services.assets.asset(caller.tenant, asset_id))
 
 
 @router.delete(
@@ -121,7 +122,8 @@ def put_thresholds(
     asset_id: str, thresholds: Thresholds, services: TheServices, caller: Writer
 ) -> Asset:
     """What is demanded from now on; what is left out or null is not."""
-    return Asset.of(services.assets.set_thresholds(caller.tenant, asset_id, thresholds.demanded))
+    asset = services.assets.set_thresholds(caller.tenant, asset_id, thresholds.demanded)
+    return _shown(caller, asset)
 
 
 @router.get(
@@ -169,6 +171,10 @@ def compare_runs(
             remedy="name them by a and b, or make another run",
         )
     return Comparison.of(Run.of(a, asset.thresholds), Run.of(b, asset.thresholds))
+
+
+def _shown(caller: Caller, asset: StoredAsset) -> Asset:
+    return Asset.of(asset, whole_webhook=caller.may(Scope.WRITE))
 
 
 def _run(services: Services, asset: StoredAsset, job_id: str) -> StoredJob:

@@ -29,6 +29,7 @@ def _caller_with(scope: Scope) -> Callable[..., Awaitable[Caller]]:
         if one is None:
             address = request.client.host if request.client else ""
             one = await run_sync(authenticator.caller, headers, address)
+        request.state.caller = one  # for the log
         demand(one, scope)
         return one
 

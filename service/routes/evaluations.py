@@ -5,12 +5,13 @@ from __future__ import annotations
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
+from service.answers.docs import RESULT_OR_JOB
 from service.jobs.job import JobKind
 from service.routes.callers import KEYED, Writer
 from service.routes.services import TheServices
 from service.routes.submission import take_in
-from service.routes.upload_docs import upload_answers, upload_docs
-from service.routes.uploads import Wanted
+from service.uploads.docs import upload_docs
+from service.uploads.receiving import Wanted
 from simplifier import MESH_SUFFIXES
 
 router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
@@ -25,7 +26,7 @@ _WANTED = tuple(Wanted(part, MESH_SUFFIXES) for part in _PARTS)
 @router.post(
     "/evaluations",
     response_class=Response,
-    responses=upload_answers(),
+    responses=RESULT_OR_JOB,
     openapi_extra=upload_docs(JobKind.EVALUATION, _PARTS),
     summary="Judge an occluder",
 )

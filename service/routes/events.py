@@ -10,12 +10,14 @@ from fastapi import APIRouter, Request
 from fastapi.responses import StreamingResponse
 from pydantic import BaseModel
 
+from service.access.key import Caller
+from service.answers.following import news
 from service.errors import NotFoundError
 from service.jobs.job import Job as StoredJob
 from service.routes.callers import KEYED, Reader
-from service.routes.hearing import news
+from service.routes.jobs import shown
 from service.routes.services import Services, TheServices
-from service.schemas.job import Job, Progress
+from service.schemas.job import Progress
 from service.schemas.openapi import EVERYWHERE, refusals
 
 _QUIET = 15.0  # seconds, after which a comment keeps proxies from hanging up
@@ -52,23 +54,25 @@ async def job_events(
     """Server-sent events until the job has ended."""
     job = await run_sync(services.jobs.job, caller.tenant, job_id)
     return StreamingResponse(
-        _stream(request, services, job),
+        _stream(request, services, caller, job),
         media_type="text/event-stream",
         headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"},
     )
 
 
-async def _stream(request: Request, services: Services, job: StoredJob) -> AsyncIterator[bytes]:
+async def _stream(
+    request: Request, services: Services, caller: Caller, job: StoredJob
+) -> AsyncIterator[bytes]:
     # NotFoundError: the job was removed with its asset, and there is no more to tell.
     with suppress(NotFoundError):
-        async with aclosing(news(services, job, _QUIET)) as told:
+        async with aclosing(news(services.jobs, services.board, job, _QUIET)) as told:
             async for one in told:
                 if await request.is_disconnected():
                     return
                 if one is None:
                     yield b": still here\n\n"
                 elif isinstance(one, StoredJob):
-                    yield _event("state", Job.of(one, services.board.latest(one.id)))
+                    yield _event("state", shown(services, caller, one))
                 else:
                     yield _event("progress", Progress.of(one))
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
+from service.access.key import Caller, Scope
+from service.answers.pages import LARGEST_NUMBER, next_page
+from service.headers.idempotency_key import IDEMPOTENCY_KEY, idempotency_key
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobKind, JobState
 from service.jobs.stores import JobFilter
 from service.routes import actions
 from service.routes.callers import KEYED, Reader, Writer
-from service.routes.pages import LARGEST_NUMBER, next_page
 from service.routes.services import Services, TheServices
 from service.schemas.job import Job, JobPage
 from service.schemas.moment import Moment
@@ -59,7 +61,7 @@ def list_jobs(
         limit=wanted.limit,
     )
     return JobPage(
-        items=[shown(services, job) for job in page.jobs],
+        items=[shown(services, caller, job) for job in page.jobs],
         next=next_page("/v1/jobs", wanted, page.cursor),
     )
 
@@ -67,7 +69,7 @@ def list_jobs(
 @router.get("/jobs/{job_id}", responses=refusals(*EVERYWHERE, 404), summary="Look at a job")
 def get_job(job_id: str, services: TheServices, caller: Reader) -> Job:
     """The job, and how far it is while it runs."""
-    return shown(services, services.jobs.job(caller.tenant, job_id))
+    return shown(services, caller, services.jobs.job(caller.tenant, job_id))
 
 
 @router.post(
@@ -75,7 +77,7 @@ def get_job(job_id: str, services: TheServices, caller: Reader) -> Job:
 )
 def cancel_job(job_id: str, services: TheServices, caller: Writer) -> Job:
     """End it: at once while it waits, within a second while it runs. 409 when it has ended."""
-    return shown(services, actions.cancel(services, caller, job_id))
+    return shown(services, caller, actions.cancel(services, caller, job_id))
 
 
 @router.post(
@@ -86,13 +88,16 @@ def cancel_job(job_id: str, services: TheServices, caller: Writer) -> Job:
         202: NEW_JOB,
         **refusals(*EVERYWHERE, 404, 409, 507),
     },
+    openapi_extra={"parameters": [IDEMPOTENCY_KEY]},
     summary="Do a job again",
 )
-def retry_job(job_id: str, response: Response, services: TheServices, caller: Writer) -> Job:
+def retry_job(
+    job_id: str, request: Request, response: Response, services: TheServices, caller: Writer
+) -> Job:
     """A new job with the same mesh and options, for one that failed or was cancelled."""
-    job = actions.retry(services, caller, job_id)
+    job = actions.retry(services, caller, job_id, idempotency_key(request.headers))
     response.headers["Location"] = f"/v1/jobs/{job.id}"
-    return shown(services, job)
+    return shown(services, caller, job)
 
 
 class OtherOptions(BaseModel):
@@ -111,17 +116,25 @@ class OtherOptions(BaseModel):
     status_code=202,
     response_description="The new job; it has succeeded already where the result was stored.",
     responses={202: NEW_JOB, **refusals(*EVERYWHERE, 404, 409, 507)},
+    openapi_extra={"parameters": [IDEMPOTENCY_KEY]},
     summary="Run with other options",
 )
 def rerun_job(
-    job_id: str, other: OtherOptions, response: Response, services: TheServices, caller: Writer
+    job_id: str,
+    other: OtherOptions,
+    request: Request,
+    response: Response,
+    services: TheServices,
+    caller: Writer,
 ) -> Job:
     """A new job with what was sent for this one, and other options."""
-    job = actions.rerun(services, caller, job_id, other.options)
+    key = idempotency_key(request.headers)
+    job = actions.rerun(services, caller, job_id, other.options, key)
     response.headers["Location"] = f"/v1/jobs/{job.id}"
-    return shown(services, job)
+    return shown(services, caller, job)
 
 
-def shown(services: Services, job: StoredJob) -> Job:
+def shown(services: Services, caller: Caller, job: StoredJob) -> Job:
     """As it goes over the wire, its progress included."""
-    return Job.of(job, services.board.latest(job.id))
+    progress = services.board.latest(job.id)
+    return Job.of(job, progress, whole_webhook=caller.may(Scope.WRITE))

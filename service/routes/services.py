@@ -14,7 +14,7 @@ from service.jobs.asset import AssetStore
 from service.jobs.job import Job, JobKind
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
-from service.routes.collectors import Metrics
+from service.metrics import Metrics
 from service.schemas.options import OptionTable
 from service.settings import Settings
 

@@ -9,16 +9,17 @@ from fastapi import Request
 from fastapi.responses import Response
 
 from service.access.key import Caller
+from service.answers.following import ended_within
+from service.answers.formats import chosen_format
+from service.answers.outcomes import problem_of_job
+from service.headers.idempotency_key import idempotency_key
+from service.headers.prefer import wait_seconds
 from service.jobs.job import Job, JobKind, JobState, Submission
-from service.routes.formats import chosen_format
-from service.routes.forms import read_form, read_idempotency_key
-from service.routes.hearing import ended_within
 from service.routes.jobs import shown
-from service.routes.outcomes import problem_of_job
-from service.routes.prefer import wait_seconds
 from service.routes.results import result_answer
 from service.routes.services import Services
-from service.routes.uploads import Uploads, Wanted, receive
+from service.uploads.forms import read_form
+from service.uploads.receiving import Uploads, Wanted, receive
 
 
 async def take_in(
@@ -31,7 +32,7 @@ async def take_in(
     :class:`~service.errors.ServiceError`, also for a job that has failed within that time.
     """
     media_type = chosen_format(request.headers.get("accept", ""), kind)
-    key = read_idempotency_key(request)
+    key = idempotency_key(request.headers)
     table = services.tables[kind]
     if not _in_parts(request):
         read_form(request, {}, table)
@@ -44,7 +45,7 @@ async def take_in(
         )  # fmt: skip
     if new:
         await run_sync(services.taken, job)
-    return await _answer(request, services, job, media_type)
+    return await _answer(request, services, caller, job, media_type)
 
 
 async def _submission(
@@ -73,18 +74,20 @@ async def _submission(
     )
 
 
-async def _answer(request: Request, services: Services, job: Job, media_type: str) -> Response:
+async def _answer(
+    request: Request, services: Services, caller: Caller, job: Job, media_type: str
+) -> Response:
     seconds = wait_seconds(request.headers.getlist("prefer"), services.settings.max_wait)
-    job = await ended_within(services, request, job, seconds)
+    job = await ended_within(services.jobs, services.board, request, job, seconds)
     place = {"Location": f"/v1/jobs/{job.id}"}
     applied = {"Preference-Applied": f"wait={seconds:.0f}"} if seconds > 0.0 else {}
     if job.state is JobState.SUCCEEDED:
-        response = await run_sync(result_answer, request, services, job, media_type)
+        response = await run_sync(result_answer, request, services, caller, job, media_type)
         response.headers.update({**place, **applied})
         return response
     if job.state.ended:
         raise problem_of_job(job)
-    body = shown(services, job).model_dump_json()
+    body = shown(services, caller, job).model_dump_json()
     return Response(body, 202, {**place, **applied}, "application/json")
 
 

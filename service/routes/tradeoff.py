@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Response
+from fastapi import APIRouter, Body, Request, Response
 
+from service.headers.idempotency_key import IDEMPOTENCY_KEY, idempotency_key
 from service.jobs.job import JobKind
 from service.routes import actions
 from service.routes.callers import KEYED, Writer
@@ -26,12 +27,16 @@ _SCHEMA = option_tables(math.inf)[JobKind.TRADEOFF].schema()
     status_code=202,
     response_description="The job.",
     responses={202: NEW_JOB, **refusals(*EVERYWHERE, 404, 409, 507)},
-    openapi_extra={"requestBody": {"content": {"application/json": {"schema": _SCHEMA}}}},
+    openapi_extra={
+        "parameters": [IDEMPOTENCY_KEY],
+        "requestBody": {"content": {"application/json": {"schema": _SCHEMA}}},
+    },
     summary="Measure speed against accuracy",
 )
 def measure_tradeoff(
     asset_id: str,
     options: Annotated[dict[str, Any], Body(description="What to measure.")],
+    request: Request,
     response: Response,
     services: TheServices,
     caller: Writer,
@@ -40,6 +45,6 @@ def measure_tradeoff(
 
     Results are `tradeoff.html` to read, and the rows as `tradeoff.csv` and `tradeoff.json`.
     """
-    job = actions.sweep(services, caller, asset_id, options)
+    job = actions.sweep(services, caller, asset_id, options, idempotency_key(request.headers))
     response.headers["Location"] = f"/v1/jobs/{job.id}"
-    return shown(services, job)
+    return shown(services, caller, job)

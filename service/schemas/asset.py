@@ -9,11 +9,12 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 from service.jobs import asset as stored
+from service.jobs.asset import LONGEST_NAME
 from service.jobs.job import Job as StoredJob
 from service.schemas.job import Job, Summary
 from service.schemas.moment import moment
 
-Name = Annotated[str, StringConstraints(min_length=1, max_length=300)]
+Name = Annotated[str, StringConstraints(min_length=1, max_length=LONGEST_NAME)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -65,7 +66,9 @@ class Asset(BaseModel):
     links: AssetLinks
 
     @classmethod
-    def of(cls, asset: stored.Asset) -> Self:
+    def of(cls, asset: stored.Asset, *, whole_webhook: bool) -> Self:
+        """``whole_webhook`` as :meth:`Job.of` has it."""
+        latest = asset.latest
         place = f"/v1/assets/{asset.id}"
         return cls(
             id=asset.id,
@@ -73,8 +76,8 @@ class Asset(BaseModel):
             created=moment(asset.created),
             runs=asset.runs,
             thresholds=Thresholds.of(asset.thresholds),
-            holds=_holds(asset.thresholds, asset.latest),
-            latest=Job.of(asset.latest) if asset.latest else None,
+            holds=_holds(asset.thresholds, latest),
+            latest=Job.of(latest, whole_webhook=whole_webhook) if latest else None,
             links=AssetLinks(
                 self=place,
                 runs=f"{place}/runs",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from datetime import datetime
 from typing import Any, Self
+from urllib.parse import urlsplit
 
 from pydantic import BaseModel, Field
 
@@ -110,12 +111,17 @@ class Job(BaseModel):
     summary: Summary | None = Field(description="When it has succeeded.")
     reused: str | None = Field(description="The job whose stored result it was given.")
     retry_of: str | None = Field(description="The job that it does again.")
-    webhook: str | None = Field(description="Who is told when it ends.")
+    webhook: str | None = Field(
+        description="Who is told when it ends; keys that only read see no more than the host.",
+        examples=["https://ci.example.org/hooks/7f3a"],
+    )
     links: JobLinks
 
     @classmethod
-    def of(cls, job: stored.Job, progress: JobProgress | None = None) -> Self:
-        """``progress`` is left out unless the job runs."""
+    def of(
+        cls, job: stored.Job, progress: JobProgress | None = None, *, whole_webhook: bool
+    ) -> Self:
+        """``progress`` is left out unless the job runs, the path of the webhook unless told."""
         running = job.state is JobState.RUNNING and progress is not None
         named = job.asset_id is not None and job.asset is not None
         failure, summary = job.failure, job.summary
@@ -137,9 +143,17 @@ class Job(BaseModel):
             summary=Summary.of(summary) if summary else None,
             reused=job.reused,
             retry_of=job.retry_of,
-            webhook=job.webhook,
+            webhook=job.webhook if whole_webhook else _origin(job.webhook),
             links=JobLinks.of(job.id),
         )
+
+
+def _origin(url: str | None) -> str | None:
+    """Scheme and host of an address, whose path may be what its owner lets others in by."""
+    if url is None:
+        return None
+    parts = urlsplit(url)
+    return f"{parts.scheme}://{parts.netloc}"
 
 
 class JobPage(BaseModel):

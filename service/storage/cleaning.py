@@ -40,7 +40,7 @@ class Cleaner:
     def clean(self, now: float) -> Cleaned:
         """One round; ``now`` in Unix seconds.  Raises what the stores raise."""
         forgotten = self.jobs.expire(now - self.keep_days * _DAY) if self.keep_days else 0
-        return Cleaned(forgotten, self.blobs.sweep(self.jobs.named_digests))
+        return Cleaned(forgotten, self.blobs.sweep(self.jobs.unnamed))
 
     @contextmanager
     def running(self) -> Iterator[None]:

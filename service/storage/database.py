@@ -73,10 +73,13 @@ class Database:
     def open(cls, file: Path, *, may_be_new: bool = True) -> Database:
         """Check the file page by page, and bring it to the present schema; make it if it is new.
 
+        Nobody but its owner may read a new one, nor the log beside it, which SQLite makes like it.
         Raises :class:`~service.errors.DatabaseDamagedError` where a page cannot be read or there
         is nothing in a file that may not be new, and :class:`~service.errors.SettingsError` where
         the file cannot be used: no right, a disk of another machine, a newer version's schema.
         """
+        with suppress(OSError):  # SQLite says more of what is in the way
+            file.touch(mode=0o600)
         database = cls(file)
         try:
             with database._told(at_start=True):

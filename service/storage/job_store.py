@@ -111,9 +111,10 @@ class SqlJobStore:
             if len(numbers) < _EXPIRED_AT_ONCE:
                 return expired
 
-    def named_digests(self) -> set[str]:
+    def unnamed(self, digests: Collection[str]) -> set[str]:
         with self._database.reading() as session:
-            return set(session.scalars(select(JobFileRow.digest).execution_options(yield_per=5000)))
+            named = session.scalars(select(JobFileRow.digest).where(JobFileRow.digest.in_(digests)))
+            return set(digests).difference(named)
 
     def cancel(self, tenant: str | None, job_id: str) -> Job:
         with self._database.writing() as session:

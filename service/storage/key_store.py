@@ -53,20 +53,24 @@ class SqlKeyStore:
         """Raises :class:`~service.errors.ConflictError` too, for a hint that several keys have."""
         with self._database.writing() as session:
             rows = session.scalars(
-                select(ApiKeyRow).where(or_(ApiKeyRow.id == key_id, ApiKeyRow.hint == key_id))
+                select(ApiKeyRow)
+                .where(or_(ApiKeyRow.id == key_id, ApiKeyRow.hint == key_id))
+                .order_by(ApiKeyRow.number)
             ).all()
             if not rows:
                 raise NotFoundError(
                     f"there is no key '{key_id}'", remedy="see 'occluder keys list' for all"
                 )
-            if len(rows) > 1:
+            # Those that are revoked already are not meant, unless there are no others.
+            meant = [row for row in rows if row.revoked is None] or rows[:1]
+            if len(meant) > 1:
+                keys = "; ".join(f"{row.id} of {row.tenant} {row.name}".rstrip() for row in meant)
                 raise ConflictError(
-                    f"{len(rows)} keys begin with '{key_id}'",
-                    remedy=f"name one by its id: {', '.join(row.id for row in rows)}",
+                    f"{len(meant)} keys begin with '{key_id}'", remedy=f"name one by its id: {keys}"
                 )
-            if rows[0].revoked is None:
-                rows[0].revoked = self._clock()
-            return _key_of(rows[0])
+            if meant[0].revoked is None:
+                meant[0].revoked = self._clock()
+            return _key_of(meant[0])
 
     def find(self, secret: str) -> ApiKey | None:
         with self._database.reading() as session:

@@ -164,7 +164,7 @@ class JobFileRow(Base):
         ForeignKey("jobs.number", ondelete="CASCADE"), primary_key=True
     )
     name: Mapped[str] = mapped_column(primary_key=True)
-    digest: Mapped[str] = mapped_column(String(64))
+    digest: Mapped[str] = mapped_column(String(64), index=True)
     size: Mapped[int]
     media_type: Mapped[str]
     is_input: Mapped[bool]

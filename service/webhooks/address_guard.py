@@ -19,12 +19,12 @@ from ipaddress import IPv4Address, IPv4Network, IPv6Address, IPv6Network, ip_add
 import httpx
 
 from service.errors import FieldError, InvalidOptionsError
+from service.jobs.delivery import LONGEST_URL
 
 Address = IPv4Address | IPv6Address
 Resolve = Callable[[str, int], Awaitable[list[Address]]]
 """The addresses of a host name and a port.  Raises :class:`socket.gaierror`."""
 
-_LONGEST = 2000
 _RESOLVE_SECONDS = 2.0  # that a submission waits for a name; it is judged again when it is used
 
 # The special-purpose registries of IANA.  A table, since what `ipaddress` calls global has changed
@@ -104,8 +104,8 @@ def target_of(text: str) -> Target:
         raise UnsafeAddressError(
             "it holds a user or a password", "leave it out; webhooks are signed in their place"
         )
-    if len(text) > _LONGEST:
-        raise UnsafeAddressError("it is too long", f"give at most {_LONGEST} characters")
+    if len(text) > LONGEST_URL:
+        raise UnsafeAddressError("it is too long", f"give at most {LONGEST_URL} characters")
     if port is None:
         port = 443 if url.scheme == "https" else 80
     if not 1 <= port <= 65535:

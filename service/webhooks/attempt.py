@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import httpx
 
+from service.headers.retry_after import retry_after
 from service.webhooks.address_guard import UnsafeAddressError
-from service.webhooks.backoff import retry_after
 
 _READ_BYTES = 4096
 _READ_SECONDS = 1.0

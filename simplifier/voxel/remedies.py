@@ -31,12 +31,12 @@ class Remedy:
 
     @property
     def advice(self) -> str:
-        """As a person would type it."""
-        typed = f"--smallest-hole {self.hole:g}"
+        """Options by name and value, in words that hold wherever they are given."""
+        options = f"smallest hole {self.hole:g}"
         if self.ground is not None:
             axis, end = self.ground
-            typed = f"{'turned over, ' if end else ''}--ground --up {'xyz'[axis]}"
-        return f"{typed} would close {100.0 * self.share:.0f} % of the grid"
+            options = f"{'turned over, ' if end else ''}ground with up {'xyz'[axis]}"
+        return f"{options} would close {100.0 * self.share:.0f} % of the grid"
 
 
 def leak_warning(
@@ -47,8 +47,8 @@ def leak_warning(
     return "; ".join(
         [
             "almost nothing is inside, the surface is open at this resolution",
-            *(helps or ["neither --ground nor a --smallest-hole of 8 voxels closes it"]),
-            "or choose a lower --resolution",
+            *(helps or ["neither ground nor a smallest hole of 8 voxels closes it"]),
+            "or choose a lower resolution",
         ]
     )
 

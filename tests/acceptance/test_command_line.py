@@ -181,7 +181,7 @@ def test_warnings_go_to_standard_error(command, folder, tmp_path):
     )  # fmt: skip
     assert status == 0
     assert errors.startswith("warning: almost nothing is inside, the surface is open")
-    assert "--ground --up y would close 81 % of the grid" in errors
+    assert "ground with up y would close 81 % of the grid" in errors
     assert errors.count("\n") == 1
     assert "warning" not in output
 

@@ -61,14 +61,14 @@ def test_nothing_helps_where_a_wall_and_a_half_are_missing():
     helps, touched = found_for(joined(box(without=[0, 1]), panel))
     assert helps == []
     warning = leak_warning(touched, touched, NOTHING, 0.0)
-    assert "neither --ground nor a --smallest-hole of 8 voxels closes it" in warning
-    assert "lower --resolution" in warning
+    assert "neither ground nor a smallest hole of 8 voxels closes it" in warning
+    assert "lower resolution" in warning
 
 
 def test_words():
-    assert Remedy((2, 0), 0.0, 0.4149).advice == "--ground --up z would close 41 % of the grid"
-    assert Remedy((1, -1), 0.0, 0.5).advice.startswith("turned over, --ground --up y would")
-    assert Remedy(None, 0.12, 0.3).advice == "--smallest-hole 0.12 would close 30 % of the grid"
+    assert Remedy((2, 0), 0.0, 0.4149).advice == "ground with up z would close 41 % of the grid"
+    assert Remedy((1, -1), 0.0, 0.5).advice.startswith("turned over, ground with up y would")
+    assert Remedy(None, 0.12, 0.3).advice == "smallest hole 0.12 would close 30 % of the grid"
 
 
 def check_advice(mesh, resolution=64):
@@ -77,7 +77,7 @@ def check_advice(mesh, resolution=64):
     quick = {"preset": "draft", "moves": 0, "budget": 4, "resolution": resolution}
     result = simplify_mesh(mesh, make_options(longest, **quick))
     (warning,) = [words for words in result.warnings if words.startswith("almost nothing")]
-    advised = re.findall(r"; --(ground --up \w|smallest-hole \S+) would close (\d+) %", warning)
+    advised = re.findall(r"; (ground with up \w|smallest hole \S+) would close (\d+) %", warning)
     for words, share in advised:
         name, value = words.split()[0], words.split()[-1]
         more = (
@@ -95,20 +95,20 @@ def test_advice_is_true_at_any_scale(scale):
     mesh = gapped(0.05)
     mesh = type(mesh).from_soup(mesh.vertices * scale, mesh.faces)
     (words,) = check_advice(mesh)
-    assert words.startswith("smallest-hole")
+    assert words.startswith("smallest hole")
 
 
 def test_the_bunny(asset):
     assert check_advice(load_mesh(asset("bunny_4968.ply"))) == [
-        "ground --up y", "smallest-hole 0.2",
+        "ground with up y", "smallest hole 0.2",
     ]  # fmt: skip
 
 
 def test_a_city_hall_without_floors(asset):
     (words,) = check_advice(load_mesh(asset("broken_lyon_palais_de_justice.ply")))
-    assert words.startswith("smallest-hole")
+    assert words.startswith("smallest hole")
 
 
 def test_rooms_of_a_game_level(asset):
     (words,) = check_advice(load_mesh(asset("level_dungeon.ply")))
-    assert words.startswith("smallest-hole")
+    assert words.startswith("smallest hole")

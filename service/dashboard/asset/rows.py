@@ -144,7 +144,7 @@ def read_run(stores: Stores, tenant: str, job_id: str) -> RunDetail:
     job = stores.jobs.job(tenant, job_id)
     files = stores.jobs.files(job.id)
     report = read_report(stores.blobs, files)
-    result = Result.of(JobBody.of(job), report, files)
+    result = Result.of(JobBody.of(job, whole_webhook=False), report, files)
     return RunDetail(
         job=job,
         levels=tuple(result.levels),

@@ -18,11 +18,13 @@ from service.jobs.job import Summary
 
 
 def make_scene(task: Task, tell: Tell, cancel: Cancel) -> Summary:
-    """Results: ``scene.json``, its occluders, ``preview.glb``, and ``scene.zip`` with all of them.
+    """Results: ``scene.json``, ``preview.glb``, and ``scene.zip`` with both and all occluders.
 
-    Raises as :data:`~service.engines.worker.Work` says, and :class:`simplifier.OccluderError`.
+    Of these there may be thousands, too many for each to be a file of the job.  Raises as
+    :data:`~service.engines.worker.Work` says, and :class:`simplifier.OccluderError`.
     """
     meter, results = Meter(tell), Path(task.results)
+    folder = Path(task.scratch) / "scene"
     options = {**_checked(task), "preview": True}
     meter.at("load", 0.0)
     scene = _load(task)
@@ -30,11 +32,13 @@ def make_scene(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     def told(done: int, total: int) -> None:
         meter.at("occluders", 0.1 + 0.8 * done / max(total, 1))
 
-    simplifier.simplify_scene(scene, results, **options, tell=told, cancel=cancel)
+    simplifier.simplify_scene(scene, folder, **options, tell=told, cancel=cancel)
     if cancel.is_set():
         raise TaskCancelledError
     meter.at("write", 0.9)
-    _pack(results)
+    _pack(folder, results / "scene.zip")
+    for name in ("scene.json", "preview.glb"):
+        (folder / name).replace(results / name)
     document = json.loads((results / "scene.json").read_text("utf-8"))
     occluders = document["occluders"].values()
     return Summary(
@@ -71,11 +75,11 @@ def _load(task: Task) -> simplifier.Scene:
     return replace(scene, warnings=tuple(without_paths(one, task) for one in scene.warnings))
 
 
-def _pack(results: Path) -> None:
-    """An archive of all results so far; the same results give the same bytes."""
-    files = sorted(path for path in results.rglob("*") if path.is_file())
-    with zipfile.ZipFile(results / "scene.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+def _pack(folder: Path, target: Path) -> None:
+    """An archive of all files of a folder; the same files give the same bytes."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in files:
-            entry = zipfile.ZipInfo(path.relative_to(results).as_posix())
+            entry = zipfile.ZipInfo(path.relative_to(folder).as_posix())
             entry.external_attr = 0o644 << 16
             archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)

@@ -15,6 +15,7 @@ import threading
 from collections.abc import AsyncIterator, Callable, Collection, Iterator
 from contextlib import contextmanager
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import BinaryIO, TypeVar
 
@@ -27,6 +28,9 @@ from service.storage.blobs.holds import Holds
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 _BLOCK = 1 << 18
 """Bytes that go to a thread at once.  More is hardly faster, and each slow upload holds as many."""
+
+_BATCH = 1000
+"""Digests that a sweep asks after at once."""
 
 T = TypeVar("T")
 
@@ -83,18 +87,19 @@ class FileBlobs:
                 if _DIGEST.fullmatch(digest):
                     yield digest
 
-    def sweep(self, named: Callable[[], Collection[str]]) -> int:
-        removed = 0
+    def sweep(self, unnamed: Callable[[Collection[str]], Collection[str]]) -> int:
         with self._holds.noting():
-            names = named()
-            for digest in self.digests():
-                if digest in names:
-                    continue
-                # Out of its place at once; taking long to free the disk then keeps nobody waiting.
-                draft = self._drafts / f"{digest}.tmp"
-                if self._holds.unless_noted(digest, partial(self._place(digest).replace, draft)):
-                    draft.unlink()
-                    removed += 1
+            digests = self.digests()
+            batches = iter(lambda: list(islice(digests, _BATCH)), [])
+            return sum(self._remove(digest) for batch in batches for digest in unnamed(batch))
+
+    def _remove(self, digest: str) -> bool:
+        """Within a sweep; whether it was not held."""
+        # Out of its place at once; taking long to free the disk then keeps nobody waiting.
+        draft = self._drafts / f"{digest}.tmp"
+        removed = self._holds.unless_noted(digest, partial(self._place(digest).replace, draft))
+        if removed:
+            draft.unlink()
         return removed
 
     def free_bytes(self) -> int:

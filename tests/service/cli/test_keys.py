@@ -32,6 +32,8 @@ def test_a_key_is_made_listed_and_revoked_while_a_service_uses_the_folder(comman
         head, row = listed.stdout.splitlines()
         assert head.split()[:3] == ["id", "begins", "tenant"]
         assert row.split()[:4] == [key.id, key.hint, "studio", "read"]
+        for column, value in (("tenant", "studio"), ("scope", "read"), ("name", "night")):
+            assert row[head.index(column) :].startswith(value)
         assert secret not in listed.stdout
 
         revoked = command("keys", "revoke", key.hint)

@@ -65,9 +65,10 @@ class MemoryJobs:
         with self.lock:
             return tuple(sorted(self.rows[job_id].files, key=lambda one: one.name))
 
-    def named_digests(self):
+    def unnamed(self, digests):
         with self.lock:
-            return {one.blob.digest for row in self.rows.values() for one in row.files}
+            named = {one.blob.digest for row in self.rows.values() for one in row.files}
+            return set(digests) - named
 
     def counts(self):
         with self.lock:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from service.errors import DatabaseDamagedError, DiskFullError
+from service.errors import DatabaseDamagedError, DiskFullError, NotReadyError
 from service.jobs.job import Claim, JobState, Summary
 from tests.service.engines.workplace import Workplace, until
 
@@ -258,7 +258,7 @@ def test_leases_are_renewed_while_a_job_runs(tmp_path):
 @pytest.mark.parametrize(
     ("method", "error"),
     [("claim", DiskFullError), ("succeed", DiskFullError), ("succeed", DatabaseDamagedError),
-     ("renew", DatabaseDamagedError)],
+     ("renew", DatabaseDamagedError), ("succeed", NotReadyError)],
 )  # fmt: skip
 def test_work_waits_while_the_stores_cannot_be_written(tmp_path, monkeypatch, method, error):
     place = Workplace(tmp_path / "place", workers=1, lease_seconds=1.0)

@@ -19,8 +19,9 @@ from service.access.session import Sessions
 from service.errors import FieldError, InvalidOptionsError
 from service.jobs.job import Failure, Job, JobFile, Summary
 from service.jobs.progress import ProgressBoard
+from service.metrics import Metrics
+from service.middleware.request_log import RequestLog
 from service.routes.api import make_api
-from service.routes.collectors import Metrics
 from service.routes.services import Services
 from service.schemas.job_options import option_tables
 from service.settings import Settings
@@ -165,7 +166,7 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
         yield
 
     with (
-        listening(make_api(lifespan)) as address,
+        listening(RequestLog(make_api(lifespan))) as address,
         httpx.Client(base_url=address, timeout=20.0) as http,
     ):
         yield Served(http, hand, services, keys, faults)

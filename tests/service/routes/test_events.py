@@ -8,8 +8,8 @@ import socket
 import threading
 from collections.abc import Iterator
 
+from service.answers.following import news
 from service.jobs.progress import JobProgress
-from service.routes.hearing import news
 from tests.service.routes.serving import OBJ, wait_until
 
 
@@ -69,7 +69,7 @@ def test_silence_is_broken_now_and_then(service):
     job = service.services.jobs.job(None, service.queued())
 
     async def first_two():
-        told = news(service.services, job, 0.01)
+        told = news(service.services.jobs, service.services.board, job, 0.01)
         heard = [await anext(told), await anext(told)]
         await told.aclose()
         return heard

@@ -95,6 +95,23 @@ def test_a_failed_job_is_done_again_with_the_same_input(service):
     problem(service.http.post(f"/v1/jobs/{new['id']}/retry"), 409, "conflict")
 
 
+def test_a_retry_that_is_sent_twice_is_one(service):
+    job_id = service.queued(headers={"Idempotency-Key": "first"})
+    service.http.post(f"/v1/jobs/{job_id}/cancel")
+    retry = f"/v1/jobs/{job_id}/retry"
+    ids = {
+        key: [service.http.post(retry, headers={"Idempotency-Key": key}).json()["id"] for _ in "ab"]
+        for key in ("second", "third")
+    }
+    assert all(len(set(same)) == 1 for same in ids.values())
+    assert ids["second"] != ids["third"]
+    again = service.http.post(retry, headers={"Idempotency-Key": "first"})
+    problem(again, 409, "conflict")  # which is the key of the job itself
+    problem(service.http.post(retry, headers={"Idempotency-Key": "a b"}), 422, "invalid-options")
+    for one in (ids["second"][0], ids["third"][0]):
+        service.http.post(f"/v1/jobs/{one}/cancel")
+
+
 def test_a_job_whose_input_is_gone_is_not_done_again(service):
     job_id = service.queued()
     service.http.post(f"/v1/jobs/{job_id}/cancel")

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import logging
+
+import httpx
 import pytest
 
 from service.access.key import Scope
-from tests.service.routes.serving import problem, served
+from tests.service.routes.serving import problem, served, wait_until
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +59,38 @@ def test_a_key_to_read_changes_nothing(keyed, keys):
 def test_a_wrong_key_is_no_key(keyed):
     response = keyed.http.get("/v1/jobs", headers={"X-API-Key": "occ_wrong"})
     problem(response, 401, "unauthenticated")
+
+
+def test_the_log_says_whose_key_it_was(keyed, keys, caplog):
+    secret = keys["ours", Scope.READ]["Authorization"].removeprefix("Bearer ")
+    key_id = keyed.keys.find(secret).id
+    with caplog.at_level(logging.INFO, "service.requests"):
+        keyed.http.get("/v1/jobs", headers=keys["ours", Scope.READ])
+        problem(keyed.post(headers=keys["ours", Scope.READ]), 403, "forbidden")
+    wait_until(lambda: len(caplog.messages) == 2)
+    assert all(f" key={key_id} " in line for line in caplog.messages)
+    assert secret not in caplog.text
+
+
+def test_a_key_to_read_sees_of_a_webhook_only_the_host(keyed, keys):
+    url = "https://ci.example.org:8443/hooks/7f3a?token=x"
+    writer, reader = keys["ours", Scope.WRITE], keys["ours", Scope.READ]
+    path = str(httpx.URL("/v1/occluders", params={"filename": "a.obj", "asset": "told"}))
+    job_id = keyed.queued(str(httpx.URL(path).copy_add_param("webhook", url)), headers=writer)
+    keyed.hand.begin()
+    keyed.hand.succeed()
+    asset = keyed.http.get("/v1/assets?name=told", headers=writer).json()["items"][0]
+    assert asset["latest"]["webhook"] == url
+    job, found = f"/v1/jobs/{job_id}", f"/v1/assets/{asset['id']}"
+    assert keyed.http.get(job, headers=writer).json()["webhook"] == url
+    assert keyed.http.get(job, headers=reader).json()["webhook"] == "https://ci.example.org:8443"
+    for place in (
+        job, "/v1/jobs?limit=500", f"{job}/result", f"{job}/events", found, "/v1/assets",
+        f"{found}/runs",
+    ):  # fmt: skip
+        response = keyed.http.get(place, headers=reader)
+        assert response.status_code == 200, place
+        assert "7f3a" not in response.text, place
 
 
 def test_what_is_of_one_tenant_is_not_there_for_another(keyed, keys):

@@ -70,7 +70,9 @@ def test_a_scene_comes_as_one_file(service):
     job = service.post("/v1/scenes?filename=city.zip&budget=16", b"PK").json()
     assert (job["kind"], job["options"]["budget"], job["options"]["width"]) == ("scene", 16, 8)
     service.http.post(job["links"]["cancel"])
-    problem(service.post("/v1/scenes?filename=city.obj"), 415, "unsupported-media-type")
+    told = problem(service.post("/v1/scenes?filename=city.obj"), 415, "unsupported-media-type")
+    assert "city.obj" in told["detail"]
+    assert told["remedy"].endswith("of these: .glb (model/gltf-binary), .zip (application/zip)")
 
 
 def test_every_wrong_option_is_told_at_once(service):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from collections import Counter
+from collections.abc import Collection
 from pathlib import Path
 
 import pytest
@@ -94,10 +95,9 @@ class History(RuleBasedStateMachine):
     def sweep(self, midst: list[str], data: bytes) -> None:
         """Things happen right after the names were read."""
         held = set[bytes]().union(*(held for _, _, held in self.keepings))
-        names_read: set[bytes] = set()
+        names_read = set(+self.rows)
 
-        def named() -> set[str]:
-            names_read.update(+self.rows)
+        def unnamed(digests: Collection[str]) -> set[str]:
             for step in midst:
                 if step == "forget" and +self.rows:
                     self.forget(0)
@@ -111,9 +111,9 @@ class History(RuleBasedStateMachine):
                         self.adopt(data, -1)
                     held.update(self.keepings[-1][2])
                     self.end(-1, True)
-            return {blob_of(one).digest for one in names_read}
+            return set(digests) - {blob_of(one).digest for one in names_read}
 
-        self.store.sweep(named)
+        self.store.sweep(unnamed)
         self.stored &= names_read | held
 
     @rule(data=contents)

@@ -6,6 +6,7 @@ import io
 import logging
 import threading
 import time
+from collections.abc import Collection
 
 import pytest
 
@@ -26,17 +27,17 @@ class Rows:
         self.asked: list[float] = []
 
     def expire(self, ended_before: float) -> int:
+        self.rounds.release()
         self.asked.append(ended_before)
         old = [digest for digest, ended in self.ended.items() if ended < ended_before]
         for digest in old:
             del self.ended[digest]
         return len(old)
 
-    def named_digests(self) -> set[str]:
-        self.rounds.release()
+    def unnamed(self, digests: Collection[str]) -> set[str]:
         if self.faults:
             raise self.faults.pop()
-        return set(self.ended)
+        return set(digests).difference(self.ended)
 
 
 @pytest.fixture

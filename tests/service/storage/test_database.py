@@ -19,7 +19,7 @@ from service.jobs.stores import JobFilter
 from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
 from service.storage.key_store import SqlKeyStore
-from tests.service.storage.samples import results, submission, summary
+from tests.service.storage.samples import mesh, results, submission, summary
 
 
 def filled(file: Path, jobs: int) -> None:
@@ -55,6 +55,14 @@ def test_what_was_committed_is_there_after_opening_again(file: Path) -> None:
     database = Database.open(file)
     assert SqlJobStore(database).counts()[JobState.QUEUED] == 3
     assert database.is_sound()
+    database.close()
+
+
+def test_nobody_else_may_read_it(file: Path) -> None:
+    database = Database.open(file)
+    submit_many(SqlJobStore(database), 1)
+    modes = {path.name: path.stat().st_mode & 0o777 for path in file.parent.glob(f"{file.name}*")}
+    assert modes == dict.fromkeys([file.name, f"{file.name}-shm", f"{file.name}-wal"], 0o600)
     database.close()
 
 
@@ -103,15 +111,13 @@ def test_damage_that_comes_while_the_service_runs_is_told_and_remembered(file: P
     database.close()
 
 
-def test_digests_are_never_told_in_part(file: Path) -> None:
+def test_a_digest_is_not_called_unnamed_for_a_damaged_page(file: Path) -> None:
     """Blobs that a damaged page names must not be swept away."""
     filled(file, 200)
     database = Database.open(file)
-    pages = file.stat().st_size // 4096
-    for page in range(pages // 2, pages):
-        spoil(file, page)
+    spoil(file, root_page(file, "ix_job_files_digest"))
     with pytest.raises(DatabaseDamagedError):
-        SqlJobStore(database).named_digests()
+        SqlJobStore(database).unnamed([mesh("0").blob.digest])
     database.close()
 
 

@@ -13,9 +13,11 @@ from contextlib import contextmanager
 import pytest
 
 from service.errors import DiskFullError, SettingsError
+from service.storage.blobs import file_blobs
 from service.storage.blobs.file_blobs import FileBlobs
 from tests.service.storage.blob_store_contract import (
     BlobStoreContract,
+    all_but,
     blob_of,
     put_now,
     put_stream,
@@ -215,3 +217,18 @@ def test_a_sweep_between_the_move_and_the_row_takes_nothing(store, monkeypatch):
     monkeypatch.setattr(store, "publish", swept)
     blob = put_now(store, b"just moved")
     assert list(store.digests()) == [blob.digest]
+
+
+def test_a_sweep_asks_after_some_at_a_time(store, monkeypatch):
+    monkeypatch.setattr(file_blobs, "_BATCH", 3)
+    blobs = [put_now(store, str(number).encode()) for number in range(8)]
+    asked: list[list[str]] = []
+
+    def unnamed(digests):
+        asked.append(list(digests))
+        return all_but(blobs[2], blobs[7])(digests)
+
+    assert store.sweep(unnamed) == 6
+    assert [len(batch) for batch in asked] == [3, 3, 2]
+    assert sorted(one for batch in asked for one in batch) == sorted(blob.digest for blob in blobs)
+    assert set(store.digests()) == {blobs[2].digest, blobs[7].digest}

@@ -54,9 +54,13 @@ def test_a_hint_of_two_keys_revokes_neither(keys: SqlKeyStore, database: Databas
     second, secret = keys.create("studio", "two", Scope.READ)
     with database.writing() as session:
         session.execute(text("UPDATE api_keys SET hint = 'occ_same'"))
-    with pytest.raises(ConflictError, match=f"{first.id}, {second.id}"):
+    named = f"{first.id} of studio one; {second.id} of studio two"
+    with pytest.raises(ConflictError, match=f"2 keys begin with 'occ_same'; .*: {named}"):
         keys.revoke("occ_same")
     assert keys.find(secret)
+    keys.revoke(first.id)
+    assert keys.revoke("occ_same").id == second.id  # the only one that is left
+    assert keys.revoke("occ_same").id == first.id
 
 
 def test_the_use_of_a_key_is_noted_once_a_minute(keys: SqlKeyStore, clock: Clock) -> None:

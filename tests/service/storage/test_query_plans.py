@@ -47,6 +47,7 @@ CALLS: dict[str, Callable[[Stores], object]] = {
     "renew": lambda all_: all_.jobs.renew([all_.claim], 30.0),
     "fail": lambda all_: all_.jobs.fail(all_.claim, DIED, final=True),
     "recover": lambda all_: all_.jobs.recover(DIED, all_leases=False),
+    "unnamed": lambda all_: all_.jobs.unnamed(["0" * 64, "f" * 64]),
     "expire": lambda all_: all_.jobs.expire(0.0),
     "list": lambda all_: all_.listed("studio"),
     "next page": lambda all_: all_.listed("studio", before=500),

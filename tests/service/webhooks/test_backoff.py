@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.webhooks.backoff import LONGEST, retry_after, seconds_until_retry
+from service.webhooks.backoff import LONGEST, seconds_until_retry
 
 
 @given(st.integers(1, 50))
@@ -31,28 +31,3 @@ def test_those_that_failed_together_do_not_come_back_together() -> None:
 )
 def test_a_receiver_may_ask_for_a_second_to_an_hour(asked: float, waited: float) -> None:
     assert seconds_until_retry(3, asked) == waited
-
-
-@pytest.mark.parametrize(
-    ("header", "seconds"),
-    [
-        (None, None),
-        ("120", 120.0),
-        ("0", 0.0),
-        ("Fri, 31 Dec 1999 23:59:59 GMT", 59.0),
-        ("Fri, 31 Dec 1999 23:59:59 -0000", 59.0),
-        ("soon", None),
-        ("", None),
-        ("1.5", None),
-        ("²", None),
-        ("Mon, 01 Jan 99999999999 00:00:00 GMT", None),
-    ],
-)
-def test_retry_after_is_a_number_or_a_date(header: str | None, seconds: float | None) -> None:
-    assert retry_after(header, now=946_684_740.0) == seconds
-
-
-@given(st.text())
-def test_no_header_breaks_it(header: str) -> None:
-    asked = retry_after(header, now=0.0)
-    assert 0.0 < seconds_until_retry(1, asked) <= LONGEST

@@ -90,6 +90,7 @@ def upgrade() -> None:
         sa.Column("media_type", sa.String, nullable=False),
         sa.Column("is_input", sa.Boolean, nullable=False),
     )
+    op.create_index("ix_job_files_digest", "job_files", ["digest"])
     op.create_table(
         "idempotency_keys",
         sa.Column("tenant", sa.String, primary_key=True),

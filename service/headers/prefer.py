@@ -4,6 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from typing import Any
+
+PREFER: dict[str, Any] = {
+    "name": "Prefer", "in": "header",
+    "description": "`wait=N`: wait up to N seconds for the result.",
+    "schema": {"type": "string"}, "example": "wait=30",
+}  # fmt: skip
+"""As OpenAPI has it."""
 
 _WAIT = re.compile(r'wait\s*=\s*"?(\d{1,9})"?', re.IGNORECASE)
 

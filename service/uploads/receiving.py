@@ -20,10 +20,10 @@ from service.errors import (
 from service.jobs.job import Blob, JobFile
 from service.jobs.media_types import media_type_of, suffix_of
 from service.jobs.stores import Keeping
-from service.routes.body import Body
-from service.routes.file_labels import file_label
-from service.routes.multipart import Part, boundary_of, read_parts
 from service.settings import Settings
+from service.uploads.body import Body
+from service.uploads.file_labels import file_label
+from service.uploads.multipart import Part, boundary_of, read_parts
 
 TEXTS = ("options", "asset", "webhook")
 """Parts that are text."""

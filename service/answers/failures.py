@@ -30,21 +30,24 @@ _LONGEST_ECHO = 200
 
 
 class ProblemResponse(Response):
-    """A refusal.  In ASCII: what it repeats of the request may be no valid Unicode."""
+    """A refusal; ``path`` is what was asked for.
+
+    In ASCII: what it repeats of the request may be no valid Unicode.
+    """
 
     media_type = MEDIA_TYPE
+
+    def __init__(self, error: ServiceError, path: str) -> None:
+        instance = quote(path, safe="/:@!$&'()*+,;=~%")
+        super().__init__(problem_of(error, instance), error.status, error.headers)
 
     def render(self, content: Mapping[str, Any]) -> bytes:
         return json.dumps(content).encode("ascii")
 
 
-def answer(request: Request, error: ServiceError) -> ProblemResponse:
-    """What is sent for an error."""
+def _answer(request: Request, error: ServiceError) -> ProblemResponse:
     # Not from request.url, which drops line breaks.
-    instance = quote(request.scope["path"], safe="/:@!$&'()*+,;=~%")
-    return ProblemResponse(
-        problem_of(error, instance), status_code=error.status, headers=error.headers
-    )
+    return ProblemResponse(error, request.scope["path"])
 
 
 def handle_failures(app: FastAPI, routes: Sequence[BaseRoute] = ()) -> None:
@@ -57,19 +60,19 @@ def handle_failures(app: FastAPI, routes: Sequence[BaseRoute] = ()) -> None:
         assert isinstance(error, ServiceError)
         if error.status == 500:
             _LOG.error("%s %s: %s", request.method, request.scope["path"], error)
-        return answer(request, error)
+        return _answer(request, error)
 
     async def of_fields(request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
-        return answer(request, _of_fields(error))
+        return _answer(request, _of_fields(error))
 
     async def of_http(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
-        return answer(request, _of_http(request, error, routes))
+        return _answer(request, _of_http(request, error, routes))
 
     async def of_leaving(request: Request, error: Exception) -> Response:
         # Nobody is there to read it.
-        return answer(request, BadRequestError("the request broke off"))
+        return _answer(request, BadRequestError("the request broke off"))
 
     async def of_anything(request: Request, error: Exception) -> Response:
         # The server logs the error with its traceback, which goes no further.
@@ -77,7 +80,7 @@ def handle_failures(app: FastAPI, routes: Sequence[BaseRoute] = ()) -> None:
             "something went wrong that should not have",
             remedy="try again; if it stays, tell the service's owner, whose log says more",
         )
-        return answer(request, failure)
+        return _answer(request, failure)
 
     app.add_exception_handler(ServiceError, of_service)
     app.add_exception_handler(RequestValidationError, of_fields)

@@ -20,10 +20,10 @@ from service.errors import (
     UploadTimeoutError,
 )
 from service.jobs.job import JobFile
-from service.routes import body as body_module
-from service.routes.uploads import Upload, Uploads, Wanted, receive
 from service.settings import Settings
 from service.storage.blobs.file_blobs import FileBlobs
+from service.uploads import body as body_module
+from service.uploads.receiving import Upload, Uploads, Wanted, receive
 from tests.service.storage.blob_store_contract import blob_of
 
 MESH = Wanted("mesh", (".glb", ".obj", ".ply", ".stl"))
@@ -202,7 +202,7 @@ def test_what_is_refused_says_why_and_leaves_no_draft(
 
 def test_there_are_at_most_sixteen_parts(store, monkeypatch):
     many = [part("mesh" if i == 0 else f"text{i}", b"x", "a.obj") for i in range(17)]
-    monkeypatch.setattr("service.routes.uploads.TEXTS", [f"text{i}" for i in range(1, 17)])
+    monkeypatch.setattr("service.uploads.receiving.TEXTS", [f"text{i}" for i in range(1, 17)])
     received(store, form(*many[:16]))
     with pytest.raises(BadRequestError, match="more than 16 parts"):
         received(store, form(*many))

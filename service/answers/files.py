@@ -10,9 +10,9 @@ from fastapi import Request
 from fastapi.responses import Response, StreamingResponse
 
 from service.errors import NotFoundError
+from service.headers.ranges import Part, is_fresh, part_wanted
 from service.jobs.job import JobFile
 from service.jobs.stores import BlobStore
-from service.routes.ranges import Part, is_fresh, part_wanted
 
 _CHUNK = 1 << 16
 """Bytes that are read and sent at once.  Each slow reader holds twice as many."""

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from service.headers.idempotency_key import IDEMPOTENCY_KEY
+from service.headers.prefer import PREFER
+from service.jobs.asset import LONGEST_NAME
+from service.jobs.delivery import LONGEST_URL
 from service.jobs.job import JobKind
-from service.routes.results import ANSWERS
 from service.schemas.job_options import option_tables
-from service.schemas.openapi import EVERYWHERE, Responses, header, json_of, refusals
 
 _TABLES = option_tables(math.inf)
 _FILE: dict[str, Any] = {"type": "string", "format": "binary", "minLength": 1}
@@ -17,13 +19,13 @@ _LABELS: list[dict[str, Any]] = [
     {
         "name": "asset", "in": "query",
         "description": "The asset whose run it becomes, by name; made when it is new.",
-        "schema": {"type": "string", "minLength": 1, "maxLength": 300},
+        "schema": {"type": "string", "minLength": 1, "maxLength": LONGEST_NAME},
         "example": "props/castle",
     },
     {
         "name": "webhook", "in": "query",
         "description": "Who is told when the job ends: an http or https address.",
-        "schema": {"type": "string", "format": "uri", "minLength": 1, "maxLength": 2000},
+        "schema": {"type": "string", "format": "uri", "minLength": 1, "maxLength": LONGEST_URL},
     },
 ]  # fmt: skip
 _FILENAME = {
@@ -32,18 +34,6 @@ _FILENAME = {
     "schema": {"type": "string", "minLength": 1},
     "example": "castle.glb",
 }  # fmt: skip
-_HEADERS = [
-    {
-        "name": "Prefer", "in": "header",
-        "description": "`wait=N`: wait up to N seconds for the result.",
-        "schema": {"type": "string"}, "example": "wait=30",
-    },
-    {
-        "name": "Idempotency-Key", "in": "header",
-        "description": "The same key with the same request gives the same job again.",
-        "schema": {"type": "string", "minLength": 1, "maxLength": 255, "pattern": "^[!-~]+$"},
-    },
-]  # fmt: skip
 
 
 def upload_docs(kind: JobKind, parts: dict[str, str], raw: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -70,24 +60,6 @@ def upload_docs(kind: JobKind, parts: dict[str, str], raw: tuple[str, ...] = ())
     }
     named = [_FILENAME] if raw else []
     return {
-        "parameters": [*table.parameters(), *_LABELS, *named, *_HEADERS],
+        "parameters": [*table.parameters(), *_LABELS, *named, PREFER, IDEMPOTENCY_KEY],
         "requestBody": {"required": True, "content": content},
-    }
-
-
-def upload_answers() -> Responses:
-    """200 with the result, 202 with the job, and what is refused."""
-    place = {
-        "Location": header("The job.", required=True),
-        "Preference-Applied": header("That it was waited for."),
-    }
-    ready = ANSWERS[200]
-    return {
-        200: {**ready, "headers": {**ready["headers"], **place}},
-        202: {
-            "description": "The job, which goes on.",
-            "content": json_of("Job"),
-            "headers": place,
-        },
-        **refusals(*EVERYWHERE, 404, 406, 408, 409, 413, 415, 507),
     }

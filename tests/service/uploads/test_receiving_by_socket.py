@@ -11,11 +11,11 @@ from contextlib import ExitStack
 
 import pytest
 
-from service.routes import body
 from service.settings import Settings
 from service.storage.blobs.file_blobs import FileBlobs
-from tests.service.routes.upload_server import Connection, served
+from service.uploads import body
 from tests.service.storage.blob_store_contract import blob_of
+from tests.service.uploads.upload_server import Connection, served
 
 MIB = 1 << 20
 
@@ -154,7 +154,7 @@ def test_a_thousand_idle_uploads_hold_nobody_up(connect, store):
 
 def test_the_memory_of_the_server_does_not_grow_with_an_upload(tmp_path):
     """Its most is about 50 MiB, of which the interpreter and its modules are most."""
-    command = [sys.executable, "-m", "tests.service.routes.upload_server", str(tmp_path)]
+    command = [sys.executable, "-m", "tests.service.uploads.upload_server", str(tmp_path)]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True) as process:
         with Connection(int(process.stdout.readline())) as client:

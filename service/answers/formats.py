@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from service.errors import NotAcceptableError
+from service.headers.accept import best_of
 from service.jobs.job import JobKind
-from service.routes.accept import best_of
 
 JSON = "application/json"
 HTML = "text/html"

@@ -1,4 +1,4 @@
-"""Waiting for a job without holding a thread."""
+"""Following a job without holding a thread."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from starlette.requests import Request
 
 from service.jobs.job import Job
 from service.jobs.progress import JobProgress, ProgressBoard
-from service.routes.services import Services
+from service.jobs.stores import JobStore
 
 _LOOK = 5.0  # seconds after which a job is looked at though nothing was heard
 
@@ -35,27 +35,27 @@ def hearing(board: ProgressBoard, job_id: str) -> Iterator[asyncio.Event]:
         stop()
 
 
-async def look(services: Services, job: Job) -> Job:
+async def look(jobs: JobStore, job: Job) -> Job:
     """The job as it is stored now.  Raises :class:`~service.errors.NotFoundError`."""
-    return await run_sync(services.jobs.job, job.tenant, job.id)
+    return await run_sync(jobs.job, job.tenant, job.id)
 
 
 async def news(
-    services: Services, job: Job, quiet: float
+    jobs: JobStore, board: ProgressBoard, job: Job, quiet: float
 ) -> AsyncGenerator[Job | JobProgress | None, None]:
     """The job at once and whenever its state is another, and its progress between.
 
     None after ``quiet`` seconds without either.  Ends with the job that has ended.  While progress
     comes the state is taken as it was, so that it costs no look into the database.
     """
-    with hearing(services.board, job.id) as changed:
+    with hearing(board, job.id) as changed:
         seen: Job | None = None
         told: JobProgress | None = None
         while True:
             changed.clear()
-            progress = services.board.latest(job.id)
+            progress = board.latest(job.id)
             if progress is None or told is None:
-                now = await look(services, job)
+                now = await look(jobs, job)
                 if seen is None or (now.state, now.attempt) != (seen.state, seen.attempt):
                     yield now
                 seen = now
@@ -71,12 +71,14 @@ async def news(
                 yield None
 
 
-async def ended_within(services: Services, request: Request, job: Job, seconds: float) -> Job:
+async def ended_within(
+    jobs: JobStore, board: ProgressBoard, request: Request, job: Job, seconds: float
+) -> Job:
     """The job when it has ended, the time is over, or whoever asks has gone."""
     if job.state.ended or seconds <= 0.0:
         return job
     with move_on_after(seconds):
-        waiting = asyncio.ensure_future(_end_of(services, job))
+        waiting = asyncio.ensure_future(_end_of(jobs, board, job))
         leaving = asyncio.ensure_future(_left(request))
         try:
             await asyncio.wait({waiting, leaving}, return_when=asyncio.FIRST_COMPLETED)
@@ -84,11 +86,11 @@ async def ended_within(services: Services, request: Request, job: Job, seconds: 
             for task in (waiting, leaving):
                 task.cancel()
             await asyncio.gather(waiting, leaving, return_exceptions=True)
-    return await look(services, job)
+    return await look(jobs, job)
 
 
-async def _end_of(services: Services, job: Job) -> None:
-    async for _ in news(services, job, _LOOK):
+async def _end_of(jobs: JobStore, board: ProgressBoard, job: Job) -> None:
+    async for _ in news(jobs, board, job, _LOOK):
         pass
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,11 +9,9 @@ from typing import Any
 from fastapi import Request
 
 from service.errors import FieldError, InvalidOptionsError
+from service.jobs.asset import LONGEST_NAME
+from service.jobs.delivery import LONGEST_URL
 from service.schemas.options import OptionTable
-
-_LONGEST_NAME = 300
-_LONGEST_ADDRESS = 2000
-_KEY = re.compile("[!-~]{1,255}")
 
 _LABELS = ("asset", "webhook")
 _FOR_UPLOADS = "filename"
@@ -42,7 +39,7 @@ def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) ->
     both += [name for name in _LABELS if sum(one == name for one, _ in labels) > 1]
     faults = [FieldError(name, "it is given twice", "give it once") for name in both]
     said = dict(labels)
-    for name, most in zip(_LABELS, (_LONGEST_NAME, _LONGEST_ADDRESS), strict=True):
+    for name, most in zip(_LABELS, (LONGEST_NAME, LONGEST_URL), strict=True):
         if name in said and not 1 <= len(said[name]) <= most:
             remedy = f"give 1 to {most} characters, or leave it out"
             faults.append(FieldError(name, f"it has {len(said[name])} characters", remedy))
@@ -50,17 +47,6 @@ def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) ->
     if faults:
         raise InvalidOptionsError(faults)
     return Form(resolved, said.get("asset"), said.get("webhook"))
-
-
-def read_idempotency_key(request: Request) -> str | None:
-    """Raises :class:`~service.errors.InvalidOptionsError` for one that is too long or no text."""
-    key = request.headers.get("idempotency-key")
-    if key is None:
-        return None
-    if not _KEY.fullmatch(key):
-        remedy = "choose 1 to 255 printable ASCII characters without a space, a random UUID say"
-        raise InvalidOptionsError([FieldError("Idempotency-Key", "it cannot be kept", remedy)])
-    return key
 
 
 def _tried(faults: list[FieldError], read: Callable[[], dict[str, Any]]) -> dict[str, Any]:

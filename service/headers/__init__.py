@@ -1,0 +1,1 @@
+"""Headers, each as its standard has it: text in, values out."""

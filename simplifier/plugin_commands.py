@@ -1,0 +1,29 @@
+"""What a command from outside may use, so that it looks and ends as those of ``occluder`` do.
+
+:data:`Debug`          the type of its ``--debug``, which it hands to :func:`run_guarded`
+:func:`run_guarded`    does its work; an error is one line on standard error and an exit status
+:func:`print_line`     a line on standard error; :func:`print_text` one on standard output
+:func:`with_options`   gives it the options of a table, such as ``simplifier.SIMPLIFY_FIELDS``
+:func:`typed_lengths`  reads the one option of those that is a list
+:func:`interrupts`     listens to Ctrl-C; :data:`INTERRUPTED` is the exit status then
+
+:mod:`simplifier.cli_commands` says how it is found.
+"""
+
+from __future__ import annotations
+
+from simplifier.cli_failures import Debug, run_guarded
+from simplifier.cli_options import typed_lengths, with_options
+from simplifier.console import print_line, print_text
+from simplifier.interrupts import INTERRUPTED, interrupts
+
+__all__ = [
+    "INTERRUPTED",
+    "Debug",
+    "interrupts",
+    "print_line",
+    "print_text",
+    "run_guarded",
+    "typed_lengths",
+    "with_options",
+]

@@ -183,7 +183,7 @@ def test_sigterm_gives_running_jobs_back(declared, tmp_path):
         with urllib.request.urlopen(f"{server.address}/v1/jobs/{job.id}/events") as stream:
             stream.readline()  # somebody follows
             assert server.end() == 0
-        assert not any(alive(pid) for pid in workers)
+        until(lambda: not any(alive(pid) for pid in workers))
         assert "Traceback" not in server.log.read_text()
     with running(declared, tmp_path / "data") as server, Client(server.address) as client:
         again = until(lambda: running_job(client, job.id))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 import signal
 import threading
 import time
@@ -149,7 +150,8 @@ def test_each_accepted_job_ends_once_whatever_is_killed(server, tmp_path, jobs, 
     most = sum(WORKERS if victim == "server" else 1 for victim in victims)
     assert repeated <= most
     assert_folder_is_clean(serving.data)
-    assert "Traceback" not in serving.log
+    # Python's own tracker of semaphores may have something to say when its process is killed.
+    assert not re.search(r'File ".*/(service|simplifier)/', serving.log)
     states = [job.state for job in left.values()]
     print(
         f"{jobs} jobs, {victims.count('server')} kills of the server and "

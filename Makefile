@@ -2,6 +2,7 @@
 # make test   format, lint, types, import contracts, tests
 # make test-slow  what takes minutes: a start with an empty kernel cache
 # make test-faults  kills, a full disk, damage, wrong clocks, slow clients, in their long form (minutes)
+# make test-pages  every look at the dashboard in a browser (minutes); `make test` takes the vital ones
 # make serve  the HTTP service at http://127.0.0.1:8000
 # make docker-check  the steps of the container image in an empty folder, without an engine (minutes)
 # make openapi  write openapi.yaml anew, after a change of the service's routes or schemas
@@ -12,7 +13,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test test-slow test-faults check serve docker-check openapi bench clean
+.PHONY: demo test test-slow test-faults test-pages check serve docker-check openapi bench clean
 
 demo: $(READY)
 	mkdir -p out/demo
@@ -31,6 +32,9 @@ test-slow: $(READY)
 # Real servers under faults, one after the other; the figures come at the end.
 test-faults: $(READY)
 	$(BIN)/python -m pytest -m faults -rP tests/faults
+
+test-pages: $(READY)
+	$(BIN)/python -m pytest -m pages -n 2 --dist loadfile tests/service/dashboard
 
 check: $(READY)
 	$(BIN)/ruff format --check .

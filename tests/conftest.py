@@ -36,6 +36,7 @@ def asset() -> Callable[[str], Path]:
 ASKED_FOR = {
     "slow": "takes minutes; run by `make test-slow`",
     "faults": "the long form of a fault, minutes; run by `make test-faults`",
+    "pages": "one of many looks at a page in a browser; run by `make test-pages`",
 }
 """Markers of tests that run only when ``-m`` names them."""
 

@@ -15,6 +15,16 @@ from tests.service.dashboard.results import JobResult, castle_result
 from tests.service.dashboard.serving import served
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "vital: a test of a page that always runs")
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """A browser takes seconds a test: all but the vital ones are left to `make test-pages`."""
+    if "browser" in getattr(item, "fixturenames", ()) and not item.get_closest_marker("vital"):
+        item.add_marker("pages")
+
+
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
     """One a file: while it is open, no other test of its process can run an event loop."""

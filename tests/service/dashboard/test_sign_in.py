@@ -104,6 +104,7 @@ def test_the_socket_needs_the_session_too(keyed: Keyed) -> None:
     assert httpx.get(f"{keyed.address}{path}").status_code == 401
 
 
+@pytest.mark.vital
 def test_one_signs_in_works_and_signs_out(keyed: Keyed, page: Page, watch: Watch) -> None:
     watch.expect("401")
     page.goto(f"{keyed.address}/")

@@ -61,6 +61,7 @@ def filled(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Itera
         yield Filled(address, *assets, first.id, second.id, failed.id)
 
 
+@pytest.mark.vital
 def test_the_worst_view_opens(
     page: Page, filled: Filled, castle: JobResult, tmp_path: Path
 ) -> None:
@@ -89,6 +90,7 @@ def test_the_keyboard_opens_a_view_on_the_map(
     expect(page.get_by_text(f"View {index}: recall")).to_be_visible()
 
 
+@pytest.mark.vital
 def test_thresholds_turn_an_asset_red(page: Page, filled: Filled) -> None:
     page.goto(f"{filled.address}/assets/{filled.asset}")
     expect(page.locator(".numbers .good")).to_have_text("held")
@@ -99,6 +101,7 @@ def test_thresholds_turn_an_asset_red(page: Page, filled: Filled) -> None:
     expect(page.locator(".history .bad")).to_have_count(2)
 
 
+@pytest.mark.vital
 def test_two_runs_are_chosen_and_compared(page: Page, filled: Filled, tmp_path: Path) -> None:
     page.goto(f"{filled.address}/assets/{filled.asset}")
     compare = page.get_by_role("button", name="Compare the two")

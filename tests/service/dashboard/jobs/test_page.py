@@ -46,6 +46,7 @@ def past(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Iterato
         yield Past(address, failed.id)
 
 
+@pytest.mark.vital
 def test_what_failed_says_why_and_what_to_do(page: Page, past: Past, tmp_path: Path) -> None:
     page.goto(f"{past.address}/jobs")
     fault = page.get_by_role("note").first

@@ -112,6 +112,7 @@ def filtered(page: Page, typed: str) -> float:
     return taken
 
 
+@pytest.mark.vital
 def test_thousands_of_assets_answer_a_filter_at_once(studio: Studio, page: Page) -> None:
     studio.open(page, "many")
     told = page.get_by_text(" shown")
@@ -187,6 +188,7 @@ def test_texts_are_readable_and_controls_have_names(
     watch.check()
 
 
+@pytest.mark.vital
 def test_names_that_mean_harm_stay_names(studio: Studio, page: Page) -> None:
     studio.open(page, "hostile")
     expect(page.get_by_text(f"{len(HOSTILE)} shown")).to_be_visible()

@@ -43,6 +43,7 @@ def submit(page: Page, address: str, path: Path, **more: str) -> Locator:
     return jobs_of(page).first
 
 
+@pytest.mark.vital
 def test_a_mesh_is_submitted_watched_and_run_again(
     page: Page, working: str, mesh: Path, tmp_path: Path
 ) -> None:

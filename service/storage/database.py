@@ -126,7 +126,8 @@ class Database:
             kind = code & 0xFF  # the rest says more closely what went wrong
             self._damaged |= kind in _DAMAGE
             if kind in _DAMAGE:
-                raise damaged(self._file, str(error.orig)) from error
+                # Not the text that is none: it may be of another tenant.
+                raise damaged(self._file, str(error.orig).partition(" with text")[0]) from error
             if kind in _FULL or code in _FULL:
                 raise DiskFullError(
                     "there is no room for the database",

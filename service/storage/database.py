@@ -121,12 +121,16 @@ class Database:
             raise NotReadyError(
                 "the database is busier than it can bear", remedy="try again in a minute"
             ) from None
+        except UnicodeDecodeError as error:  # of a name in the schema, within SQLite's own words
+            self._damaged = True
+            raise damaged(self._file, "a name is not UTF-8") from error
         except DBAPIError as error:
-            code = getattr(error.orig, "sqlite_errorcode", sqlite3.SQLITE_ERROR)
+            code = _code(error)
             kind = code & 0xFF  # the rest says more closely what went wrong
             self._damaged |= kind in _DAMAGE
             if kind in _DAMAGE:
-                raise damaged(self._file, str(error.orig)) from error
+                # Not the text that is none: it may be of another tenant.
+                raise damaged(self._file, str(error.orig).partition(" with text")[0]) from error
             if kind in _FULL or code in _FULL:
                 raise DiskFullError(
                     "there is no room for the database",
@@ -143,6 +147,14 @@ class Database:
                     remedy="try again in a minute",
                 ) from error
             raise
+
+
+def _code(error: DBAPIError) -> int:
+    """SQLite's, extended; the driver has none for a stored text that is not UTF-8."""
+    own = sqlite3.SQLITE_ERROR
+    if isinstance(error.orig, sqlite3.OperationalError):
+        own = sqlite3.SQLITE_CORRUPT
+    return getattr(error.orig, "sqlite_errorcode", own)
 
 
 def damaged(file: Path, what: str) -> DatabaseDamagedError:

@@ -87,6 +87,7 @@ def test_a_full_disk_refuses_uploads_and_holds_up_jobs_until_there_is_room(disk,
     assert len(jobs_left(serving.data)) == 6
 
 
+@pytest.mark.faults
 def test_what_is_to_stay_free_is_not_taken(server):
     """On whatever disk: this needs no small one."""
     serving = server().start(OCCLUDER_MIN_FREE="0")

@@ -111,6 +111,27 @@ def test_damage_that_comes_while_the_service_runs_is_told_and_remembered(file: P
     database.close()
 
 
+def test_a_text_that_is_none_is_damage(database: Database) -> None:
+    store = SqlJobStore(database)
+    submit_many(store, 2)
+    with database.writing() as session:
+        session.execute(text("UPDATE jobs SET name = CAST(x'c3c361' AS TEXT)"))
+    with pytest.raises(DatabaseDamagedError, match=r"UTF-8 column '\w*name'\)"):
+        store.jobs("studio", JobFilter(), before=None, limit=10)
+    assert not database.is_sound()
+
+
+def test_a_schema_whose_names_are_no_text_is_damage(file: Path) -> None:
+    filled(file, 1)
+    connection = sqlite3.connect(file)
+    connection.execute("PRAGMA writable_schema = ON")
+    connection.execute("UPDATE sqlite_master SET name = CAST(x'c3c3' AS TEXT), sql = 'x'")
+    connection.commit()
+    connection.close()
+    with pytest.raises(DatabaseDamagedError, match="is damaged"):
+        Database.open(file)
+
+
 def test_a_digest_is_not_called_unnamed_for_a_damaged_page(file: Path) -> None:
     """Blobs that a damaged page names must not be swept away."""
     filled(file, 200)

@@ -57,6 +57,12 @@ class JobStore(Protocol):
         :class:`~service.errors.QueueFullError`.
         """
 
+    def check_room(self, tenant: str, idempotency_key: str | None, queue_limit: int) -> None:
+        """Refuse now what :meth:`submit` would refuse after an upload, as far as that is known.
+
+        Raises :class:`~service.errors.QueueFullError`, unless the key has given a job before.
+        """
+
     def job(self, tenant: str | None, job_id: str) -> Job:
         """Raises :class:`~service.errors.NotFoundError`; a tenant of None sees all."""
 

@@ -12,6 +12,7 @@ from service.access.key import Caller
 from service.answers.following import ended_within
 from service.answers.formats import chosen_format
 from service.answers.outcomes import problem_of_job
+from service.errors import QueueFullError
 from service.headers.idempotency_key import idempotency_key
 from service.headers.prefer import wait_seconds
 from service.jobs.job import Job, JobKind, JobState, Submission
@@ -20,6 +21,8 @@ from service.routes.results import result_answer
 from service.routes.services import Services
 from service.uploads.forms import read_form
 from service.uploads.receiving import Uploads, Wanted, receive
+
+_SHORT = 1 << 20  # bytes
 
 
 async def take_in(
@@ -36,6 +39,7 @@ async def take_in(
     table = services.tables[kind]
     if not _in_parts(request):
         read_form(request, {}, table)
+    await _check_room(request, services, caller, key)
     with services.blobs.keeping() as keeping:
         uploads = await receive(request, keeping, parts, services.settings)
         submission = await _submission(request, services, caller, kind, parts, uploads, key)
@@ -46,6 +50,19 @@ async def take_in(
     if new:
         await run_sync(services.taken, job)
     return await _answer(request, services, caller, job, media_type)
+
+
+async def _check_room(
+    request: Request, services: Services, caller: Caller, key: str | None
+) -> None:
+    """A full queue is told before the body is read: else those it refuses would fill the server."""
+    limit = services.settings.queue_limit
+    try:
+        await run_sync(services.jobs.check_room, caller.tenant, key, limit)
+    except QueueFullError as refusal:
+        if not _is_short(request):
+            refusal.headers["Connection"] = "close"
+        raise
 
 
 async def _submission(
@@ -89,6 +106,12 @@ async def _answer(
         raise problem_of_job(job)
     body = shown(services, caller, job).model_dump_json()
     return Response(body, 202, {**place, **applied}, "application/json")
+
+
+def _is_short(request: Request) -> bool:
+    """Whether the body is read sooner than another connection is made."""
+    told = request.headers.get("content-length", "")
+    return told.isascii() and told.isdigit() and int(told) <= _SHORT
 
 
 def _in_parts(request: Request) -> bool:

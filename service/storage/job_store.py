@@ -26,7 +26,13 @@ from service.storage.ending import end_attempt, end_cancelled, end_succeeded, re
 from service.storage.leases import Beat, LeaseWatch
 from service.storage.listing import listed, queued
 from service.storage.rows import add_files, files_of, job_of, summary_of
-from service.storage.submitting import add_job, check_room, earlier_job, same_work
+from service.storage.submitting import (
+    add_job,
+    check_room,
+    earlier_job,
+    key_known,
+    same_work,
+)
 from service.storage.tables import JobFileRow, JobRow
 
 _EXPIRED_AT_ONCE = 200
@@ -67,6 +73,11 @@ class SqlJobStore:
                 self._reuse(session, row, done)
             session.flush()
             return job_of(row), True
+
+    def check_room(self, tenant: str, idempotency_key: str | None, queue_limit: int) -> None:
+        with self._database.reading() as session:
+            if idempotency_key is None or not key_known(session, tenant, idempotency_key):
+                check_room(session, queue_limit)
 
     def _reuse(self, session: Session, row: JobRow, done: JobRow) -> None:
         results = [file for file in files_of(session, done.number) if not file.is_input]

@@ -33,6 +33,11 @@ def earlier_job(session: Session, submission: Submission) -> JobRow | None:
     return session.get_one(JobRow, key.job_number)
 
 
+def key_known(session: Session, tenant: str, key: str) -> bool:
+    """Whether an idempotency key has given a job before."""
+    return session.get(IdempotencyKeyRow, (tenant, key)) is not None
+
+
 def same_work(session: Session, submission: Submission) -> JobRow | None:
     """The first job of the tenant that has done the same work with success."""
     return session.scalars(

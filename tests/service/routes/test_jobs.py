@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from urllib.parse import parse_qs, urlsplit
 
 import pytest
@@ -131,6 +132,28 @@ def test_a_full_queue_says_when_to_come_again(tmp_path):
         response = small.post(body=OBJ + b"# one too many\n")
         problem(response, 429, "queue-full")
         assert int(response.headers["retry-after"]) >= 1
+
+
+def test_a_full_queue_refuses_before_the_body_has_come(tmp_path):
+    with served(tmp_path, queue_limit=1) as small:
+        small.queued()
+        place = urlsplit(str(small.http.base_url))
+        with socket.create_connection((place.hostname, place.port), timeout=20.0) as client:
+            head = (
+                "POST /v1/occluders?filename=a.obj HTTP/1.1\r\n"
+                f"Host: {place.netloc}\r\nContent-Length: {1 << 30}\r\n\r\n"
+            )
+            client.sendall(head.encode())
+            assert client.recv(100).startswith(b"HTTP/1.1 429")
+
+
+def test_a_key_that_gave_a_job_gives_it_again_though_the_queue_is_full(tmp_path):
+    key = {"Idempotency-Key": "once"}
+    with served(tmp_path, queue_limit=1) as small:
+        first = small.post(headers=key)
+        again = small.post(headers=key)
+        assert (first.status_code, again.status_code) == (202, 202)
+        assert again.json()["id"] == first.json()["id"]
 
 
 def test_a_job_is_run_again_with_other_options_and_the_same_input(service):

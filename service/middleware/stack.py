@@ -8,6 +8,7 @@ from service.middleware.host_guard import HostGuard
 from service.middleware.lingering_close import LingeringClose
 from service.middleware.request_log import RequestLog
 from service.middleware.security_headers import SecurityHeaders
+from service.middleware.turnstile import Turnstile
 from service.settings import Settings
 
 
@@ -17,4 +18,5 @@ def surrounded(app: ASGIApp, settings: Settings) -> ASGIApp:
     It goes around the whole of it, the handler of unexpected errors included, so that no answer
     comes without its headers.
     """
-    return LingeringClose(RequestLog(SecurityHeaders(HostGuard(app, settings), settings)))
+    guarded = SecurityHeaders(HostGuard(app, settings), settings)
+    return Turnstile(LingeringClose(RequestLog(guarded)))

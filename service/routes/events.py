@@ -70,7 +70,7 @@ async def _stream(request: Request, services: Services, job: StoredJob) -> Async
                 elif isinstance(one, StoredJob):
                     yield _event("state", Job.of(one, services.board.latest(one.id)))
                 else:
-                    yield _event("progress", Progress.of(one))
+                    yield _event("progress", Progress.of(job.id, one))
 
 
 def _event(name: str, data: BaseModel) -> bytes:

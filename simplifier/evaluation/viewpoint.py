@@ -42,12 +42,13 @@ class Viewpoint:
         self._size, self._fine = size, _FINER * size
         self._sphere = BoundingSphere.of(mesh)
         axes = _axes(direction, up)
-        shown = axes @ self._unit(mesh.vertices).T  # two long rows: many times as fast to go along
+        vertices = self._unit(mesh.vertices)
+        shown = axes @ vertices.T  # two long rows: many times as fast to go along
         low, high = shown.min(axis=1), shown.max(axis=1)
         scale = (1.0 - 2.0 * _MARGIN) * self._fine / (high - low).max()
         offset = 0.5 * self._fine - 0.5 * scale * (low + high)
         self._projections = np.column_stack([scale * axes, offset])[None]
-        self._original = self._mask(mesh.vertices, mesh.faces)
+        self._original = self._mask(vertices, mesh.faces)
 
     def picture(self, occluder: Occluder | FloatArray) -> bytes:
         """PNG of the occluder, or of triangles (n, 3, 3), over the original, as in
@@ -57,7 +58,8 @@ class Viewpoint:
         for arrays that cannot be drawn.
         """
         try:
-            mask = self._mask(*_arrays(occluder))
+            vertices, faces = _arrays(occluder)
+            mask = self._mask(self._unit(vertices), faces)
         except ValueError as error:
             raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error
         return encoded(resized(silhouette(self._original, mask), self._size))
@@ -68,7 +70,7 @@ class Viewpoint:
 
     def _mask(self, vertices: FloatArray, faces: IntArray) -> BoolArray:
         """(fine, fine), row 0 at the bottom."""
-        bits = covered(self._unit(vertices), faces, self._projections, self._fine, self._fine)
+        bits = covered(vertices, faces, self._projections, self._fine, self._fine)
         return np.asarray(unpacked(bits, self._fine)[0])
 
 

@@ -13,7 +13,7 @@ from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from service.dashboard.palette import BOTH
-from tests.service.dashboard.chromium import TABLET, Watch
+from tests.service.dashboard.chromium import DESKTOP, TABLET, Watch
 from tests.service.dashboard.legibility import faint_texts, overflows
 from tests.service.dashboard.meshes import broken_file, castle_file
 from tests.service.dashboard.screenshots import keep_picture
@@ -114,6 +114,9 @@ def test_the_best_so_far_is_shown_while_a_job_refines(
     assert faint_texts(page) == []
     job.scroll_into_view_if_needed()
     keep_picture(job, "dashboard_best_so_far", tmp_path)
+    page.set_viewport_size(TABLET)
+    assert not overflows(page)
+    page.set_viewport_size(DESKTOP)
     job.get_by_role("link", name="castle.obj").click()
     expect(page.get_by_role("img", name=re.compile("best so far after"))).to_be_visible()
     page.get_by_role("button", name="Cancel").click()

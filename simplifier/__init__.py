@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     )
     from simplifier.evaluation.accuracy import AccuracyReport
     from simplifier.evaluation.tradeoff_study import Study
+    from simplifier.evaluation.viewpoint import Viewpoint, picture_of
     from simplifier.geometry.camera import Camera, CameraPath, Lens
     from simplifier.geometry.lod_chain import Level, LodChain
     from simplifier.geometry.mesh import TriangleMesh
@@ -113,6 +114,7 @@ __all__ = [
     "UnknownFormatError",
     "UnreadableMeshError",
     "Verdict",
+    "Viewpoint",
     "__version__",
     "evaluate",
     "judge",
@@ -123,6 +125,7 @@ __all__ = [
     "load_occluder_tree",
     "load_scene",
     "make",
+    "picture_of",
     "produce",
     "save",
     "save_for_viewing",
@@ -163,6 +166,10 @@ _NAMES = {
     ),
     "evaluation.accuracy": ("AccuracyReport",),
     "evaluation.tradeoff_study": ("Study",),
+    "evaluation.viewpoint": (
+        "Viewpoint",
+        "picture_of",
+    ),
     "geometry.camera": (
         "Camera",
         "CameraPath",

@@ -13,7 +13,7 @@ from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.solid import Solid
 from simplifier.kernels.threads import run_chunks
 from simplifier.options import Options
-from simplifier.progress import Stopwatch
+from simplifier.progress import Best, Stopwatch
 from simplifier.selection.annealing import RefineViews
 from simplifier.selection.judge import FineViews, best_of
 from simplifier.selection.measure import silhouettes
@@ -58,8 +58,8 @@ def improve(
     except _StoppedError:
         return start if solid.reach > 0 else inside - margin
 
-    def stop(share: float, measure: float) -> bool:
-        watch.tell("refine", share, measure)
+    def stop(share: float, measure: float, best: Best) -> bool:
+        watch.tell("refine", share, measure, lambda: solid.core.to_world(best() - margin))
         return watch.cancelled
 
     starts, several = [inside], options.refine.decimated and deadline.left > _SEVERAL_SECONDS

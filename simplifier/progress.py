@@ -5,16 +5,27 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
 
 from simplifier.errors import CancelledError
+
+if TYPE_CHECKING:  # what tells progress is imported without numpy
+    from numpy import float64
+    from numpy.typing import NDArray
 
 STAGES = (
     "load", "voxelize", "fill", "surface", "sections", "loops", "chains", "cut", "refine",
     "write", "accuracy",
 )  # fmt: skip
 """Every stage that a report has a time for, in the order in which they run."""
+
+
+Best = Callable[[], "NDArray[float64]"]
+"""Gives the triangles (n, 3, 3) of the best occluder so far, world units: a copy.
+
+They keep the error bound; some may be of no use.  Cheap, and to be called within the listener only.
+"""
 
 
 @dataclass(frozen=True)
@@ -27,6 +38,7 @@ class Progress:
     ``measure``  the share of the original's occlusion measure that the occluder has by now, in the
                  search's pictures and less what it covers wrongly; None before refining.
     ``level``    of detail that is made, from 0, the finest; of ``levels``.
+    ``best``     the triangles that have that measure, as :data:`Best`; None where there is none.
     """
 
     stage: str
@@ -35,6 +47,7 @@ class Progress:
     measure: float | None = None
     level: int = 0
     levels: int = 1
+    best: Best | None = field(default=None, compare=False, repr=False)
 
 
 Listener = Callable[[Progress], None]
@@ -81,11 +94,13 @@ class Stopwatch:
             self.timings[name] = self.timings.get(name, 0.0) + time.perf_counter() - begin
         self.tell(name, 1.0)
 
-    def tell(self, name: str, share: float, measure: float | None = None) -> None:
+    def tell(
+        self, name: str, share: float, measure: float | None = None, best: Best | None = None
+    ) -> None:
         """Report progress within a stage."""
         if self._listener is not None:
             seconds = time.perf_counter() - self._begin
-            self._listener(Progress(name, share, seconds, measure))
+            self._listener(Progress(name, share, seconds, measure, best=best))
 
     def check(self) -> None:
         """Raise :class:`~simplifier.errors.CancelledError` when the caller asked to end."""

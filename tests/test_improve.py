@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import simplifier
 from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.occluder import Occluder
 from simplifier.kernels.soup_views import all_contained
 from simplifier.options import make_options
 from simplifier.pipeline import simplify_mesh
@@ -16,15 +17,17 @@ from simplifier.voxel.morphology import dilated
 from tests.solids import box, joined, sphere, torus
 
 
-def run(mesh, **options):
-    return simplify_mesh(mesh, make_options(float(mesh.extent.max()), **options))
+def run(mesh, listener=None, **options):
+    return simplify_mesh(mesh, make_options(float(mesh.extent.max()), **options), listener)
 
 
-def check_contained(result):
-    """No triangle touches a voxel that it may not."""
+def check_contained(result, triangles=None):
+    """No triangle touches a voxel that it may not: of the occluder, or others (n, 3, 3)."""
     allowed, margin = dilated(result.solid.core, result.solid.reach)
     occluder = result.occluder
-    soup = result.solid.core.to_grid(occluder.vertices)[occluder.faces] + margin
+    if triangles is None:
+        triangles = occluder.vertices[occluder.faces]
+    soup = result.solid.core.to_grid(triangles) + margin
     inside = np.zeros(len(soup), dtype=np.bool_)
     # World coordinates and back cost a rounding: give it room.
     middle = soup.mean(axis=1, keepdims=True)
@@ -63,6 +66,54 @@ def test_any_soup_within_any_budget(seed, count, budget):
     result = run(mesh, budget=budget, resolution=16, moves=600)
     check_contained(result)
     check_triangles(result.occluder, budget)
+
+
+class Bests:
+    """A listener who takes what there is at each tell."""
+
+    def __init__(self):
+        self.taken, self.stages = [], set()
+
+    def __call__(self, progress):
+        if progress.best is None:
+            assert progress.measure is None
+            return
+        self.stages.add(progress.stage)
+        self.taken.append((progress.measure, progress.best()))
+
+
+@pytest.mark.parametrize("preset", ["draft", "balanced"])
+@pytest.mark.parametrize("conservative", [False, True])
+def test_the_best_so_far_keeps_to_its_voxels_and_comes_to_the_result(preset, conservative):
+    mesh, bests = joined(sphere(), box(low=(1.5, 0.0, 0.0))), Bests()
+    options = {"budget": 24, "resolution": 24, "preset": preset, "conservative": conservative}
+    result = run(mesh, bests, moves=12_000, **options)
+    assert bests.stages == {"refine"}
+    assert len(bests.taken) > 3
+    for _, triangles in bests.taken:
+        assert triangles.shape[1:] == (3, 3)
+        assert len(triangles) <= 24
+        check_contained(result, triangles)
+
+    def recall(triangles):
+        occluder = Occluder.of(triangles, 0.0, {})
+        return simplifier.evaluate(mesh, occluder, exact=True, views=64, image=128).recall
+
+    last = recall(bests.taken[-1][1])
+    assert last == pytest.approx(recall(result.occluder.vertices[result.occluder.faces]), abs=0.02)
+    assert last > recall(bests.taken[0][1])
+
+
+def test_who_takes_the_best_changes_nothing():
+    options = {"budget": 12, "resolution": 16, "moves": 3000}
+
+    def spoil(progress):
+        if progress.best is not None:
+            progress.best()[:] = 0.0
+
+    heard, alone = run(torus(), spoil, **options).occluder, run(torus(), **options).occluder
+    assert heard.vertices.tobytes() == alone.vertices.tobytes()
+    assert heard.faces.tobytes() == alone.faces.tobytes()
 
 
 def test_a_mesh_within_the_budget_hides_what_it_hides():

@@ -12,7 +12,14 @@ Refusals are :class:`~service.client.errors.ClientError`.
 
 from service.client.client import Client
 from service.client.errors import ClientError, Problem, StoppedError
-from service.client.values import RemoteAsset, RemoteFile, RemoteJob, RemoteLevel, RemoteResult
+from service.client.values import (
+    RemoteAsset,
+    RemoteFile,
+    RemoteJob,
+    RemoteLevel,
+    RemoteProgress,
+    RemoteResult,
+)
 
 __all__ = [
     "Client",
@@ -22,6 +29,7 @@ __all__ = [
     "RemoteFile",
     "RemoteJob",
     "RemoteLevel",
+    "RemoteProgress",
     "RemoteResult",
     "StoppedError",
 ]

@@ -150,6 +150,13 @@ class Client:
         """A new job that does again what failed or was cancelled."""
         return job_of(self._wire.post(f"/v1/jobs/{job_id}/retry"))
 
+    def rerun(self, job_id: str, options: Options | None = None) -> RemoteJob:
+        """A new job with the same mesh; options that are left out stay as they were.
+
+        It has succeeded already where the same work was done before.
+        """
+        return job_of(self._wire.post(f"/v1/jobs/{job_id}/rerun", {"options": dict(options or {})}))
+
     def watch(self, job_id: str) -> Iterator[RemoteJob]:
         """The job as it is, then each time that it has changed, until it has ended.
 
@@ -218,6 +225,13 @@ class Client:
             f"/v1/assets/{asset_id}/compare", {"a": a, "b": b}
         )
         return compared
+
+    def tradeoff(self, asset_id: str, options: Options | None = None) -> RemoteJob:
+        """Measure speed against accuracy on the mesh of an asset's latest run.
+
+        Options are those of ``occluder tradeoff``, by the names of ``simplifier.TRADEOFF_FIELDS``.
+        """
+        return job_of(self._wire.post(f"/v1/assets/{asset_id}/tradeoff", dict(options or {})))
 
     def put_asset(self, name: str, thresholds: Thresholds) -> RemoteAsset:
         """Make an asset, or change what is demanded of it."""

@@ -12,7 +12,22 @@ from typing import Any
 
 from service.jobs.asset import Thresholds
 from service.jobs.job import Failure, JobKind, JobState, Summary
-from service.jobs.progress import JobProgress
+
+
+@dataclass(frozen=True)
+class RemoteProgress:
+    """How far a running job is, as :class:`~service.jobs.progress.JobProgress` has it.
+
+    ``picture``  path of a picture of the best so far, on that server; None where there is none.
+    """
+
+    stage: str
+    fraction: float
+    measure: float | None = None
+    level: int = 0
+    levels: int = 1
+    seconds: float = 0.0
+    picture: str | None = None
 
 
 @dataclass(frozen=True)
@@ -37,7 +52,7 @@ class RemoteJob:
     asset_id: str | None = None
     started: str | None = None
     ended: str | None = None
-    progress: JobProgress | None = None
+    progress: RemoteProgress | None = None
     failure: Failure | None = None
     summary: Summary | None = None
     reused: str | None = None
@@ -107,8 +122,8 @@ def job_of(data: Mapping[str, Any]) -> RemoteJob:
     )
 
 
-def progress_of(data: Mapping[str, Any] | None) -> JobProgress | None:
-    return JobProgress(**_known(JobProgress, data)) if data else None
+def progress_of(data: Mapping[str, Any] | None) -> RemoteProgress | None:
+    return RemoteProgress(**_known(RemoteProgress, data)) if data else None
 
 
 def result_of(data: Mapping[str, Any]) -> RemoteResult:

@@ -52,8 +52,8 @@ class Wire:
     def delete(self, path: str) -> None:
         self._sender.send(lambda: self._http.build_request("DELETE", path))
 
-    def post(self, path: str) -> Any:
-        return self._json("POST", path, headers=_fresh_key())
+    def post(self, path: str, body: Mapping[str, Any] | None = None) -> Any:
+        return self._json("POST", path, json=body, headers=_fresh_key())
 
     def post_body(self, path: str, upload: Upload, query: Query, tell: Tell) -> Any:
         """An upload as it is, read as it goes."""

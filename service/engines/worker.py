@@ -94,9 +94,12 @@ class _Wire:
             end_group()
 
     def tell(self, progress: JobProgress) -> None:
-        """Some times a second at most: kernels tell far more often than anyone can see."""
+        """Some times a second at most: kernels tell far more often than anyone can see.
+
+        What has a picture goes always, as the next one has it no more.
+        """
         now = time.monotonic()
-        if now - self._told >= _TELL_SECONDS:
+        if progress.picture is not None or now - self._told >= _TELL_SECONDS:
             self._told = now
             self.say(Told(progress))
 

@@ -5,7 +5,18 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+LARGEST_PICTURE = 16 << 10
+"""Bytes of a picture that is kept; a worker's are half of that."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """A picture of the best occluder so far: PNG, and its number, which grows within an attempt."""
+
+    number: int
+    png: bytes
 
 
 @dataclass(frozen=True)
@@ -16,6 +27,7 @@ class JobProgress:
     ``fraction``  of the whole job, 0 to 1, never falling within an attempt.
     ``measure``   share of the original's occlusion measure that the best so far has; None before.
     ``level``     of detail that is made, from 0; of ``levels``.  Runs, for a trade-off.
+    ``picture``   of the best so far; a worker tells each once.
     """
 
     stage: str
@@ -24,6 +36,7 @@ class JobProgress:
     level: int = 0
     levels: int = 1
     seconds: float = 0.0
+    picture: Snapshot | None = None
 
 
 logger = logging.getLogger(__name__)
@@ -33,7 +46,10 @@ Heard = Callable[[str], None]
 
 
 class ProgressBoard:
-    """The latest progress of each running job.  Safe to use from any thread."""
+    """The latest progress of each running job, with its latest picture.
+
+    Pictures larger than :data:`LARGEST_PICTURE` are dropped.  Safe to use from any thread.
+    """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -47,7 +63,7 @@ class ProgressBoard:
     def tell(self, job_id: str, progress: JobProgress) -> None:
         """A running job has come further."""
         with self._lock:
-            self._latest[job_id] = progress
+            self._latest[job_id] = _pictured(progress, self._latest.get(job_id))
         self.changed(job_id)
 
     def end(self, job_id: str) -> None:
@@ -79,3 +95,10 @@ class ProgressBoard:
                     self._listeners.pop(job_id, None)
 
         return stop
+
+
+def _pictured(progress: JobProgress, before: JobProgress | None) -> JobProgress:
+    """With its own picture, or else the one that was told before."""
+    if progress.picture is not None and len(progress.picture.png) <= LARGEST_PICTURE:
+        return progress
+    return replace(progress, picture=before.picture if before else None)

@@ -16,6 +16,7 @@ from service.routes import (
     jobs,
     metrics,
     occluders,
+    pictures,
     problems,
     results,
     scenes,
@@ -40,8 +41,8 @@ _DESCRIPTION = (
 )
 
 _ROUTES = (
-    occluders, evaluations, scenes, tradeoff, jobs, events, results, assets, health, metrics,
-    problems,
+    occluders, evaluations, scenes, tradeoff, jobs, events, pictures, results, assets, health,
+    metrics, problems,
 )  # fmt: skip
 
 

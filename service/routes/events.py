@@ -74,7 +74,7 @@ async def _stream(
                 elif isinstance(one, StoredJob):
                     yield _event("state", shown(services, caller, one))
                 else:
-                    yield _event("progress", Progress.of(one))
+                    yield _event("progress", Progress.of(job.id, one))
 
 
 def _event(name: str, data: BaseModel) -> bytes:

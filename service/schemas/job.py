@@ -32,10 +32,29 @@ class Progress(BaseModel):
     level: int = Field(ge=0, description="Level of detail that is made, from 0.")
     levels: int = Field(ge=0, description="How many there will be.")
     seconds: float = Field(ge=0, description="Time taken so far.")
+    picture: str | None = Field(
+        description="Where a picture of the best so far is; another address for each.",
+        examples=["/v1/jobs/j_7Qk2/picture?n=3"],
+    )
 
     @classmethod
-    def of(cls, progress: JobProgress) -> Self:
-        return cls.model_validate(progress, from_attributes=True)
+    def of(cls, job_id: str, progress: JobProgress) -> Self:
+        return cls(
+            stage=progress.stage,
+            fraction=progress.fraction,
+            measure=progress.measure,
+            level=progress.level,
+            levels=progress.levels,
+            seconds=progress.seconds,
+            picture=picture_link(job_id, progress),
+        )
+
+
+def picture_link(job_id: str, progress: JobProgress) -> str | None:
+    """The address of the picture that the job has now."""
+    if progress.picture is None:
+        return None
+    return f"/v1/jobs/{job_id}/picture?n={progress.picture.number}"
 
 
 class Failure(BaseModel):
@@ -138,7 +157,7 @@ class Job(BaseModel):
             attempts=job.attempts,
             options=dict(job.options),
             version=job.version,
-            progress=Progress.of(progress) if running and progress else None,
+            progress=Progress.of(job.id, progress) if running and progress else None,
             failure=Failure.model_validate(failure, from_attributes=True) if failure else None,
             summary=Summary.of(summary) if summary else None,
             reused=job.reused,

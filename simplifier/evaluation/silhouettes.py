@@ -98,7 +98,7 @@ def view_pictures(
             accuracy.directions[index],
             float(accuracy.precision_by_view[index]),
             float(accuracy.recall_by_view[index]),
-            _resized(silhouette(original, over), _PICTURE),
+            resized(silhouette(original, over), _PICTURE),
         )
         for index, original, over in frames
     ]
@@ -135,7 +135,7 @@ def _framed(masks: BoolArray, reach: BoolArray) -> BoolArray:
     return np.pad(cut, ((0, 0), (margin, margin), (margin, margin)))
 
 
-def _resized(image: RgbImage, side: int) -> RgbImage:
+def resized(image: RgbImage, side: int) -> RgbImage:
     """Smoothed to a square of ``side`` pixels; a smaller image keeps its hard pixels."""
     method = cv2.INTER_AREA if len(image) > side else cv2.INTER_NEAREST
     return np.asarray(cv2.resize(image, (side, side), interpolation=method), dtype=np.uint8)
@@ -158,7 +158,7 @@ def _paste(board: RgbImage, image: RgbImage, left: int, top: int) -> None:
     side = _CELL - _GAP
     panel = board[top : top + side, left : left + side]
     panel[:] = 205
-    panel[1:-1, 1:-1] = _resized(image, side - 2)
+    panel[1:-1, 1:-1] = resized(image, side - 2)
 
 
 def _describe(figure: Figure, picture: ViewPicture, left: float, y: float) -> None:

@@ -80,6 +80,10 @@ class Annealing:
         """That score as a share of what the original itself would have."""
         return max(self.score / self._whole, 0.0)
 
+    def best(self) -> FloatArray:
+        """(m, 3, 3) the triangles of that score, a copy."""
+        return self._best.copy()
+
     def run(self, moves: int, shares: tuple[float, float]) -> None:
         """Try some moves; ``shares`` of the whole search begin and end."""
         heat = self._whole * min(1.0, _FEW / len(self._triangles))

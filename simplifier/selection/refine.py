@@ -37,9 +37,10 @@ _DEAREST = 200 * UNIT
 _OVERLOOKED = 1.5  # what is hidden wrongly in all views, beside those that the search looks from
 _FEW = 64  # triangles that any start is filled up to
 
-Stop = Callable[[float, float], bool]
-"""Told the share of the search that is done, and the best score yet as a share of what the original
-itself would have; true ends the search with that best."""
+Stop = Callable[[float, float, Callable[[], FloatArray]], bool]
+"""Told the share of the search that is done, the best score yet as a share of what the original
+itself would have, and what gives the triangles (m, 3, 3) of that score, in grid space, while the
+call lasts; true ends the search with that best."""
 
 
 def refine(
@@ -49,7 +50,7 @@ def refine(
     budget: int,
     options: RefineOptions,
     seed: int,
-    stop: Stop = lambda share, measure: False,
+    stop: Stop = lambda share, measure, best: False,
     deadline: Deadline | None = None,
 ) -> list[FloatArray]:
     """The best triangles (m, 3, 3) in grid space, m <= ``budget``, of each search.
@@ -72,7 +73,8 @@ def refine(
         most = min(max(int(deadline.left / _ROUND_SECONDS), 1), _ROUNDS)
     for moves, shares in slices:
         _run(searches, moves, shares)
-        if stop(shares[1], max(search.measure for search in searches)):
+        leader = max(searches, key=lambda search: search.measure)
+        if stop(shares[1], leader.measure, leader.best):
             break
         if shares[1] * most >= rounds:
             rounds = int(shares[1] * most) + 1

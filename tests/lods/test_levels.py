@@ -149,6 +149,21 @@ def test_listeners_hear_which_level_it_is():
     assert seconds == sorted(seconds)
 
 
+def test_the_best_so_far_is_that_of_the_level():
+    largest = {}
+
+    def listen(progress):
+        if progress.best is not None:
+            triangles = progress.best()
+            assert triangles.min() > -1.5  # of the world, at any level's resolution
+            assert triangles.max() < 1.5
+            largest[progress.level] = len(triangles)
+
+    plan = LodOptions(lods=2)
+    made_of(sphere(), plan, listen, resolution=16, budget=16, moves=100)
+    assert largest == {0: 16, 1: 8}
+
+
 def test_a_cancel_keeps_the_levels_so_far():
     cancel = threading.Event()
 

@@ -212,11 +212,14 @@ def test_an_aim_for_the_precision_is_met():
 
 def test_it_can_be_stopped_and_tells_how_far_it_is():
     views = views_of(ball())
+    whole = score_of_original(views)
     shares, scores = [], []
 
-    def stop(share, best):
+    def stop(share, measure, best):
         shares.append(share)
-        scores.append(best)
+        scores.append(measure)
+        assert score(best(), views) == pytest.approx(measure * whole)
+        best()[:] = 0.0  # a copy, to be changed at will
         return len(shares) == 3
 
     options = RefineOptions(moves=24_000, precision=0.0)
@@ -225,7 +228,6 @@ def test_it_can_be_stopped_and_tells_how_far_it_is():
     assert shares == sorted(shares)
     assert shares[-1] < 0.5
     assert scores == sorted(scores)
-    whole = score_of_original(views)
     assert scores[-1] == pytest.approx(score(found, views) / whole)
 
 
@@ -244,7 +246,7 @@ def test_a_deadline_takes_the_place_of_the_moves():
     views = views_of(ball())
     clock, shares = StepClock(0.006), []
 
-    def stop(share, best):
+    def stop(share, measure, best):
         shares.append(share)
         return False
 

@@ -41,18 +41,25 @@ def _show(visitor: Visitor, detail: AssetDetail) -> None:
         return
     shown = detail.run.job.id
     holds = next((line.holds for line in detail.history if line.job_id == shown), None)
-    run_panels(detail.run, holds, beside=lambda: _demand(visitor, detail.asset))
+
+    def beside() -> None:
+        _demand(visitor, detail.asset, shown)
+
+    run_panels(detail.run, holds, beside=beside)
     history_panel(detail.asset.id, detail.history, shown)
 
 
-def _demand(visitor: Visitor, asset: Asset) -> None:
-    """What is demanded, and a way to change it for those who may."""
+def _demand(visitor: Visitor, asset: Asset, job_id: str | None = None) -> None:
+    """What is demanded, a way to change it for those who may, and where to go on from a run."""
     with ui.element("div").classes("row-of-controls"):
         ui.label(_words(asset.thresholds)).classes("quiet")
         if current_caller().may(Scope.WRITE):
             ui.button("Thresholds", on_click=lambda: open_demand(visitor, asset, _reload)).props(
                 "no-caps outline dense"
             )
+        if job_id is not None:
+            ui.link("Speed against accuracy", f"/tradeoff/{asset.id}")
+            ui.link("Run again with other settings", f"/submit?from={job_id}")
 
 
 def _words(thresholds: Thresholds) -> str:

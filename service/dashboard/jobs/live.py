@@ -9,6 +9,7 @@ from anyio.to_thread import run_sync
 from nicegui import ui
 
 from service.access.key import Scope
+from service.dashboard.jobs.best_picture import BestPicture
 from service.dashboard.jobs.measure_line import MeasureLine
 from service.dashboard.jobs.outcome import show_outcome
 from service.dashboard.jobs.rows import JobLine, job_line, progress_words
@@ -54,7 +55,9 @@ class LiveJob:
             self._bar = ui.linear_progress(0.0, show_value=False, size="8px")
             self._bar.props('aria-label="Progress" instant-feedback')
             self._words = ui.label("").classes("quiet number")
-            self._measure = MeasureLine()
+            with ui.element("div").classes("best-so-far"):
+                self._picture = BestPicture()
+                self._measure = MeasureLine()
             self._outcome = ui.element("div").classes("outcome")
         self._timer = ui.timer(_GLANCE, self._look)
 
@@ -79,6 +82,7 @@ class LiveJob:
                 )
             )
             self._measure.add(progress)
+            self._picture.add(progress)
 
     async def _show(self, line: JobLine) -> None:
         self._line = line
@@ -93,6 +97,7 @@ class LiveJob:
         if line.state.ended:
             self._timer.cancel()
             self._measure.end()
+            self._picture.end()
             with self._outcome:
                 show_outcome(line)
             if self._on_end is not None:

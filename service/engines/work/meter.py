@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import simplifier
 from service.engines.worker import Tell
-from service.jobs.progress import JobProgress
+from service.jobs.progress import JobProgress, Snapshot
 
 MAKING = {
     "voxelize": 0.04, "fill": 0.03, "surface": 0.02, "sections": 0.08, "loops": 0.02,
@@ -18,6 +19,9 @@ MAKING = {
 JUDGING = {"voxelize": 0.2, "fill": 0.1, "surface": 0.05, "accuracy": 0.65}
 
 _COARSER = 0.8  # of the time of a level that the next coarser one takes
+
+Draw = Callable[[simplifier.Progress], Snapshot | None]
+"""Gives a picture of the best so far, where one is due."""
 
 
 class Meter:
@@ -35,36 +39,45 @@ class Meter:
 
     def at(self, stage: str, fraction: float) -> None:
         """The job is at a stage and so far."""
-        self._say(stage, fraction, None, 0, 1)
+        self._say(JobProgress(stage, fraction))
 
     def counted(self, stage: str, fraction: float, done: int, of: int) -> None:
         """The same, where the stage is so many pieces."""
-        self._say(stage, fraction, None, done, of)
+        self._say(JobProgress(stage, fraction, None, done, of))
 
-    def part(self, begin: float, end: float, shares: Mapping[str, float]) -> _Part:
+    def part(
+        self,
+        begin: float,
+        end: float,
+        shares: Mapping[str, float],
+        draw: Draw = lambda progress: None,
+    ) -> _Part:
         """A listener for a call that takes the job from one fraction to another."""
-        return _Part(self, begin, end, shares)
+        return _Part(self, begin, end, shares, draw)
 
-    def _say(
-        self, stage: str, fraction: float, measure: float | None, level: int, levels: int
-    ) -> None:
-        self._fraction = max(self._fraction, min(fraction, 1.0))
-        self._tell(JobProgress(stage, self._fraction, measure, level, levels, self.seconds))
+    def _say(self, progress: JobProgress) -> None:
+        self._fraction = max(self._fraction, min(progress.fraction, 1.0))
+        self._tell(replace(progress, fraction=self._fraction, seconds=self.seconds))
 
 
 class _Part:
     """The listener of one call."""
 
-    def __init__(self, meter: Meter, begin: float, end: float, shares: Mapping[str, float]) -> None:
+    def __init__(
+        self, meter: Meter, begin: float, end: float, shares: Mapping[str, float], draw: Draw
+    ) -> None:
         self._meter, self._begin, self._end = meter, begin, end
-        self._shares = shares
+        self._shares, self._draw = shares, draw
 
     def __call__(self, progress: simplifier.Progress) -> None:
         share = _done(progress, self._shares)
         fraction = self._begin + (self._end - self._begin) * share
         self._meter._say(
-            progress.stage, fraction, progress.measure, progress.level, progress.levels
-        )
+            JobProgress(
+                progress.stage, fraction, progress.measure, progress.level, progress.levels,
+                picture=self._draw(progress),
+            )
+        )  # fmt: skip
 
 
 def _done(progress: simplifier.Progress, shares: Mapping[str, float]) -> float:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import simplifier
 from service.engines.messages import Task
+from service.engines.work.best_so_far import BestSoFar
 from service.engines.work.meter import MAKING, Meter
 from service.engines.work.numbers import summary_of
 from service.engines.work.pages import write_pages
@@ -27,7 +28,8 @@ def make_occluder(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     meter.at("load", 0.0)
     mesh = simplifier.load(input_path(task, "mesh"), allow_external=False)
     load_seconds = meter.seconds
-    made = simplifier.make(mesh, options, meter.part(0.05, 0.8, MAKING), cancel)
+    draw = BestSoFar(mesh, options.up)
+    made = simplifier.make(mesh, options, meter.part(0.05, 0.8, MAKING, draw), cancel)
     if cancel.is_set():  # by then it is the best so far
         raise TaskCancelledError
     meter.at("write", 0.8)

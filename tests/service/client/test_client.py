@@ -123,7 +123,14 @@ def test_bytes_need_a_name(talk):
 
 
 def test_progress_and_states_are_followed_to_the_end(talk):
-    step = {"stage": "refine", "fraction": 0.5, "measure": 0.4, "level": 0, "levels": 3}
+    step = {
+        "stage": "refine",
+        "fraction": 0.5,
+        "measure": 0.4,
+        "level": 0,
+        "levels": 3,
+        "picture": "/v1/jobs/j1/picture?n=2",
+    }
     failure = {"kind": "out-of-time", "detail": "it took long", "remedy": "give it more"}
     stream = events(
         ("state", job("running")), ("progress", step), ("state", job("failed", failure=failure))
@@ -133,8 +140,26 @@ def test_progress_and_states_are_followed_to_the_end(talk):
     end = client.wait("j1", told.append)
     assert [one.state for one in told] == ["running", "running", "failed"]
     assert told[1].progress.fraction == 0.5
+    assert told[1].progress.picture == "/v1/jobs/j1/picture?n=2"
     assert end.failure == Failure("out-of-time", "it took long", "give it more")
     assert [request.path for request in seen] == ["/v1/jobs/j1/events"]
+
+
+def test_a_job_is_run_again_with_other_options_and_an_asset_swept(talk):
+    client, seen = talk(Reply(job(), 202))
+    calls = (
+        lambda: client.rerun("j1", {"budget": 32, "error_bounds": [0.1, 0.4]}),
+        lambda: client.rerun("j1"),
+        lambda: client.tradeoff("a1", {"budgets": [16, 32]}),
+        lambda: client.tradeoff("a1"),
+    )
+    assert [call().state for call in calls] == [JobState.QUEUED] * 4
+    assert [(one.method, one.path, json.loads(one.body)) for one in seen] == [
+        ("POST", "/v1/jobs/j1/rerun", {"options": {"budget": 32, "error_bounds": [0.1, 0.4]}}),
+        ("POST", "/v1/jobs/j1/rerun", {"options": {}}),
+        ("POST", "/v1/assets/a1/tradeoff", {"budgets": [16, 32]}),
+        ("POST", "/v1/assets/a1/tradeoff", {}),
+    ]
 
 
 def test_a_broken_stream_is_taken_up_again(talk):

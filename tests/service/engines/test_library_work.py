@@ -12,10 +12,13 @@ import time
 import zipfile
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from service.engines.engine import LIBRARY_WORK
 from service.jobs.job import JobKind, JobState
+from service.jobs.progress import LARGEST_PICTURE
 from simplifier import load_lods, load_occluder, save, simplify
 from tests.acceptance.command import environment
 from tests.service.engines.workplace import Workplace, until
@@ -99,6 +102,38 @@ def test_one_level_where_it_keeps_wholly_inside(place, ball):
     job = occluder_job(place, ball, conservative=True)
     assert (job.state, job.summary.levels) == (JobState.SUCCEEDED, 1)
     assert {"occluder.glb", "lod0.tres"} <= set(place.results(job.id))
+
+
+@pytest.mark.parametrize("up", ["y", "z"])
+def test_a_job_that_refines_for_long_sends_pictures_of_the_best_so_far(place, ball, up):
+    told = []
+    files, options = {"input/mesh.obj": ball}, {**DRAFT, "time_limit": 3.5, "up": up}
+    del options["moves"]
+    id_ = place.submit_files(JobKind.OCCLUDER, files, options, name="ball.obj", wake=False)
+    stop = place.board.listen(id_, lambda _: told.append(place.board.latest(id_)))
+    place.engine.wake()
+    assert place.end_of(id_, 60.0).state is JobState.SUCCEEDED
+    stop()
+    pictures = {one.picture.number: one.picture.png for one in told if one and one.picture}
+    assert list(pictures) == list(range(1, len(pictures) + 1))
+    assert 1 <= len(pictures) <= 4  # once a second at most
+    for png in pictures.values():
+        image = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR)
+        assert image.shape == (160, 160, 3)
+        yellow = (image[..., ::-1] == (250, 200, 30)).all(axis=-1)
+        assert yellow.mean() > 0.3  # of a picture that the ball fills
+        assert len(png) <= LARGEST_PICTURE
+
+
+def test_a_quick_job_sends_none(place, ball):
+    told = []
+    files = {"input/mesh.obj": ball}
+    id_ = place.submit_files(JobKind.OCCLUDER, files, DRAFT, name="ball.obj", wake=False)
+    stop = place.board.listen(id_, lambda _: told.append(place.board.latest(id_)))
+    place.engine.wake()
+    assert place.end_of(id_, 60.0).state is JobState.SUCCEEDED
+    stop()
+    assert {one.picture for one in told if one} == {None}
 
 
 SWEEP = {"resolutions": [8], "directions": [4], "budgets": [8], "times": [0.05], "repeats": 1}

@@ -20,9 +20,12 @@ from service.engines.messages import (
     order_of,
 )
 from service.jobs.job import Failure, JobKind, Summary
-from service.jobs.progress import JobProgress
+from service.jobs.progress import JobProgress, Snapshot
 
 SUMMARY = Summary(1, 2, 3, 0.1, recall=0.2, timings={"cut": 0.1}, warnings=("a", "ä\n"))
+PICTURELESS = (
+    b'{"type":"told","progress":{"stage":"cut","fraction":0,"picture":{"number":1,"png":"!"}}}'
+)
 numbers = st.floats(allow_nan=False, allow_infinity=False)
 options = st.dictionaries(
     st.text(), st.none() | st.booleans() | st.integers(-(2**53), 2**53) | numbers | st.text()
@@ -43,6 +46,7 @@ def test_orders_arrive_as_they_were_sent(name, options):
     [
         Ready(),
         Told(JobProgress("cut", 0.5, 0.25, 1, 3, 2.0)),
+        Told(JobProgress("refine", 0.5, picture=Snapshot(2, bytes(range(256))))),
         Done(SUMMARY),
         Failed(Failure("out-of-time", "a", "b"), odd=True),
         Cancelled(),
@@ -54,7 +58,16 @@ def test_answers_arrive_as_they_were_sent(answer):
 
 @pytest.mark.parametrize(
     "data",
-    [b"", b"null", b"{}", b'{"type":"task"}', b'{"type":"done"}', b"\x80\x04N.", b"[" * 9999],
+    [
+        b"",
+        b"null",
+        b"{}",
+        PICTURELESS,
+        b'{"type":"task"}',
+        b'{"type":"done"}',
+        b"\x80\x04N.",
+        b"[" * 9999,
+    ],
 )
 def test_all_else_is_refused(data):
     with pytest.raises(ValueError):

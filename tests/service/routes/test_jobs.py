@@ -19,6 +19,7 @@ def test_a_running_job_says_how_far_it_is(service):
     assert (job["state"], job["attempt"]) == ("running", 1)
     assert job["progress"] == {
         "stage": "refine", "fraction": 0.4, "measure": 0.7, "level": 1, "levels": 3, "seconds": 2.5,
+        "picture": None,
     }  # fmt: skip
     service.hand.succeed()
     job = service.http.get(f"/v1/jobs/{job_id}").json()

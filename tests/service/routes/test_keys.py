@@ -102,6 +102,7 @@ def test_what_is_of_one_tenant_is_not_there_for_another(keyed, keys):
     for place in (
         f"/v1/jobs/{job_id}", f"/v1/jobs/{job_id}/files", f"/v1/jobs/{job_id}/files/lod0.obj",
         f"/v1/jobs/{job_id}/events", f"/v1/jobs/{job_id}/result", f"/v1/assets/{asset}",
+        f"/v1/jobs/{job_id}/picture",
         f"/v1/assets/{asset}/runs", f"/v1/assets/{asset}/compare",
     ):  # fmt: skip
         problem(keyed.http.get(place, headers=theirs), 404, "not-found")

@@ -78,6 +78,22 @@ def test_the_worst_view_opens(
     keep_picture(page, "dashboard_asset", tmp_path)
 
 
+def test_from_an_asset_one_goes_on_to_its_tradeoff_and_to_another_run(
+    page: Page, filled: Filled
+) -> None:
+    place = f"{filled.address}/assets/{filled.asset}"
+    page.goto(place)
+    page.get_by_role("link", name="Speed against accuracy").click()
+    page.wait_for_url(f"**/tradeoff/{filled.asset}")
+    expect(page.get_by_role("heading", name="props/castle")).to_be_visible()
+    for run, wanted in (("", filled.second), (f"?run={filled.first}", filled.first)):
+        page.goto(f"{place}{run}")
+        again = page.get_by_role("link", name="Run again with other settings")
+        expect(again).to_have_attribute("href", f"/submit?from={wanted}")
+    again.click()
+    expect(page.get_by_role("button", name="Run again")).to_be_visible()
+
+
 def test_the_keyboard_opens_a_view_on_the_map(
     page: Page, filled: Filled, castle: JobResult
 ) -> None:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import io
 import re
+from base64 import b64decode
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from tests.service.dashboard.chromium import TABLET, Watch
+from service.dashboard.palette import BOTH
+from tests.service.dashboard.chromium import DESKTOP, TABLET, Watch
 from tests.service.dashboard.legibility import faint_texts, overflows
 from tests.service.dashboard.meshes import broken_file, castle_file
 from tests.service.dashboard.screenshots import keep_picture
@@ -85,6 +90,46 @@ def test_a_job_is_cancelled_while_it_runs(page: Page, working: str, mesh: Path) 
     expect(job.locator("polyline")).to_have_attribute("points", re.compile(r"[\d.]+,"))
     job.get_by_role("button", name="Cancel").click()
     expect(job.get_by_role("status")).to_have_text("cancelled")
+
+
+def test_the_best_so_far_is_shown_while_a_job_refines(
+    page: Page, working: str, mesh: Path, tmp_path: Path
+) -> None:
+    page.goto(f"{working}/submit")
+    page.get_by_label("Meshes").set_input_files(mesh)
+    page.get_by_label("Budget", exact=True).fill("48")
+    page.get_by_role("checkbox", name="Ground").click()
+    page.get_by_label("Preset").click()
+    page.get_by_role("option", name="best").click()
+    page.get_by_text("More settings").click()
+    page.get_by_label("Time limit").fill("600")
+    page.get_by_role("button", name="Submit").click()
+    job = jobs_of(page).first
+    picture = job.get_by_role("img", name=re.compile("best so far after .* s: hides .* %"))
+    expect(picture).to_be_visible(timeout=PATIENCE)
+    first = picture.get_attribute("src")
+    assert yellow_of(picture) > 0.1
+    expect(picture).not_to_have_attribute("src", first or "")
+    assert yellow_of(picture) > 0.1
+    assert picture.evaluate("one => [one.width, one.height]") == [160, 160]
+    assert faint_texts(page) == []
+    job.scroll_into_view_if_needed()
+    keep_picture(job, "dashboard_best_so_far", tmp_path)
+    page.set_viewport_size(TABLET)
+    assert not overflows(page)
+    page.set_viewport_size(DESKTOP)
+    job.get_by_role("link", name="castle.obj").click()
+    expect(page.get_by_role("img", name=re.compile("best so far after"))).to_be_visible()
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.get_by_text("It was cancelled")).to_be_visible()
+    expect(page.get_by_role("img", name=re.compile("best so far after"))).to_have_count(0)
+
+
+def yellow_of(picture: Locator) -> float:
+    """The share of a picture's pixels that have the colour of what is hidden rightly."""
+    data = b64decode((picture.get_attribute("src") or "").partition(",")[2])
+    pixels = np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+    return float((pixels == BOTH).all(axis=-1).mean())
 
 
 def test_a_broken_mesh_explains_itself(page: Page, working: str, tmp_path: Path) -> None:

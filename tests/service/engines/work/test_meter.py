@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.engines.work.meter import JUDGING, MAKING, Meter
+from service.jobs.progress import Snapshot
 from simplifier import STAGES, Progress
 
 progress = st.builds(
@@ -40,6 +41,16 @@ def test_levels_share_a_part_and_the_last_one_ends_it():
     assert 0.3 < ends[0] < ends[1] < ends[2]
     assert abs(ends[2] - 1.0) < 1e-9
     assert (told[-1].measure, told[-1].level, told[-1].levels) == (0.5, 2, 3)
+
+
+def test_a_picture_is_told_with_the_progress_that_it_was_drawn_at():
+    told = []
+    drawn = iter([Snapshot(1, b"a"), None, Snapshot(2, b"b")])
+    making = Meter(told.append).part(0.0, 1.0, MAKING, lambda progress: next(drawn))
+    for share in (0.1, 0.2, 0.3):
+        making(Progress("refine", share, 0.0, share))
+    assert [one.picture for one in told] == [Snapshot(1, b"a"), None, Snapshot(2, b"b")]
+    assert [one.measure for one in told] == [0.1, 0.2, 0.3]
 
 
 def test_shares_of_stages_make_a_whole():

@@ -8,8 +8,8 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import Response
 
 from service.errors import NotFoundError
+from service.headers.ranges import is_fresh
 from service.routes.callers import KEYED, Reader
-from service.routes.ranges import is_fresh
 from service.routes.services import TheServices
 from service.schemas.openapi import EVERYWHERE, binary, header, refusals
 

@@ -404,7 +404,7 @@ def test_a_smallest_hole(command, tmp_path):
     words = ("simplify", mesh, "-o", tmp_path / "out.glb", *SCENE, "--views", "16")
     report = ("--report", tmp_path / "report.json")
     (warning,) = reported(command, *words, *report)["warnings"]
-    advised = warning.split("--smallest-hole ")[1].split(" would")[0]
+    advised = warning.split("smallest hole ")[1].split(" would")[0]
     closed = reported(command, *words, "--smallest-hole", advised, *report)
     assert closed["warnings"] == []
     (closing,) = closed["solid"]["closed_by"]
@@ -442,7 +442,7 @@ def test_shrink_to_nothing(command, tmp_path):
     nothing = reported(command, *words, "3", *report)
     assert nothing["triangles"] == 0
     assert (nothing["precision"], nothing["recall"]) == (1.0, 0.0)
-    assert "no voxel is as deep inside as --shrink 3" in nothing["warnings"][0]
+    assert "no voxel is as deep inside as shrink 3" in nothing["warnings"][0]
     assert out.exists()
 
 

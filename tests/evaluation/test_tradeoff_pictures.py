@@ -217,6 +217,6 @@ def test_all_figures_are_on_the_page():
 def test_nothing_was_measured():
     made = study([GONE])
     files = dict(study_files(made))
-    assert list(files) == ["tradeoff.csv", "tradeoff.png", "tradeoff.html"]
+    assert list(files) == ["tradeoff.csv", "tradeoff.json", "tradeoff.png", "tradeoff.html"]
     assert "no such file" in Reader(files["tradeoff.html"].decode()).text
     assert made.lines == []

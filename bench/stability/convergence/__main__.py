@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from bench.machine import ROOT
-from bench.record import Row, markdown, read_table, write_table
+from bench.record import Row, markdown, read_table, told, write_table
 from bench.stability.convergence.curve import Curve
 from bench.stability.convergence.forms import form_rows
 from bench.stability.convergence.making import trials, verdicts
@@ -86,12 +86,21 @@ def _slicers(output: Path, images: Path) -> None:
         return
     remark = f"OpenGL: {context.info['GL_RENDERER']}"
     context.release()
-    _show(_write(output, "slicers", "slicers", list(slicer_rows()), remark))
+    _show(_write(output, "slicers", "slicers", _told("slicers", slicer_rows()), remark))
 
 
 def _forms(output: Path, images: Path) -> None:
     del images
-    _show(_write(output, "forms", "forms", list(form_rows())))
+    _show(_write(output, "forms", "forms", _told("forms", form_rows())))
+
+
+def _told(part: str, rows: Iterable[Row]) -> list[Row]:
+    """All of them, each shown to who waits."""
+    found = []
+    for row in rows:
+        found.append(row)
+        print(f"{part}: {told(row)}", flush=True)
+    return found
 
 
 def _write(output: Path, name: str, part: str, rows: Sequence[Row], *remarks: str) -> Path:

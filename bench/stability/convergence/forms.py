@@ -74,7 +74,7 @@ class Choices:
 
 
 def form_rows(paths: list[Path] | None = None) -> Iterator[Row]:
-    """A row an asset."""
+    """A row an asset; of one that is too thin to be seen, or refused, a note."""
     for path, standing in readable_assets(paths):
         try:
             yield form_row(path.stem, simplifier.load(path), standing)
@@ -86,6 +86,8 @@ def form_row(name: str, mesh: TriangleMesh, standing: dict[str, Any]) -> Row:
     options = make_options(float(mesh.extent.max()), **standing)
     solid = solidify(mesh, options.solid, Stopwatch())
     forms = both_forms(pictures(mesh, solid, options, _VIEWS))
+    if len(forms.bits) == 0:
+        return {"mesh": name, "views": 0, "note": "covers no pixel of any view"}
     choices = compared_choices(mesh, solid, options)
     off = 100.0 * (forms.scale - 1.0)
     return {

@@ -53,6 +53,6 @@ def made_by_pictures(mesh: TriangleMesh, options: Options, pixels: int) -> Occlu
 def shrunk(projections: FloatArray, pixels: int) -> FloatArray:
     """The same pictures, ``pixels`` wide in the middle of 64."""
     scale = pixels / _WHOLE
-    centre = np.zeros((2, 4))
-    centre[:, 3] = _WHOLE / 2.0
-    return np.ascontiguousarray((projections - centre) * scale + centre)
+    small = projections * scale
+    small[..., 3] += (1.0 - scale) * _WHOLE / 2.0
+    return np.ascontiguousarray(small)

@@ -3,7 +3,8 @@
 A pixel whose centre lies within 0.01 voxel of a voxel's face may go either way (the contract of
 :class:`simplifier.slicing.sections.Slicer`); how many of those that differ do is told.  Of slices
 of one bin the largest is kept, so a pixel can change which.  Recall is judged by 256 views, all
-quads counted.
+quads counted.  Where the two give different occluders, ``recall_deviation`` is the scatter of recall
+over five seeds of the search, by one and the same slicer: what any change, however small, may bring.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import numpy as np
 import simplifier
 from bench.meshes import readable_assets
 from bench.record import Row
+from bench.stability.convergence.spread import Spread
 from simplifier.errors import OccluderError
 from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracies
 from simplifier.geometry.grid import BoolArray, VoxelGrid
@@ -34,6 +36,7 @@ from simplifier.voxel.surface import voxel_mesh
 
 _SLICERS: tuple[Slicing, ...] = ("cpu", "gl")
 _NEAR = 0.01  # voxels from a voxel's face
+_SEEDS = 5
 _BLOCK = 256  # planes whose masks are held at once
 
 
@@ -72,14 +75,21 @@ def _row(name: str, mesh: TriangleMesh, standing: dict[str, Any]) -> Row:
         for part in ("vertices", "faces")
     )
     cpu, gl = evaluate_accuracies(mesh, occluders, AccuracyOptions(exact=True))
+    scatter = None if same else _recall_over_seeds(mesh, standing).deviation
     return {
         "mesh": name, "planes": len(plan_sections(grid, options.sections)),
         "covered_pixels": difference.covered, "pixels_differ": difference.pixels,
         "at_a_face": difference.near, "planes_differ": difference.planes,
         "sections_differ": difference.sections, "recall_cpu": 100.0 * cpu.recall,
         "recall_gl": 100.0 * gl.recall, "recall_difference": 100.0 * (gl.recall - cpu.recall),
-        "same_occluder": "yes" if same else "no",
+        "same_occluder": "yes" if same else "no", "recall_deviation": scatter,
     }  # fmt: skip
+
+
+def _recall_over_seeds(mesh: TriangleMesh, standing: dict[str, Any]) -> Spread:
+    occluders = [simplifier.simplify(mesh, seed=seed, **standing) for seed in range(_SEEDS)]
+    reports = evaluate_accuracies(mesh, occluders, AccuracyOptions(exact=True))
+    return Spread.of([100.0 * report.recall for report in reports])
 
 
 def compared(grid: VoxelGrid, options: SectionOptions) -> Difference:

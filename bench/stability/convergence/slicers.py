@@ -3,8 +3,8 @@
 A pixel whose centre lies within 0.01 voxel of a voxel's face may go either way (the contract of
 :class:`simplifier.slicing.sections.Slicer`); how many of those that differ do is told.  Of slices
 of one bin the largest is kept, so a pixel can change which.  Recall is judged by 256 views, all
-quads counted.  Where the two give different occluders, ``recall_deviation`` is the scatter of recall
-over five seeds of the search, by one and the same slicer: what any change, however small, may bring.
+quads counted.  Where the two give different occluders, ``recall_deviation`` is the scatter of
+recall over five seeds of the search by one and the same slicer: what any change may bring.
 """
 
 from __future__ import annotations

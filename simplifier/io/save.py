@@ -17,7 +17,8 @@ def save_occluder(occluder: Occluder, path: str | Path) -> None:
 
     The file appears whole or not at all, and an old one stays until then; a link is followed.
     ``.ply``, ``.obj``, ``.off`` and ``.tres`` keep float64, ``.glb`` keeps float32 relative to the
-    occluder's centre, ``.stl`` float32 in absolute coordinates.  Raises :class:`OutputError`.
+    occluder's centre, ``.stl`` float32 in absolute coordinates.  Raises :class:`OutputError`, also
+    where float32 would move a corner by more than a thousandth of the occluder's longest extent.
     """
     write_whole(Path(path), encoded(occluder, Path(path)))
 

@@ -85,8 +85,10 @@ def _encode(scene: Scene) -> bytes:
 
 def _stored(mesh: TriangleMesh) -> tuple[Float32Array, FloatArray]:
     """The vertices as they are where float32 holds them, else around a centre; and that centre."""
-    if (mesh.vertices == to_float32(mesh.vertices)).all():
-        return to_float32(mesh.vertices), np.zeros(3)
+    with np.errstate(over="ignore", under="ignore"):
+        rounded = mesh.vertices.astype(np.float32)
+    if (mesh.vertices == rounded).all():
+        return rounded, np.zeros(3)
     centre = mesh.bounds.mean(axis=0)
     return to_float32(mesh.vertices - centre), centre
 

@@ -48,6 +48,12 @@ def test_the_documented_formats_are_there() -> None:
     assert set(SUFFIXES) == {".glb", ".obj", ".off", ".ply", ".stl", ".tres"}
 
 
+def rounding(occluder: Occluder) -> float:
+    """How far float32 moves a corner, in longest edges of the bounding box."""
+    points = occluder.vertices
+    return float(np.abs(points.astype(np.float32) - points).max() / np.ptp(points, axis=0).max())
+
+
 @pytest.mark.parametrize("suffix", SUFFIXES)
 @settings(
     max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
@@ -55,6 +61,10 @@ def test_the_documented_formats_are_there() -> None:
 @given(occluder=occluders())
 def test_triangles_come_back_in_order(folder: Path, suffix: str, occluder: Occluder) -> None:
     path = folder / f"occluder{suffix}"
+    if suffix == ".stl" and rounding(occluder) > 1e-3:
+        with pytest.raises(OutputError, match="would move a corner"):
+            save_occluder(occluder, path)
+        return
     save_occluder(occluder, path)
     back = CODECS[suffix].decode(path.read_bytes(), path)
     corners, before = back[0][back[1]], occluder.vertices[occluder.faces]

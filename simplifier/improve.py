@@ -52,7 +52,10 @@ def improve(
     inside = pulled_in(start + margin, allowed)
     if options.refine.moves == 0:
         return inside - margin
-    original = thinned(solid.core.to_grid(mesh.vertices) + margin, mesh.faces)
+    placed = solid.core.to_grid(mesh.vertices)
+    placed += margin
+    original = thinned(placed, mesh.faces)
+    del placed
     try:
         views = _views(original, solid, options, margin, watch, deadline)
     except _StoppedError:

@@ -227,8 +227,10 @@ def _masks(
 
     # Centred before it is scaled: coordinates of a map keep all their digits.
     def silhouettes(item: TriangleMesh | Occluder) -> MaskArray:
-        unit = (item.vertices - sphere.centre) / sphere.radius
-        return covered(unit, item.faces, projections, image, image)
+        unit = np.empty(item.vertices.shape[::-1])  # as it is drawn, so that nothing copies it
+        for axis, column in enumerate(item.vertices.T):
+            unit[axis] = (column - sphere.centre[axis]) / sphere.radius
+        return covered(unit.T, item.faces, projections, image, image)
 
     original = silhouettes(mesh)
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +12,8 @@ from simplifier.errors import EmptyMeshError, MeshError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
+
+_BLOCK = 1 << 17  # triangles that are checked at once: about 30 MiB of corners, edges and products
 
 
 @dataclass(frozen=True)
@@ -62,24 +65,21 @@ class TriangleMesh:
         the grid).  Raises :class:`MeshError` for wrong shapes or indices out of range and
         :class:`EmptyMeshError` when no triangle is left.  ``where`` names the source in messages.
         """
-        points = np.array(vertices, dtype=np.float64, ndmin=2)
-        indices = np.array(faces, dtype=np.int64, ndmin=2)
+        points = np.atleast_2d(np.asarray(vertices, dtype=np.float64))
+        indices = np.atleast_2d(np.asarray(faces, dtype=np.int64))
         if points.size == 0 or indices.size == 0:
             raise EmptyMeshError(
                 "the mesh has no triangle", where=where, remedy="export it with faces"
             )
         _check_shapes(points, indices, where)
-        kept, dropped = _usable_triangles(points, indices)
-        if len(kept) == 0:
+        usable, dropped = _usable_triangles(points, indices)
+        if not usable.any():
             raise EmptyMeshError(
                 f"none of the {len(indices)} triangles has a finite, non-zero area",
                 where=where,
                 remedy="check the export for NaN coordinates and collapsed faces",
             )
-        used = np.zeros(len(points), dtype=np.bool_)
-        used[kept] = True
-        renumbered = np.cumsum(used, dtype=np.int32) - np.int32(1)
-        return cls(points[used], np.ascontiguousarray(renumbered[kept]), dropped)
+        return cls(*_of_used_vertices(points, indices, usable), dropped)
 
     @property
     def bounds(self) -> FloatArray:
@@ -116,32 +116,65 @@ def _check_shapes(points: FloatArray, indices: NDArray[np.int64], where: str) ->
             where=where,
             remedy="pass an (m, 3) array of vertex indices",
         )
+    if indices.min() >= 0 and indices.max() < len(points):
+        return
     outside = (indices < 0) | (indices >= len(points))
-    if outside.any():
-        face = int(np.nonzero(outside.any(axis=1))[0][0])
-        value = int(indices[face][outside[face]][0])
-        raise MeshError(
-            f"face {face} names vertex {value}, but there are {len(points)} vertices",
-            where=where,
-            remedy="repair the face indices",
-        )
+    face = int(np.nonzero(outside.any(axis=1))[0][0])
+    value = int(indices[face][outside[face]][0])
+    raise MeshError(
+        f"face {face} names vertex {value}, but there are {len(points)} vertices",
+        where=where,
+        remedy="repair the face indices",
+    )
+
+
+def _blocks(count: int) -> Iterator[slice]:
+    """The range 0..count in pieces whose temporary arrays are small beside the mesh."""
+    for begin in range(0, count, _BLOCK):
+        yield slice(begin, min(begin + _BLOCK, count))
 
 
 def _usable_triangles(
     points: FloatArray, indices: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], DroppedTriangles]:
-    """The faces with a finite, non-zero area, and a count of the others."""
+) -> tuple[NDArray[np.bool_], DroppedTriangles]:
+    """(m,) which faces have a finite, non-zero area, and a count of the others."""
+    usable = np.zeros(len(indices), dtype=np.bool_)
+    dropped = DroppedTriangles()
+    for block in _blocks(len(indices)):
+        usable[block], some = _usable_block(points, indices[block])
+        dropped += some
+    return usable, dropped
+
+
+def _usable_block(
+    points: FloatArray, indices: NDArray[np.int64]
+) -> tuple[NDArray[np.bool_], DroppedTriangles]:
+    corners = points[indices]
     # Beyond 1e150 squared lengths overflow float64; the usual 1e30 marker for "no value" is a
     # legal coordinate here and is judged by the voxelizer's scale, not by this test.
-    finite_vertex = np.asarray((np.abs(points) < 1e150).all(axis=1))
-    finite = finite_vertex[indices].all(axis=1)
+    finite = np.asarray((np.abs(corners) < 1e150).all(axis=(1, 2)))
     a, b, c = indices.T
     repeated = finite & ((a == b) | (b == c) | (c == a))
-    rest = np.nonzero(finite & ~repeated)[0]
-    flat = ~have_area(points[indices[rest]])
-    dropped = DroppedTriangles(
-        non_finite=int(np.count_nonzero(~finite)),
-        repeated_index=int(np.count_nonzero(repeated)),
-        zero_area=int(np.count_nonzero(flat)),
-    )
-    return indices[rest[~flat]], dropped
+    usable = finite & ~repeated
+    usable[usable] = have_area(corners[usable])
+    non_finite, repeats = int(np.count_nonzero(~finite)), int(np.count_nonzero(repeated))
+    flat = len(indices) - int(np.count_nonzero(usable)) - non_finite - repeats
+    return usable, DroppedTriangles(non_finite, repeats, flat)
+
+
+def _of_used_vertices(
+    points: FloatArray, indices: NDArray[np.int64], usable: NDArray[np.bool_]
+) -> tuple[FloatArray, IntArray]:
+    """Copies: the vertices of the usable faces, and those faces by their new numbers."""
+    used = np.zeros(len(points), dtype=np.bool_)
+    for block in _blocks(len(indices)):
+        used[indices[block][usable[block]]] = True
+    renumbered = np.cumsum(used, dtype=np.int32)
+    renumbered -= 1
+    faces = np.empty((int(np.count_nonzero(usable)), 3), dtype=np.int32)
+    count = 0
+    for block in _blocks(len(indices)):
+        some = renumbered[indices[block][usable[block]]]
+        faces[count : count + len(some)] = some
+        count += len(some)
+    return points[used], faces

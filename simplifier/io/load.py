@@ -9,11 +9,12 @@ import numpy as np
 
 from simplifier.errors import EmptyMeshError, UnknownFormatError, UnreadableMeshError
 from simplifier.geometry.lod_chain import LodChain
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.formats import Codec, codec_for_reading
 from simplifier.io.gltf_lods import decode_lods
 from simplifier.io.objects import Objects
+from simplifier.io.polygons import IndexArray
 from simplifier.io.sniff import foreign_content
 from simplifier.io.source import read_bytes
 
@@ -29,8 +30,7 @@ def load_mesh(path: str | Path, *, allow_external: bool = True) -> TriangleMesh:
                         that names others is refused as unreadable, and no other is opened.
     """
     path = Path(path)
-    codec, data = _open(path, allow_external)
-    return TriangleMesh.from_soup(*codec.decode(data, path), where=str(path))
+    return TriangleMesh.from_soup(*_decoded(path, allow_external), where=str(path))
 
 
 def load_occluder(path: str | Path, *, allow_external: bool = True) -> Occluder:
@@ -77,6 +77,12 @@ def load_lods(path: str | Path) -> LodChain:
             remedy="use the .glb file, or load a level's own file as an occluder",
         )
     return decode_lods(_open(path, allow_external=True)[1], path)
+
+
+def _decoded(path: Path, allow_external: bool) -> tuple[FloatArray, IndexArray]:
+    """The triangles of a file as it states them; its bytes are gone by then."""
+    codec, data = _open(path, allow_external)
+    return codec.decode(data, path)
 
 
 def _open(path: Path, allow_external: bool) -> tuple[Codec, bytes]:

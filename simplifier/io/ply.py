@@ -38,6 +38,8 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
         strips = split_strips(*_read_lists(*elements["tristrips"], where))
         sizes = np.full(len(strips), 3, dtype=np.int64)
         faces.append(triangulate_polygons(vertices, sizes, strips.ravel(), where=where))
+    if len(faces) == 1:
+        return vertices, faces[0]
     return vertices, np.concatenate([np.empty((0, 3), dtype=np.int64), *faces])
 
 

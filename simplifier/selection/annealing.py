@@ -36,14 +36,19 @@ class RefineViews:
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """Where triangles may be: ``allowed`` (nx, ny, nz) bool voxels, and their centres (n, 3)."""
+    """Where triangles may be: ``allowed`` (nx, ny, nz) bool voxels.
+
+    ``before`` (nx ny + 1,) int64: allowed voxels in the columns along z before each one, and in
+    all.  A table of the voxels themselves would take more memory than all else in a fine grid.
+    """
 
     allowed: BoolArray
-    places: FloatArray
+    before: NDArray[np.int64]
 
     @classmethod
     def of(cls, allowed: BoolArray) -> Room:
-        return cls(allowed, np.argwhere(allowed).astype(np.float64) + 0.5)
+        counts = np.count_nonzero(allowed, axis=2).ravel()
+        return cls(allowed, np.concatenate([[0], np.cumsum(counts)]).astype(np.int64))
 
 
 class Annealing:
@@ -90,7 +95,7 @@ class Annealing:
         heats = (_HEATS[0] * heat, _HEATS[1] * heat)
         anneal(
             self._triangles, self._views.projections, self._views.originals, self._price,
-            self._room.allowed, self._room.places, self._images, self._blocks, self._scores,
+            self._room.allowed, self._room.before, self._images, self._blocks, self._scores,
             self._best, self._best_score, self._state, moves, shares, _STEPS, heats, self.work,
         )  # fmt: skip
 

@@ -2,35 +2,66 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplifier.errors import EmptyMeshError, MeshError
+from simplifier.errors import EmptyMeshError
+from simplifier.geometry.arrays import face_array, vertex_array
+from simplifier.geometry.reach import FURTHEST, Reach
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
+IndexArray = NDArray[np.int64]
+
+_NO_FACES = np.empty((0, 3), dtype=np.int64)
 
 
 @dataclass(frozen=True)
 class DroppedTriangles:
-    """How many triangles of the input were left out, by reason."""
+    """How many triangles of the input were left out, by reason.
+
+    ``first``  by the same names: the number of the first one, from 0 in the order of the input.  A
+               polygon counts as the triangles that it was cut into.
+    """
 
     non_finite: int = 0  # a corner is NaN, infinite, or so far out that areas overflow
     repeated_index: int = 0  # two corners are the same vertex
     zero_area: int = 0  # three corners on one line
+    far_away: int = 0  # a corner is beyond what can be of the same mesh: see Reach.stray
+    first: Mapping[str, int] = field(default_factory=dict, compare=False)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """By reason, the names of the fields."""
+        return {reason: getattr(self, reason) for reason in _REASONS}
 
     @property
     def total(self) -> int:
-        return self.non_finite + self.repeated_index + self.zero_area
+        return sum(self.counts.values())
 
     def __add__(self, other: DroppedTriangles) -> DroppedTriangles:
-        return DroppedTriangles(
-            self.non_finite + other.non_finite,
-            self.repeated_index + other.repeated_index,
-            self.zero_area + other.zero_area,
-        )
+        """Of two inputs, so that no triangle is the first."""
+        return DroppedTriangles(**(Counter(self.counts) + Counter(other.counts)), first={})
+
+    def __str__(self) -> str:
+        """For messages: "3 not finite (the first is triangle 12), 1 without area (…)"."""
+        parts = []
+        for reason, count in self.counts.items():
+            place = f" (the first is triangle {self.first[reason]})" if reason in self.first else ""
+            parts += [f"{count} {_REASONS[reason]}{place}"] if count else []
+        return ", ".join(parts)
+
+
+_REASONS = {
+    "non_finite": "not finite",
+    "repeated_index": "with a repeated corner",
+    "zero_area": "without area",
+    "far_away": f"over {FURTHEST:.0e} times as far out as half of the mesh",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,31 +86,32 @@ class TriangleMesh:
 
     @classmethod
     def from_soup(cls, vertices: ArrayLike, faces: ArrayLike, *, where: str = "") -> TriangleMesh:
-        """Copy arrays of any real dtype, check them, and drop the triangles that have no area.
+        """Copy arrays of any real dtype, check them, and drop the triangles that cannot be meant.
 
         ``vertices`` (n, 3), ``faces`` (m, 3).  Non-finite, repeated-index and zero-area triangles
-        are dropped and counted; unused vertices are removed (a far stray vertex must not stretch
-        the grid).  Raises :class:`MeshError` for wrong shapes or indices out of range and
-        :class:`EmptyMeshError` when no triangle is left.  ``where`` names the source in messages.
+        are dropped and counted, as are strays that would stretch the grid beyond all use (see
+        ``docs/decisions/0012``); unused vertices are removed.  Raises :class:`MeshError` for what
+        are no such arrays or indices out of range and :class:`EmptyMeshError` when no triangle is
+        left.  ``where`` names the source in messages.
         """
-        points = np.array(vertices, dtype=np.float64, ndmin=2)
-        indices = np.array(faces, dtype=np.int64, ndmin=2)
-        if points.size == 0 or indices.size == 0:
+        points = vertex_array(vertices, where)
+        indices = face_array(faces, len(points), where) if len(points) else _NO_FACES
+        if len(indices) == 0:
             raise EmptyMeshError(
                 "the mesh has no triangle", where=where, remedy="export it with faces"
             )
-        _check_shapes(points, indices, where)
-        kept, dropped = _usable_triangles(points, indices)
-        if len(kept) == 0:
+        usable, unusable = _usable_triangles(points, indices)
+        if len(usable) == 0:
             raise EmptyMeshError(
                 f"none of the {len(indices)} triangles has a finite, non-zero area",
                 where=where,
                 remedy="check the export for NaN coordinates and collapsed faces",
             )
-        used = np.zeros(len(points), dtype=np.bool_)
-        used[kept] = True
-        renumbered = np.cumsum(used, dtype=np.int32) - np.int32(1)
-        return cls(points[used], np.ascontiguousarray(renumbered[kept]), dropped)
+        points, corners = _without_unused(points, indices[usable])
+        stray = Reach.measure(points, corners).stray
+        if stray.any():
+            points, corners = _without_unused(points, corners[~stray])
+        return cls(points, corners, _dropped({**unusable, "far_away": usable[stray]}))
 
     @property
     def bounds(self) -> FloatArray:
@@ -105,43 +137,36 @@ def have_area(triangles: FloatArray) -> NDArray[np.bool_]:
     return np.asarray((np.cross(edges[:, 0], edges[:, 1]) != 0.0).any(axis=1))
 
 
-def _check_shapes(points: FloatArray, indices: NDArray[np.int64], where: str) -> None:
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise MeshError(
-            f"vertices have shape {points.shape}", where=where, remedy="pass an (n, 3) array"
-        )
-    if indices.ndim != 2 or indices.shape[1] != 3:
-        raise MeshError(
-            f"faces have shape {indices.shape}",
-            where=where,
-            remedy="pass an (m, 3) array of vertex indices",
-        )
-    outside = (indices < 0) | (indices >= len(points))
-    if outside.any():
-        face = int(np.nonzero(outside.any(axis=1))[0][0])
-        value = int(indices[face][outside[face]][0])
-        raise MeshError(
-            f"face {face} names vertex {value}, but there are {len(points)} vertices",
-            where=where,
-            remedy="repair the face indices",
-        )
-
-
 def _usable_triangles(
-    points: FloatArray, indices: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], DroppedTriangles]:
-    """The faces with a finite, non-zero area, and a count of the others."""
-    # Beyond 1e150 squared lengths overflow float64; the usual 1e30 marker for "no value" is a
-    # legal coordinate here and is judged by the voxelizer's scale, not by this test.
+    points: FloatArray, indices: IndexArray
+) -> tuple[IndexArray, dict[str, IndexArray]]:
+    """The numbers of the faces with a finite, non-zero area, and those of the others by reason."""
+    # Beyond 1e150 squared lengths overflow float64.
     finite_vertex = np.asarray((np.abs(points) < 1e150).all(axis=1))
     finite = finite_vertex[indices].all(axis=1)
     a, b, c = indices.T
     repeated = finite & ((a == b) | (b == c) | (c == a))
     rest = np.nonzero(finite & ~repeated)[0]
-    flat = ~have_area(points[indices[rest]])
-    dropped = DroppedTriangles(
-        non_finite=int(np.count_nonzero(~finite)),
-        repeated_index=int(np.count_nonzero(repeated)),
-        zero_area=int(np.count_nonzero(flat)),
-    )
-    return indices[rest[~flat]], dropped
+    wide = have_area(points[indices[rest]])
+    return rest[wide], {
+        "non_finite": np.nonzero(~finite)[0],
+        "repeated_index": np.nonzero(repeated)[0],
+        "zero_area": rest[~wide],
+    }
+
+
+def _without_unused(
+    points: FloatArray, faces: IndexArray | IntArray
+) -> tuple[FloatArray, IntArray]:
+    """The vertices that faces name, in their order, and the faces by their new numbers."""
+    used = np.zeros(len(points), dtype=np.bool_)
+    used[faces] = True
+    renumbered = np.cumsum(used, dtype=np.int32) - np.int32(1)
+    return points[used], np.ascontiguousarray(renumbered[faces])
+
+
+def _dropped(places: Mapping[str, IndexArray]) -> DroppedTriangles:
+    """Of the numbers of the triangles, ascending, by reason."""
+    counts = {reason: len(found) for reason, found in places.items()}
+    first = {reason: int(found[0]) for reason, found in places.items() if len(found)}
+    return DroppedTriangles(**counts, first=first)

@@ -196,10 +196,25 @@ def test_dropped_triangles_are_told():
     vertices = [*box().vertices.tolist(), [nan, 0.0, 0.0]]
     mesh = TriangleMesh.from_soup(vertices, [*box().faces.tolist(), [0, 0, 1], [0, 1, 8]])
     result = run(mesh, resolution=8, preset="draft")
-    assert result.warnings == ("2 unusable triangles of the input were left out",)
+    assert result.warnings == (
+        "2 unusable triangles of the input were left out: 1 not finite (the first is triangle 13),"
+        " 1 with a repeated corner (the first is triangle 12); check the export",
+    )
     mesh = TriangleMesh.from_soup(vertices, [*box().faces.tolist(), [0, 0, 1]])
     result = run(mesh, resolution=8, preset="draft")
-    assert result.warnings == ("1 unusable triangle of the input was left out",)
+    assert result.warnings == (
+        "1 unusable triangle of the input was left out: 1 with a repeated corner (the first is"
+        " triangle 12); check the export",
+    )
+
+
+def test_a_mesh_that_far_triangles_stretch_is_told_of():
+    """Nothing says which of the two is meant, so both stay, and the user hears of it."""
+    corners = np.concatenate([box().vertices, box().vertices[:3] + 1e4])
+    mesh = TriangleMesh.from_soup(corners, [*box().faces.tolist(), [8, 9, 10]])
+    (warning,) = [line for line in run(mesh, preset="draft").warnings if "lie within" in line]
+    assert "others reach out to (10000, 10000, 10001)" in warning
+    assert "simplify them apart" in warning
 
 
 @pytest.mark.parametrize("side", range(6))

@@ -2,38 +2,69 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplifier.errors import EmptyMeshError, MeshError
+from simplifier.errors import EmptyMeshError
+from simplifier.geometry.arrays import face_array, vertex_array
+from simplifier.geometry.reach import FURTHEST, Reach
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
+IndexArray = NDArray[np.int64]
+
+_NO_FACES = np.empty((0, 3), dtype=np.int64)
 
 _BLOCK = 1 << 17  # triangles that are checked at once: about 30 MiB of corners, edges and products
 
 
 @dataclass(frozen=True)
 class DroppedTriangles:
-    """How many triangles of the input were left out, by reason."""
+    """How many triangles of the input were left out, by reason.
+
+    ``first``  by the same names: the number of the first one, from 0 in the order of the input.  A
+               polygon counts as the triangles that it was cut into.
+    """
 
     non_finite: int = 0  # a corner is NaN, infinite, or so far out that areas overflow
     repeated_index: int = 0  # two corners are the same vertex
     zero_area: int = 0  # three corners on one line
+    far_away: int = 0  # a corner is beyond what can be of the same mesh: see Reach.stray
+    first: Mapping[str, int] = field(default_factory=dict, compare=False)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """By reason, the names of the fields."""
+        return {reason: getattr(self, reason) for reason in _REASONS}
 
     @property
     def total(self) -> int:
-        return self.non_finite + self.repeated_index + self.zero_area
+        return sum(self.counts.values())
 
     def __add__(self, other: DroppedTriangles) -> DroppedTriangles:
-        return DroppedTriangles(
-            self.non_finite + other.non_finite,
-            self.repeated_index + other.repeated_index,
-            self.zero_area + other.zero_area,
-        )
+        """Of two inputs, so that no triangle is the first."""
+        return DroppedTriangles(**(Counter(self.counts) + Counter(other.counts)), first={})
+
+    def __str__(self) -> str:
+        """For messages: "3 not finite (the first is triangle 12), 1 without area (…)"."""
+        parts = []
+        for reason, count in self.counts.items():
+            place = f" (the first is triangle {self.first[reason]})" if reason in self.first else ""
+            parts += [f"{count} {_REASONS[reason]}{place}"] if count else []
+        return ", ".join(parts)
+
+
+_REASONS = {
+    "non_finite": "not finite",
+    "repeated_index": "with a repeated corner",
+    "zero_area": "without area",
+    "far_away": f"over {FURTHEST:.0e} times as far out as half of the mesh",
+}
+_UNUSABLE = ("non_finite", "repeated_index", "zero_area")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,28 +89,33 @@ class TriangleMesh:
 
     @classmethod
     def from_soup(cls, vertices: ArrayLike, faces: ArrayLike, *, where: str = "") -> TriangleMesh:
-        """Copy arrays of any real dtype, check them, and drop the triangles that have no area.
+        """Copy arrays of any real dtype, check them, and drop the triangles that cannot be meant.
 
         ``vertices`` (n, 3), ``faces`` (m, 3).  Non-finite, repeated-index and zero-area triangles
-        are dropped and counted; unused vertices are removed (a far stray vertex must not stretch
-        the grid).  Raises :class:`MeshError` for wrong shapes or indices out of range and
-        :class:`EmptyMeshError` when no triangle is left.  ``where`` names the source in messages.
+        are dropped and counted, as are strays that would stretch the grid beyond all use (see
+        ``docs/decisions/0012``); unused vertices are removed.  Raises :class:`MeshError` for what
+        are no such arrays or indices out of range and :class:`EmptyMeshError` when no triangle is
+        left.  ``where`` names the source in messages.
         """
-        points = np.atleast_2d(np.asarray(vertices, dtype=np.float64))
-        indices = np.atleast_2d(np.asarray(faces, dtype=np.int64))
-        if points.size == 0 or indices.size == 0:
+        points = vertex_array(vertices, where)
+        indices = face_array(faces, len(points), where) if len(points) else _NO_FACES
+        if len(indices) == 0:
             raise EmptyMeshError(
                 "the mesh has no triangle", where=where, remedy="export it with faces"
             )
-        _check_shapes(points, indices, where)
-        usable, dropped = _usable_triangles(points, indices)
+        usable, unusable = _usable_triangles(points, indices)
         if not usable.any():
             raise EmptyMeshError(
                 f"none of the {len(indices)} triangles has a finite, non-zero area",
                 where=where,
                 remedy="check the export for NaN coordinates and collapsed faces",
             )
-        return cls(*_of_used_vertices(points, indices, usable), dropped)
+        points, corners = _of_used_vertices(points, indices, usable)
+        stray = Reach.measure(points, corners).stray
+        if stray.any():
+            unusable["far_away"] = np.nonzero(usable)[0][stray]
+            points, corners = _of_used_vertices(points, corners, ~stray)
+        return cls(points, corners, _dropped(unusable))
 
     @property
     def bounds(self) -> FloatArray:
@@ -105,29 +141,6 @@ def have_area(triangles: FloatArray) -> NDArray[np.bool_]:
     return np.asarray((np.cross(edges[:, 0], edges[:, 1]) != 0.0).any(axis=1))
 
 
-def _check_shapes(points: FloatArray, indices: NDArray[np.int64], where: str) -> None:
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise MeshError(
-            f"vertices have shape {points.shape}", where=where, remedy="pass an (n, 3) array"
-        )
-    if indices.ndim != 2 or indices.shape[1] != 3:
-        raise MeshError(
-            f"faces have shape {indices.shape}",
-            where=where,
-            remedy="pass an (m, 3) array of vertex indices",
-        )
-    if indices.min() >= 0 and indices.max() < len(points):
-        return
-    outside = (indices < 0) | (indices >= len(points))
-    face = int(np.nonzero(outside.any(axis=1))[0][0])
-    value = int(indices[face][outside[face]][0])
-    raise MeshError(
-        f"face {face} names vertex {value}, but there are {len(points)} vertices",
-        where=where,
-        remedy="repair the face indices",
-    )
-
-
 def _blocks(count: int) -> Iterator[slice]:
     """The range 0..count in pieces whose temporary arrays are small beside the mesh."""
     for begin in range(0, count, _BLOCK):
@@ -135,35 +148,29 @@ def _blocks(count: int) -> Iterator[slice]:
 
 
 def _usable_triangles(
-    points: FloatArray, indices: NDArray[np.int64]
-) -> tuple[NDArray[np.bool_], DroppedTriangles]:
-    """(m,) which faces have a finite, non-zero area, and a count of the others."""
+    points: FloatArray, indices: IndexArray
+) -> tuple[NDArray[np.bool_], dict[str, IndexArray]]:
+    """(m,) which faces have a finite, non-zero area, and the numbers of the others by reason."""
+    # Beyond 1e150 squared lengths overflow float64.
+    bounded = np.asarray((np.abs(points) < 1e150).all(axis=1))
     usable = np.zeros(len(indices), dtype=np.bool_)
-    dropped = DroppedTriangles()
+    unusable: dict[str, list[IndexArray]] = {reason: [] for reason in _UNUSABLE}
     for block in _blocks(len(indices)):
-        usable[block], some = _usable_block(points, indices[block])
-        dropped += some
-    return usable, dropped
-
-
-def _usable_block(
-    points: FloatArray, indices: NDArray[np.int64]
-) -> tuple[NDArray[np.bool_], DroppedTriangles]:
-    corners = points[indices]
-    # Beyond 1e150 squared lengths overflow float64; the usual 1e30 marker for "no value" is a
-    # legal coordinate here and is judged by the voxelizer's scale, not by this test.
-    finite = np.asarray((np.abs(corners) < 1e150).all(axis=(1, 2)))
-    a, b, c = indices.T
-    repeated = finite & ((a == b) | (b == c) | (c == a))
-    usable = finite & ~repeated
-    usable[usable] = have_area(corners[usable])
-    non_finite, repeats = int(np.count_nonzero(~finite)), int(np.count_nonzero(repeated))
-    flat = len(indices) - int(np.count_nonzero(usable)) - non_finite - repeats
-    return usable, DroppedTriangles(non_finite, repeats, flat)
+        some = indices[block]
+        finite = bounded[some].all(axis=1)
+        a, b, c = some.T
+        repeated = finite & ((a == b) | (b == c) | (c == a))
+        wide = finite & ~repeated
+        wide[wide] = have_area(points[some[wide]])
+        flat = finite & ~repeated & ~wide
+        for reason, found in zip(_UNUSABLE, (~finite, repeated, flat), strict=True):
+            unusable[reason].append(block.start + np.nonzero(found)[0])
+        usable[block] = wide
+    return usable, {reason: np.concatenate(found) for reason, found in unusable.items()}
 
 
 def _of_used_vertices(
-    points: FloatArray, indices: NDArray[np.int64], usable: NDArray[np.bool_]
+    points: FloatArray, indices: IndexArray | IntArray, usable: NDArray[np.bool_]
 ) -> tuple[FloatArray, IntArray]:
     """Copies: the vertices of the usable faces, and those faces by their new numbers."""
     used = np.zeros(len(points), dtype=np.bool_)
@@ -178,3 +185,10 @@ def _of_used_vertices(
         faces[count : count + len(some)] = some
         count += len(some)
     return points[used], faces
+
+
+def _dropped(places: Mapping[str, IndexArray]) -> DroppedTriangles:
+    """Of the numbers of the triangles, ascending, by reason."""
+    counts = {reason: len(found) for reason, found in places.items()}
+    first = {reason: int(found[0]) for reason, found in places.items() if len(found)}
+    return DroppedTriangles(**counts, first=first)

@@ -136,6 +136,5 @@ def _dropped(
     first = names[int(np.nonzero(lossy[mesh_of])[0][0])]
     return [
         f"{total.total} unusable {'triangle' if total.total == 1 else 'triangles'} left out"
-        f" ({total.non_finite} not finite, {total.repeated_index} with a repeated corner,"
-        f" {total.zero_area} without area), the first in object '{first}'; check the export"
+        f" ({total}), the first in object '{first}'; check the export"
     ]

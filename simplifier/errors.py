@@ -66,7 +66,16 @@ class OptionError(OccluderError):
 
 
 class MemoryLimitError(OccluderError):
-    """The run would need more memory than it may use; nothing of it was begun."""
+    """The run would need more memory than it may use; nothing of it was begun.
+
+    ``resolution``  the finest that would fit, 0 where none does or it has no part in it.
+    """
+
+    def __init__(
+        self, what: str, *, where: str = "", remedy: str = "", resolution: int = 0
+    ) -> None:
+        super().__init__(what, where=where, remedy=remedy)
+        self.resolution = resolution
 
 
 class BackendUnavailableError(OccluderError):

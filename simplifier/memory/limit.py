@@ -51,6 +51,7 @@ def check_need(
         f" and the limit is {limit:.3g} GiB",
         where=where,
         remedy=f"{advice} a memory limit of at least {_rounded_up(need.gib)}",
+        resolution=fitting,
     )
 
 

@@ -63,6 +63,6 @@ def drawing(size: MeshSize, shape: Shape, options: Options) -> MemoryNeed:
     return MemoryNeed({"pictures": need}).beside(size.held)
 
 
-def viewing(size: MeshSize) -> MemoryNeed:
+def showing(size: MeshSize) -> MemoryNeed:
     """A copy of the mesh to look at."""
     return MemoryNeed({"viewing": stages.viewing(size)}).beside(size.held)

@@ -11,7 +11,7 @@ from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.io.load import claim_of
 from simplifier.memory.limit import check_need
 from simplifier.memory.need import MemoryNeed
-from simplifier.memory.runs import drawing, judging, loading, simplifying, solidifying
+from simplifier.memory.runs import drawing, judging, loading, showing, simplifying, solidifying
 from simplifier.memory.stages import MeshSize
 from simplifier.options import Options
 from simplifier.production.measures import judging_of
@@ -21,13 +21,17 @@ from simplifier.voxel.voxelize import grid_shape
 
 
 def estimate_memory(
-    mesh: TriangleMesh | str | Path, chosen: Chosen | None = None, *, pictures: bool = False
+    mesh: TriangleMesh | str | Path,
+    chosen: Chosen | None = None,
+    *,
+    pictures: bool = False,
+    viewing: bool = False,
 ) -> MemoryNeed:
     """What ``occluder simplify`` or ``occluder evaluate``, by the kind of ``chosen``, will need.
 
     ``mesh``      a mesh, or a file, of which only what it claims to hold is read.  A file does not
                   tell how wide and high the grid is, so that of a rod is assumed: the least.
-    ``pictures``  whether they are drawn as well.
+    ``pictures``  whether they are drawn as well; ``viewing``: whether the mesh is saved to look at.
 
     ``gib`` of the result is the peak of the whole process and ``largest`` the stage that has it.
     Raises :class:`~simplifier.errors.UnknownFormatError`, and :class:`OptionError` for options that
@@ -37,32 +41,35 @@ def estimate_memory(
     if isinstance(mesh, TriangleMesh):
         size = MeshSize(len(mesh.vertices), len(mesh.faces))
         options = resolved(chosen, float(mesh.extent.max()))
-        return _need(size, mesh.extent, chosen, options, pictures=pictures)
+        return _need(size, mesh.extent, chosen, options, pictures, viewing)
     claim = claim_of(Path(mesh))
     size = MeshSize(claim.vertices, claim.triangles)
     reading = loading(claim.vertices, claim.triangles, claim.decoding)
     rod = np.array([1.0, 0.0, 0.0])
     known = resolved(_without_lengths(chosen), 1.0)
-    return reading.joined(_need(size, rod, chosen, known, pictures=pictures))
+    return reading.joined(_need(size, rod, chosen, known, pictures, viewing))
 
 
-def check_file(path: Path, options: Chosen, *, pictures: bool = False) -> None:
+def check_file(
+    path: Path, options: Chosen, *, pictures: bool = False, viewing: bool = False
+) -> None:
     """Raise :class:`~simplifier.errors.MemoryLimitError` for a file that the options' run would
     need too much memory for, whatever the shape of its grid."""
-    check_need(
-        estimate_memory(path, options, pictures=pictures), options.memory_limit, where=str(path)
-    )
+    need = estimate_memory(path, options, pictures=pictures, viewing=viewing)
+    check_need(need, options.memory_limit, where=str(path))
 
 
 def _need(
-    size: MeshSize, extent: FloatArray, chosen: Chosen, options: Options, *, pictures: bool
+    size: MeshSize, extent: FloatArray, chosen: Chosen, options: Options, drawn: bool, shown: bool
 ) -> MemoryNeed:
     cell_size = float(extent.max()) / options.solid.resolution
     shape = grid_shape(extent, options.solid.resolution)
     begin = solidifying if isinstance(chosen, EvaluateOptions) else simplifying
     need = begin(size, shape, cell_size, options)
     need = need.joined(judging(size, shape, options, judging_of(chosen)))
-    return need.joined(drawing(size, shape, options)) if pictures else need
+    if drawn:
+        need = need.joined(drawing(size, shape, options))
+    return need.joined(showing(size)) if shown else need
 
 
 def _without_lengths(chosen: Chosen) -> Chosen:

@@ -23,6 +23,9 @@ from simplifier.io import save_lods, save_occluder, write_scene
 from simplifier.lods.levels import simplify_levels
 from simplifier.lods.options import LodOptions, finest_bound
 from simplifier.lods.plan import plan_levels
+from simplifier.memory.limit import check_need
+from simplifier.memory.runs import Judging, seeing
+from simplifier.needs import check_making, size_of
 from simplifier.options import Axis, Preset, Slicing, Trim, Viewers, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel, Listener
@@ -47,6 +50,7 @@ def simplify(
     moves: int | None = None,
     time_limit: float | None = None,
     seed: int = 0,
+    memory_limit: float | None = None,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
 ) -> Occluder:
@@ -70,6 +74,9 @@ def simplify(
     ``moves``        refining moves in place of the preset's, 0 for the cut as it is.
     ``time_limit``   seconds that this call may take, in place of moves: less shortens the preset's
                      work, more goes on refining.  Results then differ from run to run.
+    ``memory_limit``  GiB that the process may need, half of the machine's by default: a call that
+                     would need more is refused at once, by
+                     :class:`~simplifier.errors.MemoryLimitError`.
     ``listener``     called with the :class:`Progress` so far; what it raises ends the run.
     ``cancel``       a :class:`threading.Event` or alike: once it is set, from any thread or by the
                      listener, the call ends soon.  It returns the best so far when refining has
@@ -86,6 +93,7 @@ def simplify(
         slicer=slicer, preset=preset, min_precision=min_precision, moves=moves,
         time_limit=time_limit, seed=seed,
     )  # fmt: skip
+    check_making(mesh, options, memory_limit)
     return simplify_mesh(mesh, options, listener, cancel).occluder
 
 
@@ -111,6 +119,7 @@ def simplify_lods(
     moves: int | None = None,
     time_limit: float | None = None,
     seed: int = 0,
+    memory_limit: float | None = None,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
 ) -> LodChain:
@@ -141,6 +150,7 @@ def simplify_lods(
         viewers=viewers, smallest_hole=smallest_hole, trim=trim, slicer=slicer, preset=preset,
         min_precision=min_precision, moves=moves, time_limit=time_limit, seed=seed,
     )  # fmt: skip
+    check_making(mesh, finest, memory_limit)
     return simplify_levels(mesh, plan_levels(longest, finest, levels), listener, cancel).chain
 
 
@@ -174,6 +184,7 @@ def simplify_scene(
     fov: float = 60.0,
     preview: bool = False,
     seed: int = 0,
+    memory_limit: float | None = None,
     tell: Tell = lambda done, total: None,
     cancel: Cancel | None = None,
 ) -> OccluderTree:
@@ -183,6 +194,8 @@ def simplify_scene(
     an earlier run and the scene still needs is not made again.  Work is spread over processes, so
     a script that calls this has to guard its main module (``if __name__ == "__main__"``).
 
+    ``memory_limit``  GiB that this process and those that it starts may need at most, half of the
+                machine's by default; :class:`~simplifier.errors.MemoryLimitError` beyond.
     ``preview``  also writes all leaves' occluders to ``preview.glb`` there.
     ``tell``    called with how many occluders are there and how many there will be.
     ``cancel``  once set, ends the call soon by :class:`~simplifier.errors.CancelledError`; what is
@@ -197,7 +210,9 @@ def simplify_scene(
     )  # fmt: skip
     place = Path(folder)
     store = occluder_store(place)
-    build = build_occluders(scene, options, store, read_summaries(place), tell, cancel)
+    build = build_occluders(
+        scene, options, store, read_summaries(place), tell, cancel, memory_limit
+    )
     write_manifest(place, scene, options, build)
     tree = load_occluder_tree(place)
     if preview:
@@ -216,12 +231,15 @@ def evaluate(
     exact: bool = False,
     viewers: Viewers = "all",
     up: Axis = "y",
+    memory_limit: float | None = None,
 ) -> AccuracyReport:
     """Judge an occluder against its mesh: precision and recall, over all views and by view.
 
     ``views``, ``image``, ``quads``  how many views, pixels a side and random quads a view.
     ``exact``  count all quads in place of a sample.
     ``viewers``, ``up``  with viewers ``above`` all views look level or down.
+    ``memory_limit``  GiB that the process may need at most, as for :func:`simplify`.
     """
     options = AccuracyOptions(views, image, quads, seed, exact, viewers, up)
+    check_need(seeing(size_of(mesh), Judging(views, image)), memory_limit)
     return evaluate_accuracy(mesh, occluder, options)

@@ -17,6 +17,7 @@ from simplifier.interrupts import Interrupts
 from simplifier.io import check_writable, load_mesh
 from simplifier.io.save_lods import is_level_path
 from simplifier.option_fields import SIMPLIFY_FIELDS
+from simplifier.production.estimate import check_file
 from simplifier.production.options import SimplifyOptions
 from simplifier.production.produce import make
 from simplifier.progress import Listener, Stopwatch
@@ -48,9 +49,10 @@ def simplify(
         check_writable(output)
         _check_distinct(mesh, output, levels=options.levels is not None)
         check_extras(report, pictures)
+        check_file(mesh, options, pictures=pictures is not None)
         watch = Stopwatch(listener)
         with watch.stage("load"):
-            soup = load_mesh(mesh)
+            soup = load_mesh(mesh, memory_limit=options.memory_limit)
         kept = reported = False
         try:
             with interrupts.deferred() as cancel:

@@ -8,6 +8,7 @@
     |-- SceneError                 a built scene is missing, damaged, or of another scene
     |-- UnreadablePathError        a camera path is missing, damaged or not as its schema says
     |-- OptionError                an option is unknown or out of range (exit status 2)
+    |-- MemoryLimitError           the run would need more memory than it may use
     |-- BackendUnavailableError    a backend was asked for that this machine cannot run
     |-- OutputError                the result cannot be written
     |-- CommandError               a command from another package cannot be loaded
@@ -62,6 +63,19 @@ class UnreadablePathError(OccluderError):
 
 class OptionError(OccluderError):
     """An option is unknown or its value is out of range."""
+
+
+class MemoryLimitError(OccluderError):
+    """The run would need more memory than it may use; nothing of it was begun.
+
+    ``resolution``  the finest that would fit, 0 where none does or it has no part in it.
+    """
+
+    def __init__(
+        self, what: str, *, where: str = "", remedy: str = "", resolution: int = 0
+    ) -> None:
+        super().__init__(what, where=where, remedy=remedy)
+        self.resolution = resolution
 
 
 class BackendUnavailableError(OccluderError):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +19,8 @@ IntArray = NDArray[np.int32]
 IndexArray = NDArray[np.int64]
 
 _NO_FACES = np.empty((0, 3), dtype=np.int64)
+
+_Scalar = TypeVar("_Scalar", np.float64, np.int32)
 
 _BLOCK = 1 << 17  # triangles that are checked at once: about 30 MiB of corners, edges and products
 
@@ -178,13 +181,22 @@ def _of_used_vertices(
         used[indices[block][usable[block]]] = True
     renumbered = np.cumsum(used, dtype=np.int32)
     renumbered -= 1
-    faces = np.empty((int(np.count_nonzero(usable)), 3), dtype=np.int32)
+    vertices, faces = _room_for(used, np.float64), _room_for(usable, np.int32)
+    _fill(vertices, (points[block][used[block]] for block in _blocks(len(points))))
+    _fill(faces, (renumbered[indices[block][usable[block]]] for block in _blocks(len(indices))))
+    return vertices, faces
+
+
+def _room_for(kept: NDArray[np.bool_], dtype: type[_Scalar]) -> NDArray[_Scalar]:
+    return np.empty((int(np.count_nonzero(kept)), 3), dtype=dtype)
+
+
+def _fill(whole: NDArray[_Scalar], parts: Iterable[NDArray[_Scalar]]) -> None:
+    """Put the parts into ``whole`` one behind the other."""
     count = 0
-    for block in _blocks(len(indices)):
-        some = renumbered[indices[block][usable[block]]]
-        faces[count : count + len(some)] = some
-        count += len(some)
-    return points[used], faces
+    for part in parts:
+        whole[count : count + len(part)] = part
+        count += len(part)
 
 
 def _dropped(places: Mapping[str, IndexArray]) -> DroppedTriangles:

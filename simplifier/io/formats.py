@@ -9,7 +9,8 @@ from pathlib import Path
 from simplifier.errors import UnknownFormatError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import glb_writer, gltf, obj, off, ply, stl, tres
+from simplifier.io import glb_writer, gltf, gltf_claim, obj, off, ply, stl, tres
+from simplifier.io.claim import Claim, Peek
 from simplifier.io.objects import Objects
 from simplifier.io.polygons import IndexArray
 
@@ -21,6 +22,8 @@ class Codec:
     ``decode``       (content, path) to vertices (n, 3) float64 and faces (m, 3) int64, in the order
                      of the file, nothing merged; raises only ``OccluderError``.  The path is for
                      messages and for files that stand beside it.
+    ``claim``        what a file says that it holds, from parts of it; raises OSError and
+                     ``OccluderError``.
     ``encode``       an occluder to bytes, the same ones every time; None when only read.
     ``error_bound``  (content, path) to the bound that ``encode`` stored, infinite when there is
                      none; None when the format has no place for it.
@@ -32,6 +35,7 @@ class Codec:
 
     name: str
     decode: Callable[[bytes, Path], tuple[FloatArray, IndexArray]]
+    claim: Callable[[Peek], Claim]
     encode: Callable[[Occluder], bytes] | None = None
     error_bound: Callable[[bytes, Path], float] | None = None
     objects: Callable[[bytes, Path], Objects] | None = None
@@ -40,14 +44,22 @@ class Codec:
 
 CODECS: dict[str, Codec] = {
     ".glb": Codec(
-        "binary glTF", gltf.decode, glb_writer.encode, gltf.error_bound, gltf.objects, gltf.external
+        "binary glTF",
+        gltf.decode,
+        gltf_claim.claim,
+        glb_writer.encode,
+        gltf.error_bound,
+        gltf.objects,
+        gltf.external,
     ),
-    ".gltf": Codec("glTF", gltf.decode, None, gltf.error_bound, gltf.objects, gltf.external),
-    ".obj": Codec("Wavefront OBJ", obj.decode, obj.encode),
-    ".off": Codec("Object File Format", off.decode, off.encode),
-    ".ply": Codec("Stanford PLY", ply.decode, ply.encode),
-    ".stl": Codec("STL", stl.decode, stl.encode),
-    ".tres": Codec("Godot occluder", tres.decode, tres.encode),
+    ".gltf": Codec(
+        "glTF", gltf.decode, gltf_claim.claim, None, gltf.error_bound, gltf.objects, gltf.external
+    ),
+    ".obj": Codec("Wavefront OBJ", obj.decode, obj.claim, obj.encode),
+    ".off": Codec("Object File Format", off.decode, off.claim, off.encode),
+    ".ply": Codec("Stanford PLY", ply.decode, ply.claim, ply.encode),
+    ".stl": Codec("STL", stl.decode, stl.claim, stl.encode),
+    ".tres": Codec("Godot occluder", tres.decode, tres.claim, tres.encode),
 }
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from simplifier.errors import OutputError, UnreadableMeshError
+from simplifier.io.claim import Peek
 from simplifier.io.gltf_json import JsonObject, parse_json
 
 GLB_MAGIC = b"glTF"
@@ -36,6 +37,16 @@ def open_document(data: bytes, where: str) -> GltfDocument:
         if name in required:
             raise compressed(root, name)
     return GltfDocument(root, binary)
+
+
+def peek_document(peek: Peek) -> GltfDocument:
+    """The JSON alone, without what it refers to; raises as :func:`open_document`."""
+    head = peek.read(0, 20)
+    if head[:4] == GLB_MAGIC and int.from_bytes(head[16:20], "little") == JSON_CHUNK:
+        text = peek.read(20, int.from_bytes(head[12:16], "little"))
+    else:
+        text = peek.read(0, peek.size)
+    return GltfDocument(parse_json(text, str(peek.path)), None)
 
 
 def pack_glb(root: dict[str, Any], binary: bytes) -> bytes:

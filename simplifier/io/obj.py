@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +10,13 @@ import numpy as np
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
+from simplifier.io.claim import Claim, Peek, estimated
 from simplifier.io.polygons import IndexArray, triangulate_polygons
 from simplifier.io.text import line_number, read_statements, shown, without_mark
 from simplifier.kernels.text import count_obj_corners, count_words, read_obj_corners
+
+_VERTEX_LINE = re.compile(rb"(?im)^[ \t]*v[ \t](.*)$")
+_FACE_LINE = re.compile(rb"(?im)^[ \t]*f[ \t](.*)$")
 
 
 def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
@@ -32,6 +37,18 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
             remedy="check that this is a Wavefront OBJ file",
         )
     return vertices, triangulate_polygons(vertices, sizes, corners, where=where)
+
+
+def claim(peek: Peek) -> Claim:
+    """Vertices and corners of faces are estimated."""
+    vertices, _ = estimated(peek, _VERTEX_LINE)
+    faces, corners = estimated(peek, _FACE_LINE)
+    triangles = max(corners - 2 * faces, 0)
+    # The file and the vertices; then places of hard words, or sizes, starts and corners of faces.
+    numbers = max(24 * vertices, (8 + 16) * faces + (8 + 3) * corners)
+    if corners != 3 * faces:  # each size is triangulated by itself
+        numbers += 16 * corners + 24 * triangles
+    return Claim(vertices, triangles, peek.size + 24 * vertices + numbers)
 
 
 def _read_corners(data: bytes, where: str) -> tuple[IndexArray, IndexArray]:

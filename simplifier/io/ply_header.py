@@ -15,7 +15,7 @@ SCALAR_TYPES = {
     **{"int64": "i8", "uint64": "u8"},
 }
 ENCODINGS = {b"ascii": "", b"binary_little_endian": "<", b"binary_big_endian": ">"}
-_LONGEST_HEADER = 1 << 20
+LONGEST_HEADER = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def _header_lines(data: bytes, where: str) -> tuple[list[bytes], int]:
     if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r", b" ", b"\t"):
         raise UnreadableMeshError(f"not a PLY file: it begins with {shown(data[:8])}", where=where)
     newline = _newline(data)
-    mark = data.find(newline + b"end_header", 0, _LONGEST_HEADER)
+    mark = data.find(newline + b"end_header", 0, LONGEST_HEADER)
     end = data.find(newline, mark + len(newline)) if mark >= 0 else -1
     if end < 0:
         raise UnreadableMeshError(

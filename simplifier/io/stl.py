@@ -10,12 +10,14 @@ import numpy as np
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
+from simplifier.io.claim import Claim, Peek, estimated
 from simplifier.io.float32 import to_float32, unit_normals
 from simplifier.io.polygons import IndexArray
 from simplifier.io.text import count_statements, read_statements, without_mark
 
 _HEADER_BYTES = 84
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_FACET_LINE = re.compile(rb"(?im)^[ \t]*facet\b(.*)$")
 _END = re.compile(rb"[\r\n][ \t]*end[ \t]*solid\b", re.IGNORECASE)
 
 
@@ -26,19 +28,32 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
     text files must.  Raises :class:`UnreadableMeshError`.
     """
     where = str(path)
-    if _is_binary(data):
+    if _is_binary(data, len(data)):
         vertices = _decode_binary(data, where)
     else:
         vertices = _decode_text(without_mark(data), where)
     return vertices, np.arange(len(vertices), dtype=np.int64).reshape(-1, 3)
 
 
+def claim(peek: Peek) -> Claim:
+    """Of a text the facets are estimated."""
+    head = peek.read(0, 512)
+    if _is_binary(head, peek.size):
+        count = min(_facet_count(head), max(peek.size - _HEADER_BYTES, 0) // 50)
+        # The file, its corners as float32, and those as float64.
+        return Claim(3 * count, count, peek.size + (36 + 72) * count)
+    count, _ = estimated(peek, _FACET_LINE)
+    # The file, the corners, and as many places of words that Python has to read.
+    return Claim(3 * count, count, peek.size + (72 + 72) * count)
+
+
 def _facet_count(data: bytes) -> int:
     return int.from_bytes(data[80:84], "little")
 
 
-def _is_binary(data: bytes) -> bool:
-    if len(data) >= _HEADER_BYTES and len(data) == _HEADER_BYTES + 50 * _facet_count(data):
+def _is_binary(data: bytes, size: int) -> bool:
+    """By the first 512 bytes or more of a file of that size."""
+    if size >= _HEADER_BYTES and size == _HEADER_BYTES + 50 * _facet_count(data):
         return True
     text = without_mark(data).lstrip()[:5].lower() == b"solid"
     return not text or b"\0" in data[:512]

@@ -14,6 +14,7 @@ import numpy as np
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
+from simplifier.io.claim import Claim, Peek
 from simplifier.io.polygons import IndexArray, triangulate_polygons
 from simplifier.io.text import read_numbers, without_mark
 
@@ -43,6 +44,13 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
     corners = indices.astype(np.int64)
     sizes = np.full(len(corners) // 3, 3, dtype=np.int64)
     return vertices, triangulate_polygons(vertices, sizes, corners, where=where)
+
+
+def claim(peek: Peek) -> Claim:
+    """Estimated: two bytes of text a number at least, half of the numbers of either array."""
+    numbers = peek.size // 8
+    # The text, twice where line ends were changed, and numbers as such and as places.
+    return Claim(numbers // 6, numbers // 6, 3 * peek.size + 32 * numbers)
 
 
 def _array(text: bytes, name: str, kind: str, where: str) -> FloatArray:

@@ -56,6 +56,7 @@ class SimplifyOptions:
     image: int = 256
     quads: int = 32_000
     exact: bool = False
+    memory_limit: float | None = None
 
     def __post_init__(self) -> None:
         _check_fields(self, SIMPLIFY_FIELDS)
@@ -99,6 +100,7 @@ class EvaluateOptions:
     image: int = 256
     quads: int = 32_000
     exact: bool = False
+    memory_limit: float | None = None
 
     def __post_init__(self) -> None:
         _check_fields(self, EVALUATE_FIELDS)
@@ -130,6 +132,7 @@ class TradeoffOptions:
     up: Axis = "y"
     ground: bool = False
     seed: int = 0
+    memory_limit: float | None = None
 
     def __post_init__(self) -> None:
         _check_fields(self, TRADEOFF_FIELDS)

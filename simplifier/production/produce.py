@@ -18,12 +18,13 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import save_lods, save_occluder
 from simplifier.lods.levels import Levels, simplify_levels
-from simplifier.lods.options import finest_bound
 from simplifier.lods.plan import plan_levels
-from simplifier.options import Options, make_options
+from simplifier.needs import check_making
+from simplifier.options import Options
 from simplifier.pipeline import Simplification, simplify_mesh
-from simplifier.production.measures import accuracy_options
+from simplifier.production.measures import accuracy_options, judging_of
 from simplifier.production.options import SimplifyOptions
+from simplifier.production.resolve import resolved
 from simplifier.progress import Cancel, Listener, Stopwatch
 
 
@@ -193,26 +194,20 @@ def make(
     listener: Listener | None = None,
     cancel: Cancel | None = None,
 ) -> Made:
-    """The first half of :func:`produce`, for those who save before they judge."""
-    longest = float(mesh.extent.max())
-    levels = options.levels
-    bound = options.error_bound
-    if levels is not None:
-        bound = finest_bound(levels, options.resolution, bound)
-    resolved = make_options(
-        longest, budget=options.budget, resolution=options.resolution, error_bound=bound,
-        up=options.up, ground=options.ground, viewers=options.viewers,
-        smallest_hole=options.smallest_hole, conservative=options.conservative,
-        shrink=options.shrink, trim=options.trim, slicer=options.slicer, alpha=options.alpha,
-        preset=options.preset, min_precision=options.min_precision, moves=options.moves,
-        time_limit=options.time_limit, seed=options.seed,
-    )  # fmt: skip
+    """The first half of :func:`produce`, for those who save before they judge.
+
+    Raises :class:`~simplifier.errors.MemoryLimitError` where either half would need more memory
+    than ``options.memory_limit``.
+    """
+    longest, levels = float(mesh.extent.max()), options.levels
+    chosen = resolved(options, longest)
+    check_making(mesh, chosen, options.memory_limit, judging_of(options))
     result: Simplification | Levels
     if levels is None:
-        result = simplify_mesh(mesh, resolved, listener, cancel)
+        result = simplify_mesh(mesh, chosen, listener, cancel)
     else:
-        result = simplify_levels(mesh, plan_levels(longest, resolved, levels), listener, cancel)
-    return Made(mesh, options, resolved, result)
+        result = simplify_levels(mesh, plan_levels(longest, chosen, levels), listener, cancel)
+    return Made(mesh, options, chosen, result)
 
 
 def _resolved(chosen: SimplifyOptions, options: Options) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from simplifier.checks import as_path, check_flag
 from simplifier.errors import EmptyMeshError, UnknownFormatError, UnreadableMeshError
 from simplifier.geometry.lod_chain import LodChain
 from simplifier.geometry.mesh import TriangleMesh
@@ -28,7 +29,7 @@ def load_mesh(path: str | Path, *, allow_external: bool = True) -> TriangleMesh:
     ``allow_external``  whether a glTF file may keep its buffers in files beside it; if not, a file
                         that names others is refused as unreadable, and no other is opened.
     """
-    path = Path(path)
+    path = as_path("path", path)
     codec, data = _open(path, allow_external)
     return TriangleMesh.from_soup(*codec.decode(data, path), where=str(path))
 
@@ -41,7 +42,7 @@ def load_occluder(path: str | Path, *, allow_external: bool = True) -> Occluder:
     without area are dropped.  ``allow_external`` and errors as for :func:`load_mesh`, but for the
     empty mesh.
     """
-    path = Path(path)
+    path = as_path("path", path)
     codec, data = _open(path, allow_external)
     vertices, faces = codec.decode(data, path)
     bound = codec.error_bound(data, path) if codec.error_bound else math.inf
@@ -69,7 +70,7 @@ def load_lods(path: str | Path) -> LodChain:
     Raises :class:`UnknownFormatError` for another suffix, and :class:`UnreadableMeshError` as
     :func:`load_mesh` and when there are no levels or they are damaged.
     """
-    path = Path(path)
+    path = as_path("path", path)
     if path.suffix.lower() not in (".glb", ".gltf"):
         raise UnknownFormatError(
             f"files that end in '{path.suffix}' hold no levels of detail",
@@ -81,6 +82,7 @@ def load_lods(path: str | Path) -> LodChain:
 
 def _open(path: Path, allow_external: bool) -> tuple[Codec, bytes]:
     """The codec of the suffix and the content, which must not begin like another format."""
+    check_flag("allow_external", allow_external)
     codec = codec_for_reading(path)
     data = read_bytes(path)
     found = foreign_content(data, path.suffix.lower())

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from simplifier.checks import check_kind
 from simplifier.evaluation.accuracy import AccuracyReport, evaluate_accuracies
 from simplifier.evaluation.deviation import deviation
 from simplifier.evaluation.level_report import left_out_rows, level_rows
@@ -14,7 +15,7 @@ from simplifier.evaluation.page import write_pictures
 from simplifier.evaluation.report import Report, build_report
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.lod_chain import Level, LodChain
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import save_lods, save_occluder
 from simplifier.lods.levels import Levels, simplify_levels
@@ -194,6 +195,8 @@ def make(
     cancel: Cancel | None = None,
 ) -> Made:
     """The first half of :func:`produce`, for those who save before they judge."""
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    check_kind("options", options, SimplifyOptions, "simplifier.SimplifyOptions")
     longest = float(mesh.extent.max())
     levels = options.levels
     bound = options.error_bound

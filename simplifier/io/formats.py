@@ -10,6 +10,7 @@ from simplifier.errors import UnknownFormatError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import glb_writer, gltf, obj, off, ply, stl, tres
+from simplifier.io.gltf_container import check_container
 from simplifier.io.objects import Objects
 from simplifier.io.polygons import IndexArray
 
@@ -28,6 +29,9 @@ class Codec:
                      whose files are one object each.
     ``external``     (content, path) to the names of the other files that the file refers to; None
                      for a format of which no other file is ever opened.
+    ``check_start``  (first 64 KiB, size of the file, name for messages): raises what ``decode``
+                     would for a file that cannot be of this format, however it goes on;
+                     None where nothing can be said by then.
     """
 
     name: str
@@ -36,19 +40,23 @@ class Codec:
     error_bound: Callable[[bytes, Path], float] | None = None
     objects: Callable[[bytes, Path], Objects] | None = None
     external: Callable[[bytes, Path], list[str]] | None = None
+    check_start: Callable[[bytes, int, str], None] | None = None
 
 
 CODECS: dict[str, Codec] = {
     ".glb": Codec(
-        "binary glTF", gltf.decode, glb_writer.encode, gltf.error_bound, gltf.objects, gltf.external
+        "binary glTF", gltf.decode, glb_writer.encode, gltf.error_bound, gltf.objects,
+        gltf.external, check_container,
     ),
-    ".gltf": Codec("glTF", gltf.decode, None, gltf.error_bound, gltf.objects, gltf.external),
-    ".obj": Codec("Wavefront OBJ", obj.decode, obj.encode),
-    ".off": Codec("Object File Format", off.decode, off.encode),
-    ".ply": Codec("Stanford PLY", ply.decode, ply.encode),
-    ".stl": Codec("STL", stl.decode, stl.encode),
-    ".tres": Codec("Godot occluder", tres.decode, tres.encode),
-}
+    ".gltf": Codec(
+        "glTF", gltf.decode, None, gltf.error_bound, gltf.objects, gltf.external, check_container
+    ),
+    ".obj": Codec("Wavefront OBJ", obj.decode, obj.encode, check_start=obj.check_start),
+    ".off": Codec("Object File Format", off.decode, off.encode, check_start=off.check_start),
+    ".ply": Codec("Stanford PLY", ply.decode, ply.encode, check_start=ply.check_start),
+    ".stl": Codec("STL", stl.decode, stl.encode, check_start=stl.check_start),
+    ".tres": Codec("Godot occluder", tres.decode, tres.encode, check_start=tres.check_start),
+}  # fmt: skip
 
 
 def readable_suffixes() -> tuple[str, ...]:

@@ -84,14 +84,19 @@ def _open(path: Path, allow_external: bool) -> tuple[Codec, bytes]:
     """The codec of the suffix and the content, which must not begin like another format."""
     check_flag("allow_external", allow_external)
     codec = codec_for_reading(path)
-    data = read_bytes(path)
-    found = foreign_content(data, path.suffix.lower())
-    if found:
-        raise UnreadableMeshError(
-            f"the suffix says {codec.name}, but this is {found}",
-            where=str(path),
-            remedy="give the file its right suffix, or export it again",
-        )
+
+    def check_start(start: bytes, size: int) -> None:
+        found = foreign_content(start, path.suffix.lower())
+        if found:
+            raise UnreadableMeshError(
+                f"the suffix says {codec.name}, but this is {found}",
+                where=str(path),
+                remedy="give the file its right suffix, or export it again",
+            )
+        if codec.check_start:
+            codec.check_start(start, size, str(path))
+
+    data = read_bytes(path, check_start=check_start)
     if codec.external and not allow_external:
         _check_alone(codec.external(data, path), path)
     return codec, data

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from simplifier.checks import as_path, check_callable, check_cancel, check_kind
 from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
 from simplifier.geometry.lod_chain import LodChain
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.build import Tell, build_occluders
@@ -86,6 +87,7 @@ def simplify(
     seed give the same bytes on any number of threads, unless a time limit or a cancel ends the
     search.  Raises :class:`OccluderError`.
     """
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
     options = make_options(
         float(mesh.extent.max()), budget=budget, resolution=resolution,
         error_bound=error_bound, up=up, ground=ground, viewers=viewers,
@@ -141,8 +143,8 @@ def simplify_lods(
     Raises :class:`OccluderError`.
     """
     count = 3 if lods is None and error_bounds is None else lods
-    bounds = None if error_bounds is None else tuple(error_bounds)
-    levels = LodOptions(count, bounds, pixel_error, screen_height, fov)
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    levels = LodOptions(count, error_bounds, pixel_error, screen_height, fov)
     longest = float(mesh.extent.max())
     finest = make_options(
         longest, budget=budget, resolution=resolution,
@@ -161,6 +163,7 @@ def save(result: Occluder | LodChain, path: str | Path) -> None:
     ``NAME_lod0`` and so on beside it; for other formats to the latter alone.  Raises
     :class:`~simplifier.errors.OutputError`.
     """
+    check_kind("result", result, Occluder | LodChain, "what simplify or simplify_lods returns")
     if isinstance(result, LodChain):
         save_lods(result, path)
     else:
@@ -204,11 +207,14 @@ def simplify_scene(
     ``scene.json`` in the folder says what could not be made and why.  Raises
     :class:`OccluderError`.
     """
+    check_kind("scene", scene, Scene, "what simplifier.load_scene returns")
+    check_callable("tell", tell)
+    check_cancel(cancel)
     options = SceneOptions(
         budget, resolution, width, moves, up, ground, smallest_hole, conservative, pixel_error,
         rows, fov, seed,
     )  # fmt: skip
-    place = Path(folder)
+    place = as_path("folder", folder)
     store = occluder_store(place)
     build = build_occluders(
         scene, options, store, read_summaries(place), tell, cancel, memory_limit

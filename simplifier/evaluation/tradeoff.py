@@ -15,6 +15,7 @@ from itertools import product
 from pathlib import Path
 from typing import Literal
 
+from simplifier.checks import settle_numbers
 from simplifier.errors import CancelledError, OccluderError, OptionError
 from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.geometry.mesh import TriangleMesh
@@ -113,6 +114,7 @@ class SweepOptions:
     memory_limit: float | None = None
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         for name in ("resolutions", "directions", "budgets", "times"):
             if not getattr(self, name):
                 raise OptionError("no value is given", where=name, remedy="give one or more")

@@ -11,12 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplifier.errors import EmptyMeshError
-from simplifier.geometry.arrays import face_array, vertex_array
+from simplifier.geometry.arrays import check_arrays, face_array, vertex_array
 from simplifier.geometry.reach import FURTHEST, Reach
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 IndexArray = NDArray[np.int64]
+
+A_MESH = "what simplifier.load or TriangleMesh.from_soup returns"
+"""What to hand over where a mesh is asked for."""
 
 _NO_FACES = np.empty((0, 3), dtype=np.int64)
 
@@ -79,7 +82,7 @@ class TriangleMesh:
                   the input and no stage relies on it.
     ``dropped``   what :meth:`from_soup` left out.
 
-    Build one with :meth:`from_soup`; the plain constructor trusts its arguments.
+    Build one with :meth:`from_soup`; the plain constructor trusts what its arrays hold.
     """
 
     vertices: FloatArray
@@ -87,8 +90,7 @@ class TriangleMesh:
     dropped: DroppedTriangles = field(default_factory=DroppedTriangles)
 
     def __post_init__(self) -> None:
-        self.vertices.setflags(write=False)
-        self.faces.setflags(write=False)
+        check_arrays(self.vertices, self.faces, "build the mesh by TriangleMesh.from_soup")
 
     @classmethod
     def from_soup(cls, vertices: ArrayLike, faces: ArrayLike, *, where: str = "") -> TriangleMesh:

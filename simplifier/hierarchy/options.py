@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from simplifier.checks import check_above_zero, check_flag, check_whole
+from simplifier.checks import check_above_zero, check_flag, check_whole, settle_numbers
 from simplifier.geometry.camera import Lens
 from simplifier.options import Axis, make_options
 
@@ -53,6 +53,7 @@ class SceneOptions:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         # What a node shares with a single mesh is checked as there; no hole is too long for all.
         make_options(
             math.inf, budget=self.budget, resolution=self.resolution, up=self.up,

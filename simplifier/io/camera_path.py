@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from simplifier.checks import as_path
 from simplifier.errors import UnreadablePathError
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.mesh import FloatArray
@@ -36,8 +37,9 @@ def load_camera_path(path: str | Path) -> CameraPath:
     point to look at; ``near`` may be left out.  Raises :class:`UnreadablePathError`, which names
     the frame, counted from 0, and the field.
     """
+    path = as_path("path", path)
     where = str(path)
-    root = _parsed(read_bytes(Path(path), error=UnreadablePathError, remedy=_NAME_ONE), where)
+    root = _parsed(read_bytes(path, error=UnreadablePathError, remedy=_NAME_ONE), where)
     if not isinstance(root, dict):
         raise _wrong(where, "this is not a JSON object")
     _check_keys(root, _ROOT, _ROOT, where)
@@ -71,7 +73,7 @@ def save_camera_path(camera_path: CameraPath, path: str | Path) -> None:
     name = json.dumps(camera_path.name)
     lines = ",\n".join(json.dumps(frame, allow_nan=False) for frame in frames)
     text = f'{{"schema_version": {SCHEMA_VERSION}, "name": {name}, "frames": [\n{lines}\n]}}\n'
-    write_whole(Path(path), text.encode("ascii"))
+    write_whole(as_path("path", path), text.encode("ascii"))
 
 
 _NAME_ONE = "name a camera path"

@@ -11,6 +11,7 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import glb_writer, gltf, gltf_claim, obj, off, ply, stl, tres
 from simplifier.io.claim import Claim, Peek
+from simplifier.io.gltf_container import check_container
 from simplifier.io.objects import Objects
 from simplifier.io.polygons import IndexArray
 
@@ -31,6 +32,9 @@ class Codec:
                      whose files are one object each.
     ``external``     (content, path) to the names of the other files that the file refers to; None
                      for a format of which no other file is ever opened.
+    ``check_start``  (first 64 KiB, size of the file, name for messages): raises what ``decode``
+                     would for a file that cannot be of this format, however it goes on;
+                     None where nothing can be said by then.
     """
 
     name: str
@@ -40,6 +44,7 @@ class Codec:
     error_bound: Callable[[bytes, Path], float] | None = None
     objects: Callable[[bytes, Path], Objects] | None = None
     external: Callable[[bytes, Path], list[str]] | None = None
+    check_start: Callable[[bytes, int, str], None] | None = None
 
 
 CODECS: dict[str, Codec] = {
@@ -48,18 +53,29 @@ CODECS: dict[str, Codec] = {
         gltf.decode,
         gltf_claim.claim,
         glb_writer.encode,
-        gltf.error_bound,
-        gltf.objects,
-        gltf.external,
+        error_bound=gltf.error_bound,
+        objects=gltf.objects,
+        external=gltf.external,
+        check_start=check_container,
     ),
     ".gltf": Codec(
-        "glTF", gltf.decode, gltf_claim.claim, None, gltf.error_bound, gltf.objects, gltf.external
+        "glTF",
+        gltf.decode,
+        gltf_claim.claim,
+        error_bound=gltf.error_bound,
+        objects=gltf.objects,
+        external=gltf.external,
+        check_start=check_container,
     ),
-    ".obj": Codec("Wavefront OBJ", obj.decode, obj.claim, obj.encode),
-    ".off": Codec("Object File Format", off.decode, off.claim, off.encode),
-    ".ply": Codec("Stanford PLY", ply.decode, ply.claim, ply.encode),
-    ".stl": Codec("STL", stl.decode, stl.claim, stl.encode),
-    ".tres": Codec("Godot occluder", tres.decode, tres.claim, tres.encode),
+    ".obj": Codec("Wavefront OBJ", obj.decode, obj.claim, obj.encode, check_start=obj.check_start),
+    ".off": Codec(
+        "Object File Format", off.decode, off.claim, off.encode, check_start=off.check_start
+    ),
+    ".ply": Codec("Stanford PLY", ply.decode, ply.claim, ply.encode, check_start=ply.check_start),
+    ".stl": Codec("STL", stl.decode, stl.claim, stl.encode, check_start=stl.check_start),
+    ".tres": Codec(
+        "Godot occluder", tres.decode, tres.claim, tres.encode, check_start=tres.check_start
+    ),
 }
 
 

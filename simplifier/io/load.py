@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from simplifier.checks import as_path, check_flag
 from simplifier.errors import (
     EmptyMeshError,
     OccluderError,
@@ -42,7 +43,7 @@ def load_mesh(
     ``memory_limit``    GiB that reading may need, half of the machine's by default: beyond, the
                         file is refused before it is read, by :class:`MemoryLimitError`.
     """
-    path = Path(path)
+    path = as_path("path", path)
     triangles = _decoded(path, allow_external, memory_limit)
     return TriangleMesh.from_soup(*triangles, where=str(path))
 
@@ -54,7 +55,7 @@ def claim_of(path: Path) -> Claim:
     """
     codec = codec_for_reading(path)
     # Reading says better what is wrong with a file.
-    with suppress(OSError, ValueError, OccluderError):
+    with suppress(OSError, ValueError, LookupError, OccluderError):
         if path.is_file():
             return codec.claim(Peek(path, path.stat().st_size))
     return Claim(0, 0, 0)
@@ -70,7 +71,7 @@ def load_occluder(
     without area are dropped.  ``allow_external``, ``memory_limit`` and errors as for
     :func:`load_mesh`, but for the empty mesh.
     """
-    path = Path(path)
+    path = as_path("path", path)
     codec, data = _open(path, allow_external, memory_limit)
     vertices, faces = codec.decode(data, path)
     bound = codec.error_bound(data, path) if codec.error_bound else math.inf
@@ -101,7 +102,7 @@ def load_lods(path: str | Path) -> LodChain:
     Raises :class:`UnknownFormatError` for another suffix, and :class:`UnreadableMeshError` as
     :func:`load_mesh` and when there are no levels or they are damaged.
     """
-    path = Path(path)
+    path = as_path("path", path)
     if path.suffix.lower() not in (".glb", ".gltf"):
         raise UnknownFormatError(
             f"files that end in '{path.suffix}' hold no levels of detail",
@@ -121,18 +122,24 @@ def _decoded(
 
 def _open(path: Path, allow_external: bool, memory_limit: float | None) -> tuple[Codec, bytes]:
     """The codec of the suffix and the content, which must not begin like another format."""
+    check_flag("allow_external", allow_external)
     codec = codec_for_reading(path)
-    claim = claim_of(path)
-    need = loading(claim.vertices, claim.triangles, claim.decoding)
-    check_need(need, memory_limit, where=str(path))
-    data = read_bytes(path)
-    found = foreign_content(data, path.suffix.lower())
-    if found:
-        raise UnreadableMeshError(
-            f"the suffix says {codec.name}, but this is {found}",
-            where=str(path),
-            remedy="give the file its right suffix, or export it again",
-        )
+
+    def check_start(start: bytes, size: int) -> None:
+        found = foreign_content(start, path.suffix.lower())
+        if found:
+            raise UnreadableMeshError(
+                f"the suffix says {codec.name}, but this is {found}",
+                where=str(path),
+                remedy="give the file its right suffix, or export it again",
+            )
+        if codec.check_start:
+            codec.check_start(start, size, str(path))
+        claim = claim_of(path)
+        need = loading(claim.vertices, claim.triangles, claim.decoding)
+        check_need(need, memory_limit, where=str(path))
+
+    data = read_bytes(path, check_start=check_start)
     if codec.external and not allow_external:
         _check_alone(codec.external(data, path), path)
     return codec, data

@@ -15,10 +15,20 @@ from simplifier.io.polygons import IndexArray, triangulate_polygons
 from simplifier.io.text import NumberLines, read_numbers, without_mark
 
 # Geomview's grammar is [ST][C][N][4][n]OFF [BINARY]; the letters only add numbers behind x y z.
-_HEADER = re.compile(rb"(?:[ \t]*(?:#[^\r\n]*)?[\r\n])*[ \t]*(ST)?(C)?(N)?(4)?(n)?(?:OFF|off)\b")
+_BEFORE = re.compile(rb"(?:[ \t]*(?:#[^\r\n]*)?[\r\n])*[ \t]*")
+_HEADER = re.compile(_BEFORE.pattern + rb"(ST)?(C)?(N)?(4)?(n)?(?:OFF|off)\b")
 _BINARY = re.compile(rb"[ \t]+BINARY\b")
 
 _HEAD = 1 << 16  # bytes
+
+
+def check_start(start: bytes, size: int, where: str) -> None:
+    """Raises :class:`UnreadableMeshError` unless OFF stands first, or may come after comments."""
+    text = without_mark(start)
+    before = _BEFORE.match(text)
+    rest = text[before.end() :] if before else text
+    if size <= len(start) or (rest and not rest.startswith(b"#")):
+        _header_end(text, where)
 
 
 def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:

@@ -11,13 +11,25 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.ply_body import BinaryBody, Body, TextBody
-from simplifier.io.ply_header import LONGEST_HEADER, Element, PlyHeader, Property, read_header
+from simplifier.io.ply_header import (
+    LONGEST_HEADER,
+    Element,
+    PlyHeader,
+    Property,
+    check_magic,
+    read_header,
+)
 from simplifier.io.ply_rows import Rows, locate_rows
 from simplifier.io.polygons import IndexArray, triangulate_polygons
 from simplifier.io.strips import split_strips
 from simplifier.io.text import read_numbers, without_mark
 
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+
+
+def check_start(start: bytes, size: int, where: str) -> None:
+    """Raises :class:`UnreadableMeshError` unless it begins as a PLY file does."""
+    check_magic(without_mark(start), where)
 
 
 def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:

@@ -75,10 +75,15 @@ def read_header(data: bytes, where: str) -> PlyHeader:
     return PlyHeader(encoding, tuple(elements), end)
 
 
-def _header_lines(data: bytes, where: str) -> tuple[list[bytes], int]:
-    """The lines before ``end_header`` and the place behind it."""
+def check_magic(data: bytes, where: str) -> None:
+    """Raises :class:`UnreadableMeshError` unless the first word is ``ply``."""
     if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r", b" ", b"\t"):
         raise UnreadableMeshError(f"not a PLY file: it begins with {shown(data[:8])}", where=where)
+
+
+def _header_lines(data: bytes, where: str) -> tuple[list[bytes], int]:
+    """The lines before ``end_header`` and the place behind it."""
+    check_magic(data, where)
     newline = _newline(data)
     mark = data.find(newline + b"end_header", 0, LONGEST_HEADER)
     end = data.find(newline, mark + len(newline)) if mark >= 0 else -1

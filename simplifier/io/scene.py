@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from simplifier.checks import as_path, check_flag
 from simplifier.errors import EmptyMeshError
 from simplifier.geometry.scene import Scene
 from simplifier.io.folder import objects_of_folder
@@ -31,7 +32,8 @@ def load_scene(
     objects; there is no limit on the triangles that instances add up to.  ``allow_external`` and
     ``memory_limit`` as there, of a folder's files each.
     """
-    path = Path(path)
+    path = as_path("path", path)
+    check_flag("allow_external", allow_external)
     if not path.is_dir():
         return usable_scene(
             load_objects(path, allow_external=allow_external, memory_limit=memory_limit), str(path)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.checks import as_path
 from simplifier.errors import OutputError
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.scene import Scene
@@ -41,7 +42,7 @@ def write_scene(scene: Scene, path: str | Path) -> None:
     An object's node has its name.  A transform with shear, which one node cannot hold, becomes that
     of an unnamed node around it.  Raises :class:`OutputError`, also for another suffix.
     """
-    path = Path(path)
+    path = as_path("path", path)
     if path.suffix.lower() != ".glb":
         raise OutputError(
             f"scenes cannot be written as '{path.suffix}'", where=str(path), remedy="use .glb"

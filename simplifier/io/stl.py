@@ -21,6 +21,12 @@ _FACET_LINE = re.compile(rb"(?im)^[ \t]*facet\b(.*)$")
 _END = re.compile(rb"[\r\n][ \t]*end[ \t]*solid\b", re.IGNORECASE)
 
 
+def check_start(start: bytes, size: int, where: str) -> None:
+    """Raises :class:`UnreadableMeshError` for a binary file of another size than it states."""
+    if _is_binary(start, size):
+        _check_size(start, size, where)
+
+
 def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
     """Three vertices a triangle, float64 of the file's float32, and faces 0 1 2, 3 4 5, ….
 
@@ -59,17 +65,28 @@ def _is_binary(data: bytes, size: int) -> bool:
     return not text or b"\0" in data[:512]
 
 
-def _decode_binary(data: bytes, where: str) -> FloatArray:
-    count = _facet_count(data)
-    # Bytes behind the last facet are common and harmless.
-    if len(data) < _HEADER_BYTES or len(data) < _HEADER_BYTES + 50 * count:
+def _check_size(start: bytes, size: int, where: str) -> None:
+    count = _facet_count(start)
+    if count == 0 and size > _HEADER_BYTES:
         raise UnreadableMeshError(
-            f"neither a text STL nor a whole binary one: {len(data)} bytes, and the header would"
+            f"neither a text STL nor a binary one: {size} bytes, and the header promises no"
+            " triangle",
+            where=where,
+            remedy="export it again; the program that wrote it may have been cut short",
+        )
+    # Bytes behind the last facet are common and harmless.
+    if size < _HEADER_BYTES or size < _HEADER_BYTES + 50 * count:
+        raise UnreadableMeshError(
+            f"neither a text STL nor a whole binary one: {size} bytes, and the header would"
             f" promise {count} triangles, {_HEADER_BYTES + 50 * count} bytes",
             where=where,
             remedy="the file may be truncated; copy or export it again",
         )
-    facets = np.frombuffer(data, dtype=_FACET, count=count, offset=_HEADER_BYTES)
+
+
+def _decode_binary(data: bytes, where: str) -> FloatArray:
+    _check_size(data, len(data), where)
+    facets = np.frombuffer(data, dtype=_FACET, count=_facet_count(data), offset=_HEADER_BYTES)
     return facets["corners"].reshape(-1, 3).astype(np.float64)
 
 

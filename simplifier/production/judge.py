@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from simplifier.checks import check_kind
 from simplifier.evaluation.accuracy import AccuracyReport, evaluate_accuracy
 from simplifier.evaluation.page import write_pictures
 from simplifier.evaluation.report import Report, build_report
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.solid import Solid
 from simplifier.memory.stages import MeshSize
@@ -82,6 +83,8 @@ def judge(
     Raises :class:`~simplifier.errors.OccluderError`.
     """
     chosen = EvaluateOptions() if options is None else options
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    check_kind("options", chosen, EvaluateOptions, "simplifier.EvaluateOptions")
     made_by = resolved(chosen, float(mesh.extent.max()))
     held = MeshSize(len(occluder.vertices), len(occluder.faces)).held
     check_options(

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
+from simplifier.checks import check_kind, settle_numbers
 from simplifier.errors import OptionError
 from simplifier.lods.options import LodOptions, check_outside, chosen_lods, finest_bound
 from simplifier.option_fields import (
@@ -59,6 +60,7 @@ class SimplifyOptions:
     memory_limit: float | None = None
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         _check_fields(self, SIMPLIFY_FIELDS)
         levels = self.levels
         if levels is not None:
@@ -103,6 +105,7 @@ class EvaluateOptions:
     memory_limit: float | None = None
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         _check_fields(self, EVALUATE_FIELDS)
 
     @classmethod
@@ -135,6 +138,7 @@ class TradeoffOptions:
     memory_limit: float | None = None
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         _check_fields(self, TRADEOFF_FIELDS)
 
     @classmethod
@@ -153,6 +157,7 @@ def _check_fields(options: object, fields: Sequence[OptionField]) -> None:
 
 def _known(chosen: Mapping[str, Any], fields: Sequence[OptionField]) -> dict[str, Any]:
     """The values by name, lists as tuples."""
+    check_kind("options", chosen, Mapping, "an object of names and values")
     names = [one.name for one in fields]
     for name in chosen:
         if name not in names:

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from simplifier.checks import check_kind
 from simplifier.evaluation.accuracy import AccuracyReport, evaluate_accuracies
 from simplifier.evaluation.deviation import deviation
 from simplifier.evaluation.level_report import left_out_rows, level_rows
@@ -14,7 +15,7 @@ from simplifier.evaluation.page import write_pictures
 from simplifier.evaluation.report import Report, build_report
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.lod_chain import Level, LodChain
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import save_lods, save_occluder
 from simplifier.lods.levels import Levels, simplify_levels
@@ -199,6 +200,8 @@ def make(
     Raises :class:`~simplifier.errors.MemoryLimitError` where either half would need more memory
     than ``options.memory_limit``.
     """
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    check_kind("options", options, SimplifyOptions, "simplifier.SimplifyOptions")
     longest, levels = float(mesh.extent.max()), options.levels
     chosen = resolved(options, longest)
     check_making(mesh, chosen, options.memory_limit, judging_of(options))

@@ -17,7 +17,7 @@ IntArray = NDArray[np.int32]
 class DroppedTriangles:
     """How many triangles of the input were left out, by reason."""
 
-    non_finite: int = 0  # a corner is NaN, infinite, or so far out that areas overflow
+    non_finite: int = 0  # a corner is NaN, infinite, or so far out that volumes overflow
     repeated_index: int = 0  # two corners are the same vertex
     zero_area: int = 0  # three corners on one line
 
@@ -131,9 +131,9 @@ def _usable_triangles(
     points: FloatArray, indices: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], DroppedTriangles]:
     """The faces with a finite, non-zero area, and a count of the others."""
-    # Beyond 1e150 squared lengths overflow float64; the usual 1e30 marker for "no value" is a
+    # Beyond 1e100 volumes overflow float64; the usual 1e30 marker for "no value" is a
     # legal coordinate here and is judged by the voxelizer's scale, not by this test.
-    finite_vertex = np.asarray((np.abs(points) < 1e150).all(axis=1))
+    finite_vertex = np.asarray((np.abs(points) < 1e100).all(axis=1))
     finite = finite_vertex[indices].all(axis=1)
     a, b, c = indices.T
     repeated = finite & ((a == b) | (b == c) | (c == a))

@@ -10,14 +10,25 @@ from simplifier.geometry.mesh import FloatArray
 
 Float32Array = NDArray[np.float32]
 
+_LEAST = float(np.finfo(np.float32).smallest_normal)
+
 
 def to_float32(values: FloatArray) -> Float32Array:
-    """The nearest float32; raises :class:`OutputError` where it would be infinite."""
+    """The nearest float32.
+
+    Raises :class:`OutputError` where one would be infinite, and where all of them are so small that
+    even the largest would lose digits.
+    """
     with np.errstate(over="ignore"):
         rounded = values.astype(np.float32)
     if not np.isfinite(rounded).all():
         raise OutputError(
             "a coordinate is too large for 32-bit numbers", remedy="write .ply or .obj instead"
+        )
+    if 0.0 < float(np.abs(values).max(initial=0.0)) < _LEAST:
+        raise OutputError(
+            "all coordinates are too small for 32-bit numbers",
+            remedy="write .ply or .obj instead, or scale the mesh up",
         )
     return rounded
 

@@ -10,12 +10,16 @@ import numpy as np
 from simplifier.geometry.mesh import FloatArray
 
 
+LEAST_FOV = 1e-6
+"""Degrees; of less, lengths in pixels grow past all floats."""
+
+
 @dataclass(frozen=True)
 class Lens:
     """How large things appear on a screen.
 
     ``rows``  height of the screen, pixels.
-    ``fov``   vertical field of view, degrees.
+    ``fov``   vertical field of view, degrees, at least :data:`LEAST_FOV`.
     """
 
     rows: int = 1080
@@ -38,7 +42,7 @@ class Camera:
     ``position``  (3,) float64, world units.
     ``axes``      (3, 3) rows right, up, forward: orthonormal; a point's view coordinates are
                   ``axes @ (point - position)``, the third is its depth.
-    ``fov``       vertical field of view, degrees, above 0 and below 180.
+    ``fov``       vertical field of view, degrees, at least :data:`LEAST_FOV` and below 180.
     ``near``      nothing at less depth is drawn, world units, above 0.
     """
 

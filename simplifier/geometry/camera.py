@@ -9,7 +9,6 @@ import numpy as np
 
 from simplifier.geometry.mesh import FloatArray
 
-
 LEAST_FOV = 1e-6
 """Degrees; of less, lengths in pixels grow past all floats."""
 

@@ -27,6 +27,7 @@ _TOLD_SECONDS = 20.0  # between two lines on one target
 def main(arguments: Sequence[str] | None = None) -> int:
     given = _parsed(arguments)
     targets = [TARGETS[name] for name in given.targets or TARGETS]
+    print(f"{given.seconds:g} s, seed {given.seed}, {given.engine} engine", flush=True)
     total = sum(_SHARES.get(target.name, 1.0) for target in targets)
 
     def fuzz(target: Target) -> Tally:

@@ -13,6 +13,7 @@ import numpy as np
 from simplifier.errors import UnreadablePathError
 from simplifier.geometry.camera import LEAST_FOV, Camera, CameraPath
 from simplifier.geometry.mesh import FloatArray
+from simplifier.io.names import encodable
 from simplifier.io.source import read_bytes
 from simplifier.io.whole import write_whole
 
@@ -49,7 +50,8 @@ def load_camera_path(path: str | Path) -> CameraPath:
     if not isinstance(frames, list) or not frames:
         raise _wrong(where, "frames is not a list of at least one frame")
     return CameraPath(
-        name, tuple(_camera(frame, f"{where}: frame {i}") for i, frame in enumerate(frames))
+        encodable(name),
+        tuple(_camera(frame, f"{where}: frame {i}") for i, frame in enumerate(frames)),
     )
 
 

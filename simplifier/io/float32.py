@@ -1,6 +1,8 @@
-"""What the formats that store float32 share."""
+"""What the formats that store float32 share: the way there and back."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +33,12 @@ def to_float32(values: FloatArray) -> Float32Array:
             remedy="write .ply or .obj instead, or scale the mesh up",
         )
     return rounded
+
+
+def to_float64(values: NDArray[Any]) -> FloatArray:
+    """Of any numbers; a signalling NaN, which damaged files hold, becomes a quiet one quietly."""
+    with np.errstate(invalid="ignore"):
+        return values.astype(np.float64)
 
 
 def unit_normals(corners: FloatArray) -> Float32Array:

@@ -10,7 +10,7 @@ import numpy as np
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
-from simplifier.io.float32 import to_float32, unit_normals
+from simplifier.io.float32 import to_float32, to_float64, unit_normals
 from simplifier.io.polygons import IndexArray
 from simplifier.io.text import count_statements, read_statements, without_mark
 
@@ -55,7 +55,7 @@ def _decode_binary(data: bytes, where: str) -> FloatArray:
             remedy="the file may be truncated; copy or export it again",
         )
     facets = np.frombuffer(data, dtype=_FACET, count=count, offset=_HEADER_BYTES)
-    return facets["corners"].reshape(-1, 3).astype(np.float64)
+    return to_float64(facets["corners"].reshape(-1, 3))
 
 
 def _decode_text(data: bytes, where: str) -> FloatArray:

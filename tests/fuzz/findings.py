@@ -43,6 +43,5 @@ def record(target: str, data: bytes, outcome: Outcome, watched: Watched) -> Find
 
 def _write(path: Path, target: str, data: bytes, outcome: Outcome) -> None:
     path.write_bytes(data)
-    path.with_suffix(".txt").write_text(
-        f"{outcome.fault}\n\npython -m tests.fuzz.replay {path}\n\n{outcome.trace}"
-    )
+    told = f"{outcome.fault}\n\npython -m tests.fuzz.replay {path}\n\n{outcome.trace}"
+    path.with_suffix(".txt").write_bytes(told.encode("utf-8", "backslashreplace"))

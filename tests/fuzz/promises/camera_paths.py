@@ -33,6 +33,7 @@ def check_camera_path(path: Path) -> None:
 
 def _check_cameras(found: CameraPath) -> None:
     promise(found.cameras, "a path has a frame")
+    found.name.encode()
     for camera in found.cameras:
         promise(np.isfinite(camera.position).all(), "positions are finite")
         turns = camera.axes @ camera.axes.T

@@ -102,6 +102,7 @@ def check_scene(scene: Scene) -> None:
         check_soup(mesh.vertices, mesh.faces)
     promise(len(scene) > 0, "a scene has an object")
     promise(len(set(scene.names)) == len(scene.names) == len(scene.mesh_of), "names are unique")
+    promise("\n".join(scene.names).encode(), "names can be written")
     promise(set(scene.mesh_of.tolist()) == set(range(len(scene.meshes))), "every mesh is used")
     promise(np.isfinite(scene.transforms).all(), "transforms are finite")
     promise((scene.transforms[:, 3] == [0, 0, 0, 1]).all(), "transforms are affine")

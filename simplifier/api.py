@@ -247,5 +247,6 @@ def evaluate(
     ``memory_limit``  GiB that the process may need at most, as for :func:`simplify`.
     """
     options = AccuracyOptions(views, image, quads, seed, exact, viewers, up)
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
     check_need(seeing(size_of(mesh), Judging(views, image)), memory_limit)
     return evaluate_accuracy(mesh, occluder, options)

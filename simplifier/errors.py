@@ -21,17 +21,30 @@ found, and turned into an exit status (``cli_failures.py``) or an HTTP answer in
 from __future__ import annotations
 
 
+def printable(text: str) -> str:
+    """One line that any terminal, log or JSON can show: what cannot be printed is escaped.
+
+    Names from damaged files hold control characters, which a terminal obeys, and half characters,
+    which no encoding writes.
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        one if one.isprintable() else one.encode("unicode_escape").decode("ascii") for one in text
+    )
+
+
 class OccluderError(Exception):
     """What went wrong, where, and what to do.
 
     ``what`` and ``remedy`` are sentences without a full stop; ``where`` is a file, an option or a
-    stage and may be empty.
+    stage and may be empty.  All are :func:`printable`.
     """
 
     def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
-        self.what = what
-        self.where = where
-        self.remedy = remedy
+        self.what = what = printable(what)
+        self.where = where = printable(where)
+        self.remedy = remedy = printable(remedy)
         place = f"{where}: " if where else ""
         advice = f"; {remedy}" if remedy else ""
         super().__init__(f"{place}{what}{advice}")

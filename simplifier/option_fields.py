@@ -241,7 +241,7 @@ SCENE_FIELDS = (
         "Largest error of what is drawn, in pixels of the depth buffer.", above=True,
     ),
     _whole("rows", 180, 1, 16_384, "Height of the depth buffer, pixels."),
-    _number("fov", 60.0, 0.0, 179.0, "Vertical field of view, degrees.", above=True),
+    _number("fov", 60.0, 1e-6, 179.0, "Vertical field of view, degrees."),
     _flag("preview", "Write all leaves' occluders to preview.glb."),
     _whole("seed", 0, 0, _LARGEST_SEED, "Seed of everything random."),
     _MEMORY_LIMIT,

@@ -13,6 +13,8 @@ from simplifier.geometry.arrays import vector
 from simplifier.geometry.mesh import FloatArray
 
 _MOST_ROWS = 1 << 31  # of a screen; a larger one is a mistake
+LEAST_FOV = 1e-6
+"""Degrees; of less, lengths in pixels grow past all floats."""
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,7 @@ class Lens:
     """How large things appear on a screen.
 
     ``rows``  height of the screen, pixels.
-    ``fov``   vertical field of view, degrees, above 0 and below 180.
+    ``fov``   vertical field of view, degrees, at least :data:`LEAST_FOV` and below 180.
 
     Raises :class:`~simplifier.errors.OptionError`.
     """
@@ -49,7 +51,7 @@ class Camera:
     ``position``  (3,) float64, world units.
     ``axes``      (3, 3) rows right, up, forward: orthonormal; a point's view coordinates are
                   ``axes @ (point - position)``, the third is its depth.
-    ``fov``       vertical field of view, degrees, above 0 and below 180.
+    ``fov``       vertical field of view, degrees, at least :data:`LEAST_FOV` and below 180.
     ``near``      nothing at less depth is drawn, world units, above 0.
 
     Raises :class:`~simplifier.errors.OptionError`.

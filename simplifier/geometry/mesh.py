@@ -36,7 +36,7 @@ class DroppedTriangles:
                polygon counts as the triangles that it was cut into.
     """
 
-    non_finite: int = 0  # a corner is NaN, infinite, or so far out that areas overflow
+    non_finite: int = 0  # a corner is NaN, infinite, or so far out that volumes overflow
     repeated_index: int = 0  # two corners are the same vertex
     zero_area: int = 0  # three corners on one line
     far_away: int = 0  # a corner is beyond what can be of the same mesh: see Reach.stray
@@ -156,8 +156,8 @@ def _usable_triangles(
     points: FloatArray, indices: IndexArray
 ) -> tuple[NDArray[np.bool_], dict[str, IndexArray]]:
     """(m,) which faces have a finite, non-zero area, and the numbers of the others by reason."""
-    # Beyond 1e150 squared lengths overflow float64.
-    bounded = np.asarray((np.abs(points) < 1e150).all(axis=1))
+    # Beyond 1e100 volumes overflow float64.
+    bounded = np.asarray((np.abs(points) < 1e100).all(axis=1))
     usable = np.zeros(len(indices), dtype=np.bool_)
     unusable: dict[str, list[IndexArray]] = {reason: [] for reason in _UNUSABLE}
     for block in _blocks(len(indices)):

@@ -12,8 +12,9 @@ import numpy as np
 
 from simplifier.checks import as_path
 from simplifier.errors import UnreadablePathError
-from simplifier.geometry.camera import Camera, CameraPath
+from simplifier.geometry.camera import LEAST_FOV, Camera, CameraPath
 from simplifier.geometry.mesh import FloatArray
+from simplifier.io.names import encodable
 from simplifier.io.source import read_bytes
 from simplifier.io.whole import write_whole
 
@@ -51,7 +52,8 @@ def load_camera_path(path: str | Path) -> CameraPath:
     if not isinstance(frames, list) or not frames:
         raise _wrong(where, "frames is not a list of at least one frame")
     return CameraPath(
-        name, tuple(_camera(frame, f"{where}: frame {i}") for i, frame in enumerate(frames))
+        encodable(name),
+        tuple(_camera(frame, f"{where}: frame {i}") for i, frame in enumerate(frames)),
     )
 
 
@@ -106,8 +108,8 @@ def _camera(frame: Any, where: str) -> Camera:
     if np.linalg.norm(np.cross(ahead, up)) < _PARALLEL:
         raise _wrong(where, f"up is parallel to {ways[0]}")
     fov = _number(frame["fov"], "fov", where)
-    if not 0.0 < fov < 180.0:
-        raise _wrong(where, f"fov is {fov:g}, not between 0 and 180 degrees")
+    if not LEAST_FOV <= fov < 180.0:
+        raise _wrong(where, f"fov is {fov:g}, not from {LEAST_FOV:g} to below 180 degrees")
     near = _number(frame.get("near", DEFAULT_NEAR), "near", where)
     if near <= 0.0:
         raise _wrong(where, f"near is {near:g}, not above 0")

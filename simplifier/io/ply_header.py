@@ -65,7 +65,7 @@ def read_header(data: bytes, where: str) -> PlyHeader:
             one = _property(line, words, where)
             if last.property(one.name):
                 raise UnreadableMeshError(
-                    f"'{last.name}' has the property '{one.name}' twice", where=where
+                    f"{quoted(last.name)} has the property {quoted(one.name)} twice", where=where
                 )
             elements[-1] = Element(last.name, last.count, (*last.properties, one))
         else:
@@ -121,6 +121,11 @@ def _property(line: bytes, words: list[bytes], where: str) -> Property:
 
 def _name(word: bytes) -> str:
     return word.decode("latin-1")
+
+
+def quoted(name: str) -> str:
+    """The name of an element or property as it can be put into a message."""
+    return shown(name.encode("latin-1"))
 
 
 def _not_understood(line: bytes, where: str) -> UnreadableMeshError:

@@ -151,7 +151,8 @@ def _nodes(scene: Scene, transforms: FloatArray) -> tuple[list[dict[str, Any]], 
 
 def _sheared(linear: FloatArray) -> NDArray[np.bool_]:
     """(n,) whether the axes do not stay at right angles, which a glTF node asks for."""
-    axes = linear / np.linalg.norm(linear, axis=1, keepdims=True)
+    axes = linear / np.abs(linear).max(axis=(1, 2), keepdims=True)  # squares must not vanish
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     cosines = axes.transpose(0, 2, 1) @ axes - np.eye(3)
     return np.asarray((np.abs(cosines) > _SQUARE).any(axis=(1, 2)))
 

@@ -11,7 +11,7 @@ from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.claim import Claim, Peek, estimated
-from simplifier.io.float32 import to_float32, unit_normals
+from simplifier.io.float32 import to_float32, to_float64, unit_normals
 from simplifier.io.polygons import IndexArray
 from simplifier.io.text import count_statements, read_statements, without_mark
 
@@ -87,7 +87,7 @@ def _check_size(start: bytes, size: int, where: str) -> None:
 def _decode_binary(data: bytes, where: str) -> FloatArray:
     _check_size(data, len(data), where)
     facets = np.frombuffer(data, dtype=_FACET, count=_facet_count(data), offset=_HEADER_BYTES)
-    return facets["corners"].reshape(-1, 3).astype(np.float64)
+    return to_float64(facets["corners"].reshape(-1, 3))
 
 
 def _decode_text(data: bytes, where: str) -> FloatArray:

@@ -11,7 +11,7 @@ from simplifier.evaluation.accuracy import AccuracyReport, evaluate_accuracy
 from simplifier.evaluation.page import write_pictures
 from simplifier.evaluation.report import Report, build_report
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
 from simplifier.geometry.solid import Solid
 from simplifier.memory.stages import MeshSize
 from simplifier.needs import check_options, need_of_judging, need_of_solid
@@ -84,6 +84,7 @@ def judge(
     """
     chosen = EvaluateOptions() if options is None else options
     check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    check_kind("occluder", occluder, Occluder, AN_OCCLUDER)
     check_kind("options", chosen, EvaluateOptions, "simplifier.EvaluateOptions")
     made_by = resolved(chosen, float(mesh.extent.max()))
     held = MeshSize(len(occluder.vertices), len(occluder.faces)).held

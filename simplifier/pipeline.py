@@ -16,6 +16,11 @@ from simplifier.options import ERROR_VOXELS, Options
 from simplifier.progress import Cancel, Listener, Stopwatch
 from simplifier.solidify import solid_warnings, solidify
 
+_EMPTY = (
+    "nothing within the error bound hides more rightly than wrongly, so the occluder is empty; "
+    "raise the resolution"
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Simplification:
@@ -65,7 +70,7 @@ def simplify_mesh(
     bound = 0.0 if solid.wholly_inside else ERROR_VOXELS * solid.core.cell_size
     occluder = Occluder.of(triangles, bound, watch.timings)
     if len(occluder.faces) == 0 < solid.core.count:
-        warnings.append("no section is large enough to hide anything; raise the resolution")
+        warnings.append(_EMPTY)
     if interrupted:
         warnings.append("interrupted: the best so far")
     return Simplification(occluder, solid, tuple(warnings), interrupted)

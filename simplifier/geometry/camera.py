@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simplifier.errors import OptionError
 from simplifier.geometry.mesh import FloatArray
 
 
@@ -53,14 +54,24 @@ class Camera:
     ) -> Camera:
         """Look along ``forward`` (any length) with ``up`` upwards in the picture.
 
-        The two must not be parallel.
+        Raises :class:`~simplifier.errors.OptionError` where one is zero or not finite, or the two
+        are parallel.
         """
-        ahead = np.asarray(forward, dtype=np.float64)
-        ahead = ahead / np.linalg.norm(ahead)
-        right = np.cross(ahead, up)
-        right /= np.linalg.norm(right)
+        ahead = _unit(forward)
+        right = _unit(np.cross(ahead, up))
         axes = np.stack([right, np.cross(right, ahead), ahead])
         return cls(np.asarray(position, dtype=np.float64), axes, fov, near)
+
+
+def _unit(direction: FloatArray) -> FloatArray:
+    length = np.linalg.norm(direction)
+    if not 0.0 < length < math.inf:
+        raise OptionError(
+            "forward and up make no picture",
+            where="camera",
+            remedy="give two finite directions that are neither zero nor parallel",
+        )
+    return np.asarray(direction, dtype=np.float64) / length
 
 
 @dataclass(frozen=True, eq=False)

@@ -43,6 +43,17 @@ def cubes(lows: np.ndarray, extent: float | tuple[float, ...] = 1.0) -> np.ndarr
     return quads(corners[:, _SIDES].reshape(-1, 4, 3))
 
 
+def finer(mesh: TriangleMesh, times: int = 2) -> TriangleMesh:
+    """Every triangle in four, so often: more than a budget holds, and so the grid decides."""
+    triangles = mesh.vertices[mesh.faces]
+    for _ in range(times):
+        a, b, c = triangles.transpose(1, 0, 2)
+        ab, bc, ca = (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0
+        parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+        triangles = np.concatenate([np.stack(part, axis=1) for part in parts])
+    return soup([triangles])
+
+
 def box(extent: tuple[float, ...], low: tuple[float, ...] = (0.0, 0.0, 0.0)) -> TriangleMesh:
     return soup([cubes(np.array([low]), extent)])
 
@@ -69,9 +80,9 @@ def turned(mesh: TriangleMesh) -> TriangleMesh:
     return TriangleMesh.from_soup(mesh.vertices @ matrix.T, mesh.faces)
 
 
-def needle() -> TriangleMesh:
-    """1e6 : 1 : 1, closed."""
-    return box((1e6, 1.0, 1.0))
+def needle(length: float = 1e6) -> TriangleMesh:
+    """So long, 1 wide and high, closed."""
+    return box((length, 1.0, 1.0))
 
 
 def holed_box(width: float) -> TriangleMesh:
@@ -141,25 +152,28 @@ def voxel_faces() -> TriangleMesh:
 
 
 SHAPES: dict[str, Callable[[], TriangleMesh]] = {
-    "cube": lambda: box((1.0, 1.0, 1.0)),
+    "cube": lambda: finer(box((1.0, 1.0, 1.0))),
     "one triangle": one_triangle,
     "two crossing quads": crossing_quads,
-    "flat sheet": flat_sheet,
-    "flat sheet, turned": lambda: turned(flat_sheet()),
+    "flat sheet": lambda: finer(flat_sheet(), 4),
+    "flat sheet, turned": lambda: turned(finer(flat_sheet(), 4)),
     "needle": needle,
-    "needle, turned": lambda: turned(needle()),
-    **{f"hole of {width} voxels": lambda width=width: holed_box(width) for width in HOLES},
-    "nested shells": nested_shells,
-    "thin walls": thin_walls,
+    "needle of 192 triangles": lambda: turned(finer(needle())),
+    "rod of 100 : 1": lambda: turned(finer(needle(100.0), 3)),
+    **{f"hole of {width} voxels": lambda width=width: finer(holed_box(width)) for width in HOLES},
+    "nested shells": lambda: finer(nested_shells()),
+    "nested shells, few triangles": nested_shells,
+    "walls of 0.1 voxel": lambda: finer(thin_walls()),
     "10,000 specks": specks,
     "checkerboard": checkerboard,
     "chessboard": chessboard,
     "Menger sponge": menger_sponge,
-    "full grid": full_grid,
-    "voxel faces": voxel_faces,
+    "full grid": lambda: finer(full_grid()),
+    "voxel faces": lambda: finer(voxel_faces(), 1),
 }
 """The undisturbed case first."""
 
-CLOSED = ("cube", "needle", "needle, turned", "nested shells", "thin walls", "10,000 specks",
-          "checkerboard", "chessboard", "Menger sponge", "full grid", "voxel faces")  # fmt: skip
-"""Those whose surface has no opening."""
+OPEN = ("one triangle", "two crossing quads", "flat sheet", "flat sheet, turned")
+"""Those that enclose nothing, as all with a hole do; the rest has no opening."""
+
+CLOSED = tuple(name for name in SHAPES if name not in OPEN and not name.startswith("hole"))

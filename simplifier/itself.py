@@ -16,6 +16,9 @@ from simplifier.voxel.fill import fill
 from simplifier.voxel.morphology import dilated
 
 
+_NEAR = 3  # voxels; in a groove of a surface the nearest free one may be two away
+
+
 def fits(mesh: TriangleMesh, solid: Solid, budget: int) -> bool:
     """Whether the mesh may be its own occluder: within the budget, and allowed to touch itself."""
     return len(mesh.faces) <= budget and not solid.wholly_inside
@@ -24,8 +27,8 @@ def fits(mesh: TriangleMesh, solid: Solid, budget: int) -> bool:
 def seen_triangles(mesh: TriangleMesh, solid: Solid) -> FloatArray:
     """(m, 3, 3) the mesh's triangles in world units, less those that are buried within others.
 
-    A triangle is buried where no voxel that it touches is next to one that the outside reaches, so
-    that what it would be seen through is narrower than a voxel.
+    A triangle is buried when the outside reaches no voxel within three of it: it could be seen
+    only through openings that are narrower than two voxels.
     """
     triangles = mesh.vertices[mesh.faces]
     buried, margin = _buried(solid)
@@ -35,8 +38,8 @@ def seen_triangles(mesh: TriangleMesh, solid: Solid) -> FloatArray:
 
 
 def _buried(solid: Solid) -> tuple[BoolArray, float]:
-    """The voxels that are not within one of free space, and the margin around the grid."""
+    """The voxels that are not near free space, and the margin around the grid."""
     # What a remedy closed is seen all the same.
     free = ~np.pad(fill(solid.touched).inside, 1)
-    near, margin = dilated(solid.touched.with_inside(free), 1)
+    near, margin = dilated(solid.touched.with_inside(free), _NEAR)
     return np.ascontiguousarray(~near), margin + 1.0

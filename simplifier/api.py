@@ -57,6 +57,8 @@ def simplify(
 ) -> Occluder:
     """Make an occluder of at most ``budget`` triangles, to be drawn double-sided.
 
+    A mesh of no more is its own, less what is buried in it, unless it is to keep wholly inside.
+
     ``mesh``         any soup; from arrays: ``TriangleMesh.from_soup(vertices, faces)``.
     ``resolution``   voxels along the longest edge, 64 if neither it is given nor
     ``error_bound``  the largest distance, world units, that the occluder may have from the
@@ -248,5 +250,5 @@ def evaluate(
     """
     options = AccuracyOptions(views, image, quads, seed, exact, viewers, up)
     check_kind("mesh", mesh, TriangleMesh, A_MESH)
-    check_need(seeing(size_of(mesh), Judging(views, image)), memory_limit)
+    check_need(seeing(size_of(mesh), Judging(options.views, options.image)), memory_limit)
     return evaluate_accuracy(mesh, occluder, options)

@@ -98,6 +98,11 @@ class AccuracyReport:
     options: AccuracyOptions
 
     @property
+    def shows_nothing(self) -> bool:
+        """Whether the original covers no pixel in any view, so that the figures are no measure."""
+        return not (self.nt + self.pf).any()
+
+    @property
     def worst_view(self) -> int:
         """The view of lowest recall, the first of equals."""
         return int(np.argmin(self.recall_by_view))

@@ -91,7 +91,7 @@ def _unit(vector: FloatArray, name: str) -> FloatArray:
 
 
 def _check_fov(fov: float) -> None:
-    if not is_number(fov) or not 0.0 < fov < 180.0:
+    if not is_number(fov) or not LEAST_FOV <= fov < 180.0:
         raise OptionError(
             f"{shown(fov)} is out of range", where="fov", remedy="choose between 0 and 180 degrees"
         )

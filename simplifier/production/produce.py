@@ -28,6 +28,11 @@ from simplifier.production.options import SimplifyOptions
 from simplifier.production.resolve import resolved
 from simplifier.progress import Cancel, Listener, Stopwatch
 
+_UNSEEN = (
+    "the mesh is so thin that no view shows a pixel of it, so precision and recall say nothing; "
+    "raise the image"
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Made:
@@ -113,7 +118,8 @@ class Product:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the user should know, a sentence each."""
-        return self.made.result.warnings
+        unseen = (_UNSEEN,) if self.accuracies[0].shows_nothing else ()
+        return (*self.made.result.warnings, *unseen)
 
     @property
     def interrupted(self) -> bool:

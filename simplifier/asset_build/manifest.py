@@ -55,17 +55,14 @@ def read_manifest(path: Path) -> Manifest:
         raise ManifestError(
             "'defaults' is no table", where=top.where("defaults"), remedy="begin it by [defaults]"
         )
+    every = Settings({}, {}) if defaults is None else read_settings(defaults)
     if not isinstance(blocks, list) or not all(isinstance(one, Table) for one in blocks):
         raise ManifestError(
             "there is no [[asset]]",
             where=top.where("asset"),
             remedy='add one with files = "props/**/*.glb"',
         )
-    return Manifest(
-        path,
-        Settings({}, {}) if defaults is None else read_settings(defaults),
-        tuple(_block(one) for one in blocks),
-    )
+    return Manifest(path, every, tuple(_block(one) for one in blocks))
 
 
 def _block(table: Table) -> Block:

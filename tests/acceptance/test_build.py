@@ -190,7 +190,9 @@ def test_a_service_makes_the_same_bytes(folder, tmp_path_factory):
     assert occluder("build", cwd=here).returncode == 0
     with running(declared, tmp_path_factory.mktemp("served") / "data") as server:
         (folder / "props/broken.ply").write_bytes(b"ply\nformat ascii 1.0\n")
-        done = occluder("build", "--server", server.address, cwd=folder, PYTHONPATH=declared)
+        done = occluder(
+            "build", "--server", server.address, cwd=folder, timeout=400, PYTHONPATH=declared
+        )
         assert done.returncode == 1
         assert "4 assets: 3 built, 1 failed" in done.stdout, done.stderr
         assert "error: props/broken.ply: failed: " in done.stderr

@@ -99,6 +99,8 @@ def _built(
             for done, outcome in enumerate(outcomes, start=1):
                 asset, made = due[outcome.job], outcome.answer.result
                 stale = Finding(asset.name, State.STALE, seen.stale[asset.name])
+                if not isinstance(made, Made) and cancel.is_set():
+                    continue
                 if not isinstance(made, Made):
                     yield replace(stale, state=State.FAILED, why=outcome.answer.failure)
                 else:

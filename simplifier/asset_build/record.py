@@ -29,7 +29,8 @@ class Entry:
     """What was made of a mesh.
 
     ``mesh``     SHA-256 of its file.
-    ``beside``   those of the other files that it is read with, by path relative to the mesh's.
+    ``beside``   those of the other files that it is read with, by path relative to the mesh's;
+                 empty for one that was not there.
     ``options``  those that differ from their defaults.
     ``version``  of the program that made it.
     ``outputs``  SHA-256 of all files made, by path relative to the manifest's folder.

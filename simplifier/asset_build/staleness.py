@@ -38,7 +38,7 @@ def reason(folder: Path, asset: Asset, entry: Entry | None, found: Found) -> str
     if found[mesh] != entry.mesh:
         return "the mesh has changed"
     for name, digest in entry.beside.items():
-        if found[mesh.parent / name] != digest:
+        if (found[mesh.parent / name] or "") != digest:
             return f"'{name}' has changed"
     chosen = chosen_options(asset.options)
     for name in sorted(chosen.keys() | entry.options.keys()):

@@ -40,7 +40,7 @@ def watching(tmp_path):
 
         def read():
             for line in process.stdout:
-                lines.append(line)  # noqa: PERF402: as they come
+                lines.append(line)  # noqa: PERF402
 
         reader = threading.Thread(target=read)
         reader.start()

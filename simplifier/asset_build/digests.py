@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import time
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from pathlib import Path
 
+_POINTER = re.compile(
+    rb"version https://git-lfs\.github\.com/spec/v1\noid sha256:([0-9a-f]{64})\nsize [0-9]+\n"
+)
+_LONGEST_POINTER = 200  # bytes
 _SETTLED = 2_000_000_000  # ns: a file that changed just now may do so again at the same moment
 
 
 class Digests:
     """Of each file the digest in hex, read again only when its time or size is another one.
 
+    A pointer of Git LFS counts as the file that it stands for, so that a check need not fetch it.
     For one run, or for one that watches; safe from any thread.
     """
 
@@ -29,8 +35,7 @@ class Digests:
             known = self._known.get(path)
             if known is not None and known[0] == stamp:
                 return known[1]
-            with path.open("rb", buffering=0) as file:
-                digest = hashlib.file_digest(file, "sha256").hexdigest()
+            digest = _pointed_at(path, stat.st_size) or _digest(path)
         except (OSError, ValueError):  # ValueError: a NUL character in the name
             return None
         if time.time_ns() - stat.st_mtime_ns > _SETTLED:
@@ -43,6 +48,16 @@ class Digests:
         with ThreadPoolExecutor(threads) as pool:
             parts = pool.map(lambda part: [self.of(path) for path in part], _parts(wanted, threads))
             return dict(zip(wanted, (digest for part in parts for digest in part), strict=True))
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb", buffering=0) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _pointed_at(path: Path, size: int) -> str | None:
+    found = _POINTER.fullmatch(path.read_bytes()) if size <= _LONGEST_POINTER else None
+    return found[1].decode() if found else None
 
 
 def _parts(paths: list[Path], count: int) -> list[list[Path]]:

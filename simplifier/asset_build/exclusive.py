@@ -30,7 +30,7 @@ def exclusive(folder: Path) -> Iterator[None]:
         raise OutputError(
             f"the folder cannot be opened ({error.strerror})",
             where=str(folder),
-            remedy="check its permissions",
+            remedy="check the path and its permissions",
         ) from None
     try:
         try:

@@ -13,7 +13,7 @@ from simplifier.asset_build.digests import Digests
 from simplifier.asset_build.finding import Finding, State
 from simplifier.asset_build.making import Maker
 from simplifier.asset_build.record import read_record, record_path
-from simplifier.errors import OccluderError
+from simplifier.errors import ManifestError, OccluderError
 from simplifier.progress import Cancel
 
 _QUIET = 200  # ms without a change: until then a file may be half written
@@ -38,8 +38,11 @@ def watch_assets(
     ``refused``  hears why nothing can be made, such as a bad manifest, once.
 
     A mesh that cannot be read, half written perhaps, is tried again when something in its folder
-    changes.  What was made of one that is there no more stays: it may be back in a moment.
+    changes.  What was made of one that is there no more stays: it may be back in a moment.  Raises
+    :class:`ManifestError` where there is no folder to watch.
     """
+    if not path.resolve().parent.is_dir():
+        raise ManifestError("there is no such folder", where=str(path), remedy="check the path")
     told = _Told(found, refused)
     digests, failed = Digests(), frozenset[str]()
     for changed in _changes(path, cancel):

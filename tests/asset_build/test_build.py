@@ -6,6 +6,7 @@ import os
 import shutil
 import threading
 import time
+from hashlib import sha256
 
 import pytest
 
@@ -111,6 +112,19 @@ def test_a_touched_file_is_the_same(built):
     shutil.copy(built.parent / "a_occluder.glb", built.parent / "copy")
     (built.parent / "copy").replace(built.parent / "a_occluder.glb")
     assert set(states(run(built)).values()) == {CURRENT}
+
+
+def test_files_that_git_lfs_has_not_fetched_count_as_what_they_stand_for(built):
+    files = [path for path in built.parent.rglob("*") if path.suffix in (".obj", ".glb")]
+    contents = {path: path.read_bytes() for path in files}
+    for path, data in contents.items():
+        path.write_text(
+            f"version https://git-lfs.github.com/spec/v1\noid sha256:{sha256(data).hexdigest()}\n"
+            f"size {len(data)}\n"
+        )
+    assert {one.state for one in check(built, {})} == {CURRENT}
+    files[0].write_text(files[0].read_text().replace("sha256:", "sha256:0")[:-3])
+    assert {one.state for one in check(built, {})} == {CURRENT, STALE}
 
 
 def test_a_buffer_beside_the_mesh_counts(tmp_path):

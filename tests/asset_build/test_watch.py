@@ -8,6 +8,7 @@ import time
 import pytest
 
 from simplifier.asset_build.watch import watch_assets
+from simplifier.errors import ManifestError
 from tests.asset_build.quick import BUILT, FAILED, GONE, SETTINGS, TRIANGLE, QuickMaker, write
 
 
@@ -105,6 +106,13 @@ def test_a_bad_manifest_is_said_and_mended(watch, tmp_path):
 def test_an_occluder_that_somebody_removes_comes_back(watch, tmp_path):
     (tmp_path / "a_occluder.glb").unlink()
     assert watch.hears("a.obj", BUILT).why == "'a_occluder.glb' is missing"
+
+
+def test_a_folder_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(ManifestError, match="there is no such folder; check the path"):
+        watch_assets(
+            tmp_path / "none" / "occluders.toml", threading.Event(), found=print, refused=print
+        )
 
 
 def test_what_changes_before_the_watch_has_begun_is_seen(tmp_path):

@@ -20,7 +20,8 @@ from simplifier.hierarchy.manifest import (
 )
 from simplifier.hierarchy.occluder_tree import OccluderTree, leaf_occluders
 from simplifier.hierarchy.options import SceneOptions
-from simplifier.io import save_lods, save_occluder, write_scene
+from simplifier.io import save_occluder, write_scene
+from simplifier.io.save_lods import save_lods
 from simplifier.lods.levels import simplify_levels
 from simplifier.lods.options import LodOptions, finest_bound
 from simplifier.lods.plan import plan_levels

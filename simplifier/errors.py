@@ -7,6 +7,8 @@
     |   `-- EmptyMeshError         no triangle is left
     |-- SceneError                 a built scene is missing, damaged, or of another scene
     |-- UnreadablePathError        a camera path is missing, damaged or not as its schema says
+    |-- TomlError                  a TOML file is missing or damaged
+    |-- ManifestError              a build's manifest or record cannot be used
     |-- OptionError                an option is unknown or out of range (exit status 2)
     |-- MemoryLimitError           the run would need more memory than it may use
     |-- BackendUnavailableError    a backend was asked for that this machine cannot run
@@ -72,6 +74,14 @@ class SceneError(OccluderError):
 
 class UnreadablePathError(OccluderError):
     """A camera path is missing, damaged or not as its schema says."""
+
+
+class TomlError(OccluderError):
+    """A TOML file is missing, damaged, or no TOML."""
+
+
+class ManifestError(OccluderError):
+    """The manifest of a build, or the record of what it made, cannot be used."""
 
 
 class OptionError(OccluderError):

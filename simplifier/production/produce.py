@@ -17,7 +17,8 @@ from simplifier.geometry.camera import Lens
 from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import save_lods, save_occluder
+from simplifier.io import save_occluder
+from simplifier.io.save_lods import save_lods
 from simplifier.lods.levels import Levels, simplify_levels
 from simplifier.lods.plan import plan_levels
 from simplifier.needs import check_making

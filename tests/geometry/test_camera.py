@@ -23,5 +23,5 @@ def test_axes_are_orthonormal_whatever_the_lengths():
 )
 def test_directions_that_make_no_picture_are_refused(forward):
     """Their axes were once NaN, and so was all that was drawn."""
-    with pytest.raises(OptionError, match="not parallel|three finite numbers"):
+    with pytest.raises(OptionError, match=r"not parallel|three finite numbers"):
         Camera.looking(np.zeros(3), np.array(forward), UP, 60.0, 0.1)

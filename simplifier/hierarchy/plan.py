@@ -106,7 +106,8 @@ def _useful(tree: Tree, options: SceneOptions) -> NDArray[np.bool_]:
     """(k,) inner nodes that are ever drawn from within the root's box."""
     extents = tree.bounds[:, 1] - tree.bounds[:, 0]
     error = COARSENESS * extents.max(axis=1) / options.resolution
-    with np.errstate(over="ignore"):  # so far off is never within the scene
+    # So far off is never within the scene, whether the error is past all floats or there is none.
+    with np.errstate(over="ignore", invalid="ignore"):
         seen_from = options.lens.distance(1.0, options.pixel_error) * error
     enough = np.diff(tree.spans, axis=1)[:, 0] >= _FEWEST_PARTS
     return np.asarray(enough & (seen_from <= np.linalg.norm(extents[0])))
@@ -138,6 +139,7 @@ def _upright_axis(transforms: FloatArray, up: int) -> Axis | None:
     So level planes of the world are planes across it, sheared or not.
     """
     heights = transforms[:, up, :3]
+    heights = heights / np.abs(heights).max(axis=1, keepdims=True)  # squares must not vanish
     shares = heights / np.linalg.norm(heights, axis=1, keepdims=True)
     names: tuple[Axis, ...] = get_args(Axis)
     for axis, name in enumerate(names):

@@ -41,9 +41,7 @@ def fuzz_guided(target: Target, seed: int, goes_on: Callable[[Tally], bool]) -> 
                 _step(target.name, seed, Path(folder))
                 verdicts = Path(folder, "verdicts")
                 if verdicts.exists():
-                    found = json.loads(verdicts.read_text())
-                    tally.verdicts.update(found)
-                    tally.cases += sum(found.values())
+                    tally.count_many(json.loads(verdicts.read_text()))
                 for path in sorted(Path(folder).glob("*-*")):
                     data = path.read_bytes()
                     tally.count(data, watched.tried(target.name, data), watched)

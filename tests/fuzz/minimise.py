@@ -85,6 +85,11 @@ def _simpler(case: Case) -> Iterator[Case]:
         copied = _copy(case)
         del copied["mesh_of"][index], copied["transforms"][index]
         yield copied
+    for index in set(range(len(case.get("meshes", ())))) - set(case.get("mesh_of", ())):
+        copied = _copy(case)
+        del copied["meshes"][index]
+        copied["mesh_of"] = [place - (place > index) for place in case["mesh_of"]]
+        yield copied
     for index in range(len(case.get("cameras", ()))):
         copied = _copy(case)
         del copied["cameras"][index]

@@ -24,8 +24,8 @@ def _misbehave(data: bytes, folder: Path) -> None:
             raise AssertionError("17.5 voxels out")
         case b"refuse":
             raise UnreadableMeshError("the file is damaged")
-        case b"mumble":
-            raise UnreadableMeshError("two\nlines")
+        case b"ramble":
+            raise UnreadableMeshError("word " * 500)
 
 
 def misbehaving(name: str) -> Target:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from tests.fuzz.findings import Finding, record
@@ -34,6 +35,13 @@ class Tally:
         if outcome.fault and outcome.fault not in self.findings:
             self.findings[outcome.fault] = record(self.target, data, outcome, watched)
             print(f"{self.target}: {outcome.fault}\n    {self.findings[outcome.fault].path}")
+        self.seconds = time.monotonic() - self._begin
+
+    def count_many(self, verdicts: Mapping[str, int]) -> None:
+        """Cases that another process has tried; what failed of them is counted when tried again."""
+        known = {name: count for name, count in verdicts.items() if name != "fault"}
+        self.verdicts.update(known)
+        self.cases += sum(known.values())
         self.seconds = time.monotonic() - self._begin
 
     def __str__(self) -> str:

@@ -53,6 +53,6 @@ def test_a_scene_is_left_with_one_object() -> None:
         "cameras": [{"position": [0, 0, 0]}],
     }
     small = read_case(minimised_case(write_case(case), lambda data: b"mesh_of" in data))
-    assert len(small["mesh_of"]) == len(small["transforms"]) == 1
+    assert len(small["meshes"]) == len(small["mesh_of"]) == len(small["transforms"]) == 1
     assert (small["cameras"], small["options"]) == ([], {})
     assert json.loads(json.dumps(small)) == small

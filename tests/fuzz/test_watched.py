@@ -36,7 +36,7 @@ def test_a_fault_is_named_and_the_next_case_is_tried(
 
 def test_a_refusal_is_no_fault_unless_it_cannot_be_read(broken: Watched) -> None:
     assert broken.tried("any", b"refuse").verdict == "UnreadableMeshError"
-    assert "one printable line" in broken.tried("any", b"mumble").fault
+    assert "a refusal fits a screen" in broken.tried("any", b"ramble").fault
 
 
 def test_lines_of_the_readers_are_told_once() -> None:

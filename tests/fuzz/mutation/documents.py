@@ -22,8 +22,10 @@ def edit(random: Random, data: bytes, other: bytes) -> bytes:
     document, own = _parsed(data), _parsed(other)
     if document is None:
         return data
-    changed = _changed(random, document, own)
-    return json.dumps(changed).encode("utf-8", "surrogatepass")
+    try:
+        return json.dumps(_changed(random, document, own)).encode()
+    except RecursionError:  # branches within branches
+        return data
 
 
 def edit_glb(random: Random, data: bytes, other: bytes) -> bytes:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -46,12 +49,14 @@ def check_simplify(case: Case, folder: Path) -> None:
     _check_accuracy(product.accuracies[0])
     if solid.wholly_inside and is_closed(mesh.vertices, mesh.faces):
         _check_nothing_hidden_wrongly(mesh, product.occluder)
+    promise(len(product.occluder.faces) > 0 or product.warnings, "nothing comes with a reason")
     for warning in product.warnings:
         check_sentence(warning)
     _check_report(product.report())
     _check_files(product, folder)
     if options.time_limit is None:
-        _check_same(product.occluder, produce(mesh, options).occluder)
+        with _threads(3):
+            _check_same(product.occluder, produce(mesh, options).occluder)
 
 
 def check_evaluate(case: Case) -> None:
@@ -147,10 +152,20 @@ def _check_files(product: Product, folder: Path) -> None:
     save(product.occluder, folder / "made.obj")
 
 
+@contextmanager
+def _threads(count: int) -> Iterator[None]:
+    before = os.environ.get("OCCLUDER_THREADS", "")
+    os.environ["OCCLUDER_THREADS"] = str(count)
+    try:
+        yield
+    finally:
+        os.environ["OCCLUDER_THREADS"] = before
+
+
 def _check_same(one: Occluder, other: Occluder) -> None:
     same: NDArray[np.bool_] = np.array(
         [one.vertices.tobytes() == other.vertices.tobytes(),
          one.faces.tobytes() == other.faces.tobytes(),
          one.error_bound == other.error_bound]
     )  # fmt: skip
-    promise(same.all(), "same mesh, same options, same bytes")
+    promise(same.all(), "same mesh, same options, same bytes on any number of threads")

@@ -35,7 +35,7 @@ class Peek:
         """As many bytes as are there.  Raises OSError."""
         with self.path.open("rb") as file:
             file.seek(begin)
-            return file.read(count)
+            return file.read(min(count, self.size))  # room is made for all of it
 
     def samples(self) -> Iterator[bytes]:
         """The whole of a short file, else some windows spread evenly over it, whole lines each."""

@@ -49,8 +49,7 @@ class Case:
         need = need.joined(simplifier.estimate_memory(mesh, options, pictures=self.pictures))
         triangles = len(mesh.faces)
         del mesh
-        arguments = [f"--{name.replace('_', '-')}={value}" if value is not True else
-                     f"--{name.replace('_', '-')}" for name, value in self.given.items()]  # fmt: skip
+        arguments = [_typed(name, value) for name, value in self.given.items()]
         if self.pictures:
             arguments.append(f"--pictures={folder / 'pictures'}")
         seconds, mib = measure_command(
@@ -66,13 +65,17 @@ class Case:
         }  # fmt: skip
 
 
+def _typed(name: str, value: object) -> str:
+    option = f"--{name.replace('_', '-')}"
+    return option if value is True else f"{option}={value}"
+
+
 def cases(folder: Path, *, large: bool) -> Iterator[Case]:
     """All of them, smallest kinds first."""
     for path, standing in readable_assets() if ASSETS.is_dir() else ():
         yield Case(path, {name: value for name, value in standing.items() if value is not False})
-    small = write_ball(folder / "ball.ply", _SMALL)
-    for count in (1_000_000, 4_000_000):
-        yield Case(write_ball(folder / f"ball_{count}.ply", count), _QUICK)
+    small = write_ball(folder / "small.ply", _SMALL)
+    yield Case(write_ball(folder / "ball_4m.ply", 4_000_000), _QUICK)
     for suffix in _FORMATS:
         yield Case(_in_format(folder / f"ball{suffix}", 1_000_000), _QUICK)
     for resolution in (128, 256):

@@ -241,5 +241,5 @@ def evaluate(
     ``memory_limit``  GiB that the process may need at most, as for :func:`simplify`.
     """
     options = AccuracyOptions(views, image, quads, seed, exact, viewers, up)
-    check_need(seeing(size_of(mesh), Judging(views, image)), memory_limit)
+    check_need(seeing(size_of(mesh), Judging(views, image, exact=exact)), memory_limit)
     return evaluate_accuracy(mesh, occluder, options)

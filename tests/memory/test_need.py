@@ -40,14 +40,20 @@ CHOSEN = st.fixed_dictionaries(
 
 @given(SIZES, SHAPES, CHOSEN, st.integers(1, 65_536), st.integers(8, 4096), st.data())
 def test_no_stage_needs_less_for_more(size, shape, chosen, views, image, data):
-    options, how = make_options(1e9, **chosen), Judging(views, image)
+    exact = data.draw(st.booleans())
+    options, how = make_options(1e9, **chosen), Judging(views, image, exact=exact)
     before = whole(size, shape, options, how)
     more = st.integers(0, 1000)
     larger = whole(
         MeshSize(size.vertices + data.draw(more), size.triangles + data.draw(more)),
         tuple(length + data.draw(more) for length in shape),
         make_options(1e9, **{**chosen, "budget": min(chosen["budget"] + data.draw(more), 100_000)}),
-        Judging(views + data.draw(more), image + data.draw(more), 1 + data.draw(st.integers(0, 3))),
+        Judging(
+            views + data.draw(more),
+            image + data.draw(more),
+            1 + data.draw(st.integers(0, 3)),
+            exact,
+        ),
     )
     assert all(larger.stages[name] >= need for name, need in before.stages.items())
     assert larger.peak >= before.peak > BASE_BYTES + size.held

@@ -85,7 +85,7 @@ def cases(folder: Path, *, large: bool) -> Iterator[Case]:
     for image, views in ((1024, 64), (4096, 16)):
         yield Case(small, {**_QUICK, "image": image, "views": views})
         yield Case(small, {**_QUICK, "image": image, "views": views, "exact": True})
-    for budget in (2000, 20_000):
+    for budget in (500, 4000):
         yield Case(small, {"moves": 600, "views": 16, "budget": budget})
     yield Case(small, {"preset": "best", "moves": 600, "resolution": 128})
     yield Case(small, {"lods": 3, "moves": 600})

@@ -58,7 +58,10 @@ class Settings(BaseSettings):
         1800.0, gt=0.0, description="Time that a job may take, seconds; then it fails."
     )
     job_memory: int = Field(
-        4096 * _MIB, ge=256 * _MIB, description="Memory that a job may use, bytes; then it fails."
+        4096 * _MIB,
+        ge=256 * _MIB,
+        description="Memory that a job may use, bytes; one that would "
+        "need more fails before it begins.",
     )
     jobs_per_process: int = Field(
         500, ge=1, description="Jobs after which a warm process is replaced by a fresh one."

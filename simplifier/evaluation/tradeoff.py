@@ -275,7 +275,7 @@ def _trial(
 ) -> Trial:
     try:
         resolved = options.resolved(setting, float(mesh.extent.max()))
-        check_making(mesh, resolved, options.memory_limit, Judging())
+        check_making(mesh, resolved, options.memory_limit, Judging(exact=True))
         begin = time.perf_counter()
         result = simplify_mesh(mesh, resolved, cancel=cancel)
         seconds = time.perf_counter() - begin

@@ -11,12 +11,13 @@ from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.node import is_own_occluder, node_options
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.plan import Job
-from simplifier.memory.need import BASE_BYTES, MemoryNeed
+from simplifier.memory.need import MIB, MemoryNeed
 from simplifier.memory.runs import Judging, judging, simplifying
 from simplifier.memory.stages import MeshSize
 from simplifier.voxel.voxelize import grid_shape
 
 _COPIES = 2  # of the scene: as it was read, and in parts
+_WORKER = 90 * MIB  # of a process beside the first: their libraries' pages are the same
 
 
 def need_of_building(
@@ -31,7 +32,7 @@ def need_of_building(
     bounds = scene.bounds()
     needs = sorted(_need(scene, sizes, bounds, job, options) for job in jobs)
     largest = needs[len(needs) - at_once :]
-    libraries = BASE_BYTES * at_once if apart else 0
+    libraries = _WORKER * at_once if apart else 0
     return MemoryNeed({"occluders": held + libraries + sum(largest)})
 
 

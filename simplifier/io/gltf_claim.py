@@ -18,13 +18,11 @@ def claim(peek: Peek) -> Claim:
     root = peek_document(peek).root
     data = claimed_bytes(root, peek)
     most = data + _MOST_ZEROS
-    sizes = {
-        mesh: _size(root.item("meshes", mesh), root, most) for mesh in range(root.count("meshes"))
-    }
     instances = claimed_instances(root)
+    sizes = {mesh: _size(root.item("meshes", mesh), root, most) for mesh in instances}
     vertices = sum(count * sizes[mesh][0] for mesh, count in instances.items())
     triangles = sum(count * sizes[mesh][1] for mesh, count in instances.items())
-    own = sum(24 * sum(sizes[mesh]) for mesh in instances)
+    own = sum(24 * sum(size) for size in sizes.values())
     if max(vertices, triangles) > MOST_TRIANGLES:  # reading refuses it before all are in one
         return Claim(0, 0, peek.size + data + own)
     # The file and its buffers, meshes as they stand in it, their instances, and all in one.

@@ -17,6 +17,7 @@ class Judging:
     views: int = 256
     image: int = 256
     levels: int = 1
+    exact: bool = False
 
 
 def loading(vertices: int, triangles: int, decoding: int) -> MemoryNeed:
@@ -45,8 +46,9 @@ def simplifying(size: MeshSize, shape: Shape, cell_size: float, options: Options
 
 def seeing(size: MeshSize, how: Judging) -> MemoryNeed:
     """Accuracy alone."""
-    views = stages.views(size, how.views, how.image, how.levels)
-    return MemoryNeed({"accuracy": views}).beside(size.held)
+    drawing = stages.views(size, how.views, how.image, how.levels)
+    counting = stages.quads(how.views, how.image, how.levels, exact=how.exact)
+    return MemoryNeed({"accuracy": max(drawing, counting)}).beside(size.held)
 
 
 def judging(size: MeshSize, shape: Shape, options: Options, how: Judging) -> MemoryNeed:

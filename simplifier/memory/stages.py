@@ -145,11 +145,20 @@ def views(size: MeshSize, count: int, image: int, occluders: int) -> int:
     """Silhouettes of the mesh: vertices by axis, faces, of each thread the vertices on the screen
     and their pixels; masks as bits."""
     drawn = _VERTEX * size.vertices + _FACE * size.triangles
-    threads = min(thread_count(), count)
-    scratch = threads * (16 + 4) * size.vertices
+    scratch = min(thread_count(), count) * (16 + 4) * size.vertices
+    return drawn + scratch + _masks(count, image, occluders)
+
+
+def quads(count: int, image: int, occluders: int, *, exact: bool) -> int:
+    """Masks, and of each thread a table of sums, or of three moments, a pixel."""
+    table = (24 if exact else 8) * image * image
+    return min(thread_count(), count) * table + _masks(count, image, occluders)
+
+
+def _masks(count: int, image: int, occluders: int) -> int:
+    """Bits of some views at a time."""
     view = (1 + occluders) * image * 8 * -(-image // 64)
-    masks = min(count * view, max(_MASKS, _MASK_VIEWS * view))
-    return drawn + scratch + masks
+    return min(count * view, max(_MASKS, _MASK_VIEWS * view))
 
 
 def report(size: MeshSize) -> int:

@@ -12,7 +12,7 @@ def judging_of(chosen: SimplifyOptions | EvaluateOptions) -> Judging:
     count = 1
     if isinstance(chosen, SimplifyOptions):
         count = len(chosen.error_bounds) if chosen.error_bounds is not None else chosen.lods or 1
-    return Judging(chosen.views, chosen.image, count)
+    return Judging(chosen.views, chosen.image, count, chosen.exact)
 
 
 def accuracy_options(chosen: SimplifyOptions | EvaluateOptions) -> AccuracyOptions:

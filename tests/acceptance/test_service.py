@@ -98,6 +98,14 @@ def test_progress_is_told_and_a_cancelled_job_ends_soon(client):
     assert client.wait(job.id).state is JobState.CANCELLED
 
 
+def test_a_job_that_would_need_too_much_memory_fails_before_it_begins(client):
+    options = {**QUICK, "resolution": 900, "memory_limit": 0.25}
+    failure = client.wait(client.submit(BOX, name="box.obj", options=options).id).failure
+    assert failure.kind == "out-of-memory"
+    assert re.match(r"about \d+\.\d+ GiB of memory would be needed, most of it to ", failure.detail)
+    assert re.match(r"choose a resolution of at most \d+, or raise ", failure.remedy)
+
+
 def test_options_are_refused_field_by_field(client):
     with pytest.raises(ClientError) as refused:
         client.submit(BOX, name="box.obj", options={"budget": 0, "colour": "red"})

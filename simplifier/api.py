@@ -250,10 +250,7 @@ def evaluate(
     ``memory_limit``  GiB that the process may need at most, as for :func:`simplify`.
     """
     options = AccuracyOptions(views, image, quads, seed, exact, viewers, up)
-<<<<<<< HEAD
     check_kind("mesh", mesh, TriangleMesh, A_MESH)
-    check_need(seeing(size_of(mesh), Judging(options.views, options.image)), memory_limit)
-=======
-    check_need(seeing(size_of(mesh), Judging(views, image, exact=exact)), memory_limit)
->>>>>>> mem
+    how = Judging(options.views, options.image, exact=exact)
+    check_need(seeing(size_of(mesh), how), memory_limit)
     return evaluate_accuracy(mesh, occluder, options)

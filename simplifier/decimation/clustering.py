@@ -6,6 +6,7 @@ import numpy as np
 
 from simplifier.geometry.grid import VoxelGrid
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
+from simplifier.kernels.t_junctions import crack_triangles
 
 _CELLS = 64  # along the longest edge, at most: what is finer only costs time
 
@@ -16,24 +17,32 @@ def clustered(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray
     Cells are voxels, or cubes of several in grids of more than 64 a side.  Returns ``vertices``
     (n, 3) float64, each within a cell's diagonal of the vertices that it stands for, and ``faces``
     (m, 3) int32 in the order of the input: those that keep three different vertices, once each.
+    Cracks that open at T-junctions are filled by more faces behind them.
     """
     size = max(1.0, max(grid.shape) / _CELLS)
     shape = np.ceil(np.array(grid.shape) / size).astype(np.int64)
+    in_cells = [_column(mesh, grid, axis) / size for axis in range(3)]
     keys = np.zeros(len(mesh.vertices), dtype=np.int64)
     for axis in range(3):
         keys *= shape[axis]
-        keys += np.clip((_column(mesh, grid, axis) / size).astype(np.int64), 0, shape[axis] - 1)
+        keys += np.clip(in_cells[axis].astype(np.int64), 0, shape[axis] - 1)
     total = int(shape.prod())
     counts = np.bincount(keys, minlength=total)
     used = counts > 0
     sums = [np.bincount(keys, _column(mesh, grid, axis), total)[used] for axis in range(3)]
-    place = (np.cumsum(used) - 1).astype(np.int32)
+    place = (np.cumsum(used) - 1)[keys].astype(np.int32)
     vertices = np.stack(sums, axis=1) / counts[used][:, None]
-    return vertices, _distinct(place[keys][mesh.faces], len(vertices))
+    faces = _distinct(place[mesh.faces], len(vertices))
+    # What rounding puts past the grid belongs to its last cells.
+    within = np.clip(np.stack(in_cells, axis=1), 0.0, np.nextafter(shape, 0.0))
+    cracks = crack_triangles(within, mesh.faces, place, faces)
+    if len(cracks):
+        faces = _distinct(np.concatenate([faces, place[cracks]]), len(vertices))
+    return vertices, faces
 
 
 def _column(mesh: TriangleMesh, grid: VoxelGrid, axis: int) -> FloatArray:
-    """(n,) one coordinate in grid space: all three at once would double what is needed here."""
+    """(n,) one coordinate in grid space."""
     return np.asarray((mesh.vertices[:, axis] - grid.origin[axis]) / grid.cell_size)
 
 

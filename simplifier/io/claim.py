@@ -35,12 +35,8 @@ class Peek:
         """As many bytes as are there.  Raises OSError."""
         with self.path.open("rb") as file:
             file.seek(begin)
-<<<<<<< HEAD
             # Python makes room for all that is asked for, there or not.
             return file.read(max(min(count, self.size - begin), 0))
-=======
-            return file.read(min(count, self.size))  # room is made for all of it
->>>>>>> mem
 
     def samples(self) -> Iterator[bytes]:
         """The whole of a short file, else some windows spread evenly over it, whole lines each."""

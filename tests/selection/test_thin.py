@@ -10,6 +10,7 @@ from simplifier.geometry.views import BoundingSphere, image_axes, random_directi
 from simplifier.kernels.coverage import covered, unpacked
 from simplifier.selection import thin
 from simplifier.selection.thin import CELLS, thinned
+from tests.extremes.transforms import REWRITINGS
 from tests.pictures import sphere_projections
 
 
@@ -69,3 +70,20 @@ def test_few_triangles_are_left_alone(ball, monkeypatch):
     assert same[1] is some
     monkeypatch.setattr(thin, "_LEAST", 1)
     assert len(thinned(vertices, some)[1]) < len(some)
+
+
+def test_slits_opened_along_the_edges_of_a_surface_cut_in_halves(monkeypatch):
+    # Half of each edge belonged to one side only; pictures of a scan were full of lines of light.
+    monkeypatch.setattr(thin, "_LEAST", 1)
+    mesh = bumpy_sphere(40_000)
+    halves = next(one for one in REWRITINGS if one.name == "cut in halves").of(mesh)
+    sphere = BoundingSphere.of(mesh)
+    maps = sphere_projections(image_axes(random_directions(8, 1)), sphere.centre, sphere.radius)
+
+    def picture(vertices, faces):
+        return unpacked(covered(vertices, faces, maps, 256, 256), 256)
+
+    whole = picture(mesh.vertices, mesh.faces)
+    fewer = picture(*thinned(np.array(halves.vertices), np.array(halves.faces)))
+    assert (whole & ~fewer).sum() < 0.003 * whole.sum()
+    assert (fewer & ~whole).sum() < 0.003 * whole.sum()

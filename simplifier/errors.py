@@ -7,7 +7,8 @@
     |   `-- EmptyMeshError         no triangle is left
     |-- SceneError                 a built scene is missing, damaged, or of another scene
     |-- UnreadablePathError        a camera path is missing, damaged or not as its schema says
-    |-- OptionError                an option is unknown or out of range (exit status 2)
+    |-- OptionError                an option is unknown or out of range, or an argument is of
+    |                              another kind (exit status 2)
     |-- BackendUnavailableError    a backend was asked for that this machine cannot run
     |-- OutputError                the result cannot be written
     |-- CommandError               a command from another package cannot be loaded
@@ -19,20 +20,25 @@ found, and turned into an exit status (``cli_failures.py``) or an HTTP answer in
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 
 class OccluderError(Exception):
     """What went wrong, where, and what to do.
 
     ``what`` and ``remedy`` are sentences without a full stop; ``where`` is a file, an option or a
-    stage and may be empty.
+    stage and may be empty.  ``remedy`` is empty only where the caller asked for the end.
     """
+
+    usual_remedy: ClassVar[str] = ""
+    """Of a kind of error that mostly has the same."""
 
     def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
         self.what = what
         self.where = where
-        self.remedy = remedy
+        self.remedy = remedy or self.usual_remedy
         place = f"{where}: " if where else ""
-        advice = f"; {remedy}" if remedy else ""
+        advice = f"; {self.remedy}" if self.remedy else ""
         super().__init__(f"{place}{what}{advice}")
 
 
@@ -42,6 +48,8 @@ class MeshError(OccluderError):
 
 class UnreadableMeshError(MeshError):
     """The file is missing, damaged, truncated, or not what its suffix says."""
+
+    usual_remedy = "copy or export it again"
 
 
 class UnknownFormatError(MeshError):
@@ -61,7 +69,7 @@ class UnreadablePathError(OccluderError):
 
 
 class OptionError(OccluderError):
-    """An option is unknown or its value is out of range."""
+    """An option is unknown or out of range, or an argument is not of the kind that is asked for."""
 
 
 class BackendUnavailableError(OccluderError):

@@ -80,6 +80,8 @@ def _fetch(uri: str, path: Path, buffer: JsonObject) -> bytes:
             return base64.b64decode(payload.encode("ascii"), validate=True)
         except ValueError:  # also what a non-ASCII letter and wrong padding raise
             raise buffer.fail("its base64 is damaged", "export it again") from None
+    if uri[:5].lower() == "data:":
+        raise buffer.fail("its data are not stated in base64", "export it again")
     return read_bytes(_beside(uri, path, buffer))
 
 

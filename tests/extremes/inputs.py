@@ -246,7 +246,7 @@ GLTF: dict[str, Usable | Refused] = {
         ".gltf", tetrahedron_gltf().json(uri="data:,plain"), "not stated in base64"
     ),
     "a buffer beside that is not there": Refused(
-        ".gltf", tetrahedron_gltf().json(uri="absent.bin"), r"absent\.bin: there is no such file"
+        ".gltf", tetrahedron_gltf().json(uri="absent.bin"), r"absent\.bin': there is no such file"
     ),
     "20,000 nodes, each within the next": Usable(".glb", chained(20_000)),
     "a thousand instances": Usable(".glb", instanced(1000), 4000),

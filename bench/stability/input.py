@@ -1,8 +1,8 @@
 """What bad input costs and what becomes of it: ``python -m bench.stability.input``.
 
-Writes two tables and prints them as Markdown.  ``far``: one vertex of a mesh further and further out,
-judged against the mesh as it was; with the real truck that has one at 1e30.  ``nonsense``: files of
-1 GiB that are no meshes, under every suffix.
+Writes two tables and prints them as Markdown.  ``far``: one vertex of a mesh further and further
+out, judged against the mesh as it was; with the real truck that has one at 1e30.  ``nonsense``:
+files of 1 GiB that are no meshes, under every suffix.
 """
 
 from __future__ import annotations
@@ -44,20 +44,20 @@ _BLOCKS = {
 def far_rows() -> Iterator[Row]:
     """The sphere undisturbed, then with a vertex further and further out; then the truck."""
     whole = bumpy_sphere(4968)
-    yield _judged("bumpy sphere", "", whole, whole)
+    yield judged("bumpy sphere", "", whole, whole)
     for lengths in FAR:
         vertices = np.array(whole.vertices)
         vertices[0, 0] += lengths * whole.extent.max()
         moved = TriangleMesh.from_soup(vertices, whole.faces)
-        yield _judged("bumpy sphere", f"{lengths:g} lengths", whole, moved)
+        yield judged("bumpy sphere", f"{lengths:g} lengths", whole, moved)
     paths = [ASSETS / name for name in ("broken_truck.ply", "broken_DERIVED_truck_nan.ply")]
     if all(path.exists() for path in paths):
         truck, damaged = map(simplifier.load, paths)
-        yield _judged("truck", "", truck, truck)
-        yield _judged("truck", "1e30 units, and NaN", truck, damaged)
+        yield judged("truck", "", truck, truck)
+        yield judged("truck", "1e30 units, and NaN", truck, damaged)
 
 
-def _judged(name: str, far: str, whole: TriangleMesh, mesh: TriangleMesh) -> Row:
+def judged(name: str, far: str, whole: TriangleMesh, mesh: TriangleMesh) -> Row:
     made = simplifier.make(mesh, SimplifyOptions())
     report = simplifier.evaluate(whole, made.occluder, exact=True)
     told = " ".join(made.result.warnings)
@@ -71,7 +71,6 @@ def _judged(name: str, far: str, whole: TriangleMesh, mesh: TriangleMesh) -> Row
 
 def nonsense_rows(size: int) -> Iterator[Row]:
     """A row a kind of nonsense: the slowest and the largest of all suffixes."""
-    simplifier.load  # noqa: B018  # imported before it is timed
     with tempfile.TemporaryDirectory() as name:
         for kind, block in _BLOCKS.items():
             runs = [_refused(Path(name), suffix, block, size) for suffix in readable_suffixes()]

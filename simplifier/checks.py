@@ -115,12 +115,13 @@ def check_kind(name: str, value: object, kind: type | UnionType, remedy: str) ->
 
 
 def as_path(name: str, value: object) -> Path:
-    """Text or a path as a path."""
-    if not isinstance(value, (str, Path)):
+    """Text, or what stands for a path, as a path."""
+    try:
+        return Path(value)  # type: ignore[arg-type]
+    except TypeError:
         raise OptionError(
             f"{shown(value)} is no path", where=name, remedy="give text or a pathlib.Path"
-        )
-    return Path(value)
+        ) from None
 
 
 def check_callable(name: str, value: object) -> None:
@@ -153,7 +154,10 @@ def _plain(value: object) -> object:
         return value
     if isinstance(value, Integral):
         return int(value)
-    return float(value) if isinstance(value, Real) else value
+    try:
+        return float(value) if isinstance(value, Real) else value
+    except OverflowError:  # a fraction beyond all floats, which every check refuses
+        return value
 
 
 def shown(value: object) -> str:

@@ -9,7 +9,8 @@
     |-- UnreadablePathError        a camera path is missing, damaged or not as its schema says
     |-- TomlError                  a TOML file is missing or damaged
     |-- ManifestError              a build's manifest or record cannot be used
-    |-- OptionError                an option is unknown or out of range (exit status 2)
+    |-- OptionError                an option is unknown or out of range, or an argument is of
+    |                              another kind (exit status 2)
     |-- MemoryLimitError           the run would need more memory than it may use
     |-- BackendUnavailableError    a backend was asked for that this machine cannot run
     |-- OutputError                the result cannot be written
@@ -21,6 +22,8 @@ found, and turned into an exit status (``cli_failures.py``) or an HTTP answer in
 """
 
 from __future__ import annotations
+
+from typing import ClassVar
 
 
 def printable(text: str) -> str:
@@ -40,15 +43,19 @@ class OccluderError(Exception):
     """What went wrong, where, and what to do.
 
     ``what`` and ``remedy`` are sentences without a full stop; ``where`` is a file, an option or a
-    stage and may be empty.  All are :func:`printable`.
+    stage and may be empty.  ``remedy`` is empty only where the caller asked for the end.  All are
+    :func:`printable`.
     """
+
+    usual_remedy: ClassVar[str] = ""
+    """Of a kind of error that mostly has the same."""
 
     def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
         self.what = what = printable(what)
         self.where = where = printable(where)
-        self.remedy = remedy = printable(remedy)
+        self.remedy = printable(remedy or self.usual_remedy)
         place = f"{where}: " if where else ""
-        advice = f"; {remedy}" if remedy else ""
+        advice = f"; {self.remedy}" if self.remedy else ""
         super().__init__(f"{place}{what}{advice}")
 
 
@@ -58,6 +65,8 @@ class MeshError(OccluderError):
 
 class UnreadableMeshError(MeshError):
     """The file is missing, damaged, truncated, or not what its suffix says."""
+
+    usual_remedy = "copy or export it again"
 
 
 class UnknownFormatError(MeshError):
@@ -85,7 +94,7 @@ class ManifestError(OccluderError):
 
 
 class OptionError(OccluderError):
-    """An option is unknown or its value is out of range."""
+    """An option is unknown or out of range, or an argument is not of the kind that is asked for."""
 
 
 class MemoryLimitError(OccluderError):

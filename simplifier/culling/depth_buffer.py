@@ -179,4 +179,6 @@ def _check_mesh(vertices: FloatArray, faces: IntArray) -> None:
             remedy="pass (n, 3) and (m, 3)",
         )
     if faces.size and not (faces.min() >= 0 and faces.max() < len(vertices)):
-        raise MeshError(f"a face names none of the {len(vertices)} vertices")
+        raise MeshError(
+            f"a face names none of the {len(vertices)} vertices", remedy="repair the face indices"
+        )

@@ -81,7 +81,9 @@ def fly(
     the scene, and :class:`UnreadablePathError` for a path without frames.
     """
     if not path.cameras:
-        raise UnreadablePathError("it has no frames", where=f"path '{path.name}'")
+        raise UnreadablePathError(
+            "it has no frames", where=f"path '{path.name}'", remedy="give it one or more"
+        )
     parts = parts_of(scene, tree)
     measure = FrameMeasure(scene, parts, tree, options)
     chosen = _spread(len(path.cameras), options.shots)

@@ -191,7 +191,7 @@ def _make(
     else:
         mesh = scene.meshes[scene.mesh_of[job.parts[0]]]
     if not np.isfinite(mesh.extent).all() or mesh.extent.max() == 0.0:
-        raise MeshError("it has no extent")
+        raise MeshError("it has no extent", remedy="scale it up, or take it off the scene")
     return store.write(job.key, node_occluder(mesh, job.kind, job.stand, options, cancel))
 
 

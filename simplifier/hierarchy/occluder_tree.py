@@ -89,7 +89,9 @@ def leaf_occluders(tree: OccluderTree) -> Scene:
     """
     leaves = np.nonzero(tree.tree.is_leaf & (tree.occluder_of >= 0).any(axis=1))[0]
     if len(leaves) == 0:
-        raise EmptyMeshError("no object has an occluder")
+        raise EmptyMeshError(
+            "no object has an occluder", remedy="see in scene.json what each of them lacks"
+        )
     near = tree.occluder_of[leaves, NEAR]
     shown = np.where(near >= 0, near, tree.occluder_of[leaves, FAR])
     used, mesh_of = np.unique(shown, return_inverse=True)

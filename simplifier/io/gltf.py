@@ -44,9 +44,13 @@ def read_instances(
     _check_size(instances, meshes, where)
     vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)]
     count = 0
-    for mesh, transform in zip(instances.mesh_of.tolist(), instances.transforms, strict=True):
+    with np.errstate(invalid="ignore"):
+        signs, _ = np.linalg.slogdet(instances.transforms[:, :3, :3])  # a plain one overflows
+    for mesh, transform, sign in zip(
+        instances.mesh_of.tolist(), instances.transforms, signs.tolist(), strict=True
+    ):
         points, triangles = meshes[mesh]
-        if np.linalg.det(transform[:3, :3]) < 0.0:
+        if sign < 0.0:
             triangles = triangles[:, ::-1]
         vertices.append(_to_world(points, transform))
         faces.append(triangles + count)

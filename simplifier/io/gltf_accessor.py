@@ -73,6 +73,11 @@ def _read(
 ) -> NDArray[Any]:
     data, begin, end, stride = buffers.view(view)
     size = dtype.itemsize * width
+    if 0 < stride < size:
+        raise owner.fail(
+            f"its elements of {size} bytes overlap: their buffer view has a byteStride of {stride}",
+            "the file is damaged; export it again",
+        )
     stride = stride or size
     start = begin + offset
     if count and start + stride * (count - 1) + size > end:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import unquote
 
+from simplifier.errors import UnreadableMeshError
 from simplifier.io.claim import Peek
 from simplifier.io.gltf_container import GltfDocument, compressed
 from simplifier.io.gltf_json import JsonObject
@@ -15,6 +16,7 @@ from simplifier.io.source import read_bytes
 
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.\-]*:")
 _DATA = re.compile(r"data:[^,]*;base64,", re.IGNORECASE)
+_BESIDE = "put the file there, or export a single .glb"
 _PARTS = re.compile(r"[/\\]")
 
 
@@ -94,7 +96,13 @@ def _fetch(uri: str, path: Path, buffer: JsonObject) -> bytes:
             return base64.b64decode(payload.encode("ascii"), validate=True)
         except ValueError:  # also what a non-ASCII letter and wrong padding raise
             raise buffer.fail("its base64 is damaged", "export it again") from None
-    return read_bytes(_beside(uri, path, buffer))
+    if uri[:5].lower() == "data:":
+        raise buffer.fail("its data are not stated in base64", "export it again")
+    target = _beside(uri, path, buffer)
+    try:
+        return read_bytes(target)
+    except UnreadableMeshError as error:
+        raise buffer.fail(f"names '{uri[:60]}': {error.what}", _BESIDE) from None
 
 
 def _beside(uri: str, path: Path, buffer: JsonObject) -> Path:
@@ -119,5 +127,5 @@ def _beside(uri: str, path: Path, buffer: JsonObject) -> Path:
 def _outside(uri: str, buffer: JsonObject) -> Exception:
     return buffer.fail(
         f"names '{uri[:60]}', but only files beside the glTF file are read",
-        "put the file there, or export a single .glb",
+        _BESIDE,
     )

@@ -10,7 +10,6 @@ from typing import Any
 from simplifier.errors import OutputError, UnreadableMeshError
 from simplifier.io.claim import Peek
 from simplifier.io.gltf_json import JsonObject, check_object, parse_json
-from simplifier.io.text import shown
 
 GLB_MAGIC = b"glTF"
 JSON_CHUNK = 0x4E4F534A
@@ -103,16 +102,22 @@ def _check_extensions(root: JsonObject) -> None:
             raise compressed(root, name)
         if name not in _UNDERSTOOD and not _OF_NO_SHAPE.match(name):
             raise root.fail(
-                f"it requires the extension {shown(name.encode())}, which is not known here",
+                f"it requires the extension {name[:60]!a}, which is not known here",
                 "export it without that extension",
             )
 
 
 def _check_version(root: JsonObject) -> None:
-    version = root.child("asset").members.get("version")
+    asset = root.child("asset").members
+    version, least = asset.get("version"), asset.get("minVersion", "2.0")
     if not isinstance(version, str) or not version.startswith("2."):
         raise root.fail(
-            f"asset.version is {str(version)[:20]!r}, but only glTF 2 is supported",
+            f"asset.version is {ascii(version)[:20]}, but only glTF 2 is supported",
+            "export it as glTF 2.0",
+        )
+    if least != "2.0":
+        raise root.fail(
+            f"asset.minVersion is {ascii(least)[:20]}, but only glTF 2.0 is supported",
             "export it as glTF 2.0",
         )
 

@@ -9,19 +9,25 @@ import numpy as np
 from simplifier.geometry.mesh import FloatArray
 from simplifier.io.gltf_json import JsonObject
 
+_PROJECTION = 1e-6  # what rounding may leave in the last row of a matrix
 _MATRIX_OF_NONE = [float(i % 5 == 0) for i in range(16)]
 
 
 def local_transforms(nodes: Sequence[JsonObject], *, lenient: bool) -> FloatArray:
     """(n, 4, 4) float64 of nodes by matrix, by translation, rotation and scale, or by neither.
 
-    Raises ``UnreadableMeshError`` for arrays of a wrong length, and unless ``lenient`` for values
-    that are no finite numbers, which become NaN otherwise.
+    Raises ``UnreadableMeshError`` for arrays of a wrong length, and unless ``lenient`` for matrices
+    that are not affine and for values that are no finite numbers, which become NaN otherwise.
     """
     result = np.empty((len(nodes), 4, 4))
     parts: dict[int, list[float]] = {}
     for place, node in enumerate(nodes):
         matrix = _numbers(node, "matrix", 16, lenient)
+        if matrix is not None and not lenient and not _is_affine(matrix):
+            raise node.fail(
+                f"the last row of its matrix is {matrix[3::4]}, not 0 0 0 1",
+                "take the projection out of the node",
+            )
         if matrix is None and any(node.has(key) for key in ("translation", "rotation", "scale")):
             parts[place] = [
                 *(_numbers(node, "translation", 3, lenient) or (0.0, 0.0, 0.0)),
@@ -34,6 +40,11 @@ def local_transforms(nodes: Sequence[JsonObject], *, lenient: bool) -> FloatArra
         values = np.array(list(parts.values()))
         result[list(parts)] = transforms_of(values[:, :3], values[:, 3:7], values[:, 7:])
     return result
+
+
+def _is_affine(matrix: Sequence[float]) -> bool:
+    rest = (matrix[3], matrix[7], matrix[11], matrix[15] - 1.0)
+    return max(map(abs, rest)) <= _PROJECTION
 
 
 def _numbers(node: JsonObject, key: str, length: int, lenient: bool) -> list[float] | None:

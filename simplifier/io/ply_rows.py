@@ -21,6 +21,8 @@ from simplifier.kernels.lists import NEGATIVE, TRUNCATED, walk_rows
 
 IndexArray = NDArray[np.int64]
 
+_LARGEST = np.iinfo(np.int64).max
+
 
 @dataclass(frozen=True, eq=False)
 class Rows:
@@ -61,6 +63,10 @@ class Rows:
                 raise UnreadableMeshError(
                     f"{values[wrong][0]:g} is not the index of a vertex", where=self.where
                 )
+        elif values.dtype.kind == "u" and values.size and values.max() > _LARGEST:
+            raise UnreadableMeshError(
+                f"{values.max()} is not the index of a vertex", where=self.where
+            )
         return values.astype(np.int64)
 
 

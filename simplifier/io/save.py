@@ -58,6 +58,14 @@ def _check(occluder: Occluder, path: Path) -> None:
     """What no format can hold."""
     faces = occluder.faces
     if not np.isfinite(occluder.vertices).all():
-        raise OutputError("the occluder has a coordinate that is not finite", where=str(path))
+        raise OutputError(
+            "the occluder has a coordinate that is not finite",
+            where=str(path),
+            remedy="repair its vertices",
+        )
     if faces.size and (faces.min() < 0 or faces.max() >= len(occluder.vertices)):
-        raise OutputError("the occluder names a vertex that it does not have", where=str(path))
+        raise OutputError(
+            "the occluder names a vertex that it does not have",
+            where=str(path),
+            remedy="repair its faces",
+        )

@@ -42,7 +42,7 @@ def usable_scene(objects: Objects, where: str) -> Scene:
         raise EmptyMeshError(
             left_out[0] if names else "there is no object with a mesh",
             where=where,
-            remedy="" if names else "export it with meshes",
+            remedy="repair one at least" if names else "export it with meshes",
         )
     used, places = np.unique(mesh_of[good], return_inverse=True)
     kept = tuple(mesh for mesh in (meshes[place] for place in used.tolist()) if mesh)

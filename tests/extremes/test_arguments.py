@@ -8,6 +8,7 @@ import math
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,7 @@ ODD: Mapping[str, Any] = {
     "below 0": -1,
     "a share": 0.5,
     "beyond all floats": 10**400,
+    "a fraction beyond all floats": Fraction(10**400, 3),
     "beyond all that Python prints": 10**5000,
     "complex": 1j,
     "truth": True,

@@ -1,0 +1,83 @@
+"""Every refusal is listed in the docs as it is raised, and says what to do."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import simplifier
+from simplifier import errors
+from tests.acceptance.command import ROOT
+from tests.extremes import refusals
+
+PAGE = ROOT / "docs" / "errors.md"
+TELL = "write what `python -m tests.extremes.refusals` prints into docs/errors.md"
+KINDS = {kind.__name__: kind for kind in refusals.library_errors()}
+
+
+def test_every_error_of_the_library_has_an_example():
+    assert set(refusals.library_errors()) == {errors.OccluderError, *refusals.LIBRARY}
+
+
+@pytest.mark.parametrize("kind", refusals.LIBRARY, ids=lambda kind: kind.__name__)
+def test_an_example_is_of_its_kind_and_says_what_to_do(kind):
+    error = refusals.raised(kind)
+    assert type(error) is kind
+    assert error.remedy or kind is errors.CancelledError
+    assert str(error).endswith(error.remedy)
+
+
+def test_the_table_of_the_library_is_current():
+    assert refusals.library_table() in PAGE.read_text(), TELL
+
+
+def test_the_table_of_the_service_is_current():
+    assert refusals.service_table() in PAGE.read_text(), TELL
+
+
+def test_what_users_catch_is_exported():
+    hidden = {"UnreadablePathError", "CommandError"}  # of files and commands beside the pipeline
+    assert set(KINDS) - hidden <= set(simplifier.__all__)
+
+
+def raised_in(path: Path) -> Iterator[tuple[str, ast.Call]]:
+    """The library's own errors that a module makes, with the place."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in KINDS:
+            yield f"{path.relative_to(ROOT)}:{node.lineno}", node
+
+
+MADE = [one for path in sorted((ROOT / "simplifier").rglob("*.py")) for one in raised_in(path)]
+
+
+def test_errors_are_found():
+    assert len(MADE) > 80
+
+
+def test_no_error_is_made_without_a_word_on_what_to_do():
+    silent = [
+        place
+        for place, call in MADE
+        if not any(keyword.arg == "remedy" for keyword in call.keywords)
+        and not KINDS[call.func.id].usual_remedy
+        and call.func.id != "CancelledError"
+    ]
+    assert silent == []
+
+
+def test_no_error_is_made_without_a_sentence():
+    """What is wrong, in words: not the name of a thing alone."""
+    for place, call in MADE:
+        what = call.args[0]
+        if isinstance(what, ast.Constant):
+            assert len(what.value.split()) >= 3, place
+
+
+def test_no_bare_error_of_the_library_is_raised():
+    for path in (ROOT / "simplifier").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Name):
+                assert node.exc.id not in KINDS, f"{path}:{node.lineno}"

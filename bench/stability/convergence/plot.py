@@ -59,8 +59,10 @@ def plot_gains(
                 _draw_gains(axes, mesh, of_mesh, figure, default)
             axes.axhspan(-HALF_A_POINT, HALF_A_POINT, color="#1b1b1a", alpha=0.07, linewidth=0)
             axes.set_yscale("symlog", linthresh=_STRAIGHT)
-            axes.set_yticks(_GAINS, [f"{value:+g}" if value else "0" for value in _GAINS])
             _finish(axes, mine, default, f"{figure}, against {knob}")
+        low, high = line[0].get_ylim()  # one for the row
+        ticks = [value for value in _GAINS if low <= value <= high]
+        line[0].set_yticks(ticks, [f"{value:+g}" if value else "0" for value in ticks])
         line[0].set_ylabel("points above the default (grey: half a point)", fontsize=9)
     _end(picture, grid[0][0], path)
 

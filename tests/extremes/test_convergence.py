@@ -41,7 +41,7 @@ def test_default_views_are_good_to_half_a_point_of_precision(castle_recall_and_p
 def test_on_the_castle_half_a_point_of_recall_takes_more_than_the_default_views(
     castle_recall_and_precision,
 ):
-    """Few of its views, those that look along its walls, weigh most: recall scatters by them."""
+    """Few of its views hold the largest quads and weigh most: recall scatters by them."""
     recall, _ = castle_recall_and_precision
     assert recall.errors[256].deviation < 1.5
     assert recall.errors[256].reach > HALF_A_POINT

@@ -14,7 +14,7 @@ import simplifier
 from bench import meshes, record
 from bench.stability.convergence import __main__ as convergence
 from bench.stability.convergence import forms, making, measure, pictures, plot, report, slicers
-from bench.stability.convergence.curve import curves
+from bench.stability.convergence.curve import curves, together
 from bench.stability.convergence.spread import (
     Spread,
     below_half_a_point,
@@ -102,6 +102,14 @@ def test_errors_of_a_report_fall_with_the_root_of_its_views():
         assert str(curve.summary["exponent"]).startswith("-0.")
 
 
+def test_seeds_together_scatter_by_the_root_of_their_number():
+    apart = curves("m", "image", 8, {"recall": {8: [0.01, 0.03], 16: [0.0, 0.0]}})[0]
+    joined = together(apart)
+    assert joined.errors[8].mean == apart.errors[8].mean == pytest.approx(2.0)
+    assert joined.errors[8].deviation == pytest.approx(apart.errors[8].standard_error)
+    assert joined.values == apart.values
+
+
 def test_views_of_one_kind_have_no_error():
     pixels = np.tile([6.0, 2.0, 0.0], (2, 32, 1))
     recall, precision = report.view_curves("same", pixels, (16, 32))
@@ -156,7 +164,7 @@ def tiny():
     return convergence.Subject("tiny", meshes.bumpy_sphere(200), options)
 
 
-def test_trials_share_the_default_and_are_judged_alike(small_knobs, tiny, tmp_path):
+def test_trials_share_the_default_and_are_judged_alike(small_knobs, tiny, tmp_path, monkeypatch):
     found = list(making.trials(tiny, small_knobs))
     places = [(trial.knob.name, trial.value) for trial in found]
     assert places == [(knob.name, value) for knob in small_knobs for value in knob.values]
@@ -164,14 +172,23 @@ def test_trials_share_the_default_and_are_judged_alike(small_knobs, tiny, tmp_pa
     assert found[0].by_seed != found[1].by_seed
     rows = list(making.verdicts(found))
     assert [row["compared with"] for row in rows] == [8, 100]
-    plot.plot_trials(tmp_path / "p.png", found, "Trials", "me")
-    assert cv2.imread(str(tmp_path / "p.png")).shape[1] > 500
+    record.write_table(
+        tmp_path / "stability_convergence_making_by_value.csv", [one.row for one in found], "me"
+    )
+    defaults = {knob.name: knob.default for knob in small_knobs}
+    monkeypatch.setitem(convergence.PICTURES, "making", (plot.plot_gains, defaults, "Trials"))
+    folders = ["-o", str(tmp_path), "--images", str(tmp_path)]
+    convergence.main(["--only", "making", "--draw", *folders])
+    assert cv2.imread(str(tmp_path / "convergence_making.png")).shape[1] > 500
 
 
 def test_errors_are_drawn(tmp_path):
     values = {8: [0.01, -0.01, 0.02], 16: [0.0, 0.0, 0.0], 32: [0.001, 0.0, 0.002]}
     found = curves("m", "views", 8, {"recall": values, "precision": values})
-    plot.plot_errors(tmp_path / "p.png", found, "Errors", "me")
+    record.write_table(tmp_path / "t.csv", [row for one in found for row in one.rows()], "me")
+    table = record.read_table(tmp_path / "t.csv")
+    rows = [dict(zip(table.columns, cells, strict=True)) for cells in table.rows]
+    plot.plot_errors(tmp_path / "p.png", rows, {"views": 8}, "Errors", "me")
     assert cv2.imread(str(tmp_path / "p.png")).shape[0] > 500
 
 

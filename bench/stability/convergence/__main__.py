@@ -1,4 +1,4 @@
-"""Convergence, shown: ``python -m bench.stability.convergence [--only PART]``.
+"""Convergence, shown: ``python -m bench.stability.convergence [--only PART] [--draw]``.
 
     report    precision and recall of a fixed occluder against views, pixels and quads
     measure   its occlusion measure against directions and pixels
@@ -9,22 +9,22 @@
 Writes ``bench/results/stability_convergence_PART.csv`` (``..._by_value.csv`` beside it holds every
 point), the pictures of the first three to ``docs/images``, and prints the tables as Markdown.
 Nothing here is a time: a busy machine changes how long it takes and no figure.
+
+``--draw``  only the pictures, from the tables that are there.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from bench.machine import ROOT
 from bench.record import Row, markdown, read_table, told, write_table
+from bench.stability.convergence import making, measure, report
 from bench.stability.convergence.curve import Curve
 from bench.stability.convergence.forms import form_rows
-from bench.stability.convergence.making import trials, verdicts
-from bench.stability.convergence.measure import measure_curves
-from bench.stability.convergence.plot import plot_errors, plot_trials
-from bench.stability.convergence.report import report_curves
+from bench.stability.convergence.plot import Cells, plot_errors, plot_gains
 from bench.stability.convergence.slicers import slicer_rows
 from bench.stability.convergence.subjects import Subject, subjects
 from simplifier.errors import BackendUnavailableError
@@ -33,6 +33,14 @@ from simplifier.warmup import warm_up
 
 RESULTS, IMAGES = ROOT / "bench" / "results", ROOT / "docs" / "images"
 
+Plot = Callable[[Path, Sequence[Cells], Mapping[str, int], str, str], None]
+
+PICTURES: dict[str, tuple[Plot, Mapping[str, int], str]] = {
+    "report": (plot_errors, report.DEFAULT_VALUES, "The report of a fixed occluder"),
+    "measure": (plot_errors, measure.DEFAULT_VALUES, "The occlusion measure of a fixed occluder"),
+    "making": (plot_gains, making.DEFAULT_VALUES, "What an occluder is made with, five seeds"),
+}
+
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Parse the command line, measure, write and print."""
@@ -40,45 +48,57 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.description = __doc__
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("--only", choices=tuple(PARTS), help="one part alone")
+    parser.add_argument("--draw", action="store_true", help="only the pictures, from the tables")
     parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="folder of the tables")
     parser.add_argument("--images", type=Path, default=IMAGES, help="folder of the pictures")
     given = parser.parse_args(arguments)
-    warm_up()
-    for part in [given.only] if given.only else PARTS:
-        PARTS[part](given.output, given.images)
+    parts = [given.only] if given.only else list(PARTS)
+    if not given.draw:
+        warm_up()
+        for part in parts:
+            PARTS[part](given.output)
+    for part in PICTURES:
+        if part in parts:
+            draw(part, given.output, given.images)
 
 
-def _report(output: Path, images: Path) -> None:
-    _curves("report", "A fixed occluder's report", report_curves, output, images)
+def draw(part: str, tables: Path, images: Path) -> None:
+    """The picture of a part, from its table of all values."""
+    table = read_table(tables / f"stability_convergence_{part}_by_value.csv")
+    rows = [dict(zip(table.columns, cells, strict=True)) for cells in table.rows]
+    plot, defaults, title = PICTURES[part]
+    plot(images / f"convergence_{part}.png", rows, defaults, title, "; ".join(table.remarks[:2]))
 
 
-def _measure(output: Path, images: Path) -> None:
-    _curves("measure", "A fixed occluder's measure", measure_curves, output, images)
+def _report(output: Path) -> None:
+    _curves("report", report.report_curves, output)
 
 
-def _curves(
-    part: str,
-    title: str,
-    measure: Callable[[Subject], Iterable[Curve]],
-    output: Path,
-    images: Path,
-) -> None:
-    found = [curve for subject in subjects() for curve in measure(subject)]
+def _measure(output: Path) -> None:
+    _curves("measure", measure.measure_curves, output)
+
+
+def _curves(part: str, curves: Callable[[Subject], Iterable[Curve]], output: Path) -> None:
+    found = []
+    for subject in subjects():
+        for curve in curves(subject):
+            print(f"{part}: {told(curve.summary)}", flush=True)
+            found.append(curve)
     _write(output, f"{part}_by_value", part, [row for curve in found for row in curve.rows()])
     _show(_write(output, part, part, [curve.summary for curve in found]))
-    plot_errors(images / f"convergence_{part}.png", found, title, _command(part))
 
 
-def _making(output: Path, images: Path) -> None:
-    found = [trial for subject in subjects() for trial in trials(subject)]
+def _making(output: Path) -> None:
+    found = []
+    for subject in subjects():
+        for trial in making.trials(subject):
+            print(f"making: {told(trial.row)}", flush=True)
+            found.append(trial)
     _write(output, "making_by_value", "making", [trial.row for trial in found])
-    _show(_write(output, "making", "making", list(verdicts(found))))
-    title = "What an occluder is made with (mean of five seeds, standard errors)"
-    plot_trials(images / "convergence_making.png", found, title, _command("making"))
+    _show(_write(output, "making", "making", list(making.verdicts(found))))
 
 
-def _slicers(output: Path, images: Path) -> None:
-    del images
+def _slicers(output: Path) -> None:
     try:
         context, _ = open_context()
     except BackendUnavailableError as error:
@@ -89,8 +109,7 @@ def _slicers(output: Path, images: Path) -> None:
     _show(_write(output, "slicers", "slicers", _told("slicers", slicer_rows()), remark))
 
 
-def _forms(output: Path, images: Path) -> None:
-    del images
+def _forms(output: Path) -> None:
     _show(_write(output, "forms", "forms", _told("forms", form_rows())))
 
 
@@ -105,7 +124,8 @@ def _told(part: str, rows: Iterable[Row]) -> list[Row]:
 
 def _write(output: Path, name: str, part: str, rows: Sequence[Row], *remarks: str) -> Path:
     path = output / f"stability_convergence_{name}.csv"
-    write_table(path, rows, _command(part), *remarks)
+    command = f"python -m bench.stability.convergence --only {part}"
+    write_table(path, rows, command, *remarks)
     return path
 
 
@@ -113,11 +133,7 @@ def _show(path: Path) -> None:
     print(f"## {path.stem}\n\n{markdown(read_table(path))}\n", flush=True)
 
 
-def _command(part: str) -> str:
-    return f"python -m bench.stability.convergence --only {part}"
-
-
-PARTS: dict[str, Callable[[Path, Path], None]] = {
+PARTS: dict[str, Callable[[Path], None]] = {
     "report": _report, "measure": _measure, "making": _making, "slicers": _slicers, "forms": _forms,
 }  # fmt: skip
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bench.record import Row
 from bench.stability.convergence.spread import Spread, fitted_power, least_good
@@ -35,7 +35,6 @@ class Curve:
             yield {
                 "mesh": self.mesh, "knob": self.knob, "figure": self.figure, "value": value,
                 "seeds": error.count, "offset": error.mean, "deviation": error.deviation,
-                "offset_error": error.standard_error,
             }  # fmt: skip
 
     @property
@@ -70,3 +69,8 @@ def curves(
         )
         for figure, values in found.items()
     ]
+
+
+def together(curve: Curve) -> Curve:
+    """The same where the views of all seeds make one report."""
+    return replace(curve, errors={value: error.together for value, error in curve.errors.items()})

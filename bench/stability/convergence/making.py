@@ -91,6 +91,8 @@ KNOBS = (
     Knob("resolution", 64, (32, 64, 128), _by_options(_resolution)),
 )
 
+DEFAULT_VALUES = {knob.name: knob.default for knob in KNOBS}
+
 
 def trials(subject: Subject, knobs: tuple[Knob, ...] = KNOBS) -> Iterator[Trial]:
     """Every value of every knob; the default is made once and stands in each of them."""

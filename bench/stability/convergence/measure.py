@@ -24,6 +24,8 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import hemisphere_directions, random_directions
 from simplifier.selection.measure import directional_measures
 
+DEFAULT_VALUES = {"directions": 64, "random directions": 64, "image": 128}
+
 _SEEDS = 8
 _COUNTS = (8, 16, 32, 64, 128, 256, 512)
 _IMAGES, _FINEST = (32, 64, 128, 256, 512), 1024

@@ -1,8 +1,8 @@
-"""Pictures of convergence: errors with bars, logarithmic axes, half a point as a line."""
+"""Pictures of convergence, drawn from the tables: error bars, the default, half a point."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,94 +11,113 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from bench.machine import header
-from bench.stability.convergence.curve import Curve
-from bench.stability.convergence.making import FIGURES, Trial
-from bench.stability.convergence.spread import HALF_A_POINT
+from bench.stability.convergence.spread import HALF_A_POINT, Spread
 
-_COLOURS = ("#1d5fc4", "#c2410c", "#00795c", "#7c3aed", "#8a6d00")
-_MARKS = ("o", "s", "^", "D", "v")
+_STYLES = {
+    "castle": ("#1d5fc4", "o"), "bunny_4968": ("#c2410c", "s"), "terrain": ("#00795c", "^"),
+    "machine": ("#7c3aed", "D"),
+}  # fmt: skip
+_OTHER = ("#1b1b1a", "v")
 _SOFT = "#6a6a66"
-_LEAST = 3e-4  # points: below that an error is drawn at the edge
+_STRAIGHT = 1.0  # points either side of 0 where the axis of gains is linear; further, logarithmic
+_GAINS = (-100, -30, -10, -3, -1, -0.5, 0, 0.5, 1, 3, 10)
+
+Cells = Mapping[str, str]
+"""A row of a table that was read: all text."""
 
 
-def plot_errors(path: Path, curves: Sequence[Curve], title: str, command: str) -> None:
-    """Write a PNG: a column a knob, a row a figure; the typical error and how sure it is."""
-    several = [curve for curve in curves if len(curve.errors) > 1]
-    knobs = list(dict.fromkeys(curve.knob for curve in several))
-    figures = list(dict.fromkeys(curve.figure for curve in several))
-    picture, grid = _begun(len(figures), len(knobs), title, command)
-    for row, figure in enumerate(figures):
-        for column, knob in enumerate(knobs):
-            mine = [one for one in several if (one.knob, one.figure) == (knob, figure)]
-            _draw_errors(grid[row][column], mine)
-            grid[row][column].set_title(f"{figure}, against {knob}", fontsize=10, loc="left")
-            grid[row][column].set_ylabel("typical error, points", fontsize=9)
+def plot_errors(
+    path: Path, rows: Sequence[Cells], defaults: Mapping[str, int], title: str, footer: str
+) -> None:
+    """Write a PNG: a column a knob of ``defaults``, a row a figure; typical errors."""
+    figures = _distinct(rows, "figure")
+    picture, grid = _begun(len(figures), len(defaults), title, footer)
+    for line, figure in zip(grid, figures, strict=True):
+        for axes, (knob, default) in zip(line, defaults.items(), strict=True):
+            mine = [row for row in rows if (row["figure"], row["knob"]) == (figure, knob)]
+            for mesh in _distinct(mine, "mesh"):
+                _draw_errors(axes, mesh, [row for row in mine if row["mesh"] == mesh])
+            axes.axhline(HALF_A_POINT, color=_SOFT, linestyle="--", linewidth=1.0)
+            axes.set_yscale("log")
+            axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            axes.yaxis.set_minor_formatter(NullFormatter())
+            _finish(axes, mine, default, f"{figure}, against {knob}")
+        line[0].set_ylabel("typical error, points (dashed: half a point)", fontsize=9)
     _end(picture, grid[0][0], path)
 
 
-def plot_trials(path: Path, trials: Sequence[Trial], title: str, command: str) -> None:
-    """Write a PNG: a column a knob, a row a figure; what changes against the default."""
-    knobs = list({trial.knob.name: trial.knob for trial in trials}.values())
-    meshes = list(dict.fromkeys(trial.mesh for trial in trials))
-    picture, grid = _begun(len(FIGURES), len(knobs), title, command)
-    for row, figure in enumerate(FIGURES):
-        for column, knob in enumerate(knobs):
-            axes = grid[row][column]
-            for index, mesh in enumerate(meshes):
-                mine = [t for t in trials if (t.mesh, t.knob.name) == (mesh, knob.name)]
-                _draw_trials(axes, mine, figure, index, mesh)
+def plot_gains(
+    path: Path, rows: Sequence[Cells], defaults: Mapping[str, int], title: str, footer: str
+) -> None:
+    """Write a PNG: a column a knob, recall above precision; means less that of the default."""
+    picture, grid = _begun(2, len(defaults), title, footer)
+    for line, figure in zip(grid, ("recall", "precision"), strict=True):
+        for axes, (knob, default) in zip(line, defaults.items(), strict=True):
+            mine = [row for row in rows if row["knob"] == knob]
+            for mesh in _distinct(mine, "mesh"):
+                of_mesh = [row for row in mine if row["mesh"] == mesh]
+                _draw_gains(axes, mesh, of_mesh, figure, default)
             axes.axhspan(-HALF_A_POINT, HALF_A_POINT, color="#1b1b1a", alpha=0.07, linewidth=0)
-            _finish(axes, knob.values, knob.default)
-            axes.set_title(f"{figure}, against {knob.name}", fontsize=10, loc="left")
-            axes.set_ylabel("points above the default", fontsize=9)
+            axes.set_yscale("symlog", linthresh=_STRAIGHT)
+            _finish(axes, mine, default, f"{figure}, against {knob}")
+        low, high = line[0].get_ylim()  # one for the row
+        ticks = [value for value in _GAINS if low <= value <= high]
+        line[0].set_yticks(ticks, [f"{value:+g}" if value else "0" for value in ticks])
+        line[0].set_ylabel("points above the default (grey: half a point)", fontsize=9)
     _end(picture, grid[0][0], path)
 
 
-def _begun(rows: int, columns: int, title: str, command: str) -> tuple[Figure, Any]:
-    picture = Figure(figsize=(4.3 * columns, 3.4 * rows + 1.3), layout="constrained", dpi=110)
+def _distinct(rows: Sequence[Cells], name: str) -> list[str]:
+    return list(dict.fromkeys(row[name] for row in rows))
+
+
+def _begun(rows: int, columns: int, title: str, footer: str) -> tuple[Figure, Any]:
+    picture = Figure(figsize=(3.7 * columns, 3.4 * rows + 1.0), layout="constrained", dpi=110)
     picture.suptitle(title, fontsize=12, fontweight="bold", x=0.01, ha="left")
-    picture.supxlabel("; ".join(header(command)[:2]), fontsize=7, color=_SOFT)
-    return picture, picture.subplots(rows, columns, squeeze=False)
+    picture.supxlabel(footer, fontsize=7, color=_SOFT)
+    return picture, picture.subplots(rows, columns, squeeze=False, sharey="row")
 
 
-def _draw_errors(axes: Axes, curves: Sequence[Curve]) -> None:
-    for index, curve in enumerate(curves):
-        errors = [curve.errors[value] for value in curve.values]
-        typical = np.maximum([error.typical for error in errors], _LEAST)
-        # The scatter of a scatter: one part in the square root of twice the seeds.
-        bars = typical / np.sqrt([2.0 * (error.count - 1) for error in errors])
-        axes.errorbar(curve.values, typical, bars, label=curve.mesh, **_style(index))
-    axes.axhline(HALF_A_POINT, color=_SOFT, linestyle="--", linewidth=1.0)
-    axes.set_yscale("log")
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.yaxis.set_minor_formatter(NullFormatter())
-    _finish(axes, curves[0].values, curves[0].default)
+def _draw_errors(axes: Axes, mesh: str, rows: Sequence[Cells]) -> None:
+    errors = [
+        Spread(float(row["offset"]), float(row["deviation"]), int(row["seeds"])) for row in rows
+    ]
+    typical = np.array([error.typical for error in errors])
+    # The scatter of a scatter: one part in the square root of twice the seeds.
+    bars = typical / np.sqrt([2.0 * (error.count - 1) for error in errors])
+    _bars(axes, mesh, rows, np.where(typical > 0.0, typical, np.nan), bars)
 
 
-def _draw_trials(axes: Axes, trials: Sequence[Trial], figure: str, index: int, mesh: str) -> None:
-    usual = next(trial for trial in trials if trial.value == trial.knob.default)
-    gains = [trial.spread(figure).mean - usual.spread(figure).mean for trial in trials]
-    bars = [trial.spread(figure).standard_error for trial in trials]
-    axes.errorbar([trial.value for trial in trials], gains, bars, label=mesh, **_style(index))
+def _draw_gains(axes: Axes, mesh: str, rows: Sequence[Cells], figure: str, default: int) -> None:
+    means = np.array([float(row[figure]) for row in rows])
+    usual = next(float(row[figure]) for row in rows if int(row["value"]) == default)
+    bars = [float(row[f"{figure}_deviation"]) / int(row["seeds"]) ** 0.5 for row in rows]
+    _bars(axes, mesh, rows, means - usual, bars)
 
 
-def _style(index: int) -> dict[str, Any]:
-    return {
-        "color": _COLOURS[index % len(_COLOURS)], "marker": _MARKS[index % len(_MARKS)],
-        "markersize": 4.5, "linewidth": 1.2, "capsize": 2.5, "elinewidth": 1.0,
-    }  # fmt: skip
+def _bars(axes: Axes, mesh: str, rows: Sequence[Cells], at: Any, bars: Any) -> None:
+    colour, mark = _STYLES.get(mesh, _OTHER)
+    axes.errorbar(
+        [int(row["value"]) for row in rows], at, bars, label=mesh, color=colour, marker=mark,
+        markersize=4.5, linewidth=1.2, capsize=2.5, elinewidth=1.0,
+    )  # fmt: skip
 
 
-def _finish(axes: Axes, values: Sequence[int], default: int) -> None:
+def _finish(axes: Axes, rows: Sequence[Cells], default: int, title: str) -> None:
+    values = sorted({int(row["value"]) for row in rows})
     axes.axvline(default, color=_SOFT, linewidth=0.8, alpha=0.6)
     axes.set_xscale("log", base=2)
-    axes.set_xticks(list(values), [f"{value:,}" for value in values])
+    axes.set_xticks(values, [_short(value) for value in values])
     axes.minorticks_off()
     axes.tick_params(labelsize=8, colors=_SOFT)
     axes.grid(alpha=0.25)
+    axes.set_title(title, fontsize=10, loc="left")
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
+
+
+def _short(value: int) -> str:
+    return f"{value // 1000}k" if value >= 1000 and value % 1000 == 0 else str(value)
 
 
 def _end(picture: Figure, first: Axes, path: Path) -> None:

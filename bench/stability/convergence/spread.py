@@ -43,6 +43,11 @@ class Spread:
         return float(self.deviation / np.sqrt(self.count))
 
     @property
+    def together(self) -> Spread:
+        """Of their mean: what is left of the scatter when all seeds count as one."""
+        return Spread(self.mean, self.standard_error, self.count)
+
+    @property
     def reach(self) -> float:
         """Offset and two deviations: nineteen of twenty single values lie as near to 0."""
         return abs(self.mean) + 2.0 * self.deviation

@@ -15,7 +15,6 @@ from simplifier.kernels.soup_views import all_contained
 from simplifier.voxel.fill import fill
 from simplifier.voxel.morphology import dilated
 
-
 _NEAR = 3  # voxels; in a groove of a surface the nearest free one may be two away
 
 

@@ -12,7 +12,7 @@ from simplifier.geometry.mesh import FloatArray, IntArray, have_area
 
 @dataclass(frozen=True, eq=False)
 class Occluder:
-    """Triangles that hide nearly what the original hides; to be drawn double-sided.
+    """Triangles that hide nearly what the original hides.
 
     ``vertices``     (n, 3) float64, world units.
     ``faces``        (m, 3) int32, m may be 0 when nothing can be hidden.
@@ -20,12 +20,16 @@ class Occluder:
                      its filled interior, world units; infinite when nothing was promised (a file
                      made elsewhere).
     ``timings``      seconds by stage.
+    ``single_sided`` whether renderers that cull back faces may: a triangle that can be seen from
+                     both sides is then there in both windings.  If not, as they are made, they are
+                     to be drawn double-sided.
     """
 
     vertices: FloatArray
     faces: IntArray
     error_bound: float = float("inf")
     timings: Mapping[str, float] = field(default_factory=dict)
+    single_sided: bool = False
 
     @classmethod
     def of(

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from simplifier.errors import UnknownFormatError
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.lod_chain import LodChain
+from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import glb_writer, gltf, obj, off, ply, stl, tres
+from simplifier.io import glb_writer, gltf, gltf_lods, obj, occ, off, ply, stl, tres
 from simplifier.io.objects import Objects
 from simplifier.io.polygons import IndexArray
 
@@ -22,6 +23,10 @@ class Codec:
                      of the file, nothing merged; raises only ``OccluderError``.  The path is for
                      messages and for files that stand beside it.
     ``encode``       an occluder to bytes, the same ones every time; None when only read.
+    ``encode_polygons``  the same with quads and triangles in place of its faces; None where the
+                     format has no quads.
+    ``encode_lods``  a chain of levels to bytes, and
+    ``decode_lods``  (content, path) back to one; None where the format has no place for it.
     ``error_bound``  (content, path) to the bound that ``encode`` stored, infinite when there is
                      none; None when the format has no place for it.
     ``objects``      (content, path) to the objects of the file, nothing checked; None for a format
@@ -33,6 +38,9 @@ class Codec:
     name: str
     decode: Callable[[bytes, Path], tuple[FloatArray, IndexArray]]
     encode: Callable[[Occluder], bytes] | None = None
+    encode_polygons: Callable[[Occluder, IntArray, IntArray], bytes] | None = None
+    encode_lods: Callable[[LodChain], bytes] | None = None
+    decode_lods: Callable[[bytes, Path], LodChain] | None = None
     error_bound: Callable[[bytes, Path], float] | None = None
     objects: Callable[[bytes, Path], Objects] | None = None
     external: Callable[[bytes, Path], list[str]] | None = None
@@ -40,12 +48,34 @@ class Codec:
 
 CODECS: dict[str, Codec] = {
     ".glb": Codec(
-        "binary glTF", gltf.decode, glb_writer.encode, gltf.error_bound, gltf.objects, gltf.external
+        "binary glTF",
+        gltf.decode,
+        glb_writer.encode,
+        encode_lods=glb_writer.encode_lods,
+        decode_lods=gltf_lods.decode_lods,
+        error_bound=gltf.error_bound,
+        objects=gltf.objects,
+        external=gltf.external,
     ),
-    ".gltf": Codec("glTF", gltf.decode, None, gltf.error_bound, gltf.objects, gltf.external),
-    ".obj": Codec("Wavefront OBJ", obj.decode, obj.encode),
-    ".off": Codec("Object File Format", off.decode, off.encode),
-    ".ply": Codec("Stanford PLY", ply.decode, ply.encode),
+    ".gltf": Codec(
+        "glTF",
+        gltf.decode,
+        decode_lods=gltf_lods.decode_lods,
+        error_bound=gltf.error_bound,
+        objects=gltf.objects,
+        external=gltf.external,
+    ),
+    ".obj": Codec("Wavefront OBJ", obj.decode, obj.encode, obj.encode),
+    ".occ": Codec(
+        "occluder file",
+        occ.decode,
+        occ.encode,
+        encode_lods=occ.encode_lods,
+        decode_lods=occ.decode_lods,
+        error_bound=occ.error_bound,
+    ),
+    ".off": Codec("Object File Format", off.decode, off.encode, off.encode),
+    ".ply": Codec("Stanford PLY", ply.decode, ply.encode, ply.encode),
     ".stl": Codec("STL", stl.decode, stl.encode),
     ".tres": Codec("Godot occluder", tres.decode, tres.encode),
 }
@@ -59,6 +89,11 @@ def readable_suffixes() -> tuple[str, ...]:
 def writable_suffixes() -> tuple[str, ...]:
     """In alphabetical order, with the dot, in lower case."""
     return tuple(suffix for suffix in sorted(CODECS) if CODECS[suffix].encode)
+
+
+def suffixes_with_quads() -> tuple[str, ...]:
+    """Of formats that can hold quads, in alphabetical order."""
+    return tuple(suffix for suffix in sorted(CODECS) if CODECS[suffix].encode_polygons)
 
 
 def codec_for_reading(path: Path) -> Codec:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from simplifier.checks import as_path, check_callable, check_cancel, check_kind
 from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
 from simplifier.geometry.lod_chain import LodChain
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.build import Tell, build_occluders
@@ -19,10 +20,15 @@ from simplifier.hierarchy.manifest import (
 )
 from simplifier.hierarchy.occluder_tree import OccluderTree, leaf_occluders
 from simplifier.hierarchy.options import SceneOptions
-from simplifier.io import save_lods, save_occluder, write_scene
+from simplifier.io import save_occluder, write_scene
+from simplifier.io.save_lods import save_lods
+from simplifier.io.style import Sides, Style
 from simplifier.lods.levels import simplify_levels
 from simplifier.lods.options import LodOptions, finest_bound
 from simplifier.lods.plan import plan_levels
+from simplifier.memory.limit import check_need
+from simplifier.memory.runs import Judging, seeing
+from simplifier.needs import check_making, size_of
 from simplifier.options import Axis, Preset, Slicing, Trim, Viewers, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel, Listener
@@ -47,10 +53,13 @@ def simplify(
     moves: int | None = None,
     time_limit: float | None = None,
     seed: int = 0,
+    memory_limit: float | None = None,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
 ) -> Occluder:
     """Make an occluder of at most ``budget`` triangles, to be drawn double-sided.
+
+    A mesh of no more is its own, less what is buried in it, unless it is to keep wholly inside.
 
     ``mesh``         any soup; from arrays: ``TriangleMesh.from_soup(vertices, faces)``.
     ``resolution``   voxels along the longest edge, 64 if neither it is given nor
@@ -70,6 +79,9 @@ def simplify(
     ``moves``        refining moves in place of the preset's, 0 for the cut as it is.
     ``time_limit``   seconds that this call may take, in place of moves: less shortens the preset's
                      work, more goes on refining.  Results then differ from run to run.
+    ``memory_limit``  GiB that the process may need, half of the machine's by default: a call that
+                     would need more is refused at once, by
+                     :class:`~simplifier.errors.MemoryLimitError`.
     ``listener``     called with the :class:`Progress` so far; what it raises ends the run.
     ``cancel``       a :class:`threading.Event` or alike: once it is set, from any thread or by the
                      listener, the call ends soon.  It returns the best so far when refining has
@@ -79,6 +91,7 @@ def simplify(
     seed give the same bytes on any number of threads, unless a time limit or a cancel ends the
     search.  Raises :class:`OccluderError`.
     """
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
     options = make_options(
         float(mesh.extent.max()), budget=budget, resolution=resolution,
         error_bound=error_bound, up=up, ground=ground, viewers=viewers,
@@ -86,6 +99,7 @@ def simplify(
         slicer=slicer, preset=preset, min_precision=min_precision, moves=moves,
         time_limit=time_limit, seed=seed,
     )  # fmt: skip
+    check_making(mesh, options, memory_limit)
     return simplify_mesh(mesh, options, listener, cancel).occluder
 
 
@@ -111,6 +125,7 @@ def simplify_lods(
     moves: int | None = None,
     time_limit: float | None = None,
     seed: int = 0,
+    memory_limit: float | None = None,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
 ) -> LodChain:
@@ -132,8 +147,8 @@ def simplify_lods(
     Raises :class:`OccluderError`.
     """
     count = 3 if lods is None and error_bounds is None else lods
-    bounds = None if error_bounds is None else tuple(error_bounds)
-    levels = LodOptions(count, bounds, pixel_error, screen_height, fov)
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    levels = LodOptions(count, error_bounds, pixel_error, screen_height, fov)
     longest = float(mesh.extent.max())
     finest = make_options(
         longest, budget=budget, resolution=resolution,
@@ -141,20 +156,34 @@ def simplify_lods(
         viewers=viewers, smallest_hole=smallest_hole, trim=trim, slicer=slicer, preset=preset,
         min_precision=min_precision, moves=moves, time_limit=time_limit, seed=seed,
     )  # fmt: skip
+    check_making(mesh, finest, memory_limit)
     return simplify_levels(mesh, plan_levels(longest, finest, levels), listener, cancel).chain
 
 
-def save(result: Occluder | LodChain, path: str | Path) -> None:
+def save(
+    result: Occluder | LodChain,
+    path: str | Path,
+    *,
+    sides: Sides = "double",
+    quads: bool = False,
+) -> None:
     """Write an occluder or levels of detail in the format of the suffix, all or nothing.
 
-    Levels go to one ``.glb`` by MSFT_lod, which :func:`load_lods` reads, and one by one to
-    ``NAME_lod0`` and so on beside it; for other formats to the latter alone.  Raises
-    :class:`~simplifier.errors.OutputError`.
+    Levels go to one ``.glb`` by MSFT_lod, or one ``.occ``, which :func:`load_lods` reads, and one
+    by one to ``NAME_lod0`` and so on beside it; for other formats to the latter alone.
+
+    ``sides``  "single" for renderers that cull back faces: what can be seen from both sides is then
+               there in both windings.
+    ``quads``  write two triangles as a quad where they pair up, in formats that have quads.
+
+    Raises :class:`~simplifier.errors.OutputError`.
     """
+    check_kind("result", result, Occluder | LodChain, "what simplify or simplify_lods returns")
+    style = Style(sides, quads)
     if isinstance(result, LodChain):
-        save_lods(result, path)
+        save_lods(result, path, style)
     else:
-        save_occluder(result, path)
+        save_occluder(result, path, style)
 
 
 def simplify_scene(
@@ -174,6 +203,7 @@ def simplify_scene(
     fov: float = 60.0,
     preview: bool = False,
     seed: int = 0,
+    memory_limit: float | None = None,
     tell: Tell = lambda done, total: None,
     cancel: Cancel | None = None,
 ) -> OccluderTree:
@@ -183,6 +213,8 @@ def simplify_scene(
     an earlier run and the scene still needs is not made again.  Work is spread over processes, so
     a script that calls this has to guard its main module (``if __name__ == "__main__"``).
 
+    ``memory_limit``  GiB that this process and those that it starts may need at most, half of the
+                machine's by default; :class:`~simplifier.errors.MemoryLimitError` beyond.
     ``preview``  also writes all leaves' occluders to ``preview.glb`` there.
     ``tell``    called with how many occluders are there and how many there will be.
     ``cancel``  once set, ends the call soon by :class:`~simplifier.errors.CancelledError`; what is
@@ -191,13 +223,18 @@ def simplify_scene(
     ``scene.json`` in the folder says what could not be made and why.  Raises
     :class:`OccluderError`.
     """
+    check_kind("scene", scene, Scene, "what simplifier.load_scene returns")
+    check_callable("tell", tell)
+    check_cancel(cancel)
     options = SceneOptions(
         budget, resolution, width, moves, up, ground, smallest_hole, conservative, pixel_error,
         rows, fov, seed,
     )  # fmt: skip
-    place = Path(folder)
+    place = as_path("folder", folder)
     store = occluder_store(place)
-    build = build_occluders(scene, options, store, read_summaries(place), tell, cancel)
+    build = build_occluders(
+        scene, options, store, read_summaries(place), tell, cancel, memory_limit
+    )
     write_manifest(place, scene, options, build)
     tree = load_occluder_tree(place)
     if preview:
@@ -216,12 +253,16 @@ def evaluate(
     exact: bool = False,
     viewers: Viewers = "all",
     up: Axis = "y",
+    memory_limit: float | None = None,
 ) -> AccuracyReport:
     """Judge an occluder against its mesh: precision and recall, over all views and by view.
 
     ``views``, ``image``, ``quads``  how many views, pixels a side and random quads a view.
     ``exact``  count all quads in place of a sample.
     ``viewers``, ``up``  with viewers ``above`` all views look level or down.
+    ``memory_limit``  GiB that the process may need at most, as for :func:`simplify`.
     """
     options = AccuracyOptions(views, image, quads, seed, exact, viewers, up)
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    check_need(seeing(size_of(mesh), Judging(options.views, options.image)), memory_limit)
     return evaluate_accuracy(mesh, occluder, options)

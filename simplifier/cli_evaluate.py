@@ -14,6 +14,7 @@ from simplifier.evaluation.report import Report, write_report
 from simplifier.interrupts import Interrupts
 from simplifier.io import load_mesh, load_occluder
 from simplifier.option_fields import EVALUATE_FIELDS
+from simplifier.production.estimate import check_file
 from simplifier.production.judge import judge
 from simplifier.production.options import EvaluateOptions
 from simplifier.progress import Listener, Stopwatch
@@ -38,9 +39,11 @@ def evaluate(
     def run(listener: Listener, interrupts: Interrupts) -> Report:
         options = EvaluateOptions(**chosen)
         check_extras(report, pictures)
-        watch = Stopwatch(listener)
+        check_file(mesh, options, pictures=pictures is not None)
+        watch, limit = Stopwatch(listener), options.memory_limit
         with watch.stage("load"):
-            soup, judged = load_mesh(mesh), load_occluder(occluder)
+            soup = load_mesh(mesh, memory_limit=limit)
+            judged = load_occluder(occluder, memory_limit=limit)
         judgement = judge(soup, judged, options, listener)
         summary = judgement.report(load_seconds=watch.timings["load"])
         if report is not None:

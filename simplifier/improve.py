@@ -77,7 +77,11 @@ def improve(
         return (found or starts)[0] - margin
     fine = search_projections(solid, options, _FINE_VIEWS if several else _FEW_FINE_VIEWS, margin)
     aim = options.refine.precision
-    return best_of([*found, *starts], FineViews.of(*original, fine), aim) - margin
+
+    def spare() -> list[FloatArray]:  # takes what no limit has left for it
+        return [] if deadline.limited else [_fine_start(mesh, solid, options, allowed, margin)]
+
+    return best_of([*found, *starts], FineViews.of(*original, fine), aim, spare) - margin
 
 
 def _closing_share(several: bool) -> float:
@@ -105,6 +109,16 @@ def _decimated(
 
     run_chunks(make, len(makers))
     return soups
+
+
+def _fine_start(
+    mesh: TriangleMesh, solid: Solid, options: Options, allowed: BoolArray, margin: float
+) -> FloatArray:
+    """The mesh itself in fewer triangles, in detail that pictures do not show."""
+    from simplifier.decimation.starts import fine_start  # as above
+
+    vertices, faces = fine_start(mesh, solid.core, allowed, margin, options.selection.budget)
+    return pulled_in(vertices[faces] + margin, allowed)
 
 
 def _views(

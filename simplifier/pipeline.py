@@ -11,9 +11,15 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.solid import Solid
 from simplifier.improve import improve
+from simplifier.itself import fits, seen_triangles
 from simplifier.options import ERROR_VOXELS, Options
 from simplifier.progress import Cancel, Listener, Stopwatch
 from simplifier.solidify import solid_warnings, solidify
+
+_EMPTY = (
+    "nothing within the error bound hides more rightly than wrongly, so the occluder is empty; "
+    "raise the resolution"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,15 +58,19 @@ def simplify_mesh(
     solid = solidify(mesh, options.solid, watch)
     # Before refining, which uses up what a time limit leaves.
     warnings = solid_warnings(mesh, solid, options.solid)
-    triangles = cut_solid(solid, options, watch, deadline)
-    with watch.stage("refine", cancels=False):
-        triangles = improve(triangles, mesh, solid, options, watch, deadline)
-        interrupted = watch.cancelled
+    if fits(mesh, solid, options.selection.budget):
+        triangles, interrupted = seen_triangles(mesh, solid), False
+    else:
+        triangles = cut_solid(solid, options, watch, deadline)
+        with watch.stage("refine", cancels=False):
+            triangles = improve(triangles, mesh, solid, options, watch, deadline)
+            interrupted = watch.cancelled
+        triangles = solid.core.to_world(triangles)
     # A voxel wholly inside is interior, at no distance at all.
     bound = 0.0 if solid.wholly_inside else ERROR_VOXELS * solid.core.cell_size
-    occluder = Occluder.of(solid.core.to_world(triangles), bound, watch.timings)
+    occluder = Occluder.of(triangles, bound, watch.timings)
     if len(occluder.faces) == 0 < solid.core.count:
-        warnings.append("no section is large enough to hide anything; raise the resolution")
+        warnings.append(_EMPTY)
     if interrupted:
         warnings.append("interrupted: the best so far")
     return Simplification(occluder, solid, tuple(warnings), interrupted)

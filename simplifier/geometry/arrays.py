@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplifier.errors import MeshError
+from simplifier.checks import is_number, shown
+from simplifier.errors import MeshError, OptionError
 
 _MOST = int(np.iinfo(np.int32).max)  # faces are stored as int32
 
@@ -68,6 +68,36 @@ def face_array(faces: ArrayLike, count: int, where: str) -> NDArray[np.int64]:
     return np.asarray(values, dtype=np.int64)
 
 
+def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """(3,) float64, finite.  Raises :class:`OptionError`."""
+    try:
+        numbers = _real_numbers(name, value, "").astype(np.float64).ravel()
+    except (MeshError, OverflowError):
+        numbers = np.empty(0)
+    if len(numbers) != 3 or not np.isfinite(numbers).all():
+        raise OptionError(
+            f"{shown(value)} is no vector", where=name, remedy="pass three finite numbers"
+        )
+    return numbers
+
+
+def check_arrays(vertices: object, faces: object, remedy: str) -> None:
+    """Refuse what are not (n, 3) float64 and (m, 3) int32, and make both read-only.
+
+    Raises :class:`MeshError` with the ``remedy``.
+    """
+    for name, array, kind in (("vertices", vertices, "float64"), ("faces", faces, "int32")):
+        if not isinstance(array, np.ndarray) or array.dtype != kind or array.shape[1:] != (3,):
+            raise MeshError(f"{_kind(array)} cannot be the {name}, (n, 3) {kind}", remedy=remedy)
+        array.setflags(write=False)
+
+
+def _kind(array: object) -> str:
+    if isinstance(array, np.ndarray):
+        return f"an array of shape {array.shape} and type {array.dtype}"
+    return shown(array)
+
+
 def _real_numbers(name: str, given: ArrayLike, where: str) -> NDArray[Any]:
     """At least two axes, in the type that was given; Python's own numbers of any size pass."""
     try:
@@ -75,15 +105,11 @@ def _real_numbers(name: str, given: ArrayLike, where: str) -> NDArray[Any]:
     except (TypeError, ValueError) as error:  # rows of different lengths, too many axes
         raise _refused(f"{name} are no array ({error})", where) from None
     kind = values.dtype.kind
-    if kind not in "iuf" and not (kind == "O" and all(map(_is_real, values.ravel()))):
+    if kind not in "iuf" and not (kind == "O" and all(map(is_number, values.ravel()))):
         raise _refused(f"{name} are of type {values.dtype}", where)
     if np.ma.is_masked(given):
         raise _refused(f"{name} have masked values", where)
     return values
-
-
-def _is_real(value: object) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def _refused(what: str, where: str) -> MeshError:

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplifier.errors import EmptyMeshError
-from simplifier.geometry.arrays import face_array, vertex_array
+from simplifier.geometry.arrays import check_arrays, face_array, vertex_array
 from simplifier.geometry.reach import FURTHEST, Reach
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
 IndexArray = NDArray[np.int64]
 
+A_MESH = "what simplifier.load or TriangleMesh.from_soup returns"
+"""What to hand over where a mesh is asked for."""
+
 _NO_FACES = np.empty((0, 3), dtype=np.int64)
+
+_Scalar = TypeVar("_Scalar", np.float64, np.int32)
 
 _BLOCK = 1 << 17  # triangles that are checked at once: about 30 MiB of corners, edges and products
 
@@ -30,7 +36,7 @@ class DroppedTriangles:
                polygon counts as the triangles that it was cut into.
     """
 
-    non_finite: int = 0  # a corner is NaN, infinite, or so far out that areas overflow
+    non_finite: int = 0  # a corner is NaN, infinite, or so far out that volumes overflow
     repeated_index: int = 0  # two corners are the same vertex
     zero_area: int = 0  # three corners on one line
     far_away: int = 0  # a corner is beyond what can be of the same mesh: see Reach.stray
@@ -76,7 +82,7 @@ class TriangleMesh:
                   the input and no stage relies on it.
     ``dropped``   what :meth:`from_soup` left out.
 
-    Build one with :meth:`from_soup`; the plain constructor trusts its arguments.
+    Build one with :meth:`from_soup`; the plain constructor trusts what its arrays hold.
     """
 
     vertices: FloatArray
@@ -84,8 +90,7 @@ class TriangleMesh:
     dropped: DroppedTriangles = field(default_factory=DroppedTriangles)
 
     def __post_init__(self) -> None:
-        self.vertices.setflags(write=False)
-        self.faces.setflags(write=False)
+        check_arrays(self.vertices, self.faces, "build the mesh by TriangleMesh.from_soup")
 
     @classmethod
     def from_soup(cls, vertices: ArrayLike, faces: ArrayLike, *, where: str = "") -> TriangleMesh:
@@ -151,8 +156,8 @@ def _usable_triangles(
     points: FloatArray, indices: IndexArray
 ) -> tuple[NDArray[np.bool_], dict[str, IndexArray]]:
     """(m,) which faces have a finite, non-zero area, and the numbers of the others by reason."""
-    # Beyond 1e150 squared lengths overflow float64.
-    bounded = np.asarray((np.abs(points) < 1e150).all(axis=1))
+    # Beyond 1e100 volumes overflow float64.
+    bounded = np.asarray((np.abs(points) < 1e100).all(axis=1))
     usable = np.zeros(len(indices), dtype=np.bool_)
     unusable: dict[str, list[IndexArray]] = {reason: [] for reason in _UNUSABLE}
     for block in _blocks(len(indices)):
@@ -178,13 +183,22 @@ def _of_used_vertices(
         used[indices[block][usable[block]]] = True
     renumbered = np.cumsum(used, dtype=np.int32)
     renumbered -= 1
-    faces = np.empty((int(np.count_nonzero(usable)), 3), dtype=np.int32)
+    vertices, faces = _room_for(used, np.float64), _room_for(usable, np.int32)
+    _fill(vertices, (points[block][used[block]] for block in _blocks(len(points))))
+    _fill(faces, (renumbered[indices[block][usable[block]]] for block in _blocks(len(indices))))
+    return vertices, faces
+
+
+def _room_for(kept: NDArray[np.bool_], dtype: type[_Scalar]) -> NDArray[_Scalar]:
+    return np.empty((int(np.count_nonzero(kept)), 3), dtype=dtype)
+
+
+def _fill(whole: NDArray[_Scalar], parts: Iterable[NDArray[_Scalar]]) -> None:
+    """Put the parts into ``whole`` one behind the other."""
     count = 0
-    for block in _blocks(len(indices)):
-        some = renumbered[indices[block][usable[block]]]
-        faces[count : count + len(some)] = some
-        count += len(some)
-    return points[used], faces
+    for part in parts:
+        whole[count : count + len(part)] = part
+        count += len(part)
 
 
 def _dropped(places: Mapping[str, IndexArray]) -> DroppedTriangles:

@@ -7,7 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from simplifier.geometry.arrays import check_arrays
 from simplifier.geometry.mesh import FloatArray, IntArray, have_area
+
+AN_OCCLUDER = "what simplifier.simplify or simplifier.load_occluder returns"
+"""What to hand over where an occluder is asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +27,9 @@ class Occluder:
     ``single_sided`` whether renderers that cull back faces may: a triangle that can be seen from
                      both sides is then there in both windings.  If not, as they are made, they are
                      to be drawn double-sided.
+
+    Raises :class:`~simplifier.errors.MeshError` for arrays of another kind or shape; what they hold
+    is checked where it is used.  Both become read-only.
     """
 
     vertices: FloatArray
@@ -49,5 +56,4 @@ class Occluder:
         )  # fmt: skip
 
     def __post_init__(self) -> None:
-        self.vertices.setflags(write=False)
-        self.faces.setflags(write=False)
+        check_arrays(self.vertices, self.faces, "pass arrays as simplifier.Occluder states them")

@@ -68,7 +68,9 @@ def node_occluder(
     """
     if kind == "near" and is_own_occluder(mesh, options):
         return _worth(Occluder(mesh.vertices, mesh.faces, 0.0), mesh, options.resolution)
-    result = simplify_mesh(mesh, _options(mesh, kind, stand, options), cancel=cancel)
+    result = simplify_mesh(
+        mesh, node_options(float(mesh.extent.max()), kind, stand, options), cancel=cancel
+    )
     if result.interrupted:
         raise CancelledError("cancelled before the occluder was as good as asked for")
     made = result.occluder
@@ -116,8 +118,8 @@ def hiding_radius(occluder: Occluder) -> float:
     return float(np.ldexp(np.cbrt(3.0 * np.mean(measures) / np.pi), exponent))
 
 
-def _options(mesh: TriangleMesh, kind: Kind, stand: Stand, options: SceneOptions) -> Options:
-    longest = float(mesh.extent.max())
+def node_options(longest: float, kind: Kind, stand: Stand, options: SceneOptions) -> Options:
+    """Of a node whose longest edge is that, in the space of its occluder."""
     resolution = options.resolution
     if kind == "near":
         resolution = min(_FINER * resolution, MOST_VOXELS)

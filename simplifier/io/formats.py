@@ -10,7 +10,9 @@ from simplifier.errors import UnknownFormatError
 from simplifier.geometry.lod_chain import LodChain
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import glb_writer, gltf, gltf_lods, obj, occ, off, ply, stl, tres
+from simplifier.io import glb_writer, gltf, gltf_claim, gltf_lods, obj, occ, off, ply, stl, tres
+from simplifier.io.claim import Claim, Peek
+from simplifier.io.gltf_container import check_container
 from simplifier.io.objects import Objects
 from simplifier.io.polygons import IndexArray
 
@@ -22,6 +24,8 @@ class Codec:
     ``decode``       (content, path) to vertices (n, 3) float64 and faces (m, 3) int64, in the order
                      of the file, nothing merged; raises only ``OccluderError``.  The path is for
                      messages and for files that stand beside it.
+    ``claim``        what a file says that it holds, from parts of it; raises OSError and
+                     ``OccluderError``.
     ``encode``       an occluder to bytes, the same ones every time; None when only read.
     ``encode_polygons``  the same with quads and triangles in place of its faces; None where the
                      format has no quads.
@@ -33,10 +37,14 @@ class Codec:
                      whose files are one object each.
     ``external``     (content, path) to the names of the other files that the file refers to; None
                      for a format of which no other file is ever opened.
+    ``check_start``  (first 64 KiB, size of the file, name for messages): raises what ``decode``
+                     would for a file that cannot be of this format, however it goes on;
+                     None where nothing can be said by then.
     """
 
     name: str
     decode: Callable[[bytes, Path], tuple[FloatArray, IndexArray]]
+    claim: Callable[[Peek], Claim]
     encode: Callable[[Occluder], bytes] | None = None
     encode_polygons: Callable[[Occluder, IntArray, IntArray], bytes] | None = None
     encode_lods: Callable[[LodChain], bytes] | None = None
@@ -44,40 +52,70 @@ class Codec:
     error_bound: Callable[[bytes, Path], float] | None = None
     objects: Callable[[bytes, Path], Objects] | None = None
     external: Callable[[bytes, Path], list[str]] | None = None
+    check_start: Callable[[bytes, int, str], None] | None = None
 
 
 CODECS: dict[str, Codec] = {
     ".glb": Codec(
         "binary glTF",
         gltf.decode,
+        gltf_claim.claim,
         glb_writer.encode,
         encode_lods=glb_writer.encode_lods,
         decode_lods=gltf_lods.decode_lods,
         error_bound=gltf.error_bound,
         objects=gltf.objects,
         external=gltf.external,
+        check_start=check_container,
     ),
     ".gltf": Codec(
         "glTF",
         gltf.decode,
+        gltf_claim.claim,
         decode_lods=gltf_lods.decode_lods,
         error_bound=gltf.error_bound,
         objects=gltf.objects,
         external=gltf.external,
+        check_start=check_container,
     ),
-    ".obj": Codec("Wavefront OBJ", obj.decode, obj.encode, obj.encode),
+    ".obj": Codec(
+        "Wavefront OBJ",
+        obj.decode,
+        obj.claim,
+        obj.encode,
+        encode_polygons=obj.encode,
+        check_start=obj.check_start,
+    ),
     ".occ": Codec(
         "occluder file",
         occ.decode,
+        occ.claim,
         occ.encode,
         encode_lods=occ.encode_lods,
         decode_lods=occ.decode_lods,
         error_bound=occ.error_bound,
+        check_start=occ.check_start,
     ),
-    ".off": Codec("Object File Format", off.decode, off.encode, off.encode),
-    ".ply": Codec("Stanford PLY", ply.decode, ply.encode, ply.encode),
-    ".stl": Codec("STL", stl.decode, stl.encode),
-    ".tres": Codec("Godot occluder", tres.decode, tres.encode),
+    ".off": Codec(
+        "Object File Format",
+        off.decode,
+        off.claim,
+        off.encode,
+        encode_polygons=off.encode,
+        check_start=off.check_start,
+    ),
+    ".ply": Codec(
+        "Stanford PLY",
+        ply.decode,
+        ply.claim,
+        ply.encode,
+        encode_polygons=ply.encode,
+        check_start=ply.check_start,
+    ),
+    ".stl": Codec("STL", stl.decode, stl.claim, stl.encode, check_start=stl.check_start),
+    ".tres": Codec(
+        "Godot occluder", tres.decode, tres.claim, tres.encode, check_start=tres.check_start
+    ),
 }
 
 

@@ -21,7 +21,7 @@ IndexArray = NDArray[np.int64]
 
 GENERATOR = "planar-occluder"
 # Instances can multiply a small file beyond any memory.
-_MOST_VERTICES = _MOST_TRIANGLES = 100_000_000
+MOST_VERTICES = MOST_TRIANGLES = 100_000_000
 
 
 def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
@@ -78,10 +78,10 @@ def _check_size(
     order = instances.mesh_of.tolist()
     vertices = sum(len(meshes[mesh][0]) for mesh in order)
     triangles = sum(len(meshes[mesh][1]) for mesh in order)
-    if vertices > _MOST_VERTICES or triangles > _MOST_TRIANGLES:
+    if vertices > MOST_VERTICES or triangles > MOST_TRIANGLES:
         raise UnreadableMeshError(
             f"its {len(order)} instances add up to {triangles} triangles and {vertices}"
-            f" vertices, more than {_MOST_TRIANGLES}",
+            f" vertices, more than {MOST_TRIANGLES}",
             where=where,
             remedy="split the scene",
         )

@@ -3,22 +3,34 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
-from simplifier.errors import EmptyMeshError, UnknownFormatError, UnreadableMeshError
+from simplifier.checks import as_path, check_flag
+from simplifier.errors import (
+    EmptyMeshError,
+    OccluderError,
+    UnknownFormatError,
+    UnreadableMeshError,
+)
 from simplifier.geometry.lod_chain import LodChain
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.io.claim import Claim, Peek
 from simplifier.io.formats import Codec, codec_for_reading
 from simplifier.io.objects import Objects
 from simplifier.io.polygons import IndexArray
 from simplifier.io.sniff import foreign_content
 from simplifier.io.source import read_bytes
+from simplifier.memory.limit import check_need
+from simplifier.memory.runs import loading
 
 
-def load_mesh(path: str | Path, *, allow_external: bool = True) -> TriangleMesh:
+def load_mesh(
+    path: str | Path, *, allow_external: bool = True, memory_limit: float | None = None
+) -> TriangleMesh:
     """All meshes of a file as one triangle soup, in the order of the file, nothing merged.
 
     glTF node transforms are applied in float64.  Raises :class:`UnknownFormatError` for a suffix
@@ -27,21 +39,39 @@ def load_mesh(path: str | Path, *, allow_external: bool = True) -> TriangleMesh:
 
     ``allow_external``  whether a glTF file may keep its buffers in files beside it; if not, a file
                         that names others is refused as unreadable, and no other is opened.
+    ``memory_limit``    GiB that reading may need, half of the machine's by default: beyond, the
+                        file is refused before it is read, by :class:`MemoryLimitError`.
     """
-    path = Path(path)
-    return TriangleMesh.from_soup(*_decoded(path, allow_external), where=str(path))
+    path = as_path("path", path)
+    triangles = _decoded(path, allow_external, memory_limit)
+    return TriangleMesh.from_soup(*triangles, where=str(path))
 
 
-def load_occluder(path: str | Path, *, allow_external: bool = True) -> Occluder:
+def claim_of(path: Path) -> Claim:
+    """What a mesh file says that it holds, none of it read; nothing for what reading will refuse.
+
+    Raises :class:`UnknownFormatError` as :func:`load_mesh`.
+    """
+    codec = codec_for_reading(path)
+    # Reading says better what is wrong with a file.
+    with suppress(OSError, ValueError, LookupError, OccluderError):
+        if path.is_file():
+            return codec.claim(Peek(path, path.stat().st_size))
+    return Claim(0, 0, 0)
+
+
+def load_occluder(
+    path: str | Path, *, allow_external: bool = True, memory_limit: float | None = None
+) -> Occluder:
     """An occluder written by ``save_occluder``, or any other mesh to be used as one.
 
     The error bound is read back from GLB and OCC; elsewhere it is infinite.  A file without a
     triangle of non-zero area is an occluder that hides nothing, with 0 faces.  Unused vertices and
-    triangles without area are dropped.  ``allow_external`` and errors as for :func:`load_mesh`,
-    but for the empty mesh.
+    triangles without area are dropped.  ``allow_external``, ``memory_limit`` and errors as for
+    :func:`load_mesh`, but for the empty mesh.
     """
-    path = Path(path)
-    codec, data = _open(path, allow_external)
+    path = as_path("path", path)
+    codec, data = _open(path, allow_external, memory_limit)
     vertices, faces = codec.decode(data, path)
     bound = codec.error_bound(data, path) if codec.error_bound else math.inf
     try:
@@ -51,12 +81,15 @@ def load_occluder(path: str | Path, *, allow_external: bool = True) -> Occluder:
     return Occluder(mesh.vertices, mesh.faces, bound)
 
 
-def load_objects(path: Path, *, allow_external: bool = True) -> Objects:
+def load_objects(
+    path: Path, *, allow_external: bool = True, memory_limit: float | None = None
+) -> Objects:
     """The objects of a file as it states them; one, named as the file, where it has no nodes.
 
-    ``allow_external`` and errors as for :func:`load_mesh`, except for the empty mesh.
+    ``allow_external``, ``memory_limit`` and errors as for :func:`load_mesh`, except for the empty
+    mesh.
     """
-    codec, data = _open(path, allow_external)
+    codec, data = _open(path, allow_external, memory_limit)
     if codec.objects:
         return codec.objects(data, path)
     return Objects.one(path.stem, codec.decode(data, path))
@@ -68,7 +101,7 @@ def load_lods(path: str | Path) -> LodChain:
     Raises :class:`UnknownFormatError` for another suffix, and :class:`UnreadableMeshError` as
     :func:`load_mesh` and when there are no levels or they are damaged.
     """
-    path = Path(path)
+    path = as_path("path", path)
     decode = codec_for_reading(path).decode_lods
     if decode is None:
         raise UnknownFormatError(
@@ -76,26 +109,37 @@ def load_lods(path: str | Path) -> LodChain:
             where=str(path),
             remedy="use the .glb or .occ file, or load a level's own file as an occluder",
         )
-    return decode(_open(path, allow_external=True)[1], path)
+    return decode(_open(path, True, None)[1], path)
 
 
-def _decoded(path: Path, allow_external: bool) -> tuple[FloatArray, IndexArray]:
+def _decoded(
+    path: Path, allow_external: bool, memory_limit: float | None
+) -> tuple[FloatArray, IndexArray]:
     """The triangles of a file as it states them; its bytes are gone by then."""
-    codec, data = _open(path, allow_external)
+    codec, data = _open(path, allow_external, memory_limit)
     return codec.decode(data, path)
 
 
-def _open(path: Path, allow_external: bool) -> tuple[Codec, bytes]:
+def _open(path: Path, allow_external: bool, memory_limit: float | None) -> tuple[Codec, bytes]:
     """The codec of the suffix and the content, which must not begin like another format."""
+    check_flag("allow_external", allow_external)
     codec = codec_for_reading(path)
-    data = read_bytes(path)
-    found = foreign_content(data, path.suffix.lower())
-    if found:
-        raise UnreadableMeshError(
-            f"the suffix says {codec.name}, but this is {found}",
-            where=str(path),
-            remedy="give the file its right suffix, or export it again",
-        )
+
+    def check_start(start: bytes, size: int) -> None:
+        found = foreign_content(start, path.suffix.lower())
+        if found:
+            raise UnreadableMeshError(
+                f"the suffix says {codec.name}, but this is {found}",
+                where=str(path),
+                remedy="give the file its right suffix, or export it again",
+            )
+        if codec.check_start:
+            codec.check_start(start, size, str(path))
+        claim = claim_of(path)
+        need = loading(claim.vertices, claim.triangles, claim.decoding)
+        check_need(need, memory_limit, where=str(path))
+
+    data = read_bytes(path, check_start=check_start)
     if codec.external and not allow_external:
         _check_alone(codec.external(data, path), path)
     return codec, data

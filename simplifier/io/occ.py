@@ -19,6 +19,7 @@ from simplifier.geometry.camera import Lens
 from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.io.claim import Claim, Peek
 from simplifier.io.float32 import box_centre, to_float32
 from simplifier.io.polygons import IndexArray
 
@@ -77,6 +78,23 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
     """
     header, rows = _opened(data, str(path))
     return _level_arrays(data, header, rows[0], 0, str(path))
+
+
+def claim(peek: Peek) -> Claim:
+    """Of the finest level: its counts, held to what the file has room for."""
+    start = peek.read(0, _HEADER.itemsize + _LEVEL.itemsize)
+    if len(start) < _HEADER.itemsize + _LEVEL.itemsize:
+        return Claim(0, 0, 0)
+    row = np.frombuffer(start, dtype=_LEVEL, count=1, offset=_HEADER.itemsize)[0]
+    vertices = min(int(row["vertex_count"]), peek.size // 12)
+    triangles = min(int(row["triangle_count"]), peek.size // 6)
+    return Claim(vertices, triangles, peek.size + 24 * (vertices + triangles))
+
+
+def check_start(start: bytes, size: int, where: str) -> None:
+    """Raises :class:`UnreadableMeshError` for what does not begin as an occluder file."""
+    if size < _HEADER.itemsize or not start.startswith(MAGIC):
+        raise _damaged("this is no occluder file: it does not begin as one", where)
 
 
 def error_bound(data: bytes, path: Path) -> float:
@@ -157,8 +175,7 @@ def _aligned(size: int) -> int:
 
 def _opened(data: bytes, where: str) -> tuple[np.void, NDArray[np.void]]:
     """The header and the table of levels, their figures checked and their blocks in the file."""
-    if len(data) < _HEADER.itemsize or not data.startswith(MAGIC):
-        raise _damaged("this is no occluder file: it does not begin as one", where)
+    check_start(data, len(data), where)
     header = np.frombuffer(data, dtype=_HEADER, count=1)[0]
     if header["version"] != VERSION:
         raise UnreadableMeshError(

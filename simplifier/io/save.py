@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from simplifier.checks import as_path, check_kind
 from simplifier.errors import OutputError
 from simplifier.geometry.lod_chain import LodChain
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
 from simplifier.geometry.quads import quads_and_triangles
 from simplifier.geometry.sides import single_sided
 from simplifier.io.formats import CODECS, Codec, suffixes_with_quads, writable_suffixes
@@ -28,7 +29,9 @@ def save_occluder(occluder: Occluder, path: str | Path, style: Style = PLAIN) ->
     :class:`OutputError`, also where float32 would move a corner by more than a thousandth of the
     occluder's longest extent, and for quads in a format without.
     """
-    write_whole(Path(path), encoded(occluder, Path(path), style))
+    path = as_path("path", path)
+    check_kind("occluder", occluder, Occluder, AN_OCCLUDER)
+    write_whole(path, encoded(occluder, path, style))
 
 
 def encoded(occluder: Occluder, path: Path, style: Style = PLAIN) -> bytes:
@@ -74,7 +77,7 @@ def _placed(path: Path) -> Iterator[None]:
 
 def check_writable(path: str | Path, style: Style = PLAIN) -> None:
     """Raise :class:`OutputError` now for what would keep an occluder from being written later."""
-    path = Path(path)
+    path = as_path("path", path)
     _codec_for_writing(path, style)
     check_folder(path)
 

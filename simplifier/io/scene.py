@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from simplifier.checks import as_path, check_flag
 from simplifier.errors import EmptyMeshError
 from simplifier.geometry.scene import Scene
 from simplifier.io.folder import objects_of_folder
@@ -13,7 +14,9 @@ from simplifier.io.load import load_objects
 from simplifier.io.usable import usable_scene
 
 
-def load_scene(path: str | Path, *, allow_external: bool = True) -> Scene:
+def load_scene(
+    path: str | Path, *, allow_external: bool = True, memory_limit: float | None = None
+) -> Scene:
     """All objects of a file or of a folder's files, those of one mesh sharing it.
 
     ``.glb`` and ``.gltf``: an object for each node with a mesh, and for each instance of
@@ -26,13 +29,18 @@ def load_scene(path: str | Path, *, allow_external: bool = True) -> Scene:
     or is not affine) are left out with a warning, and repeated names are numbered with one.  Raises
     :class:`EmptyMeshError` when no object is left, :class:`UnknownFormatError` and
     :class:`UnreadableMeshError` as ``load_mesh`` does, the latter also for more than ten million
-    objects; there is no limit on the triangles that instances add up to.  ``allow_external`` as
-    there, of a folder's files each.
+    objects; there is no limit on the triangles that instances add up to.  ``allow_external`` and
+    ``memory_limit`` as there, of a folder's files each.
     """
-    path = Path(path)
+    path = as_path("path", path)
+    check_flag("allow_external", allow_external)
     if not path.is_dir():
-        return usable_scene(load_objects(path, allow_external=allow_external), str(path))
-    objects, warnings = objects_of_folder(path, allow_external=allow_external)
+        return usable_scene(
+            load_objects(path, allow_external=allow_external, memory_limit=memory_limit), str(path)
+        )
+    objects, warnings = objects_of_folder(
+        path, allow_external=allow_external, memory_limit=memory_limit
+    )
     if not objects.names:
         raise EmptyMeshError(
             warnings[0] if warnings else "the folder holds no mesh file",

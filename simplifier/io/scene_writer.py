@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.checks import as_path
 from simplifier.errors import OutputError
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.scene import Scene
@@ -41,7 +42,7 @@ def write_scene(scene: Scene, path: str | Path) -> None:
     An object's node has its name.  A transform with shear, which one node cannot hold, becomes that
     of an unnamed node around it.  Raises :class:`OutputError`, also for another suffix.
     """
-    path = Path(path)
+    path = as_path("path", path)
     if path.suffix.lower() != ".glb":
         raise OutputError(
             f"scenes cannot be written as '{path.suffix}'", where=str(path), remedy="use .glb"
@@ -49,13 +50,14 @@ def write_scene(scene: Scene, path: str | Path) -> None:
     if not len(scene):
         raise OutputError("the scene has no object", where=str(path), remedy="load or make one")
     try:
-        data = _encode(scene)
+        data = encode_scene(scene)
     except OutputError as error:
         raise OutputError(error.what, where=str(path), remedy=error.remedy) from None
     write_whole(path, data)
 
 
-def _encode(scene: Scene) -> bytes:
+def encode_scene(scene: Scene) -> bytes:
+    """The content of the file.  Raises :class:`OutputError` where it does not fit float32."""
     stored = [_stored(mesh) for mesh in scene.meshes]
     centres = np.array([centre for _, centre in stored]).reshape(-1, 3)[scene.mesh_of]
     transforms = scene.transforms.copy()
@@ -150,7 +152,8 @@ def _nodes(scene: Scene, transforms: FloatArray) -> tuple[list[dict[str, Any]], 
 
 def _sheared(linear: FloatArray) -> NDArray[np.bool_]:
     """(n,) whether the axes do not stay at right angles, which a glTF node asks for."""
-    axes = linear / np.linalg.norm(linear, axis=1, keepdims=True)
+    axes = linear / np.abs(linear).max(axis=(1, 2), keepdims=True)  # squares must not vanish
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     cosines = axes.transpose(0, 2, 1) @ axes - np.eye(3)
     return np.asarray((np.abs(cosines) > _SQUARE).any(axis=(1, 2)))
 

@@ -15,7 +15,7 @@ from simplifier.kernels import text as kernels
 IndexArray = NDArray[np.int64]
 
 _WORD = re.compile(rb"[^\s\\]+")
-_LINE_END = re.compile(rb"\r\n|\r|\n")
+_COMMA = re.compile(rb"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")  # a decimal, in half of the world
 # What Microsoft's C library prints for infinity and NaN: 1.#INF, -1.#IND, 1.#QNAN00.
 _MICROSOFT = re.compile(rb"[+-]?1\.#(INF|IND|QNAN|SNAN)\d*", re.IGNORECASE)
 
@@ -46,7 +46,8 @@ def shown(word: bytes) -> str:
 
 def line_number(data: bytes, position: int) -> int:
     """The line, from 1, that holds the byte at ``position``."""
-    return 1 + len(_LINE_END.findall(data, 0, position))
+    feeds, returns, both = (data.count(end, 0, position) for end in (b"\n", b"\r", b"\r\n"))
+    return 1 + feeds + returns - both
 
 
 def read_numbers(data: bytes, where: str, *, begin: int = 0) -> NumberLines:
@@ -103,7 +104,9 @@ def _finish(data: bytes, values: FloatArray, hard: IndexArray, where: str) -> No
             raise UnreadableMeshError(
                 f"line {line_number(data, position)}: {shown(word)} is not a number",
                 where=where,
-                remedy="the file is damaged; export it again",
+                remedy="write decimals with a point: export it in another locale"
+                if _COMMA.fullmatch(word)
+                else "the file is damaged; export it again",
             ) from None
     values.reshape(-1)[left] = numbers  # contiguous, so this is a view
 

@@ -15,7 +15,7 @@ from simplifier.io.names import listed, unique_names
 from simplifier.io.objects import Objects, RawMesh
 
 _FLAT = 1e-12  # of the largest stretch: what is inverted below this keeps three digits at most
-_FURTHEST = 1e150  # as for the vertices of a mesh
+_FURTHEST = 1e100  # as for the vertices of a mesh
 _NO_TRIANGLE = (
     "no triangle with a finite, non-zero area; export with faces, or take it off the scene"
 )

@@ -9,7 +9,7 @@ import numpy as np
 
 from simplifier.kernels.compile import kernel
 from simplifier.kernels.soup_views import (
-    BLOCK,
+    block_length,
     draw_triangle,
     score_view,
     unite_block,
@@ -212,7 +212,7 @@ def anneal(
             scores[view] = trial_scores[view]
             for row in range(64):
                 images[index, view, row] = drawn[view, row]
-        unite_block(images, index // BLOCK, blocks)
+        unite_block(images, index // block_length(images, blocks), blocks)
         for k in range(3):
             for axis in range(3):
                 triangles[index, k, axis] = trial[k, axis]

@@ -3,7 +3,7 @@
 A soup is ``triangles`` (m, 3, 3) float64, corners in grid space.  Views are 64 x 64 bit images:
 ``projections`` (V, 2, 4) float64 and the original's silhouettes ``originals`` (V, 64) uint64.
 ``images`` (m, V, 64) uint64 holds each triangle's picture, ``blocks`` (b, V, 64) the unions of
-:data:`BLOCK` of them.
+equal runs of them, the last one shorter: as many as :func:`block_count` says.
 
 A view scores, in sixteenths of twice a measure, a whole number:
 
@@ -15,14 +15,15 @@ quads that it makes full do; a pixel past the outline costs little.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from simplifier.kernels.bit_image import draw_edge, measure_both_twice, measure_twice
 from simplifier.kernels.compile import kernel
 from simplifier.kernels.voxels import contained
 
-BLOCK = 8
-"""Triangles whose union is kept, so that "all but this one" costs few images."""
+_BLOCK = 8  # triangles of a block at least
 
 INSET = 0.2
 """Pixels by which triangles are drawn smaller, so that neighbours have to overlap: a crack that is
@@ -31,6 +32,17 @@ ones."""
 
 UNIT = 16
 """Of a score: the price of what is hidden wrongly is a whole number of sixteenths."""
+
+
+def block_count(triangles: int) -> int:
+    """How many unions to keep, so that "all but this one" costs about 2 sqrt(m) images, not m."""
+    return -(-triangles // max(_BLOCK, math.isqrt(triangles)))
+
+
+@kernel
+def block_length(images, blocks):
+    """Triangles of a block."""
+    return -(-len(images) // max(len(blocks), 1))
 
 
 @kernel
@@ -94,7 +106,8 @@ def unite_block(images, block, blocks):
     for view in range(blocks.shape[1]):
         for row in range(64):
             blocks[block, view, row] = 0
-    for index in range(block * BLOCK, min((block + 1) * BLOCK, len(images))):
+    length = block_length(images, blocks)
+    for index in range(block * length, min((block + 1) * length, len(images))):
         for view in range(blocks.shape[1]):
             for row in range(64):
                 blocks[block, view, row] |= images[index, view, row]
@@ -106,13 +119,14 @@ def unite_others(index, images, blocks, others):
     for view in range(others.shape[0]):
         for row in range(64):
             others[view, row] = 0
+    length = block_length(images, blocks)
     for block in range(len(blocks)):
-        if block != index // BLOCK:
+        if block != index // length:
             for view in range(others.shape[0]):
                 for row in range(64):
                     others[view, row] |= blocks[block, view, row]
             continue
-        for other in range(block * BLOCK, min((block + 1) * BLOCK, len(images))):
+        for other in range(block * length, min((block + 1) * length, len(images))):
             if other != index:
                 for view in range(others.shape[0]):
                     for row in range(64):
@@ -179,7 +193,7 @@ def remove_useless(images, blocks, originals, price, scores, kept):
                 scores[view] = trial[view]
                 for row in range(64):
                     images[index, view, row] = 0
-            unite_block(images, index // BLOCK, blocks)
+            unite_block(images, index // block_length(images, blocks), blocks)
 
 
 @kernel

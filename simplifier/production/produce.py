@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from simplifier.checks import check_kind
 from simplifier.evaluation.accuracy import AccuracyReport, evaluate_accuracies
 from simplifier.evaluation.deviation import deviation
 from simplifier.evaluation.level_report import left_out_rows, level_rows
@@ -14,17 +15,26 @@ from simplifier.evaluation.page import write_pictures
 from simplifier.evaluation.report import Report, build_report
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.lod_chain import Level, LodChain
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import save_lods, save_occluder
+from simplifier.io import save_occluder
+from simplifier.io.glb_embed import Embedding, save_with_original
+from simplifier.io.save_lods import save_lods
+from simplifier.io.style import PLAIN, Style
 from simplifier.lods.levels import Levels, simplify_levels
-from simplifier.lods.options import finest_bound
 from simplifier.lods.plan import plan_levels
-from simplifier.options import Options, make_options
+from simplifier.needs import check_making
+from simplifier.options import Options
 from simplifier.pipeline import Simplification, simplify_mesh
-from simplifier.production.measures import accuracy_options
+from simplifier.production.measures import accuracy_options, judging_of
 from simplifier.production.options import SimplifyOptions
+from simplifier.production.resolve import resolved
 from simplifier.progress import Cancel, Listener, Stopwatch
+
+_UNSEEN = (
+    "the mesh is so thin that no view shows a pixel of it, so precision and recall say nothing; "
+    "raise the image"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,15 +59,26 @@ class Made:
         """Whether the run was cancelled, so that this is the best so far."""
         return self.result.interrupted
 
-    def save(self, path: str | Path) -> tuple[Path, ...]:
+    def save(self, path: str | Path, style: Style = PLAIN) -> tuple[Path, ...]:
         """Write in the format of the suffix, all or nothing; the files, finest level first.
 
         Raises :class:`~simplifier.errors.OutputError`.
         """
         if isinstance(self.result, Levels):
-            return save_lods(self.result.chain, path)
-        save_occluder(self.result.occluder, path)
+            return save_lods(self.result.chain, path, style)
+        save_occluder(self.result.occluder, path, style)
         return (Path(path),)
+
+    def save_with_original(
+        self, original: Path, path: Path, how: Embedding, style: Style = PLAIN
+    ) -> tuple[Path, ...]:
+        """Write a GLB of the file that the mesh was read from, the occluder (the finest) in it.
+
+        Raises :class:`~simplifier.errors.OutputError` and
+        :class:`~simplifier.errors.UnreadableMeshError`.
+        """
+        save_with_original(original, self.mesh, self.occluder, path, how, style)
+        return (path,)
 
     def judged(self, listener: Listener | None = None) -> Product:
         """Measure precision and recall, of every level."""
@@ -111,7 +132,8 @@ class Product:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the user should know, a sentence each."""
-        return self.made.result.warnings
+        unseen = (_UNSEEN,) if self.accuracies[0].shows_nothing else ()
+        return (*self.made.result.warnings, *unseen)
 
     @property
     def interrupted(self) -> bool:
@@ -125,9 +147,9 @@ class Product:
         timings["accuracy"] = timings.get("accuracy", 0.0) + self.judging
         return timings
 
-    def save(self, path: str | Path) -> tuple[Path, ...]:
+    def save(self, path: str | Path, style: Style = PLAIN) -> tuple[Path, ...]:
         """As :meth:`Made.save`."""
-        return self.made.save(path)
+        return self.made.save(path, style)
 
     def report(
         self,
@@ -193,26 +215,22 @@ def make(
     listener: Listener | None = None,
     cancel: Cancel | None = None,
 ) -> Made:
-    """The first half of :func:`produce`, for those who save before they judge."""
-    longest = float(mesh.extent.max())
-    levels = options.levels
-    bound = options.error_bound
-    if levels is not None:
-        bound = finest_bound(levels, options.resolution, bound)
-    resolved = make_options(
-        longest, budget=options.budget, resolution=options.resolution, error_bound=bound,
-        up=options.up, ground=options.ground, viewers=options.viewers,
-        smallest_hole=options.smallest_hole, conservative=options.conservative,
-        shrink=options.shrink, trim=options.trim, slicer=options.slicer, alpha=options.alpha,
-        preset=options.preset, min_precision=options.min_precision, moves=options.moves,
-        time_limit=options.time_limit, seed=options.seed,
-    )  # fmt: skip
+    """The first half of :func:`produce`, for those who save before they judge.
+
+    Raises :class:`~simplifier.errors.MemoryLimitError` where either half would need more memory
+    than ``options.memory_limit``.
+    """
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    check_kind("options", options, SimplifyOptions, "simplifier.SimplifyOptions")
+    longest, levels = float(mesh.extent.max()), options.levels
+    chosen = resolved(options, longest)
+    check_making(mesh, chosen, options.memory_limit, judging_of(options))
     result: Simplification | Levels
     if levels is None:
-        result = simplify_mesh(mesh, resolved, listener, cancel)
+        result = simplify_mesh(mesh, chosen, listener, cancel)
     else:
-        result = simplify_levels(mesh, plan_levels(longest, resolved, levels), listener, cancel)
-    return Made(mesh, options, resolved, result)
+        result = simplify_levels(mesh, plan_levels(longest, chosen, levels), listener, cancel)
+    return Made(mesh, options, chosen, result)
 
 
 def _resolved(chosen: SimplifyOptions, options: Options) -> dict[str, Any]:

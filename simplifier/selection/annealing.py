@@ -11,7 +11,7 @@ from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray
 from simplifier.kernels.refinement import anneal
 from simplifier.kernels.soup_views import (
-    BLOCK,
+    block_count,
     draw_soup,
     remove_useless,
     score_unions,
@@ -68,7 +68,7 @@ class Annealing:
         self._state = np.array([(2 * seed + 1) * 0x9E3779B97F4A7C15 % 2**64], dtype=np.uint64)
         self._triangles = np.array(triangles)
         self._images = np.zeros((len(triangles), count, 64), dtype=np.uint64)
-        self._blocks = np.zeros((-(-len(triangles) // BLOCK), count, 64), dtype=np.uint64)
+        self._blocks = np.zeros((block_count(len(triangles)), count, 64), dtype=np.uint64)
         self._scores = np.zeros(count, dtype=np.int64)
         self._whole = float(max(self._score(views.originals, self._scores), 1))
         self.work = np.zeros(2, dtype=np.int64)

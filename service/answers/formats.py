@@ -14,6 +14,7 @@ HTML = "text/html"
 FORMATS: Mapping[JobKind, Mapping[str, str]] = {
     JobKind.OCCLUDER: {
         "model/gltf-binary": "occluder.glb",
+        "application/x-occluder": "occluder.occ",
         "model/obj": "lod0.obj",
         "model/ply": "lod0.ply",
         "application/ply": "lod0.ply",
@@ -32,7 +33,7 @@ FORMATS: Mapping[JobKind, Mapping[str, str]] = {
 }
 """By kind of job and media type, the file; JSON comes before all of them.
 
-A GLB holds all levels of detail, the others the finest.
+A GLB and an OCC hold all levels of detail, the others the finest.
 """
 
 

@@ -12,6 +12,7 @@ _MEDIA_TYPES: Mapping[str, tuple[str, ...]] = {
     ".html": ("text/html; charset=utf-8",),
     ".json": ("application/json",),
     ".obj": ("model/obj",),
+    ".occ": ("application/x-occluder",),
     ".off": ("model/off",),
     ".ply": ("model/ply", "application/ply", "application/x-ply"),
     ".png": ("image/png",),

@@ -16,7 +16,7 @@ AN_OCCLUDER = "what simplifier.simplify or simplifier.load_occluder returns"
 
 @dataclass(frozen=True, eq=False)
 class Occluder:
-    """Triangles that hide nearly what the original hides; to be drawn double-sided.
+    """Triangles that hide nearly what the original hides.
 
     ``vertices``     (n, 3) float64, world units.
     ``faces``        (m, 3) int32, m may be 0 when nothing can be hidden.
@@ -24,6 +24,9 @@ class Occluder:
                      its filled interior, world units; infinite when nothing was promised (a file
                      made elsewhere).
     ``timings``      seconds by stage.
+    ``single_sided`` whether renderers that cull back faces may: a triangle that can be seen from
+                     both sides is then there in both windings.  If not, as they are made, they are
+                     to be drawn double-sided.
 
     Raises :class:`~simplifier.errors.MeshError` for arrays of another kind or shape; what they hold
     is checked where it is used.  Both become read-only.
@@ -33,6 +36,7 @@ class Occluder:
     faces: IntArray
     error_bound: float = float("inf")
     timings: Mapping[str, float] = field(default_factory=dict)
+    single_sided: bool = False
 
     @classmethod
     def of(

@@ -46,6 +46,21 @@ def to_float32(points: FloatArray) -> Float32Array:
     return rounded
 
 
+def box_centre(points: FloatArray) -> FloatArray:
+    """(3,) the middle of the bounding box of ``points`` (n, 3); 0 of none.
+
+    Raises :class:`OutputError` where the box is too large for float64.
+    """
+    if len(points) == 0:
+        return np.zeros(3)
+    low, high = points.min(axis=0), points.max(axis=0)
+    with np.errstate(over="ignore"):
+        extent = high - low
+    if not np.isfinite(extent).all():
+        raise OutputError("the occluder is too large for 64-bit numbers", remedy="scale it down")
+    return np.asarray(low + extent / 2.0)
+
+
 def to_float64(values: NDArray[Any]) -> FloatArray:
     """Of any numbers; a signalling NaN, which damaged files hold, becomes a quiet one quietly."""
     with np.errstate(invalid="ignore"):

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from simplifier.errors import UnknownFormatError
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.lod_chain import LodChain
+from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import glb_writer, gltf, gltf_claim, obj, off, ply, stl, tres
+from simplifier.io import glb_writer, gltf, gltf_claim, gltf_lods, obj, occ, off, ply, stl, tres
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.gltf_container import check_container
 from simplifier.io.objects import Objects
@@ -26,6 +27,10 @@ class Codec:
     ``claim``        what a file says that it holds, from parts of it; raises OSError and
                      ``OccluderError``.
     ``encode``       an occluder to bytes, the same ones every time; None when only read.
+    ``encode_polygons``  the same with quads and triangles in place of its faces; None where the
+                     format has no quads.
+    ``encode_lods``  a chain of levels to bytes, and
+    ``decode_lods``  (content, path) back to one; None where the format has no place for it.
     ``error_bound``  (content, path) to the bound that ``encode`` stored, infinite when there is
                      none; None when the format has no place for it.
     ``objects``      (content, path) to the objects of the file, nothing checked; None for a format
@@ -41,6 +46,9 @@ class Codec:
     decode: Callable[[bytes, Path], tuple[FloatArray, IndexArray]]
     claim: Callable[[Peek], Claim]
     encode: Callable[[Occluder], bytes] | None = None
+    encode_polygons: Callable[[Occluder, IntArray, IntArray], bytes] | None = None
+    encode_lods: Callable[[LodChain], bytes] | None = None
+    decode_lods: Callable[[bytes, Path], LodChain] | None = None
     error_bound: Callable[[bytes, Path], float] | None = None
     objects: Callable[[bytes, Path], Objects] | None = None
     external: Callable[[bytes, Path], list[str]] | None = None
@@ -53,6 +61,8 @@ CODECS: dict[str, Codec] = {
         gltf.decode,
         gltf_claim.claim,
         glb_writer.encode,
+        encode_lods=glb_writer.encode_lods,
+        decode_lods=gltf_lods.decode_lods,
         error_bound=gltf.error_bound,
         objects=gltf.objects,
         external=gltf.external,
@@ -62,16 +72,46 @@ CODECS: dict[str, Codec] = {
         "glTF",
         gltf.decode,
         gltf_claim.claim,
+        decode_lods=gltf_lods.decode_lods,
         error_bound=gltf.error_bound,
         objects=gltf.objects,
         external=gltf.external,
         check_start=check_container,
     ),
-    ".obj": Codec("Wavefront OBJ", obj.decode, obj.claim, obj.encode, check_start=obj.check_start),
-    ".off": Codec(
-        "Object File Format", off.decode, off.claim, off.encode, check_start=off.check_start
+    ".obj": Codec(
+        "Wavefront OBJ",
+        obj.decode,
+        obj.claim,
+        obj.encode,
+        encode_polygons=obj.encode,
+        check_start=obj.check_start,
     ),
-    ".ply": Codec("Stanford PLY", ply.decode, ply.claim, ply.encode, check_start=ply.check_start),
+    ".occ": Codec(
+        "occluder file",
+        occ.decode,
+        occ.claim,
+        occ.encode,
+        encode_lods=occ.encode_lods,
+        decode_lods=occ.decode_lods,
+        error_bound=occ.error_bound,
+        check_start=occ.check_start,
+    ),
+    ".off": Codec(
+        "Object File Format",
+        off.decode,
+        off.claim,
+        off.encode,
+        encode_polygons=off.encode,
+        check_start=off.check_start,
+    ),
+    ".ply": Codec(
+        "Stanford PLY",
+        ply.decode,
+        ply.claim,
+        ply.encode,
+        encode_polygons=ply.encode,
+        check_start=ply.check_start,
+    ),
     ".stl": Codec("STL", stl.decode, stl.claim, stl.encode, check_start=stl.check_start),
     ".tres": Codec(
         "Godot occluder", tres.decode, tres.claim, tres.encode, check_start=tres.check_start
@@ -87,6 +127,11 @@ def readable_suffixes() -> tuple[str, ...]:
 def writable_suffixes() -> tuple[str, ...]:
     """In alphabetical order, with the dot, in lower case."""
     return tuple(suffix for suffix in sorted(CODECS) if CODECS[suffix].encode)
+
+
+def suffixes_with_quads() -> tuple[str, ...]:
+    """Of formats that can hold quads, in alphabetical order."""
+    return tuple(suffix for suffix in sorted(CODECS) if CODECS[suffix].encode_polygons)
 
 
 def codec_for_reading(path: Path) -> Codec:

@@ -2,7 +2,7 @@
 
 Vertices are float32 around the centre of the bounding box, and the centre stands as float64 in the
 node's translation: so an occluder in map coordinates keeps its precision.  Normals are flat, the
-material is a lit colour and double-sided.
+material is a lit colour, double-sided unless the occluders are single-sided.
 """
 
 from __future__ import annotations
@@ -12,10 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.errors import OutputError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
-from simplifier.io.float32 import Float32Array, to_float32, unit_normals
+from simplifier.io.float32 import Float32Array, box_centre, to_float32, unit_normals
 
 _FLOAT, _SHORT, _INT = 5126, 5123, 5125
 _VERTEX_DATA, _INDEX_DATA = 34962, 34963
@@ -30,6 +29,7 @@ class GlbMeshes:
         self._meshes: list[dict[str, Any]] = []
         self._accessors: list[dict[str, Any]] = []
         self._views: list[dict[str, Any]] = []
+        self._double_sided = False
 
     def add(self, occluder: Occluder, extras: dict[str, Any]) -> dict[str, Any]:
         """The members of the node that shows the occluder; none for one without a face.
@@ -38,7 +38,8 @@ class GlbMeshes:
         """
         if len(occluder.faces) == 0:
             return {}
-        centre = _centre(occluder)
+        self._double_sided |= not occluder.single_sided
+        centre = box_centre(occluder.vertices[occluder.faces].reshape(-1, 3))
         points, normals, indices = _flat_shaded(
             occluder.vertices[occluder.faces] - centre, occluder.faces
         )
@@ -52,7 +53,7 @@ class GlbMeshes:
         if not self._meshes:
             return {}
         return {
-            "materials": [_MATERIAL],
+            "materials": [_MATERIAL | {"doubleSided": self._double_sided}],
             "meshes": self._meshes,
             "accessors": self._accessors,
             "bufferViews": self._views,
@@ -102,17 +103,6 @@ _MATERIAL = {
         "roughnessFactor": 0.9,
     },
 }
-
-
-def _centre(occluder: Occluder) -> FloatArray:
-    """Middle of the bounding box of the vertices that are used."""
-    corners = occluder.vertices[occluder.faces].reshape(-1, 3)
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    with np.errstate(over="ignore"):
-        extent = high - low
-    if not np.isfinite(extent).all():
-        raise OutputError("the occluder is too large for 64-bit numbers", remedy="scale it down")
-    return np.asarray(low + extent / 2.0)
 
 
 def _flat_shaded(

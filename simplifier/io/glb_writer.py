@@ -25,7 +25,7 @@ def encode(occluder: Occluder) -> bytes:
     The extras of node and mesh hold the generator, the number of triangles and, when finite, the
     error bound.  Raises :class:`OutputError` when the occluder does not fit float32.
     """
-    extras, meshes = _extras(occluder), GlbMeshes()
+    extras, meshes = occluder_extras(occluder), GlbMeshes()
     node = {"name": "occluder", "extras": extras, **meshes.add(occluder, extras)}
     return pack_glb(_root([node]) | meshes.document(), meshes.binary)
 
@@ -42,7 +42,7 @@ def encode_lods(chain: LodChain) -> bytes:
         {
             "name": f"occluder_lod{index}",
             "extras": _level_extras(chain, index),
-            **meshes.add(level.occluder, _extras(level.occluder)),
+            **meshes.add(level.occluder, occluder_extras(level.occluder)),
         }
         for index, level in enumerate(chain.levels)
     ]
@@ -87,7 +87,8 @@ def _root(nodes: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def _extras(occluder: Occluder) -> dict[str, Any]:
+def occluder_extras(occluder: Occluder) -> dict[str, Any]:
+    """What a node tells of its occluder."""
     extras: dict[str, Any] = {"generator": GENERATOR, "triangles": len(occluder.faces)}
     if math.isfinite(occluder.error_bound):
         extras["error_bound"] = float(occluder.error_bound)
@@ -96,7 +97,7 @@ def _extras(occluder: Occluder) -> dict[str, Any]:
 
 def _level_extras(chain: LodChain, index: int) -> dict[str, Any]:
     level, distance = chain.levels[index], chain.switch_distance(index)
-    extras = _extras(level.occluder) | {
+    extras = occluder_extras(level.occluder) | {
         "level": index,
         "resolution": level.resolution,
         "deviation": float(level.deviation),

@@ -20,7 +20,6 @@ from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.formats import Codec, codec_for_reading
-from simplifier.io.gltf_lods import decode_lods
 from simplifier.io.objects import Objects
 from simplifier.io.polygons import IndexArray
 from simplifier.io.sniff import foreign_content
@@ -66,9 +65,9 @@ def load_occluder(
 ) -> Occluder:
     """An occluder written by ``save_occluder``, or any other mesh to be used as one.
 
-    The error bound is read back from GLB; elsewhere it is infinite.  A file without a triangle of
-    non-zero area is an occluder that hides nothing, with 0 faces.  Unused vertices and triangles
-    without area are dropped.  ``allow_external``, ``memory_limit`` and errors as for
+    The error bound is read back from GLB and OCC; elsewhere it is infinite.  A file without a
+    triangle of non-zero area is an occluder that hides nothing, with 0 faces.  Unused vertices and
+    triangles without area are dropped.  ``allow_external``, ``memory_limit`` and errors as for
     :func:`load_mesh`, but for the empty mesh.
     """
     path = as_path("path", path)
@@ -97,19 +96,20 @@ def load_objects(
 
 
 def load_lods(path: str | Path) -> LodChain:
-    """The levels of detail of a ``.glb`` that ``save_lods`` wrote, finest first.
+    """The levels of detail of a ``.glb`` or ``.occ`` that ``save_lods`` wrote, finest first.
 
     Raises :class:`UnknownFormatError` for another suffix, and :class:`UnreadableMeshError` as
     :func:`load_mesh` and when there are no levels or they are damaged.
     """
     path = as_path("path", path)
-    if path.suffix.lower() not in (".glb", ".gltf"):
+    decode = codec_for_reading(path).decode_lods
+    if decode is None:
         raise UnknownFormatError(
             f"files that end in '{path.suffix}' hold no levels of detail",
             where=str(path),
-            remedy="use the .glb file, or load a level's own file as an occluder",
+            remedy="use the .glb or .occ file, or load a level's own file as an occluder",
         )
-    return decode_lods(_open(path, True, None)[1], path)
+    return decode(_open(path, True, None)[1], path)
 
 
 def _decoded(

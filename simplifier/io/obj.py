@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from simplifier.errors import UnreadableMeshError
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.claim import Claim, Peek, estimated
 from simplifier.io.polygons import IndexArray, triangulate_polygons
@@ -91,9 +91,13 @@ def _has_words(data: bytes) -> bool:
     return bool(words > 0)
 
 
-def encode(occluder: Occluder) -> bytes:
-    """Text with the shortest digits that give back the same float64."""
+def encode(occluder: Occluder, *polygons: IntArray) -> bytes:
+    """Text with the shortest digits that give back the same float64.
+
+    ``polygons``  (k, n) faces of n corners, in place of the occluder's own.
+    """
     lines = ["# planar-occluder"]
     lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in occluder.vertices.tolist()]
-    lines += [f"f {a} {b} {c}" for a, b, c in (occluder.faces + 1).tolist()]
+    for faces in polygons or (occluder.faces,):
+        lines += [f"f {' '.join(map(str, face))}" for face in (faces + 1).tolist()]
     return "\n".join([*lines, ""]).encode("ascii")

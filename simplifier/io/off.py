@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from simplifier.errors import UnreadableMeshError
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.polygons import IndexArray, triangulate_polygons
@@ -127,9 +127,14 @@ def _read_faces(
     return sizes, corners.astype(np.int64)
 
 
-def encode(occluder: Occluder) -> bytes:
-    """Text with the shortest digits that give back the same float64."""
-    lines = ["OFF", f"{len(occluder.vertices)} {len(occluder.faces)} 0"]
+def encode(occluder: Occluder, *polygons: IntArray) -> bytes:
+    """Text with the shortest digits that give back the same float64.
+
+    ``polygons``  (k, n) faces of n corners, in place of the occluder's own.
+    """
+    kinds = polygons or (occluder.faces,)
+    lines = ["OFF", f"{len(occluder.vertices)} {sum(map(len, kinds))} 0"]
     lines += [f"{x!r} {y!r} {z!r}" for x, y, z in occluder.vertices.tolist()]
-    lines += [f"3 {a} {b} {c}" for a, b, c in occluder.faces.tolist()]
+    for faces in kinds:
+        lines += [f"{len(face)} {' '.join(map(str, face))}" for face in faces.tolist()]
     return "\n".join([*lines, ""]).encode("ascii")

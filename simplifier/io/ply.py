@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from simplifier.errors import UnreadableMeshError
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.ply_body import BinaryBody, Body, TextBody
@@ -23,8 +23,6 @@ from simplifier.io.ply_rows import Rows, locate_rows
 from simplifier.io.polygons import IndexArray, triangulate_polygons
 from simplifier.io.strips import split_strips
 from simplifier.io.text import read_numbers, without_mark
-
-_FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
 
 
 def check_start(start: bytes, size: int, where: str) -> None:
@@ -136,16 +134,25 @@ def _read_lists(element: Element, rows: Rows, where: str) -> tuple[IndexArray, I
     return rows.lists(one)
 
 
-def encode(occluder: Occluder) -> bytes:
-    """Binary little-endian, vertices as doubles."""
-    vertices, faces = occluder.vertices, occluder.faces
-    rows = np.empty(len(faces), dtype=_FACE)
-    rows["count"] = 3
-    rows["corners"] = faces
+def encode(occluder: Occluder, *polygons: IntArray) -> bytes:
+    """Binary little-endian, vertices as doubles.
+
+    ``polygons``  (k, n) faces of n corners, in place of the occluder's own.
+    """
+    vertices, kinds = occluder.vertices, polygons or (occluder.faces,)
     header = (
         "ply\nformat binary_little_endian 1.0\ncomment planar-occluder\n"
         f"element vertex {len(vertices)}\n"
         "property double x\nproperty double y\nproperty double z\n"
-        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+        f"element face {sum(map(len, kinds))}\nproperty list uchar int vertex_indices\nend_header\n"
     )
-    return header.encode("ascii") + vertices.astype("<f8").tobytes() + rows.tobytes()
+    rows = b"".join(_rows(faces) for faces in kinds)
+    return header.encode("ascii") + vertices.astype("<f8").tobytes() + rows
+
+
+def _rows(faces: IntArray) -> bytes:
+    corners = faces.shape[1]
+    rows = np.empty(len(faces), dtype=[("count", "u1"), ("corners", "<i4", corners)])
+    rows["count"] = corners
+    rows["corners"] = faces
+    return rows.tobytes()

@@ -1,4 +1,4 @@
-"""Chains of levels to files: one GLB with all, and one file a level beside it."""
+"""Chains of levels to files: one with all, where the format has a place, and one a level."""
 
 from __future__ import annotations
 
@@ -8,28 +8,29 @@ from pathlib import Path
 from simplifier.checks import as_path
 from simplifier.errors import OutputError
 from simplifier.geometry.lod_chain import LodChain
-from simplifier.io.glb_writer import encode_lods
-from simplifier.io.save import check_writable, encoded
+from simplifier.io.save import check_writable, encoded, encoded_chain
+from simplifier.io.style import PLAIN, Style
 from simplifier.io.whole import write_all_whole
 
 
-def save_lods(chain: LodChain, path: str | Path) -> tuple[Path, ...]:
+def save_lods(chain: LodChain, path: str | Path, style: Style = PLAIN) -> tuple[Path, ...]:
     """Write the levels in the format of the suffix, ``NAME_lod0`` and so on beside ``path``.
 
-    For ``.glb`` all levels also go to ``path`` itself, by the extension MSFT_lod; other formats
-    have no place for them.  Files of the same pattern above the last level, of an earlier run, are
-    removed.  Returns the files of the levels, finest first.  All are written or none is; raises
-    :class:`OutputError` as :func:`~simplifier.io.save.save_occluder`.
+    For ``.glb``, by the extension MSFT_lod, and ``.occ`` all levels also go to ``path`` itself;
+    other formats have no place for them.  Files of the same pattern above the last level, of an
+    earlier run, are removed.  Returns the files of the levels, finest first.  All are written or
+    none is; raises :class:`OutputError` as :func:`~simplifier.io.save.save_occluder`.
     """
     path = as_path("path", path)
-    check_writable(path)
+    check_writable(path, style)
     paths = level_paths(path, len(chain.levels))
     files = {
-        place: encoded(level.occluder, place)
+        place: encoded(level.occluder, place, style)
         for place, level in zip(paths, chain.levels, strict=True)
     }
-    if path.suffix.lower() == ".glb":
-        files[path] = _encoded_chain(chain, path)
+    whole = encoded_chain(chain, path, style)
+    if whole is not None:
+        files[path] = whole
     write_all_whole(files)
     for stale in _stale(path, len(chain.levels)):
         _remove(stale)
@@ -45,13 +46,6 @@ def is_level_path(path: Path, output: Path) -> bool:
     """Whether ``save_lods`` to ``output`` could replace or remove ``path``."""
     path, output = path.resolve(), output.resolve()
     return path.parent == output.parent and _level_of(path, output) is not None
-
-
-def _encoded_chain(chain: LodChain, path: Path) -> bytes:
-    try:
-        return encode_lods(chain)
-    except OutputError as error:
-        raise OutputError(error.what, where=str(path), remedy=error.remedy) from None
 
 
 def _level_of(path: Path, output: Path) -> int | None:

@@ -50,13 +50,14 @@ def write_scene(scene: Scene, path: str | Path) -> None:
     if not len(scene):
         raise OutputError("the scene has no object", where=str(path), remedy="load or make one")
     try:
-        data = _encode(scene)
+        data = encode_scene(scene)
     except OutputError as error:
         raise OutputError(error.what, where=str(path), remedy=error.remedy) from None
     write_whole(path, data)
 
 
-def _encode(scene: Scene) -> bytes:
+def encode_scene(scene: Scene) -> bytes:
+    """The content of the file.  Raises :class:`OutputError` where it does not fit float32."""
     stored = [_stored(mesh) for mesh in scene.meshes]
     centres = np.array([centre for _, centre in stored]).reshape(-1, 3)[scene.mesh_of]
     transforms = scene.transforms.copy()

@@ -9,6 +9,7 @@ _SIGNATURES: tuple[tuple[re.Pattern[bytes], str, tuple[str, ...]], ...] = tuple(
     (re.compile(pattern, re.DOTALL), name, suffixes)
     for pattern, name, suffixes in (
         (rb"glTF", "a binary glTF (GLB) file", (".glb", ".gltf")),
+        (rb"\x89OCC\r\n\x1a\n", "an occluder file (.occ)", (".occ",)),
         (rb"ply[ \t]*[\r\n]", "a PLY file", (".ply",)),
         (rb"(\xef\xbb\xbf)?\s*\[gd_(resource|scene)\b", "a Godot text resource", (".tres",)),
         (rb"(\xef\xbb\xbf)?\s*\{.{0,4096}\"asset\"", "a glTF (JSON) file", (".gltf", ".glb")),

@@ -18,7 +18,9 @@ from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import save_occluder
+from simplifier.io.glb_embed import Embedding, save_with_original
 from simplifier.io.save_lods import save_lods
+from simplifier.io.style import PLAIN, Style
 from simplifier.lods.levels import Levels, simplify_levels
 from simplifier.lods.plan import plan_levels
 from simplifier.needs import check_making
@@ -57,15 +59,26 @@ class Made:
         """Whether the run was cancelled, so that this is the best so far."""
         return self.result.interrupted
 
-    def save(self, path: str | Path) -> tuple[Path, ...]:
+    def save(self, path: str | Path, style: Style = PLAIN) -> tuple[Path, ...]:
         """Write in the format of the suffix, all or nothing; the files, finest level first.
 
         Raises :class:`~simplifier.errors.OutputError`.
         """
         if isinstance(self.result, Levels):
-            return save_lods(self.result.chain, path)
-        save_occluder(self.result.occluder, path)
+            return save_lods(self.result.chain, path, style)
+        save_occluder(self.result.occluder, path, style)
         return (Path(path),)
+
+    def save_with_original(
+        self, original: Path, path: Path, how: Embedding, style: Style = PLAIN
+    ) -> tuple[Path, ...]:
+        """Write a GLB of the file that the mesh was read from, the occluder (the finest) in it.
+
+        Raises :class:`~simplifier.errors.OutputError` and
+        :class:`~simplifier.errors.UnreadableMeshError`.
+        """
+        save_with_original(original, self.mesh, self.occluder, path, how, style)
+        return (path,)
 
     def judged(self, listener: Listener | None = None) -> Product:
         """Measure precision and recall, of every level."""
@@ -134,9 +147,9 @@ class Product:
         timings["accuracy"] = timings.get("accuracy", 0.0) + self.judging
         return timings
 
-    def save(self, path: str | Path) -> tuple[Path, ...]:
+    def save(self, path: str | Path, style: Style = PLAIN) -> tuple[Path, ...]:
         """As :meth:`Made.save`."""
-        return self.made.save(path)
+        return self.made.save(path, style)
 
     def report(
         self,

@@ -21,8 +21,9 @@ from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
-from simplifier.io import save_camera_path, save_lods, writable_suffixes, write_scene
+from simplifier.io import save_camera_path, writable_suffixes, write_scene
 from simplifier.io.save import encoded
+from simplifier.io.save_lods import save_lods
 from tests.fuzz.cases import soup_of, write_case
 from tests.fuzz.corpus import CORPUS
 from tests.fuzz.promises.scene_folders import BUILT

@@ -165,6 +165,16 @@ def text_tres() -> bytes:
     ).encode()
 
 
+def binary_occ() -> bytes:
+    """One level around the origin, as ``docs/formats.md`` has it, byte by byte."""
+    points = np.array(TETRAHEDRON_POINTS, "<f4").tobytes()
+    indices = np.array(TETRAHEDRON_FACES, "<u2").tobytes()
+    header = b"\x89OCC\r\n\x1a\n" + struct.pack("<IIQII", 1, 0, 272, 1, 128)
+    header += struct.pack("<3d3f3f", 0, 0, 0, 0, 0, 0, 1, 1, 1) + struct.pack("<ddI28x", 0, 0, 0)
+    level = struct.pack("<dddQQIIII8x", 0.5, float("nan"), 0.0, 192, 240, 4, 4, 2, 0)
+    return header + level + points + indices.ljust(32, b"\0")
+
+
 def valid_files() -> dict[str, tuple[str, bytes]]:
     """Name to (suffix, content): one tetrahedron in every kind of file that can be read."""
     gltf = tetrahedron_gltf()
@@ -180,4 +190,5 @@ def valid_files() -> dict[str, tuple[str, bytes]]:
         "stl text": (".stl", text_stl()),
         "stl binary": (".stl", binary_stl()),
         "tres": (".tres", text_tres()),
+        "occ": (".occ", binary_occ()),
     }

@@ -175,7 +175,9 @@ def test_impossible_names() -> None:
 @pytest.mark.parametrize("name", ["mesh.xyz", "mesh", "mesh.ply.gz", ".glb"])
 def test_unknown_suffix_lists_the_readable_ones(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_bytes(b"x")
-    with pytest.raises(UnknownFormatError, match=r"\.glb \.gltf \.obj \.off \.ply \.stl \.tres"):
+    with pytest.raises(
+        UnknownFormatError, match=r"\.glb \.gltf \.obj \.occ \.off \.ply \.stl \.tres"
+    ):
         load_mesh(tmp_path / name)
 
 

@@ -49,9 +49,10 @@ def make_occluder(task: Task, tell: Tell, cancel: Cancel) -> Summary:
 
 
 def _save(made: simplifier.Made, scratch: Path, results: Path) -> tuple[Path, ...]:
-    """Every level in every format, and one GLB with all; the levels' own GLBs, finest first."""
+    """Every level in every format, and a GLB and an OCC with all; the levels' own GLBs, finest first."""
     for suffix in simplifier.OCCLUDER_SUFFIXES:
         for level, path in enumerate(made.save(scratch / f"occluder{suffix}")):
             shutil.copyfile(path, results / f"lod{level}{suffix}")
-    (scratch / "occluder.glb").replace(results / "occluder.glb")
+    for name in ("occluder.glb", "occluder.occ"):
+        (scratch / name).replace(results / name)
     return tuple(sorted(results.glob("lod*.glb"), key=lambda path: int(path.stem[3:])))

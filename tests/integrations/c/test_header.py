@@ -1,0 +1,197 @@
+"""The C header reads what the library writes, and nothing that is damaged."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import struct
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from simplifier.errors import UnreadableMeshError
+from simplifier.geometry.camera import Lens
+from simplifier.geometry.lod_chain import Level, LodChain
+from simplifier.geometry.occluder import Occluder
+from simplifier.io import load_lods, load_occluder, save_occluder
+from simplifier.io.save_lods import save_lods
+from simplifier.io.style import Style
+from tests.io.builders import tetrahedron
+from tests.solids import sphere
+
+HERE = Path(__file__).parent
+HEADER = HERE.parents[2] / "integrations" / "c"
+STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-O1", "-g"]
+LANGUAGES = {"gcc": ["-std=c99"], "g++": ["-std=c++11", "-x", "c++"]}
+CHECKED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+
+
+def compiled(folder: Path, compiler: str, *more: str) -> Path:
+    if shutil.which(compiler) is None:
+        pytest.skip(f"there is no {compiler} here")
+    program = folder / f"print_{compiler.replace('+', 'p')}"
+    command = [
+        compiler, *LANGUAGES[compiler], *STRICT, *more, f"-I{HEADER}", str(HERE / "print.c"),
+        "-o", str(program),
+    ]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True)
+    if more and "cannot find" in done.stderr:
+        return compiled(folder, compiler)  # no sanitizers on this machine
+    assert done.returncode == 0, done.stderr
+    return program
+
+
+@pytest.fixture(scope="module", params=LANGUAGES)
+def program(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return compiled(tmp_path_factory.mktemp("c"), request.param, *CHECKED)
+
+
+def printed(program: Path, *files: Path) -> list[list[str]]:
+    """The lines about each file, as words."""
+    done = subprocess.run([program, *files], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return [part.splitlines() for part in done.stdout.split("== ")[1:]]
+
+
+def numbers(lines: list[str], word: str) -> np.ndarray:
+    return np.array([line.split()[1:] for line in lines if line.split()[0] == word], dtype=float)
+
+
+def chain() -> LodChain:
+    ball = sphere(rings=6)
+    offset = np.array([1.7e6, 5.2e6, 300.0])
+    levels = tuple(
+        Level(
+            Occluder(ball.vertices + offset, ball.faces[: 60 - 20 * index], 0.1 * 2.0**index),
+            64 >> index,
+            0.05 * 2.0**index,
+        )
+        for index in range(3)
+    )
+    return LodChain(levels, Lens(720, 50.0), 2.0)
+
+
+def test_an_occluder_comes_back(program: Path, tmp_path: Path) -> None:
+    occluder = replace(tetrahedron(0.25), vertices=tetrahedron().vertices + 1e6)
+    save_occluder(occluder, tmp_path / "one.occ")
+    (lines,) = printed(program, tmp_path / "one.occ")
+    assert lines[0] == "all is well"
+    world = numbers(lines, "v") + numbers(lines, "origin")
+    np.testing.assert_array_equal(world, occluder.vertices)
+    np.testing.assert_array_equal(numbers(lines, "f"), occluder.faces)
+    assert "sides 2 screen 0" in lines[3]
+    assert lines[4].startswith("level 0 bound 0.25 deviation nan from 0 resolution 0 width 2")
+    box = numbers(lines, "box")[0] + np.tile(numbers(lines, "origin")[0], 2)
+    np.testing.assert_allclose(box, [*occluder.vertices.min(0), *occluder.vertices.max(0)])
+
+
+def test_levels_come_back_with_the_distances_to_change_them_at(
+    program: Path, tmp_path: Path
+) -> None:
+    made = chain()
+    save_lods(made, tmp_path / "ball.occ")
+    (lines,) = printed(program, tmp_path / "ball.occ")
+    rows = [line.split() for line in lines if line.startswith("level")]
+    assert [float(row[3]) for row in rows] == [level.error_bound for level in made.levels]
+    assert [float(row[5]) for row in rows] == [level.deviation for level in made.levels]
+    assert [float(row[7]) for row in rows] == [made.switch_distance(k) for k in range(3)]
+    assert [int(row[9]) for row in rows] == [64, 32, 16]
+    assert len(numbers(lines, "f")) == sum(level.triangles for level in made.levels)
+    for distance, _, index in (line.split()[1:] for line in lines if line.startswith("at")):
+        assert made.levels[int(index)] is made.at(float(distance))
+    back = load_lods(tmp_path / "ball.occ")
+    assert (back.lens, back.pixel_error) == (made.lens, made.pixel_error)
+    for level, before in zip(back.levels, made.levels, strict=True):
+        corners = before.occluder.vertices[before.occluder.faces]
+        np.testing.assert_allclose(
+            level.occluder.vertices[level.occluder.faces], corners, atol=1e-6
+        )
+        assert (level.error_bound, level.deviation) == (before.error_bound, before.deviation)
+
+
+@pytest.mark.parametrize(("count", "width"), [(65_535, 2), (65_536, 4)])
+def test_indices_are_as_wide_as_needed(
+    program: Path, tmp_path: Path, count: int, width: int
+) -> None:
+    random = np.random.default_rng(0)
+    vertices = random.uniform(-1, 1, (count, 3))
+    faces = np.array([[0, 1, count - 1], [count - 3, 5, count - 2]], dtype=np.int32)
+    save_occluder(Occluder(vertices, faces), tmp_path / "many.occ")
+    (lines,) = printed(program, tmp_path / "many.occ")
+    assert lines[4].endswith(f"width {width}")
+    np.testing.assert_array_equal(numbers(lines, "f"), faces)
+
+
+def test_single_sided_is_told(program: Path, tmp_path: Path) -> None:
+    sheet = Occluder(np.eye(3), np.array([[0, 1, 2]], dtype=np.int32))
+    save_occluder(sheet, tmp_path / "sheet.occ", Style(sides="single"))
+    (lines,) = printed(program, tmp_path / "sheet.occ")
+    assert "sides 1" in lines[3]
+    assert numbers(lines, "f").tolist() == [[0, 1, 2], [2, 1, 0]]
+
+
+def test_an_occluder_that_hides_nothing(program: Path, tmp_path: Path) -> None:
+    save_occluder(Occluder(np.empty((0, 3)), np.empty((0, 3), np.int32)), tmp_path / "no.occ")
+    (lines,) = printed(program, tmp_path / "no.occ")
+    assert lines[0] == "all is well"
+    assert len(numbers(lines, "f")) == 0
+    assert "bound inf" in lines[4]
+
+
+DAMAGES = {
+    "another version": (8, struct.pack("<I", 2), "another version"),
+    "a longer file": (16, struct.pack("<Q", 1 << 40), "cut short"),
+    "no level": (24, struct.pack("<I", 0), "damaged"),
+    "many levels": (24, struct.pack("<I", 2**32 - 1), "damaged"),
+    "a table behind the end": (28, struct.pack("<I", 4096), "damaged"),
+    "a table that is not aligned": (28, struct.pack("<I", 132), "damaged"),
+    "an origin that is no number": (40, struct.pack("<d", math.nan), "damaged"),
+    "an infinite origin": (32, struct.pack("<d", math.inf), "damaged"),
+    "a negative bound": (128, struct.pack("<d", -1.0), "damaged"),
+    "positions behind the end": (152, struct.pack("<Q", 2**64 - 16), "damaged"),
+    "indices that are not aligned": (160, struct.pack("<Q", 242), "damaged"),
+    "many vertices": (168, struct.pack("<I", 2**32 - 1), "damaged"),
+    "many triangles": (172, struct.pack("<I", 2**32 - 1), "damaged"),
+    "an odd width": (176, struct.pack("<I", 3), "damaged"),
+    "an index out of range": (240, struct.pack("<H", 4), "damaged"),
+}
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_damage_is_refused_by_both_readers(program: Path, tmp_path: Path, name: str) -> None:
+    save_occluder(tetrahedron(0.5), tmp_path / "good.occ")
+    offset, patch, said = DAMAGES[name]
+    data = bytearray((tmp_path / "good.occ").read_bytes())
+    data[offset : offset + len(patch)] = patch
+    (tmp_path / "bad.occ").write_bytes(data)
+    (lines,) = printed(program, tmp_path / "bad.occ")
+    assert said in lines[0]
+    with pytest.raises(UnreadableMeshError):
+        load_occluder(tmp_path / "bad.occ")
+
+
+def test_every_truncation_and_flipped_byte_is_survived(program: Path, tmp_path: Path) -> None:
+    save_lods(chain(), tmp_path / "ball.occ")
+    data = (tmp_path / "ball.occ").read_bytes()
+    names = []
+    for length in range(0, len(data), 7):
+        names.append(tmp_path / f"cut{length}")
+        names[-1].write_bytes(data[:length])
+    cuts = printed(program, *names)
+    assert len(cuts) == len(names)
+    assert all(lines[0] != "all is well" for lines in cuts)
+    random = np.random.default_rng(1)
+    names = []
+    for index in range(600):
+        flipped = bytearray(data)
+        place = int(random.integers(0, 320 if index % 2 else len(data)))
+        flipped[place] ^= 1 << int(random.integers(0, 8))
+        names.append(tmp_path / f"flip{index}.occ")
+        names[-1].write_bytes(flipped)
+    for path, lines in zip(names, printed(program, *names), strict=True):
+        if lines[0] != "all is well":
+            with pytest.raises(UnreadableMeshError):
+                load_lods(path)

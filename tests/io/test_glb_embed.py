@@ -1,0 +1,142 @@
+"""The original and its occluder in one file: nothing of the original lost, nothing twice."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from simplifier.errors import OutputError, UnreadableMeshError
+from simplifier.io import load_mesh
+from simplifier.io.glb_embed import check_place, embedded, save_with_original
+from simplifier.io.gltf_container import pack_glb
+from simplifier.io.style import Style
+from tests.io.builders import (
+    TETRAHEDRON_FACES,
+    TETRAHEDRON_POINTS,
+    GltfBuilder,
+    tetrahedron,
+    valid_files,
+)
+from tests.io.test_glb_writer import take_apart
+
+HOWS = ["godot", "lod"]
+
+
+def original(tmp_path: Path, name: str = "glb") -> Path:
+    suffix, data = valid_files()[name]
+    path = tmp_path / f"rock{suffix}"
+    path.write_bytes(data)
+    return path
+
+
+def rich(tmp_path: Path) -> Path:
+    """Two roots, a picture, an animation, names and extras, levels of its own."""
+    builder = GltfBuilder()
+    first = builder.node(mesh=builder.mesh(TETRAHEDRON_POINTS, TETRAHEDRON_FACES), name="a")
+    second = builder.node(mesh=0, translation=[5.0, 0.0, 0.0], extras={"kept": [1, None]})
+    builder.root |= {
+        "scenes": [{"nodes": [first, second], "name": "yard"}], "scene": 0,
+        "images": [{"uri": "data:image/png;base64,AAAA"}], "textures": [{"source": 0}],
+        "animations": [{"channels": [], "samplers": [], "name": "still"}],
+        "extensionsUsed": ["KHR_materials_unlit"],
+    }  # fmt: skip
+    path = tmp_path / "yard.glb"
+    path.write_bytes(builder.glb())
+    return path
+
+
+@pytest.mark.parametrize("how", HOWS)
+@pytest.mark.parametrize("name", [name for name in valid_files() if name != "occ"])
+def test_any_original_loads_as_before(tmp_path: Path, name: str, how: str) -> None:
+    path = original(tmp_path, name)
+    mesh = load_mesh(path)
+    output = tmp_path / "both.glb"
+    occluder = tetrahedron(0.5)
+    save_with_original(path, mesh, occluder, output, how)
+    document, _ = take_apart(output.read_bytes())
+    node = document["nodes"][-1]
+    assert node["extras"]["error_bound"] == 0.5
+    assert node["name"] == ("rock-occonly" if how == "godot" else "rock_lod")
+    roots = document["scenes"][document["scene"]]["nodes"]
+    assert ((len(document["nodes"]) - 1) in roots) == (how == "godot")
+    if how == "lod":
+        (root,) = roots
+        levels = document["nodes"][root]["extensions"]["MSFT_lod"]["ids"]
+        assert levels == [len(document["nodes"]) - 1]
+        again = load_mesh(output)  # coarser levels are no geometry of the finest
+        np.testing.assert_allclose(again.vertices[again.faces], mesh.vertices[mesh.faces])
+
+
+@pytest.mark.parametrize("how", HOWS)
+def test_all_of_the_original_is_there(tmp_path: Path, how: str) -> None:
+    path = rich(tmp_path)
+    before, binary = take_apart(path.read_bytes())
+    after, longer = take_apart(embedded(path, load_mesh(path), tetrahedron(), how))
+    assert longer.startswith(binary)
+    for key in ("images", "textures", "animations", "asset"):
+        assert after[key] == before[key]
+    for key in ("meshes", "accessors", "bufferViews"):
+        assert after[key][: len(before[key])] == before[key]
+    kept = after["nodes"][: len(before["nodes"])]
+    assert kept == before["nodes"]
+    assert set(before["extensionsUsed"]) <= set(after["extensionsUsed"])
+
+
+@pytest.mark.parametrize("first", HOWS)
+@pytest.mark.parametrize("second", HOWS)
+@pytest.mark.parametrize("name", ["rich", "glb", "gltf"])
+def test_an_earlier_occluder_is_replaced(
+    tmp_path: Path, name: str, first: str, second: str
+) -> None:
+    path = rich(tmp_path) if name == "rich" else original(tmp_path, name)
+    mesh = load_mesh(path)
+    once = path.with_suffix(".glb")
+    fresh = embedded(path, mesh, tetrahedron(0.25), second)
+    once.write_bytes(embedded(path, mesh, tetrahedron(0.5), first))
+    assert embedded(once, mesh, tetrahedron(0.25), second) == fresh
+
+
+def test_a_viewer_sees_both(tmp_path: Path) -> None:
+    path = rich(tmp_path)
+    (tmp_path / "both.glb").write_bytes(embedded(path, load_mesh(path), tetrahedron(), "godot"))
+    scene = trimesh.load(tmp_path / "both.glb")
+    assert "yard-occonly" in scene.graph.nodes
+    transform, name = scene.graph["yard-occonly"]
+    shown = trimesh.transform_points(scene.geometry[name].vertices, transform)
+    np.testing.assert_allclose(np.unique(shown, axis=0), np.unique(TETRAHEDRON_POINTS, axis=0))
+
+
+def test_single_sided_in_the_original(tmp_path: Path) -> None:
+    path = original(tmp_path)
+    output = tmp_path / "both.glb"
+    save_with_original(path, load_mesh(path), tetrahedron(), output, "godot", Style("single"))
+    document, _ = take_apart(output.read_bytes())
+    assert document["materials"][-1]["doubleSided"] is False
+
+
+def test_files_beside_the_original_have_to_stay_beside_it(tmp_path: Path) -> None:
+    suffix, data = valid_files()["gltf"]
+    document = json.loads(data)
+    document["buffers"][0]["uri"] = "rock.bin"
+    path = tmp_path / f"rock{suffix}"
+    path.write_text(json.dumps(document))
+    check_place(path, tmp_path / "both.glb")
+    (tmp_path / "other").mkdir()
+    with pytest.raises(OutputError, match=r"refers to 'rock\.bin'"):
+        check_place(path, tmp_path / "other" / "both.glb")
+    with pytest.raises(OutputError, match=r"only \.glb"):
+        check_place(path, tmp_path / "both.obj")
+
+
+def test_what_another_program_changed_is_refused(tmp_path: Path) -> None:
+    path = original(tmp_path)
+    mesh = load_mesh(path)
+    document, binary = take_apart(embedded(path, mesh, tetrahedron(), "godot"))
+    document["nodes"][-1]["extras"]["before"]["nodes"] = "many"
+    path.write_bytes(pack_glb(document, binary))
+    with pytest.raises(UnreadableMeshError, match="changed by another program"):
+        embedded(path, mesh, tetrahedron(), "godot")

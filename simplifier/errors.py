@@ -7,6 +7,7 @@
     |   `-- EmptyMeshError         no triangle is left
     |-- SceneError                 a built scene is missing, damaged, or of another scene
     |-- UnreadablePathError        a camera path is missing, damaged or not as its schema says
+    |-- TomlError                  a TOML file is missing or damaged
     |-- OptionError                an option is unknown or out of range (exit status 2)
     |-- BackendUnavailableError    a backend was asked for that this machine cannot run
     |-- OutputError                the result cannot be written
@@ -58,6 +59,10 @@ class SceneError(OccluderError):
 
 class UnreadablePathError(OccluderError):
     """A camera path is missing, damaged or not as its schema says."""
+
+
+class TomlError(OccluderError):
+    """A TOML file is missing, damaged, or no TOML."""
 
 
 class OptionError(OccluderError):

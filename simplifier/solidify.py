@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.options import SolidOptions
 from simplifier.progress import Stopwatch
@@ -11,12 +12,22 @@ from simplifier.voxel.enclose import enclose
 from simplifier.voxel.fill import Side
 from simplifier.voxel.leaks import leaks
 from simplifier.voxel.morphology import glued
+from simplifier.voxel.openings import opened
 from simplifier.voxel.remedies import leak_warning
 from simplifier.voxel.voxelize import voxelize
 
 
-def solidify(mesh: TriangleMesh, options: SolidOptions, watch: Stopwatch) -> Solid:
-    """The voxels that the mesh touches, what they enclose, and what of it is to be hidden in."""
+def solidify(
+    mesh: TriangleMesh,
+    options: SolidOptions,
+    watch: Stopwatch,
+    overrides: Overrides = NO_OVERRIDES,
+) -> Solid:
+    """The voxels that the mesh touches, what they enclose, and what of it is to be hidden in.
+
+    The core is without the open regions, the filled solid is with them: the mesh is what it is.
+    """
+    regions = [one.region for one in overrides.open]
     with watch.stage("voxelize"):
         touched = voxelize(mesh, options.resolution)
         if options.glue and not options.wholly_inside:
@@ -25,9 +36,10 @@ def solidify(mesh: TriangleMesh, options: SolidOptions, watch: Stopwatch) -> Sol
         sides = _closed_sides(options)
         filled, closed_by = enclose(touched, sides, touched.in_voxels(options.smallest_hole))
         if not options.wholly_inside:
-            return Solid(touched, filled, filled, 0 if options.glue else 1, closed_by)
+            hidden_in = opened(filled, regions)
+            return Solid(touched, filled, hidden_in, 0 if options.glue else 1, closed_by)
         shrink, lowest = touched.in_voxels(options.shrink), touched.to_grid(mesh.bounds[0])
-        inner = core(touched, filled, shrink, lowest, sides)
+        inner = opened(core(touched, filled, shrink, lowest, sides), regions)
         return Solid(touched, filled, inner, 0, closed_by, wholly_inside=True)
 
 

@@ -95,6 +95,12 @@ class TriangleMesh:
         return np.asarray(high - low)
 
 
+def as_mesh(triangles: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Vertices (3 m, 3) and faces (m, 3) of ``triangles`` (m, 3, 3), none shared."""
+    faces = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    return triangles.reshape(-1, 3), faces
+
+
 def have_area(triangles: FloatArray) -> NDArray[np.bool_]:
     """(m,) whether the corners of each of ``triangles`` (m, 3, 3) do not lie on one line."""
     edges = triangles[:, 1:] - triangles[:, :1]

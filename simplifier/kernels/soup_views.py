@@ -3,7 +3,7 @@
 A soup is ``triangles`` (m, 3, 3) float64, corners in grid space.  Views are 64 x 64 bit images:
 ``projections`` (V, 2, 4) float64 and the original's silhouettes ``originals`` (V, 64) uint64.
 ``images`` (m, V, 64) uint64 holds each triangle's picture, ``blocks`` (b, V, 64) the unions of
-:data:`BLOCK` of them.
+:data:`BLOCK` of them; further blocks are pictures of what stands beside the soup and never moves.
 
 A view scores, in sixteenths of twice a measure, a whole number:
 
@@ -121,7 +121,7 @@ def unite_others(index, images, blocks, others):
 
 @kernel
 def draw_soup(triangles, projections, images, blocks):
-    """Fill ``images`` and ``blocks``."""
+    """Fill ``images`` and the soup's own ``blocks``."""
     image = np.zeros(66, np.uint64)
     for index in range(len(triangles)):
         p, q, r = (
@@ -133,7 +133,7 @@ def draw_soup(triangles, projections, images, blocks):
             draw_triangle(p, q, r, projections[view], image)
             for row in range(64):
                 images[index, view, row] = image[row + 1]
-    for block in range(len(blocks)):
+    for block in range(-(-len(images) // BLOCK)):
         unite_block(images, block, blocks)
 
 

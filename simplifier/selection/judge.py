@@ -56,15 +56,18 @@ def judge(triangles: FloatArray, views: FineViews) -> Judgement:
     return Judgement.of(views.originals, shown, SIZE)
 
 
-def best_of(soups: Sequence[FloatArray], views: FineViews, precision: float) -> FloatArray:
+def best_of(
+    soups: Sequence[FloatArray], drawn: FloatArray, views: FineViews, precision: float
+) -> FloatArray:
     """The soup with most recall, less what it hides wrongly, which weighs most below the aim.
 
-    The first of equals, so that what is refined comes before what is not.
+    ``drawn`` (k, 3, 3) triangles that hide too, whichever it is.  The first of equals, so that what
+    is refined comes before what is not.
     """
 
     def worth(found: Judgement) -> float:
         short = max(precision - found.precision, 0.0)
         return found.recall - _WRONG * (1.0 - found.precision) - _SHORT * short
 
-    judged = [worth(judge(soup, views)) for soup in soups]
+    judged = [worth(judge(np.concatenate([soup, drawn]), views)) for soup in soups]
     return soups[judged.index(max(judged))]

@@ -9,6 +9,7 @@ from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, eval
 from simplifier.geometry.lod_chain import LodChain
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.build import Tell, build_occluders
 from simplifier.hierarchy.manifest import (
@@ -47,6 +48,7 @@ def simplify(
     moves: int | None = None,
     time_limit: float | None = None,
     seed: int = 0,
+    overrides: Overrides = NO_OVERRIDES,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
 ) -> Occluder:
@@ -70,6 +72,8 @@ def simplify(
     ``moves``        refining moves in place of the preset's, 0 for the cut as it is.
     ``time_limit``   seconds that this call may take, in place of moves: less shortens the preset's
                      work, more goes on refining.  Results then differ from run to run.
+    ``overrides``    parts drawn by hand, which count towards the budget, and regions to leave open,
+                     as :func:`load_overrides` reads them; what they ignore is for :func:`load`.
     ``listener``     called with the :class:`Progress` so far; what it raises ends the run.
     ``cancel``       a :class:`threading.Event` or alike: once it is set, from any thread or by the
                      listener, the call ends soon.  It returns the best so far when refining has
@@ -86,7 +90,7 @@ def simplify(
         slicer=slicer, preset=preset, min_precision=min_precision, moves=moves,
         time_limit=time_limit, seed=seed,
     )  # fmt: skip
-    return simplify_mesh(mesh, options, listener, cancel).occluder
+    return simplify_mesh(mesh, options, listener, cancel, overrides).occluder
 
 
 def simplify_lods(
@@ -111,6 +115,7 @@ def simplify_lods(
     moves: int | None = None,
     time_limit: float | None = None,
     seed: int = 0,
+    overrides: Overrides = NO_OVERRIDES,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
 ) -> LodChain:
@@ -141,7 +146,8 @@ def simplify_lods(
         viewers=viewers, smallest_hole=smallest_hole, trim=trim, slicer=slicer, preset=preset,
         min_precision=min_precision, moves=moves, time_limit=time_limit, seed=seed,
     )  # fmt: skip
-    return simplify_levels(mesh, plan_levels(longest, finest, levels), listener, cancel).chain
+    plan = plan_levels(longest, finest, levels, len(overrides.triangles))
+    return simplify_levels(mesh, plan, listener, cancel, overrides).chain
 
 
 def save(result: Occluder | LodChain, path: str | Path) -> None:

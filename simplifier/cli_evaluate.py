@@ -9,6 +9,7 @@ import typer
 
 from simplifier.cli_failures import Debug
 from simplifier.cli_options import Mesh, Pictures, ReportFile, with_options
+from simplifier.cli_overrides import NoOverrides, OverridesFile, chosen_overrides
 from simplifier.cli_report import check_extras, shown
 from simplifier.evaluation.report import Report, write_report
 from simplifier.interrupts import Interrupts
@@ -24,6 +25,8 @@ def evaluate(
     mesh: Mesh,
     occluder: Annotated[Path, typer.Argument(help="The occluder to judge.")],
     *,
+    overrides: OverridesFile = None,
+    no_overrides: NoOverrides = False,
     report: ReportFile = None,
     pictures: Pictures = None,
     debug: Debug = False,
@@ -38,10 +41,12 @@ def evaluate(
     def run(listener: Listener, interrupts: Interrupts) -> Report:
         options = EvaluateOptions(**chosen)
         check_extras(report, pictures)
+        by_hand = chosen_overrides(mesh, overrides, no_overrides)
         watch = Stopwatch(listener)
         with watch.stage("load"):
-            soup, judged = load_mesh(mesh), load_occluder(occluder)
-        judgement = judge(soup, judged, options, listener)
+            soup = load_mesh(mesh, transparent=options.transparent, ignore=by_hand.ignore)
+            judged = load_occluder(occluder)
+        judgement = judge(soup, judged, options, listener, overrides=by_hand)
         summary = judgement.report(load_seconds=watch.timings["load"])
         if report is not None:
             write_report(summary, report)

@@ -9,6 +9,7 @@ import typer
 
 from simplifier.cli_failures import Debug
 from simplifier.cli_options import Mesh, Pictures, ReportFile, typed_lengths, with_options
+from simplifier.cli_overrides import NoOverrides, OverridesFile, chosen_overrides
 from simplifier.cli_report import check_extras, shown
 from simplifier.console import print_line
 from simplifier.errors import OutputError
@@ -29,6 +30,8 @@ def simplify(
         Path, typer.Option("-o", "--output", help="The occluder: glb, obj, ply, stl or tres.")
     ],
     *,
+    overrides: OverridesFile = None,
+    no_overrides: NoOverrides = False,
     report: ReportFile = None,
     pictures: Pictures = None,
     debug: Debug = False,
@@ -48,13 +51,14 @@ def simplify(
         check_writable(output)
         _check_distinct(mesh, output, levels=options.levels is not None)
         check_extras(report, pictures)
+        by_hand = chosen_overrides(mesh, overrides, no_overrides)
         watch = Stopwatch(listener)
         with watch.stage("load"):
-            soup = load_mesh(mesh)
+            soup = load_mesh(mesh, transparent=options.transparent, ignore=by_hand.ignore)
         kept = reported = False
         try:
             with interrupts.deferred() as cancel:
-                made = make(soup, options, listener, cancel)
+                made = make(soup, options, listener, cancel, by_hand)
                 with interrupts.held(), watch.stage("write"):
                     files = made.save(output)
                 kept = True

@@ -8,6 +8,7 @@
     |-- SceneError                 a built scene is missing, damaged, or of another scene
     |-- UnreadablePathError        a camera path is missing, damaged or not as its schema says
     |-- TomlError                  a TOML file is missing or damaged
+    |-- OverridesError             a file of overrides is damaged or not of this mesh
     |-- OptionError                an option is unknown or out of range (exit status 2)
     |-- BackendUnavailableError    a backend was asked for that this machine cannot run
     |-- OutputError                the result cannot be written
@@ -63,6 +64,10 @@ class UnreadablePathError(OccluderError):
 
 class TomlError(OccluderError):
     """A TOML file is missing, damaged, or no TOML."""
+
+
+class OverridesError(OccluderError):
+    """Overrides are missing, damaged, say what cannot be, or name what the mesh does not have."""
 
 
 class OptionError(OccluderError):

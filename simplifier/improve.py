@@ -89,7 +89,7 @@ def improve(
         return (found or starts)[0] - margin
     fine = search_projections(solid, options, _FINE_VIEWS if several else _FEW_FINE_VIEWS, margin)
     aim = options.refine.precision
-    return best_of([*found, *starts], drawn, FineViews.of(*original, fine), aim) - margin
+    return best_of([*found, *starts], FineViews.of(*original, fine), aim, drawn) - margin
 
 
 def _joined(

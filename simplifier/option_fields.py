@@ -140,6 +140,11 @@ _MOST_MOVES = 100_000_000
 _LARGEST_SEED = 2**63 - 1
 _AXES = ("x", "y", "z")
 
+_TRANSPARENT = _choice(
+    "transparent", ("leave-out", "keep"), "leave-out",
+    "Triangles of the file that one can see through: leave-out, or keep.",
+)  # fmt: skip
+
 SIMPLIFY_FIELDS = (
     _whole("budget", 64, 1, _MOST_TRIANGLES, "Most triangles of the occluder."),
     _whole("resolution", None, 1, _MOST_VOXELS, "Voxels along the longest edge.", "64"),
@@ -165,6 +170,7 @@ SIMPLIFY_FIELDS = (
         "viewers", ("all", "above"), "all",
         "Where viewers can be: all, or above (looking level or down; on the ground).",
     ),
+    _TRANSPARENT,
     _number(
         "smallest_hole", 0.0, 0.0, None,
         "Openings narrower than this count as closed, in the mesh's units.",
@@ -207,8 +213,8 @@ SIMPLIFY_FIELDS = (
 """Options of ``occluder simplify``, in the order of its help."""
 
 _JUDGED_BY = frozenset({
-    "resolution", "up", "ground", "viewers", "smallest_hole", "seed", "views", "image", "quads",
-    "exact",
+    "resolution", "up", "ground", "viewers", "transparent", "smallest_hole", "seed", "views",
+    "image", "quads", "exact",
 })  # fmt: skip
 
 EVALUATE_FIELDS = tuple(one for one in SIMPLIFY_FIELDS if one.name in _JUDGED_BY)
@@ -240,7 +246,7 @@ SCENE_FIELDS = (
 )  # fmt: skip
 """Options of ``occluder scene``, in the order of its help."""
 
-_SWEPT = frozenset({"up", "ground", "seed"})
+_SWEPT = frozenset({"up", "ground", "transparent", "seed"})
 
 TRADEOFF_FIELDS = (
     _wholes("resolutions", (32, 64, 128), _MOST_VOXELS, "Resolutions to try."),

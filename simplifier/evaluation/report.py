@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -105,6 +106,7 @@ def _input(mesh: TriangleMesh) -> Report:
             "repeated_index": mesh.dropped.repeated_index,
             "zero_area": mesh.dropped.zero_area,
         },
+        "omitted": [asdict(one) for one in mesh.omitted],
     }
 
 

@@ -20,7 +20,7 @@ from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import load_mesh
-from simplifier.options import Axis, Options, Preset, make_options
+from simplifier.options import Axis, Options, Preset, Transparent, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel
 
@@ -91,7 +91,8 @@ class SweepOptions:
 
     ``resolutions``, ``directions``, ``times``  the values of each knob, the others at their
     default; with ``full`` every combination.  The presets are always measured.  Every budget gets
-    all of it.  ``times`` are time limits, seconds; ``repeats`` runs a setting.
+    all of it.  ``times`` are time limits, seconds; ``repeats`` runs a setting.  ``transparent`` is
+    for meshes that are read from files.
 
     Raises :class:`OptionError` where a list is empty or a value is out of range.
     """
@@ -102,6 +103,7 @@ class SweepOptions:
     times: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0, 5.0)
     up: Axis = "y"
     ground: bool = False
+    transparent: Transparent = "leave-out"
     seed: int = 0
     repeats: int = 3
     full: bool = False
@@ -221,7 +223,7 @@ def _outcome(runs: list[Trial]) -> Outcome:
 def _mesh_trials(name: str, path: Path, options: SweepOptions, tell: Tell) -> Iterator[Trial]:
     tell(0, name)
     try:
-        mesh = load_mesh(path)
+        mesh = load_mesh(path, transparent=options.transparent)
     except Exception as error:
         yield Trial(name, None, failure=_reason(error))
         return

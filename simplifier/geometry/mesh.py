@@ -33,6 +33,18 @@ class DroppedTriangles:
         )
 
 
+@dataclass(frozen=True)
+class Omitted:
+    """Triangles of a file that were not taken: what they are called, why, and how many.
+
+    ``see_through``  whether for that; else the user ignores them.
+    """
+
+    name: str
+    see_through: bool
+    triangles: int
+
+
 @dataclass(frozen=True, eq=False)
 class TriangleMesh:
     """A triangle soup: no promise about closedness, winding, crossings or shared vertices.
@@ -41,6 +53,7 @@ class TriangleMesh:
     ``faces``     (m, 3) int32, m >= 1, indices into ``vertices``, read-only; the winding is that of
                   the input and no stage relies on it.
     ``dropped``   what :meth:`from_soup` left out.
+    ``omitted``   what was not taken of a file.
 
     Build one with :meth:`from_soup`; the plain constructor trusts its arguments.
     """
@@ -48,6 +61,7 @@ class TriangleMesh:
     vertices: FloatArray
     faces: IntArray
     dropped: DroppedTriangles = field(default_factory=DroppedTriangles)
+    omitted: tuple[Omitted, ...] = ()
 
     def __post_init__(self) -> None:
         self.vertices.setflags(write=False)

@@ -44,6 +44,10 @@ class Ignore:
     see_through: bool = True
 
 
+ALL_OPAQUE = Ignore()
+"""Nothing is ignored by name."""
+
+
 @dataclass(frozen=True, eq=False)
 class DrawnPart:
     """Triangles drawn by hand, (m, 3, 3) world units: a box or a quad with its ``name``.
@@ -82,7 +86,7 @@ class Overrides:
 
     drawn: tuple[DrawnPart, ...] = ()
     open: tuple[OpenRegion, ...] = ()
-    ignore: Ignore = Ignore()
+    ignore: Ignore = ALL_OPAQUE
 
     @property
     def triangles(self) -> FloatArray:

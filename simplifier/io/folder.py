@@ -11,9 +11,12 @@ from simplifier.io.formats import CODECS
 from simplifier.io.gltf_scene import MOST_INSTANCES
 from simplifier.io.load import load_objects
 from simplifier.io.objects import Objects
+from simplifier.options import Transparent
 
 
-def objects_of_folder(folder: Path, *, allow_external: bool) -> tuple[Objects, list[str]]:
+def objects_of_folder(
+    folder: Path, *, allow_external: bool, transparent: Transparent
+) -> tuple[Objects, list[str]]:
     """The objects, by relative path and then as in the file, and what could not be read.
 
     A file's object is named by its relative path without the suffix, and the objects of a glTF file
@@ -25,7 +28,7 @@ def objects_of_folder(folder: Path, *, allow_external: bool) -> tuple[Objects, l
     for path in files:
         name = path.relative_to(folder).with_suffix("").as_posix()
         try:
-            objects = load_objects(path, allow_external=allow_external)
+            objects = load_objects(path, allow_external=allow_external, transparent=transparent)
         except OccluderError as error:
             warnings.append(f"{error} (the file was left out)")
             continue

@@ -11,9 +11,12 @@ from simplifier.io.folder import objects_of_folder
 from simplifier.io.formats import readable_suffixes
 from simplifier.io.load import load_objects
 from simplifier.io.usable import usable_scene
+from simplifier.options import Transparent
 
 
-def load_scene(path: str | Path, *, allow_external: bool = True) -> Scene:
+def load_scene(
+    path: str | Path, *, allow_external: bool = True, transparent: Transparent = "leave-out"
+) -> Scene:
     """All objects of a file or of a folder's files, those of one mesh sharing it.
 
     ``.glb`` and ``.gltf``: an object for each node with a mesh, and for each instance of
@@ -26,13 +29,18 @@ def load_scene(path: str | Path, *, allow_external: bool = True) -> Scene:
     or is not affine) are left out with a warning, and repeated names are numbered with one.  Raises
     :class:`EmptyMeshError` when no object is left, :class:`UnknownFormatError` and
     :class:`UnreadableMeshError` as ``load_mesh`` does, the latter also for more than ten million
-    objects; there is no limit on the triangles that instances add up to.  ``allow_external`` as
-    there, of a folder's files each.
+    objects; there is no limit on the triangles that instances add up to.  ``allow_external`` and
+    ``transparent`` as there, of a folder's files each; an object of which nothing is left is left
+    out.
     """
     path = Path(path)
     if not path.is_dir():
-        return usable_scene(load_objects(path, allow_external=allow_external), str(path))
-    objects, warnings = objects_of_folder(path, allow_external=allow_external)
+        return usable_scene(
+            load_objects(path, allow_external=allow_external, transparent=transparent), str(path)
+        )
+    objects, warnings = objects_of_folder(
+        path, allow_external=allow_external, transparent=transparent
+    )
     if not objects.names:
         raise EmptyMeshError(
             warnings[0] if warnings else "the folder holds no mesh file",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,6 +63,19 @@ def read_numbers(data: bytes, where: str, *, begin: int = 0) -> NumberLines:
     kernels.read_words(text, begin, values, hard, firsts)
     _finish(data, values, hard, where)
     return NumberLines(values, firsts)
+
+
+def named_lines(data: bytes, keywords: Sequence[bytes]) -> Iterator[tuple[int, bytes, str]]:
+    """Where each line that begins with one of the words begins, the word, and the rest as text.
+
+    A line that a backslash joins to the one before is none.
+    """
+    words = b"|".join(map(re.escape, keywords))
+    text = b"\n" + data  # a pattern that begins with a line's end is found ten times as fast
+    for found in re.finditer(rb"[\r\n][ \t]*(" + words + rb")[ \t]+([^\r\n]*)", text):
+        begin = found.start()
+        if not text[max(begin - 2, 0) : begin].rstrip(b"\r\n").endswith(b"\\"):
+            yield begin, found[1], found[2].strip().decode("utf-8", errors="replace")
 
 
 def count_statements(data: bytes, keyword: bytes) -> int:

@@ -11,10 +11,12 @@ from simplifier.evaluation.page import write_pictures
 from simplifier.evaluation.report import Report, build_report
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.options import Options, make_options
 from simplifier.production.measures import accuracy_options
 from simplifier.production.options import EvaluateOptions
+from simplifier.production.remarks import remarks
 from simplifier.progress import Cancel, Listener, Stopwatch
 from simplifier.solidify import solidify
 
@@ -34,6 +36,13 @@ class Judgement:
     solid: Solid
     accuracy: AccuracyReport
     timings: Mapping[str, float]
+    overrides: Overrides = NO_OVERRIDES
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know, a sentence each."""
+        kept = Overrides(open=self.overrides.open)  # what is drawn is the occluder's own affair
+        return remarks(self.mesh, self.occluder, self.solid, kept)
 
     def report(self, *, load_seconds: float = 0.0) -> Report:
         """What ``--report`` writes, as ``docs/report.schema.json`` says.
@@ -45,9 +54,11 @@ class Judgement:
             options={
                 **asdict(self.resolved.solid),
                 "viewers": self.options.viewers,
+                "transparent": self.options.transparent,
                 "accuracy": asdict(self.accuracy.options),
             },
-            timings={**self.timings, "load": load_seconds}, seed=self.options.seed,
+            timings={**self.timings, "load": load_seconds}, warnings=self.warnings,
+            seed=self.options.seed,
         )  # fmt: skip
 
     def write_pictures(
@@ -68,6 +79,7 @@ def judge(
     options: EvaluateOptions | None = None,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
+    overrides: Overrides = NO_OVERRIDES,
 ) -> Judgement:
     """Measure an occluder: precision, recall, and how far it strays from the mesh.
 
@@ -75,6 +87,9 @@ def judge(
                   ends the run.
     ``cancel``    once set, ends the run before its next stage with
                   :class:`~simplifier.errors.CancelledError`.
+
+    ``overrides``  of the mesh, which was loaded with what they ignore; the occluder is to keep
+                  their regions open.
 
     Raises :class:`~simplifier.errors.OccluderError`.
     """
@@ -87,4 +102,4 @@ def judge(
     solid = solidify(mesh, resolved.solid, watch)
     with watch.stage("accuracy"):
         accuracy = evaluate_accuracy(mesh, occluder, accuracy_options(chosen))
-    return Judgement(mesh, occluder, chosen, resolved, solid, accuracy, watch.timings)
+    return Judgement(mesh, occluder, chosen, resolved, solid, accuracy, watch.timings, overrides)

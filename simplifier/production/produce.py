@@ -16,6 +16,7 @@ from simplifier.geometry.camera import Lens
 from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.io import save_lods, save_occluder
 from simplifier.lods.levels import Levels, simplify_levels
 from simplifier.lods.options import finest_bound
@@ -24,6 +25,7 @@ from simplifier.options import Options, make_options
 from simplifier.pipeline import Simplification, simplify_mesh
 from simplifier.production.measures import accuracy_options
 from simplifier.production.options import SimplifyOptions
+from simplifier.production.remarks import named, remarks
 from simplifier.progress import Cancel, Listener, Stopwatch
 
 
@@ -38,6 +40,7 @@ class Made:
     options: SimplifyOptions
     resolved: Options
     result: Simplification | Levels
+    overrides: Overrides = NO_OVERRIDES
 
     @property
     def occluder(self) -> Occluder:
@@ -69,7 +72,8 @@ class Made:
                 [level.occluder for level in chain.levels],
                 accuracy_options(self.options),
             )
-        return Product(self, chain, accuracies, watch.timings["accuracy"])
+            notes = remarks(self.mesh, self.occluder, self.result.solid, self.overrides)
+        return Product(self, chain, accuracies, watch.timings["accuracy"], notes)
 
     def _chain(self) -> LodChain:
         if isinstance(self.result, Levels):
@@ -86,12 +90,14 @@ class Product:
     ``chain``       the levels, finest first; a single occluder is a chain of one.
     ``accuracies``  one a level, in the same order.
     ``judging``     seconds that they took.
+    ``remarks``     on overrides and what was left out, a sentence each.
     """
 
     made: Made
     chain: LodChain
     accuracies: tuple[AccuracyReport, ...]
     judging: float
+    remarks: tuple[str, ...] = ()
 
     @property
     def mesh(self) -> TriangleMesh:
@@ -111,7 +117,7 @@ class Product:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the user should know, a sentence each."""
-        return self.made.result.warnings
+        return (*self.made.result.warnings, *self.remarks)
 
     @property
     def interrupted(self) -> bool:
@@ -145,7 +151,7 @@ class Product:
         asked = isinstance(result, Levels)
         return build_report(
             self.mesh, self.occluder, result.solid, self.accuracies[0],
-            options=_resolved(made.options, made.resolved),
+            options=_resolved(made),
             timings={**self.timings, "load": load_seconds, "write": write_seconds},
             warnings=self.warnings, seed=made.options.seed, strays=self.levels[0].deviation,
             levels=level_rows(self.chain, self.accuracies, files) if asked else (),
@@ -171,6 +177,7 @@ def produce(
     options: SimplifyOptions | None = None,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
+    overrides: Overrides = NO_OVERRIDES,
 ) -> Product:
     """Make an occluder, or levels of detail where the options ask for them, and judge it.
 
@@ -180,11 +187,13 @@ def produce(
                   level has begun, which is judged all the same, else with
                   :class:`~simplifier.errors.CancelledError`.
 
+    ``overrides``  what was decided by hand; the mesh was loaded with what they ignore.
+
     Same mesh, same options, same bytes, as for :func:`simplifier.simplify`.  Raises
     :class:`~simplifier.errors.OccluderError`.
     """
     chosen = SimplifyOptions() if options is None else options
-    return make(mesh, chosen, listener, cancel).judged(listener)
+    return make(mesh, chosen, listener, cancel, overrides).judged(listener)
 
 
 def make(
@@ -192,6 +201,7 @@ def make(
     options: SimplifyOptions,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
+    overrides: Overrides = NO_OVERRIDES,
 ) -> Made:
     """The first half of :func:`produce`, for those who save before they judge."""
     longest = float(mesh.extent.max())
@@ -209,17 +219,21 @@ def make(
     )  # fmt: skip
     result: Simplification | Levels
     if levels is None:
-        result = simplify_mesh(mesh, resolved, listener, cancel)
+        result = simplify_mesh(mesh, resolved, listener, cancel, overrides)
     else:
-        result = simplify_levels(mesh, plan_levels(longest, resolved, levels), listener, cancel)
-    return Made(mesh, options, resolved, result)
+        plan = plan_levels(longest, resolved, levels, len(overrides.triangles))
+        result = simplify_levels(mesh, plan, listener, cancel, overrides)
+    return Made(mesh, options, resolved, result, overrides)
 
 
-def _resolved(chosen: SimplifyOptions, options: Options) -> dict[str, Any]:
+def _resolved(made: Made) -> dict[str, Any]:
     """Every option that had a part in the result, by the name that users type."""
+    chosen, options = made.options, made.resolved
     return {
         **asdict(options.solid),
         "viewers": options.viewers,
+        "transparent": chosen.transparent,
+        "overrides": named(made.overrides),
         **asdict(options.sections),
         **asdict(options.selection),
         "refine": asdict(options.refine),

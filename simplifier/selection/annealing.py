@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.overrides import NOTHING
 from simplifier.kernels.refinement import anneal
 from simplifier.kernels.soup_views import (
     BLOCK,
@@ -37,7 +38,7 @@ class RefineViews:
 
     projections: FloatArray
     originals: Images
-    drawn: FloatArray = field(default_factory=lambda: np.empty((0, 3, 3)))
+    drawn: FloatArray = NOTHING
 
     def standing(self) -> Images:
         """(b, V, 64) pictures of the drawn triangles, as blocks of a soup's."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.overrides import NOTHING
 from simplifier.kernels.coverage import MaskArray, covered
 from simplifier.kernels.rectangles import exact_quad_pixels
 
@@ -57,7 +58,7 @@ def judge(triangles: FloatArray, views: FineViews) -> Judgement:
 
 
 def best_of(
-    soups: Sequence[FloatArray], drawn: FloatArray, views: FineViews, precision: float
+    soups: Sequence[FloatArray], views: FineViews, precision: float, drawn: FloatArray = NOTHING
 ) -> FloatArray:
     """The soup with most recall, less what it hides wrongly, which weighs most below the aim.
 

@@ -23,7 +23,8 @@ def evaluate_mesh(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     meter = Meter(tell)
     options = simplifier.EvaluateOptions.of(task.options)
     meter.at("load", 0.0)
-    mesh = simplifier.load(input_path(task, "mesh"), allow_external=False)
+    path = input_path(task, "mesh")
+    mesh = simplifier.load(path, allow_external=False, transparent=options.transparent)
     occluder = simplifier.load_occluder(input_path(task, "occluder"), allow_external=False)
     load_seconds = meter.seconds
     judgement = simplifier.judge(mesh, occluder, options, meter.part(0.1, 0.8, JUDGING), cancel)

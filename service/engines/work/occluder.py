@@ -26,7 +26,8 @@ def make_occluder(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     meter, results = Meter(tell), Path(task.results)
     options = simplifier.SimplifyOptions.of(task.options)
     meter.at("load", 0.0)
-    mesh = simplifier.load(input_path(task, "mesh"), allow_external=False)
+    path = input_path(task, "mesh")
+    mesh = simplifier.load(path, allow_external=False, transparent=options.transparent)
     load_seconds = meter.seconds
     draw = BestSoFar(mesh, options.up)
     made = simplifier.make(mesh, options, meter.part(0.05, 0.8, MAKING, draw), cancel)

@@ -22,7 +22,8 @@ def measure_tradeoff(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     meter, results = Meter(tell), Path(task.results)
     options = simplifier.TradeoffOptions.of(task.options)
     meter.at("load", 0.0)
-    mesh = simplifier.load(input_path(task, "mesh"), allow_external=False)
+    path = input_path(task, "mesh")
+    mesh = simplifier.load(path, allow_external=False, transparent=options.transparent)
 
     def told(done: int, runs: int, now: str) -> None:
         meter.counted("runs", _MEASURED * done / runs, done, runs)

@@ -24,7 +24,6 @@ SUFFIX = ".overrides.toml"
 
 _LARGEST = 1e100  # of a coordinate
 _BOX = ("name", "center", "size", "rotation", "angle", "axis")
-_TOUCH = 1e-9  # of a region's longest edge: parts that are flush with it do not reach into it
 
 
 def overrides_beside(mesh: Path) -> Path | None:
@@ -53,21 +52,7 @@ def load_overrides(path: str | Path) -> Overrides:
         OpenRegion(_name(row, "open", index), _region(row, "[[open]]"), row.where())
         for index, row in enumerate(_tables(top, "open"))
     ]
-    drawn = (*boxes, *quads)
-    _check_apart(drawn, regions)
-    return Overrides(drawn, tuple(regions), _ignore(top))
-
-
-def _check_apart(drawn: Sequence[DrawnPart], regions: Sequence[OpenRegion]) -> None:
-    for one in regions:
-        touch = _TOUCH * float(one.region.half.max())
-        for part in drawn:
-            if one.region.crossed_by(part.triangles, touch).any():
-                raise OverridesError(
-                    f"'{part.name}' reaches into the open region '{one.name}' of {one.where}",
-                    where=part.where,
-                    remedy="make one of them smaller",
-                )
+    return Overrides((*boxes, *quads), tuple(regions), _ignore(top))
 
 
 def _region(row: Table, title: str) -> Region:
@@ -105,7 +90,7 @@ def _quad(row: Table) -> FloatArray:
     corners = row.get("corners")
     if not isinstance(corners, list) or len(corners) != 4:
         raise _wrong(row, "corners", "are not four points", "give four of [x, y, z]")
-    points = np.array([_point(row, point) for point in corners])
+    points = np.array([_point(row, point) for point in corners], dtype=np.float64)
     for first in (0, 1):
         turned = np.roll(points, -first, axis=0)
         halves = turned[[[0, 1, 2], [0, 2, 3]]]

@@ -62,7 +62,7 @@ def simplify_mesh(
     watch = Stopwatch(listener, cancel)
     solid = solidify(mesh, options.solid, watch, overrides)
     # Before refining, which uses up what a time limit leaves.
-    warnings = solid_warnings(mesh, solid, options.solid)
+    warnings = solid_warnings(mesh, solid, options.solid, overrides)
     triangles, interrupted = NOTHING, False
     if left > 0:
         rest = replace(options, selection=replace(options.selection, budget=left))

@@ -12,7 +12,7 @@ from simplifier.voxel.enclose import enclose
 from simplifier.voxel.fill import Side
 from simplifier.voxel.leaks import leaks
 from simplifier.voxel.morphology import glued
-from simplifier.voxel.openings import opened
+from simplifier.voxel.openings import barred, opened
 from simplifier.voxel.remedies import leak_warning
 from simplifier.voxel.voxelize import voxelize
 
@@ -43,7 +43,9 @@ def solidify(
         return Solid(touched, filled, inner, 0, closed_by, wholly_inside=True)
 
 
-def solid_warnings(mesh: TriangleMesh, solid: Solid, options: SolidOptions) -> list[str]:
+def solid_warnings(
+    mesh: TriangleMesh, solid: Solid, options: SolidOptions, overrides: Overrides = NO_OVERRIDES
+) -> list[str]:
     """What was left out of the mesh, where it is open, and why there may be nothing to cut."""
     warnings = []
     dropped = mesh.dropped.total
@@ -54,12 +56,15 @@ def solid_warnings(mesh: TriangleMesh, solid: Solid, options: SolidOptions) -> l
         hole = solid.touched.in_voxels(options.smallest_hole)
         warnings.append(leak_warning(solid.touched, solid.filled, _closed_sides(options), hole))
     if solid.core.count == 0:
-        warnings.append(_empty_warning(solid, options))
+        warnings.append(_empty_warning(solid, options, overrides))
     return warnings
 
 
-def _empty_warning(solid: Solid, options: SolidOptions) -> str:
-    """Why the occluder has no triangle, and what would give it some."""
+def _empty_warning(solid: Solid, options: SolidOptions, overrides: Overrides) -> str:
+    """Why nothing is found to hide behind, and what would help."""
+    regions = [one.region for one in overrides.open]
+    if regions and barred(solid.filled, regions)[solid.filled.inside].all():
+        return "open regions take up all of the mesh, so nothing is left to hide behind"
     if options.shrink == 0.0:
         return "no voxel lies wholly inside, so the occluder is empty; raise the resolution"
     depth = deepest(solid.touched, solid.filled, _closed_sides(options)) * solid.core.cell_size

@@ -8,8 +8,11 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
+from simplifier.errors import OverridesError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.region import Region
+
+_TOUCH = 1e-9  # of a region's longest edge, by which a flush part may be inside for rounding
 
 NOTHING: FloatArray = np.empty((0, 3, 3))
 """No triangle at all."""
@@ -79,14 +82,28 @@ class OpenRegion:
 class Overrides:
     """World units and axes of the mesh.
 
-    ``drawn``   in every occluder, as they are; no part reaches into an open region.
+    ``drawn``   in every occluder, as they are.
     ``open``    left open by every occluder.
     ``ignore``  what of the file is not there.
+
+    Raises :class:`~simplifier.errors.OverridesError` where a drawn part reaches into an open
+    region; it may be flush with it.
     """
 
     drawn: tuple[DrawnPart, ...] = ()
     open: tuple[OpenRegion, ...] = ()
     ignore: Ignore = ALL_OPAQUE
+
+    def __post_init__(self) -> None:
+        for one in self.open:
+            touch = _TOUCH * float(one.region.half.max())
+            for part in self.drawn:
+                if one.region.crossed_by(part.triangles, touch).any():
+                    raise OverridesError(
+                        f"'{part.name}' reaches into the open region {one}",
+                        where=part.where,
+                        remedy="make one of them smaller",
+                    )
 
     @property
     def triangles(self) -> FloatArray:

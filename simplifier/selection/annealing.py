@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,7 @@ class RefineViews:
 
     projections: FloatArray
     originals: Images
-    drawn: FloatArray = NOTHING
+    drawn: FloatArray = field(default_factory=lambda: NOTHING)
 
     def standing(self) -> Images:
         """(b, V, 64) pictures of the drawn triangles, as blocks of a soup's."""

@@ -2,6 +2,7 @@
 # make test   format, lint, types, import contracts, tests
 # make test-slow  what takes minutes: a start with an empty kernel cache
 # make test-faults  kills, a full disk, damage, wrong clocks, slow clients, in their long form (minutes)
+# make fuzz   ten minutes of broken files and strange meshes (FUZZ_SECONDS, FUZZ_ENGINE=guided, …)
 # make test-pages  every look at the dashboard in a browser (minutes); `make test` takes the vital ones
 # make serve  the HTTP service at http://127.0.0.1:8000
 # make docker-check  the steps of the container image in an empty folder, without an engine (minutes)
@@ -13,7 +14,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test test-slow test-faults test-pages check serve docker-check openapi bench clean
+.PHONY: demo test test-slow test-faults test-pages fuzz check serve docker-check openapi bench clean
 
 demo: $(READY)
 	mkdir -p out/demo
@@ -35,6 +36,18 @@ test-faults: $(READY)
 
 test-pages: $(READY)
 	$(BIN)/python -m pytest -m pages -n 2 --dist loadfile tests/service/dashboard
+
+# Plain needs nothing more; guided is libFuzzer by atheris, which Linux and macOS have.
+FUZZ_SECONDS ?= 600
+FUZZ_PROCESSES ?= 1
+FUZZ_ENGINE ?= plain
+FUZZ_SEED ?= $(shell date +%j%H%M)
+FUZZ_TARGETS ?=
+
+fuzz: $(READY)
+	$(if $(filter guided,$(FUZZ_ENGINE)),$(BIN)/pip install --quiet -c constraints.txt -e '.[fuzz]')
+	$(BIN)/python -m tests.fuzz --seconds $(FUZZ_SECONDS) --processes $(FUZZ_PROCESSES) \
+		--engine $(FUZZ_ENGINE) --seed $(FUZZ_SEED) $(FUZZ_TARGETS)
 
 check: $(READY)
 	$(BIN)/ruff format --check .

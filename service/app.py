@@ -100,7 +100,7 @@ def opened(settings: Settings) -> Iterator[Services]:
         yield Services(
             settings=settings,
             version=__version__,
-            tables=option_tables(settings.job_seconds),
+            tables=option_tables(settings.job_seconds, settings.job_memory),
             jobs=jobs,
             assets=assets,
             blobs=blobs,

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         BackendUnavailableError,
         CancelledError,
         EmptyMeshError,
+        MemoryLimitError,
         MeshError,
         OccluderError,
         OptionError,
@@ -60,6 +61,8 @@ if TYPE_CHECKING:
     from simplifier.hierarchy.occluder_tree import OccluderTree
     from simplifier.io import load_camera_path, load_lods, load_occluder, load_scene
     from simplifier.io import load_mesh as load
+    from simplifier.memory.limit import default_limit
+    from simplifier.memory.need import BASE_BYTES, MemoryNeed
     from simplifier.option_fields import (
         EVALUATE_FIELDS,
         SCENE_FIELDS,
@@ -68,6 +71,7 @@ if TYPE_CHECKING:
         OptionField,
     )
     from simplifier.overrides_file import load_overrides
+    from simplifier.production.estimate import check_file, estimate_memory
     from simplifier.production.judge import Judgement, judge
     from simplifier.production.options import EvaluateOptions, SimplifyOptions, TradeoffOptions
     from simplifier.production.produce import Made, Product, make, produce
@@ -78,6 +82,7 @@ if TYPE_CHECKING:
     from simplifier.warmup import warm_up
 
 __all__ = [
+    "BASE_BYTES",
     "EVALUATE_FIELDS",
     "MESH_SUFFIXES",
     "OCCLUDER_SUFFIXES",
@@ -101,6 +106,8 @@ __all__ = [
     "Level",
     "LodChain",
     "Made",
+    "MemoryLimitError",
+    "MemoryNeed",
     "MeshError",
     "Occluder",
     "OccluderError",
@@ -125,6 +132,9 @@ __all__ = [
     "Verdict",
     "Viewpoint",
     "__version__",
+    "check_file",
+    "default_limit",
+    "estimate_memory",
     "evaluate",
     "judge",
     "load",
@@ -166,6 +176,7 @@ _NAMES = {
         "BackendUnavailableError",
         "CancelledError",
         "EmptyMeshError",
+        "MemoryLimitError",
         "MeshError",
         "OccluderError",
         "OptionError",
@@ -203,6 +214,11 @@ _NAMES = {
         "load_occluder",
         "load_scene",
     ),
+    "memory.limit": ("default_limit",),
+    "memory.need": (
+        "BASE_BYTES",
+        "MemoryNeed",
+    ),
     "option_fields": (
         "EVALUATE_FIELDS",
         "OptionField",
@@ -211,6 +227,10 @@ _NAMES = {
         "TRADEOFF_FIELDS",
     ),
     "overrides_file": ("load_overrides",),
+    "production.estimate": (
+        "check_file",
+        "estimate_memory",
+    ),
     "production.judge": (
         "Judgement",
         "judge",

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from simplifier.checks import as_path, check_callable, check_cancel, check_kind
 from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
 from simplifier.geometry.lod_chain import LodChain
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
+from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.build import Tell, build_occluders
 from simplifier.hierarchy.manifest import (
@@ -20,10 +21,14 @@ from simplifier.hierarchy.manifest import (
 )
 from simplifier.hierarchy.occluder_tree import OccluderTree, leaf_occluders
 from simplifier.hierarchy.options import SceneOptions
-from simplifier.io import save_lods, save_occluder, write_scene
+from simplifier.io import save_occluder, write_scene
+from simplifier.io.save_lods import save_lods
 from simplifier.lods.levels import simplify_levels
 from simplifier.lods.options import LodOptions, finest_bound
 from simplifier.lods.plan import plan_levels
+from simplifier.memory.limit import check_need
+from simplifier.memory.runs import Judging, seeing
+from simplifier.needs import check_making, size_of
 from simplifier.options import Axis, Preset, Slicing, Trim, Viewers, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel, Listener
@@ -49,10 +54,13 @@ def simplify(
     time_limit: float | None = None,
     seed: int = 0,
     overrides: Overrides = NO_OVERRIDES,
+    memory_limit: float | None = None,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
 ) -> Occluder:
     """Make an occluder of at most ``budget`` triangles, to be drawn double-sided.
+
+    A mesh of no more is its own, less what is buried in it, unless it is to keep wholly inside.
 
     ``mesh``         any soup; from arrays: ``TriangleMesh.from_soup(vertices, faces)``.
     ``resolution``   voxels along the longest edge, 64 if neither it is given nor
@@ -74,6 +82,9 @@ def simplify(
                      work, more goes on refining.  Results then differ from run to run.
     ``overrides``    parts drawn by hand, which count towards the budget, and regions to leave open,
                      as :func:`load_overrides` reads them; what they ignore is for :func:`load`.
+    ``memory_limit``  GiB that the process may need, half of the machine's by default: a call that
+                     would need more is refused at once, by
+                     :class:`~simplifier.errors.MemoryLimitError`.
     ``listener``     called with the :class:`Progress` so far; what it raises ends the run.
     ``cancel``       a :class:`threading.Event` or alike: once it is set, from any thread or by the
                      listener, the call ends soon.  It returns the best so far when refining has
@@ -83,6 +94,7 @@ def simplify(
     seed give the same bytes on any number of threads, unless a time limit or a cancel ends the
     search.  Raises :class:`OccluderError`.
     """
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
     options = make_options(
         float(mesh.extent.max()), budget=budget, resolution=resolution,
         error_bound=error_bound, up=up, ground=ground, viewers=viewers,
@@ -90,6 +102,8 @@ def simplify(
         slicer=slicer, preset=preset, min_precision=min_precision, moves=moves,
         time_limit=time_limit, seed=seed,
     )  # fmt: skip
+    check_kind("overrides", overrides, Overrides, OVERRIDES)
+    check_making(mesh, options, memory_limit)
     return simplify_mesh(mesh, options, listener, cancel, overrides).occluder
 
 
@@ -116,6 +130,7 @@ def simplify_lods(
     time_limit: float | None = None,
     seed: int = 0,
     overrides: Overrides = NO_OVERRIDES,
+    memory_limit: float | None = None,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
 ) -> LodChain:
@@ -137,8 +152,8 @@ def simplify_lods(
     Raises :class:`OccluderError`.
     """
     count = 3 if lods is None and error_bounds is None else lods
-    bounds = None if error_bounds is None else tuple(error_bounds)
-    levels = LodOptions(count, bounds, pixel_error, screen_height, fov)
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    levels = LodOptions(count, error_bounds, pixel_error, screen_height, fov)
     longest = float(mesh.extent.max())
     finest = make_options(
         longest, budget=budget, resolution=resolution,
@@ -146,6 +161,8 @@ def simplify_lods(
         viewers=viewers, smallest_hole=smallest_hole, trim=trim, slicer=slicer, preset=preset,
         min_precision=min_precision, moves=moves, time_limit=time_limit, seed=seed,
     )  # fmt: skip
+    check_kind("overrides", overrides, Overrides, OVERRIDES)
+    check_making(mesh, finest, memory_limit)
     plan = plan_levels(longest, finest, levels, len(overrides.triangles))
     return simplify_levels(mesh, plan, listener, cancel, overrides).chain
 
@@ -157,6 +174,7 @@ def save(result: Occluder | LodChain, path: str | Path) -> None:
     ``NAME_lod0`` and so on beside it; for other formats to the latter alone.  Raises
     :class:`~simplifier.errors.OutputError`.
     """
+    check_kind("result", result, Occluder | LodChain, "what simplify or simplify_lods returns")
     if isinstance(result, LodChain):
         save_lods(result, path)
     else:
@@ -180,6 +198,7 @@ def simplify_scene(
     fov: float = 60.0,
     preview: bool = False,
     seed: int = 0,
+    memory_limit: float | None = None,
     tell: Tell = lambda done, total: None,
     cancel: Cancel | None = None,
 ) -> OccluderTree:
@@ -189,6 +208,8 @@ def simplify_scene(
     an earlier run and the scene still needs is not made again.  Work is spread over processes, so
     a script that calls this has to guard its main module (``if __name__ == "__main__"``).
 
+    ``memory_limit``  GiB that this process and those that it starts may need at most, half of the
+                machine's by default; :class:`~simplifier.errors.MemoryLimitError` beyond.
     ``preview``  also writes all leaves' occluders to ``preview.glb`` there.
     ``tell``    called with how many occluders are there and how many there will be.
     ``cancel``  once set, ends the call soon by :class:`~simplifier.errors.CancelledError`; what is
@@ -197,13 +218,18 @@ def simplify_scene(
     ``scene.json`` in the folder says what could not be made and why.  Raises
     :class:`OccluderError`.
     """
+    check_kind("scene", scene, Scene, "what simplifier.load_scene returns")
+    check_callable("tell", tell)
+    check_cancel(cancel)
     options = SceneOptions(
         budget, resolution, width, moves, up, ground, smallest_hole, conservative, pixel_error,
         rows, fov, seed,
     )  # fmt: skip
-    place = Path(folder)
+    place = as_path("folder", folder)
     store = occluder_store(place)
-    build = build_occluders(scene, options, store, read_summaries(place), tell, cancel)
+    build = build_occluders(
+        scene, options, store, read_summaries(place), tell, cancel, memory_limit
+    )
     write_manifest(place, scene, options, build)
     tree = load_occluder_tree(place)
     if preview:
@@ -222,12 +248,16 @@ def evaluate(
     exact: bool = False,
     viewers: Viewers = "all",
     up: Axis = "y",
+    memory_limit: float | None = None,
 ) -> AccuracyReport:
     """Judge an occluder against its mesh: precision and recall, over all views and by view.
 
     ``views``, ``image``, ``quads``  how many views, pixels a side and random quads a view.
     ``exact``  count all quads in place of a sample.
     ``viewers``, ``up``  with viewers ``above`` all views look level or down.
+    ``memory_limit``  GiB that the process may need at most, as for :func:`simplify`.
     """
     options = AccuracyOptions(views, image, quads, seed, exact, viewers, up)
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    check_need(seeing(size_of(mesh), Judging(options.views, options.image)), memory_limit)
     return evaluate_accuracy(mesh, occluder, options)

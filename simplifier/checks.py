@@ -8,12 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import fields
 from numbers import Integral, Real
+from pathlib import Path
+from types import UnionType
 
 from simplifier.errors import OptionError
 
 MOST_VALUES = 16
 """Of a list."""
+
+_LONGEST = 60  # characters of a value in a message
 
 
 def check_within(name: str, value: float, low: float, high: float) -> None:
@@ -21,7 +26,7 @@ def check_within(name: str, value: float, low: float, high: float) -> None:
     # NaN fails the comparison; a whole number too large for a float must not meet one.
     if not is_number(value) or not low <= value <= high:
         raise OptionError(
-            f"{value!r} is out of range", where=name, remedy=f"choose {low:,} to {high:,}"
+            f"{shown(value)} is out of range", where=name, remedy=f"choose {low:,} to {high:,}"
         )
 
 
@@ -29,7 +34,9 @@ def check_whole(name: str, value: int, low: int, high: int) -> None:
     """A whole number from ``low`` to ``high``, both included."""
     if not isinstance(value, Integral):
         raise OptionError(
-            f"{value!r} is not a whole number", where=name, remedy=f"choose {low:,} to {high:,}"
+            f"{shown(value)} is not a whole number",
+            where=name,
+            remedy=f"choose {low:,} to {high:,}",
         )
     check_within(name, value, low, high)
 
@@ -38,7 +45,7 @@ def check_above_zero(name: str, value: float, high: float) -> None:
     """A number above 0 and at most ``high``."""
     if not is_number(value) or not 0.0 < value <= high:
         raise OptionError(
-            f"{value!r} is out of range",
+            f"{shown(value)} is out of range",
             where=name,
             remedy=f"choose more than 0 and at most {high:,}",
         )
@@ -46,17 +53,17 @@ def check_above_zero(name: str, value: float, high: float) -> None:
 
 def check_positive(name: str, value: float) -> None:
     """A number above 0, however large."""
-    if not is_number(value) or not 0.0 < value < math.inf:
+    if not is_finite(value) or not value > 0.0:
         raise OptionError(
-            f"{value!r} is out of range", where=name, remedy="choose a number above 0"
+            f"{shown(value)} is out of range", where=name, remedy="choose a number above 0"
         )
 
 
 def check_length(name: str, value: float) -> None:
     """0 or a positive length."""
-    if not is_number(value) or not 0.0 <= value < math.inf:
+    if not is_finite(value) or not value >= 0.0:
         raise OptionError(
-            f"{value!r} is not a length",
+            f"{shown(value)} is not a length",
             where=name,
             remedy="give 0 or a positive length in the units of the mesh",
         )
@@ -66,7 +73,7 @@ def check_lengths(name: str, values: Sequence[float]) -> None:
     """A list or tuple of positive lengths."""
     if not isinstance(values, (list, tuple)):
         raise OptionError(
-            f"{values!r} is no list of lengths", where=name, remedy="give a list of numbers"
+            f"{shown(values)} is no list of lengths", where=name, remedy="give a list of numbers"
         )
     for value in values:
         check_positive(name, value)
@@ -75,7 +82,9 @@ def check_lengths(name: str, values: Sequence[float]) -> None:
 def check_several(name: str, values: Sequence[float]) -> None:
     """A list or tuple of 1 to 16 values, no two of them the same; of what kind is not looked at."""
     if not isinstance(values, (list, tuple)):
-        raise OptionError(f"{values!r} is no list", where=name, remedy="give a list of numbers")
+        raise OptionError(
+            f"{shown(values)} is no list", where=name, remedy="give a list of numbers"
+        )
     if not 1 <= len(values) <= MOST_VALUES:
         raise OptionError(
             f"{len(values)} values are given", where=name, remedy=f"give 1 to {MOST_VALUES}"
@@ -86,19 +95,85 @@ def check_several(name: str, values: Sequence[float]) -> None:
 
 def check_one_of(name: str, value: str, choices: Sequence[str]) -> None:
     """One of some words."""
-    if value not in choices:
+    # A list's "in" would ask an array for a truth that it does not have.
+    if not isinstance(value, str) or value not in choices:
         raise OptionError(
-            f"{value!r} is not known", where=name, remedy=f"choose one of {', '.join(choices)}"
+            f"{shown(value)} is not known", where=name, remedy=f"choose one of {', '.join(choices)}"
         )
 
 
 def check_flag(name: str, value: bool) -> None:
     """Yes or no."""
     if not isinstance(value, bool):
-        raise OptionError(f"{value!r} is neither yes nor no", where=name, remedy="give a bool")
+        raise OptionError(f"{shown(value)} is neither yes nor no", where=name, remedy="give a bool")
+
+
+def check_kind(name: str, value: object, kind: type | UnionType, remedy: str) -> None:
+    """An object of one of the library's own kinds; ``remedy`` is what to give."""
+    if not isinstance(value, kind):
+        raise OptionError(f"{shown(value)} is no {name}", where=name, remedy=f"give {remedy}")
+
+
+def as_path(name: str, value: object) -> Path:
+    """Text or a path as a path."""
+    if not isinstance(value, (str, Path)):
+        raise OptionError(
+            f"{shown(value)} is no path", where=name, remedy="give text or a pathlib.Path"
+        )
+    return Path(value)
+
+
+def check_callable(name: str, value: object) -> None:
+    """A function."""
+    if not callable(value):
+        raise OptionError(f"{shown(value)} cannot be called", where=name, remedy="give a function")
+
+
+def check_cancel(value: object) -> None:
+    """What can be asked whether to end a run, or None for nothing."""
+    if value is not None and not callable(getattr(value, "is_set", None)):
+        raise OptionError(
+            f"{shown(value)} has no method is_set", where="cancel", remedy="give a threading.Event"
+        )
+
+
+def settle_numbers(options: object) -> None:
+    """Turn the numbers of a frozen dataclass, also those in tuples, into Python's own, in place.
+
+    numpy's would overflow in the sums that options enter, and no JSON takes them.
+    """
+    for one in fields(options):  # type: ignore[arg-type]
+        value = getattr(options, one.name)
+        plain = tuple(map(_plain, value)) if isinstance(value, tuple) else _plain(value)
+        object.__setattr__(options, one.name, plain)
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, Integral):
+        return int(value)
+    return float(value) if isinstance(value, Real) else value
+
+
+def shown(value: object) -> str:
+    """A value as a message can hold it."""
+    try:
+        text = repr(value)
+    except ValueError:  # Python writes no whole number of more than 4,300 digits
+        text = ""
+    return text if 0 < len(text) <= _LONGEST else f"a value of type {type(value).__name__}"
 
 
 def is_number(value: object) -> bool:
     """A whole number or a float, of Python or numpy; a bool is none."""
     # numpy registers its own with these, so that options need not import it.
     return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def is_finite(value: object) -> bool:
+    """A number, as above, that a float can hold."""
+    try:
+        return isinstance(value, Real) and is_number(value) and math.isfinite(value)
+    except OverflowError:  # a whole number beyond all floats
+        return False

@@ -29,6 +29,8 @@ _PLACES = {
     "path": "simplifier.cli_scene:path",
     "scene": "simplifier.cli_scene:scene",
     "cull": "simplifier.cli_cull:cull",
+    "build": "simplifier.cli_build:build",
+    "watch": "simplifier.cli_watch:watch",
     "warmup": "simplifier.cli_warmup:warmup",
 }
 _OWN = {name: EntryPoint(name, place, GROUP) for name, place in _PLACES.items()}

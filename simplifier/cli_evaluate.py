@@ -15,6 +15,7 @@ from simplifier.evaluation.report import Report, write_report
 from simplifier.interrupts import Interrupts
 from simplifier.io import load_mesh, load_occluder
 from simplifier.option_fields import EVALUATE_FIELDS
+from simplifier.production.estimate import check_file
 from simplifier.production.judge import judge
 from simplifier.production.options import EvaluateOptions
 from simplifier.progress import Listener, Stopwatch
@@ -42,10 +43,16 @@ def evaluate(
         options = EvaluateOptions(**chosen)
         check_extras(report, pictures)
         by_hand = chosen_overrides(mesh, overrides, no_overrides)
-        watch = Stopwatch(listener)
+        check_file(mesh, options, pictures=pictures is not None)
+        watch, limit = Stopwatch(listener), options.memory_limit
         with watch.stage("load"):
-            soup = load_mesh(mesh, transparent=options.transparent, ignore=by_hand.ignore)
-            judged = load_occluder(occluder)
+            soup = load_mesh(
+                mesh,
+                transparent=options.transparent,
+                ignore=by_hand.ignore,
+                memory_limit=limit,
+            )
+            judged = load_occluder(occluder, memory_limit=limit)
         judgement = judge(soup, judged, options, listener, overrides=by_hand)
         summary = judgement.report(load_seconds=watch.timings["load"])
         if report is not None:

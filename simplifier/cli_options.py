@@ -25,6 +25,18 @@ Pictures = Annotated[
     Path | None, typer.Option(help="Write pictures and an HTML report to this folder.")
 ]
 
+ManifestFile = Annotated[Path, typer.Argument(help="The manifest.")]
+Server = Annotated[
+    str | None, typer.Option(help="Address of a service that makes them in place of this machine.")
+]
+Key = Annotated[
+    str | None, typer.Option(envvar="OCCLUDER_KEY", help="API key of the service, if it needs one.")
+]
+AtOnce = Annotated[
+    int | None,
+    typer.Option(min=1, max=256, help="Assets under way.", show_default="processors; 8 by server"),
+]
+
 Command = Callable[..., None]
 
 _TYPES: Mapping[str, Any] = {

@@ -27,6 +27,7 @@ from simplifier.io.camera_path import save_camera_path
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_writer import write_scene
 from simplifier.io.whole import check_folder, make_folder
+from simplifier.memory.limit import check_limit
 from simplifier.option_fields import SCENE_FIELDS
 from simplifier.options import Axis
 
@@ -94,6 +95,7 @@ def scene(
     ],
     *,
     preview: bool,
+    memory_limit: float | None,
     transparent: TransparentScene = "leave-out",
     debug: Debug = False,
     **chosen: Any,
@@ -106,13 +108,15 @@ def scene(
 
     def run() -> None:
         options = SceneOptions(**chosen)
+        check_limit(memory_limit)
         with interrupts() as listening:
-            read = load_scene(source, transparent=transparent)
+            read = load_scene(source, transparent=transparent, memory_limit=memory_limit)
             make_folder(output)  # a scene that cannot be read leaves nothing behind
             with listening.deferred() as cancel, count_bar("occluders") as tell:
                 build = build_occluders(
-                    read, options, occluder_store(output), read_summaries(output), tell, cancel
-                )
+                    read, options, occluder_store(output), read_summaries(output), tell, cancel,
+                    memory_limit,
+                )  # fmt: skip
             with listening.held():
                 write_manifest(output, read, options, build)
                 if preview:

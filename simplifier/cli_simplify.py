@@ -18,6 +18,7 @@ from simplifier.interrupts import Interrupts
 from simplifier.io import check_writable, load_mesh
 from simplifier.io.save_lods import is_level_path
 from simplifier.option_fields import SIMPLIFY_FIELDS
+from simplifier.production.estimate import check_file
 from simplifier.production.options import SimplifyOptions
 from simplifier.production.produce import make
 from simplifier.progress import Listener, Stopwatch
@@ -52,9 +53,15 @@ def simplify(
         _check_distinct(mesh, output, levels=options.levels is not None)
         check_extras(report, pictures)
         by_hand = chosen_overrides(mesh, overrides, no_overrides)
+        check_file(mesh, options, pictures=pictures is not None)
         watch = Stopwatch(listener)
         with watch.stage("load"):
-            soup = load_mesh(mesh, transparent=options.transparent, ignore=by_hand.ignore)
+            soup = load_mesh(
+                mesh,
+                transparent=options.transparent,
+                ignore=by_hand.ignore,
+                memory_limit=options.memory_limit,
+            )
         kept = reported = False
         try:
             with interrupts.deferred() as cancel:

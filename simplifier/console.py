@@ -23,6 +23,8 @@ from rich.text import Text
 
 from simplifier.progress import STAGES, Listener, Progress
 
+_UNBROKEN = 1000  # columns
+
 _NAMES = {
     "load": "reading the mesh",
     "voxelize": "voxelizing",
@@ -126,6 +128,20 @@ def print_report(report: dict[str, Any], name: str) -> None:
     if report.get("levels"):
         _print_levels(report)
     _print_warnings(report["warnings"])
+
+
+def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Rows under named columns as a table on standard output, all but the first and last as
+    numbers."""
+    table = Table(title=Text(_printable(title)), title_justify="left")
+    for place, column in enumerate(columns):
+        number = 0 < place < len(columns) - 1
+        table.add_column(column, justify="right" if number else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*(Text(_printable(cell)) for cell in row))
+    # Where no terminal would break long lines, in the log of a CI run, neither does the table.
+    console = Console()
+    Console(width=console.width if console.is_terminal else _UNBROKEN).print(table)
 
 
 def print_rows(title: str, rows: Sequence[tuple[str, str]], warnings: Sequence[str] = ()) -> None:

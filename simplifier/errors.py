@@ -9,7 +9,9 @@
     |-- UnreadablePathError        a camera path is missing, damaged or not as its schema says
     |-- TomlError                  a TOML file is missing or damaged
     |-- OverridesError             a file of overrides is damaged or not of this mesh
+    |-- ManifestError              a build's manifest or record cannot be used
     |-- OptionError                an option is unknown or out of range (exit status 2)
+    |-- MemoryLimitError           the run would need more memory than it may use
     |-- BackendUnavailableError    a backend was asked for that this machine cannot run
     |-- OutputError                the result cannot be written
     |-- CommandError               a command from another package cannot be loaded
@@ -22,17 +24,30 @@ found, and turned into an exit status (``cli_failures.py``) or an HTTP answer in
 from __future__ import annotations
 
 
+def printable(text: str) -> str:
+    """One line that any terminal, log or JSON can show: what cannot be printed is escaped.
+
+    Names from damaged files hold control characters, which a terminal obeys, and half characters,
+    which no encoding writes.
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        one if one.isprintable() else one.encode("unicode_escape").decode("ascii") for one in text
+    )
+
+
 class OccluderError(Exception):
     """What went wrong, where, and what to do.
 
     ``what`` and ``remedy`` are sentences without a full stop; ``where`` is a file, an option or a
-    stage and may be empty.
+    stage and may be empty.  All are :func:`printable`.
     """
 
     def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
-        self.what = what
-        self.where = where
-        self.remedy = remedy
+        self.what = what = printable(what)
+        self.where = where = printable(where)
+        self.remedy = remedy = printable(remedy)
         place = f"{where}: " if where else ""
         advice = f"; {remedy}" if remedy else ""
         super().__init__(f"{place}{what}{advice}")
@@ -70,8 +85,25 @@ class OverridesError(OccluderError):
     """Overrides are missing, damaged, say what cannot be, or name what the mesh does not have."""
 
 
+class ManifestError(OccluderError):
+    """The manifest of a build, or the record of what it made, cannot be used."""
+
+
 class OptionError(OccluderError):
     """An option is unknown or its value is out of range."""
+
+
+class MemoryLimitError(OccluderError):
+    """The run would need more memory than it may use; nothing of it was begun.
+
+    ``resolution``  the finest that would fit, 0 where none does or it has no part in it.
+    """
+
+    def __init__(
+        self, what: str, *, where: str = "", remedy: str = "", resolution: int = 0
+    ) -> None:
+        super().__init__(what, where=where, remedy=remedy)
+        self.resolution = resolution
 
 
 class BackendUnavailableError(OccluderError):

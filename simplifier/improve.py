@@ -61,9 +61,10 @@ def improve(
     if options.refine.moves == 0:
         return inside - margin
     drawn = solid.core.to_grid(overrides.triangles) + margin
-    original = _joined(
-        thinned(solid.core.to_grid(mesh.vertices) + margin, mesh.faces), as_mesh(drawn)
-    )
+    placed = solid.core.to_grid(mesh.vertices)
+    placed += margin
+    original = _joined(thinned(placed, mesh.faces), as_mesh(drawn))
+    del placed
     try:
         views = _views(original, drawn, solid, options, margin, watch, deadline)
     except _StoppedError:
@@ -89,13 +90,20 @@ def improve(
         return (found or starts)[0] - margin
     fine = search_projections(solid, options, _FINE_VIEWS if several else _FEW_FINE_VIEWS, margin)
     aim = options.refine.precision
-    return best_of([*found, *starts], FineViews.of(*original, fine), aim, drawn) - margin
+
+    def spare() -> list[FloatArray]:  # takes what no limit has left for it
+        return [] if deadline.limited else [_fine_start(mesh, solid, options, allowed, margin)]
+
+    judges = FineViews.of(*original, fine)
+    return best_of([*found, *starts], judges, aim, spare, drawn) - margin
 
 
 def _joined(
     one: tuple[FloatArray, IntArray], other: tuple[FloatArray, IntArray]
 ) -> tuple[FloatArray, IntArray]:
-    """Two meshes as one."""
+    """Two meshes as one; the first is only copied where it must."""
+    if len(other[1]) == 0:
+        return one
     return np.concatenate([one[0], other[0]]), np.concatenate([one[1], other[1] + len(one[0])])
 
 
@@ -124,6 +132,16 @@ def _decimated(
 
     run_chunks(make, len(makers))
     return soups
+
+
+def _fine_start(
+    mesh: TriangleMesh, solid: Solid, options: Options, allowed: BoolArray, margin: float
+) -> FloatArray:
+    """The mesh itself in fewer triangles, in detail that pictures do not show."""
+    from simplifier.decimation.starts import fine_start  # as above
+
+    vertices, faces = fine_start(mesh, solid.core, allowed, margin, options.selection.budget)
+    return pulled_in(vertices[faces] + margin, allowed)
 
 
 def _views(

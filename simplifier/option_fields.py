@@ -145,6 +145,12 @@ _TRANSPARENT = _choice(
     "Triangles of the file that one can see through: leave-out, or keep.",
 )  # fmt: skip
 
+_MEMORY_LIMIT = _number(
+    "memory_limit", None, 0.0, 1e6,
+    "GiB that the run may need at most: beyond, it is refused before it begins.",
+    above=True, absent="half of the machine's",
+)  # fmt: skip
+
 SIMPLIFY_FIELDS = (
     _whole("budget", 64, 1, _MOST_TRIANGLES, "Most triangles of the occluder."),
     _whole("resolution", None, 1, _MOST_VOXELS, "Voxels along the longest edge.", "64"),
@@ -209,12 +215,13 @@ SIMPLIFY_FIELDS = (
     _whole("image", 256, 8, 4096, "Pixels a side of each view."),
     _whole("quads", 32_000, 1, 10_000_000, "Random quads in each view."),
     _flag("exact", "Count all quads in place of a sample."),
+    _MEMORY_LIMIT,
 )  # fmt: skip
 """Options of ``occluder simplify``, in the order of its help."""
 
 _JUDGED_BY = frozenset({
     "resolution", "up", "ground", "viewers", "transparent", "smallest_hole", "seed", "views",
-    "image", "quads", "exact",
+    "image", "quads", "exact", "memory_limit",
 })  # fmt: skip
 
 EVALUATE_FIELDS = tuple(one for one in SIMPLIFY_FIELDS if one.name in _JUDGED_BY)
@@ -240,13 +247,14 @@ SCENE_FIELDS = (
         "Largest error of what is drawn, in pixels of the depth buffer.", above=True,
     ),
     _whole("rows", 180, 1, 16_384, "Height of the depth buffer, pixels."),
-    _number("fov", 60.0, 0.0, 179.0, "Vertical field of view, degrees.", above=True),
+    _number("fov", 60.0, 1e-6, 179.0, "Vertical field of view, degrees."),
     _flag("preview", "Write all leaves' occluders to preview.glb."),
     _whole("seed", 0, 0, _LARGEST_SEED, "Seed of everything random."),
+    _MEMORY_LIMIT,
 )  # fmt: skip
 """Options of ``occluder scene``, in the order of its help."""
 
-_SWEPT = frozenset({"up", "ground", "transparent", "seed"})
+_SWEPT = frozenset({"up", "ground", "transparent", "seed", "memory_limit"})
 
 TRADEOFF_FIELDS = (
     _wholes("resolutions", (32, 64, 128), _MOST_VOXELS, "Resolutions to try."),

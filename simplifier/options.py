@@ -11,7 +11,17 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from simplifier.checks import check_length, check_one_of, check_whole, check_within, is_number
+from simplifier.checks import (
+    check_flag,
+    check_length,
+    check_one_of,
+    check_whole,
+    check_within,
+    is_finite,
+    is_number,
+    settle_numbers,
+    shown,
+)
 from simplifier.errors import OptionError
 
 TOLERANCE_VOXELS = 1.0
@@ -84,6 +94,7 @@ class SolidOptions:
     """
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         check_whole("resolution", self.resolution, 1, MOST_VOXELS)
         check_one_of("up", self.up, ("x", "y", "z"))
         check_length("smallest hole", self.smallest_hole)
@@ -120,6 +131,7 @@ class SectionOptions:
     """``cpu`` samples the grid; ``gl`` draws the voxel mesh into an OpenGL stencil buffer."""
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         check_whole("directions", self.directions, 1, 4096)
         check_whole("direction samples", self.direction_samples, 1, 64)
         check_whole("depths", self.depths, 1, 1024)
@@ -151,6 +163,7 @@ class SelectionOptions:
     more gain little."""
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         check_whole("budget", self.budget, 1, 100_000)
         check_within("alpha", self.alpha, 0.0, 1.0)
         check_whole("search views", self.views, 1, 4096)
@@ -184,6 +197,7 @@ class RefineOptions:
     """Begin a search from decimated surfaces too, and keep one as it is where that hides most."""
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         check_whole("moves", self.moves, 0, MOST_MOVES)
         check_whole("searches", self.searches, 1, 64)
         check_within("overcover", self.overcover, 0.0, 100.0)
@@ -232,6 +246,7 @@ class Options:
     refining, whatever the moves.  None takes as long as the preset's work does."""
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         check_one_of("viewers", self.viewers, ("all", "above"))
         check_whole("seed", self.seed, 0, 2**63 - 1)
         if self.time_limit is not None:
@@ -274,6 +289,8 @@ def make_options(
     if error_bound is not None:
         resolution = resolution_for(error_bound, longest_edge)
     check_one_of("preset", preset, tuple(PRESETS))
+    check_flag("ground", ground)
+    check_flag("conservative", conservative)
     check_length("shrink", shrink)
     solid = SolidOptions(
         64 if resolution is None else resolution, up, ground or viewers == "above",
@@ -331,9 +348,9 @@ def resolution_for(error_bound: float, longest_edge: float, where: str = "error 
     Raises :class:`~simplifier.errors.OptionError` for a bound that is no positive length or that
     would take more than :data:`MOST_VOXELS`.
     """
-    if not isinstance(error_bound, (int, float)) or not 0.0 < error_bound < math.inf:
+    if not is_finite(error_bound) or not error_bound > 0.0:
         raise OptionError(
-            f"{error_bound!r} is not a length",
+            f"{shown(error_bound)} is not a length",
             where=where,
             remedy="give a positive length in the units of the mesh",
         )

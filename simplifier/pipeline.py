@@ -15,9 +15,15 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, NOTHING, Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.improve import improve
+from simplifier.itself import fits, seen_triangles
 from simplifier.options import ERROR_VOXELS, Options
 from simplifier.progress import Cancel, Listener, Stopwatch
 from simplifier.solidify import solid_warnings, solidify
+
+_EMPTY = (
+    "nothing within the error bound hides more rightly than wrongly, so the occluder is empty; "
+    "raise the resolution"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,20 +69,25 @@ def simplify_mesh(
     solid = solidify(mesh, options.solid, watch, overrides)
     # Before refining, which uses up what a time limit leaves.
     warnings = solid_warnings(mesh, solid, options.solid, overrides)
-    triangles, interrupted = NOTHING, False
-    if left > 0:
+    interrupted = False
+    if left == 0:
+        triangles = NOTHING
+    elif fits(mesh, solid, left, overrides):
+        triangles = seen_triangles(mesh, solid)
+    else:
         rest = replace(options, selection=replace(options.selection, budget=left))
         by_hand = solid.core.to_grid(overrides.triangles)
         triangles = cut_solid(solid, rest, watch, deadline, by_hand)
         with watch.stage("refine", cancels=False):
             triangles = improve(triangles, mesh, solid, rest, watch, deadline, overrides)
             interrupted = watch.cancelled
+        triangles = solid.core.to_world(triangles)
     # A voxel wholly inside is interior, at no distance at all.
     bound = 0.0 if solid.wholly_inside else ERROR_VOXELS * solid.core.cell_size
-    triangles = np.concatenate([overrides.triangles, solid.core.to_world(triangles)])
+    triangles = np.concatenate([overrides.triangles, triangles])
     occluder = Occluder.of(triangles, bound, watch.timings)
     if len(occluder.faces) == 0 < solid.core.count:
-        warnings.append("no section is large enough to hide anything; raise the resolution")
+        warnings.append(_EMPTY)
     if interrupted:
         warnings.append("interrupted: the best so far")
     return Simplification(occluder, solid, tuple(warnings), interrupted)

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
+from simplifier.checks import check_callable, check_cancel
 from simplifier.errors import CancelledError
 
 if TYPE_CHECKING:  # what tells progress is imported without numpy
@@ -65,10 +66,18 @@ class Cancel(Protocol):
         """Looked at often, from the caller's thread; once true it has to stay so."""
 
 
+def check_run(listener: Listener | None, cancel: Cancel | None) -> None:
+    """Raise :class:`~simplifier.errors.OptionError` for what cannot be called or asked."""
+    if listener is not None:
+        check_callable("listener", listener)
+    check_cancel(cancel)
+
+
 class Stopwatch:
     """Times stages, tells a listener about them, and looks whether the run is to end."""
 
     def __init__(self, listener: Listener | None = None, cancel: Cancel | None = None) -> None:
+        check_run(listener, cancel)
         self._listener, self._cancel = listener, cancel
         self._begin = time.perf_counter()
         self.timings: dict[str, float] = {}

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from simplifier.geometry.mesh import TriangleMesh
+import numpy as np
+
+from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
+from simplifier.geometry.reach import Reach
 from simplifier.geometry.solid import Solid
 from simplifier.options import SolidOptions
 from simplifier.progress import Stopwatch
@@ -48,16 +51,34 @@ def solid_warnings(
 ) -> list[str]:
     """What was left out of the mesh, where it is open, and why there may be nothing to cut."""
     warnings = []
-    dropped = mesh.dropped.total
-    if dropped:
-        noun = "triangle of the input was" if dropped == 1 else "triangles of the input were"
-        warnings.append(f"{dropped} unusable {noun} left out")
+    dropped = mesh.dropped
+    if dropped.total:
+        noun = "triangle of the input was" if dropped.total == 1 else "triangles of the input were"
+        warnings.append(f"{dropped.total} unusable {noun} left out: {dropped}; check the export")
+    reach = Reach.measure(mesh.vertices, mesh.faces)
+    if reach.usual < solid.touched.cell_size:
+        warnings.append(_stretched_warning(mesh, reach, solid))
     if leaks(solid.touched, solid.filled):
         hole = solid.touched.in_voxels(options.smallest_hole)
         warnings.append(leak_warning(solid.touched, solid.filled, _closed_sides(options), hole))
     if solid.core.count == 0:
         warnings.append(_empty_warning(solid, options, overrides))
     return warnings
+
+
+def _stretched_warning(mesh: TriangleMesh, reach: Reach, solid: Solid) -> str:
+    """That a few far triangles leave nearly no voxels for the others."""
+    corners = mesh.vertices[mesh.faces[reach.of.argmax()]]
+    furthest = corners[np.abs(corners - reach.middle).max(axis=1).argmax()]
+    return (
+        f"half of the triangles lie within a voxel of {_point(reach.middle)}, since others reach"
+        f" out to {_point(furthest)}: next to nothing of the former is hidden by the occluder;"
+        " simplify them apart, or repair that vertex"
+    )
+
+
+def _point(coordinates: FloatArray) -> str:
+    return f"({', '.join(f'{value:.6g}' for value in coordinates)})"
 
 
 def _empty_warning(solid: Solid, options: SolidOptions, overrides: Overrides) -> str:

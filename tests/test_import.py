@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-import simplifier
+import simplifier.io
 from simplifier.io import readable_suffixes, writable_suffixes
 from tests.acceptance.command import environment
 
@@ -24,6 +24,9 @@ LIGHT = {
     ),
     "the command line": "import simplifier.cli",
     "what commands from outside use": "import simplifier.plugin_commands",
+    "what reads TOML and writes whole files": (
+        "import simplifier.toml_lines, simplifier.io.source, simplifier.io.whole"
+    ),
 }
 
 
@@ -75,3 +78,15 @@ def test_submodules_are_imported_as_ever():
 def test_suffixes_are_those_of_the_codecs():
     assert readable_suffixes() == simplifier.MESH_SUFFIXES
     assert writable_suffixes() == simplifier.OCCLUDER_SUFFIXES
+
+
+def test_every_name_of_the_files_is_there():
+    for name in simplifier.io.__all__:
+        assert callable(getattr(simplifier.io, name))
+    with pytest.raises(AttributeError, match=r"'simplifier\.io' has no attribute 'load_mush'"):
+        simplifier.io.load_mush  # noqa: B018
+
+
+def test_no_name_of_the_files_is_that_of_a_module():
+    modules = {path.stem for path in Path(simplifier.io.__file__).parent.glob("*.py")}
+    assert not modules & set(simplifier.io.__all__)  # which would be found in its place

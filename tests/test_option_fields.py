@@ -23,10 +23,12 @@ from simplifier.evaluation.accuracy import AccuracyOptions
 from simplifier.evaluation.tradeoff import SweepOptions
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.lods.options import LodOptions
+from simplifier.memory.limit import check_limit
 from simplifier.options import make_options
 
 ACCURACY = {"views", "image", "quads", "exact"}
 LODS = {"lods", "error_bounds", "pixel_error", "screen_height", "fov"}
+BESIDE = {"preview", "memory_limit"}  # of a scene: they have no part in its occluders
 LARGEST = 1e300  # what stands for no limit
 
 
@@ -34,6 +36,8 @@ def simplifying(name, value):
     """The class of the library that holds an option of ``simplify``."""
     if name in ACCURACY:
         return AccuracyOptions(**{name: value})
+    if name == "memory_limit":
+        return check_limit(value)
     if name in LODS:
         counted = {} if name == "error_bounds" else {"lods": 2}
         return LodOptions(**{**counted, name: value})
@@ -54,7 +58,7 @@ HELD = [
     *((one, simplifying) for one in SIMPLIFY_FIELDS if one.name != "transparent"),
     *((one, as_one(SimplifyOptions)) for one in SIMPLIFY_FIELDS if one.name not in LODS),
     *((one, as_one(EvaluateOptions)) for one in EVALUATE_FIELDS),
-    *((one, of_scene) for one in SCENE_FIELDS if one.name != "preview"),
+    *((one, of_scene) for one in SCENE_FIELDS if one.name not in BESIDE),
 ]
 NUMBERS = [row for row in HELD if row[0].kind in ("whole", "number")]
 
@@ -154,7 +158,7 @@ def test_a_table_is_sound(table):
         (SIMPLIFY_FIELDS, SimplifyOptions),
         (EVALUATE_FIELDS, EvaluateOptions),
         (TRADEOFF_FIELDS, TradeoffOptions),
-        ([one for one in SCENE_FIELDS if one.name != "preview"], SceneOptions),
+        ([one for one in SCENE_FIELDS if one.name not in BESIDE], SceneOptions),
     ],
 )
 def test_classes_have_the_options_of_the_table(table, kind):

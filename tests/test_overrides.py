@@ -77,6 +77,39 @@ def test_nothing_overridden_gives_the_same_bytes_as_no_overrides():
     assert plain.faces.tobytes() == same.faces.tobytes()
 
 
+def test_a_mesh_within_the_budget_is_not_its_own_occluder_where_a_person_decided():
+    """Else its own triangles would close the region, and come twice beside what is drawn."""
+    hole = opening((0.5, 0.5, 0.5), (0.4, 0.4, 3.0))
+    own = ordered(box().vertices[box().faces])
+    assert ordered(soup(simplifier.simplify(box(), budget=40, **QUICK))) == own
+    found = soup(simplifier.simplify(box(), budget=40, overrides=Overrides(open=(hole,)), **QUICK))
+    assert len(found) > 0
+    assert not hole.region.crossed_by(found).any()
+    drawn = Overrides((drawn_quad(QUAD),))
+    found = ordered(soup(simplifier.simplify(box(), budget=40, overrides=drawn, **QUICK)))
+    assert len(found) <= 40
+    assert not any(triangle in found for triangle in own)
+    assert all(triangle in found for triangle in ordered(drawn.triangles))
+
+
+def test_what_are_no_overrides_is_refused_by_name():
+    say = "overrides: 'castle.overrides.toml' is no overrides; give what simplifier.load_overrides"
+    text = "castle.overrides.toml"
+    occluder = simplifier.Occluder(box().vertices, box().faces)
+    for call in (
+        lambda: simplifier.simplify(box(), overrides=text),
+        lambda: simplifier.simplify_lods(box(), overrides=text),
+        lambda: simplifier.produce(box(), overrides=text),
+        lambda: simplifier.judge(box(), occluder, overrides=text),
+    ):
+        with pytest.raises(OptionError, match=say):
+            call()
+    with pytest.raises(OptionError, match=r"ignore: 'glass' is no ignore; give"):
+        simplifier.load("a.obj", ignore="glass")
+    with pytest.raises(OptionError, match=r"path: 3 is no path; give"):
+        simplifier.load_overrides(3)
+
+
 def test_what_is_drawn_over_one_half_leaves_the_search_the_other():
     mesh = joined(box(), box(low=(3.0, 0.0, 0.0)))
     overrides = Overrides((drawn_box((0.5, 0.5, 0.5), (1, 1, 1)),))

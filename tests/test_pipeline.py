@@ -196,10 +196,25 @@ def test_dropped_triangles_are_told():
     vertices = [*box().vertices.tolist(), [nan, 0.0, 0.0]]
     mesh = TriangleMesh.from_soup(vertices, [*box().faces.tolist(), [0, 0, 1], [0, 1, 8]])
     result = run(mesh, resolution=8, preset="draft")
-    assert result.warnings == ("2 unusable triangles of the input were left out",)
+    assert result.warnings == (
+        "2 unusable triangles of the input were left out: 1 not finite (the first is triangle 13),"
+        " 1 with a repeated corner (the first is triangle 12); check the export",
+    )
     mesh = TriangleMesh.from_soup(vertices, [*box().faces.tolist(), [0, 0, 1]])
     result = run(mesh, resolution=8, preset="draft")
-    assert result.warnings == ("1 unusable triangle of the input was left out",)
+    assert result.warnings == (
+        "1 unusable triangle of the input was left out: 1 with a repeated corner (the first is"
+        " triangle 12); check the export",
+    )
+
+
+def test_a_mesh_that_far_triangles_stretch_is_told_of():
+    """Nothing says which of the two is meant, so both stay, and the user hears of it."""
+    corners = np.concatenate([box().vertices, box().vertices[:3] + 1e4])
+    mesh = TriangleMesh.from_soup(corners, [*box().faces.tolist(), [8, 9, 10]])
+    (warning,) = [line for line in run(mesh, preset="draft").warnings if "lie within" in line]
+    assert "others reach out to (10000, 10000, 10001)" in warning
+    assert "simplify them apart" in warning
 
 
 @pytest.mark.parametrize("side", range(6))
@@ -406,7 +421,7 @@ def test_without_opengl_the_message_says_what_to_install(monkeypatch):
     glcontext = pytest.importorskip("glcontext")
     monkeypatch.setattr(glcontext, "get_backend_by_name", broken)
     with pytest.raises(BackendUnavailableError, match=r"slicer gl: .*no EGL here.*; install") as e:
-        run(box(), slicer="gl", resolution=8)
+        run(box(), slicer="gl", resolution=8, budget=11)
     assert "cpu slicer" in str(e.value)
 
 
@@ -429,10 +444,10 @@ def test_the_seed_reaches_the_exchange(monkeypatch):
             seen.append(seed) or np.zeros(len(candidates), np.int32)
         ),
     )
-    result = run(box(), resolution=12, preset="best", moves=0, seed=77)
+    result = run(box(), budget=11, resolution=12, preset="best", moves=0, seed=77)
     assert seen == [77]
     assert len(result.occluder.faces) == 0
-    assert any("no section" in warning for warning in result.warnings)
+    assert any("nothing within" in warning for warning in result.warnings)
 
 
 def test_the_mesh_is_left_alone():

@@ -16,6 +16,16 @@ def out_of_memory(limit: int) -> Failure:
     )
 
 
+def too_much_memory(told: str, resolution: int, limit: int) -> Failure:
+    """The library told before it began; ``resolution`` is the finest that fits, or 0."""
+    coarser = f"choose a resolution of at most {resolution}" if resolution else "thin the mesh"
+    return Failure(
+        "out-of-memory",
+        f"{told}, {limit >> 20:,} MiB of it for the job beside its process",
+        f"{coarser}, or raise OCCLUDER_JOB_MEMORY",
+    )
+
+
 def out_of_time(seconds: float) -> Failure:
     """It wanted more than so many seconds."""
     return Failure(

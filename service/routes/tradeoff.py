@@ -19,7 +19,7 @@ from service.schemas.openapi import EVERYWHERE, refusals
 
 router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
 
-_SCHEMA = option_tables(math.inf)[JobKind.TRADEOFF].schema()
+_SCHEMA = option_tables(math.inf, math.inf)[JobKind.TRADEOFF].schema()
 
 
 @router.post(

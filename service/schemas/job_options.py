@@ -5,6 +5,7 @@ The slicer is not among them: what a server draws with is its owner's affair.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from typing import Any
@@ -26,25 +27,30 @@ LEVELS = 3
 """Levels of detail of a result, where a request does not say."""
 
 _KEPT = frozenset({"slicer", "preview"})
+_GIB = 1 << 30
 
 
-def option_tables(job_seconds: float) -> Mapping[JobKind, OptionTable]:
-    """The tables by kind; a job may take ``job_seconds``, its refining no more than that."""
+def option_tables(job_seconds: float, job_memory: float) -> Mapping[JobKind, OptionTable]:
+    """The tables by kind; a job may take ``job_seconds``, its refining no more than that, and
+    ``job_memory`` bytes."""
+
+    def here(fields: tuple[OptionField, ...]) -> tuple[OptionField, ...]:
+        return tuple(_here(one, job_seconds, job_memory) for one in fields if one.name not in _KEPT)
+
     return {
-        JobKind.OCCLUDER: OptionTable(_fields(SIMPLIFY_FIELDS, job_seconds), _simplify_options),
-        JobKind.EVALUATION: OptionTable(_fields(EVALUATE_FIELDS, job_seconds), _evaluate_options),
-        JobKind.SCENE: OptionTable(_fields(SCENE_FIELDS, job_seconds), _scene_options),
-        JobKind.TRADEOFF: OptionTable(TRADEOFF_FIELDS, _tradeoff_options),
+        JobKind.OCCLUDER: OptionTable(here(SIMPLIFY_FIELDS), _simplify_options),
+        JobKind.EVALUATION: OptionTable(here(EVALUATE_FIELDS), _evaluate_options),
+        JobKind.SCENE: OptionTable(here(SCENE_FIELDS), _scene_options),
+        JobKind.TRADEOFF: OptionTable(here(TRADEOFF_FIELDS), _tradeoff_options),
     }
 
 
-def _fields(fields: tuple[OptionField, ...], job_seconds: float) -> tuple[OptionField, ...]:
-    return tuple(_here(one, job_seconds) for one in fields if one.name not in _KEPT)
-
-
-def _here(field: OptionField, job_seconds: float) -> OptionField:
+def _here(field: OptionField, job_seconds: float, job_memory: float) -> OptionField:
     """An option with the limits and defaults of the service."""
     match field.name:
+        case "memory_limit":
+            most = min(field.high or math.inf, job_memory / _GIB)
+            return replace(field, high=most, absent="the server's")
         case "time_limit":
             return replace(field, high=min(field.high or job_seconds, job_seconds))
         case "lods":

@@ -12,7 +12,7 @@ from service.jobs.delivery import LONGEST_URL
 from service.jobs.job import JobKind
 from service.schemas.job_options import option_tables
 
-_TABLES = option_tables(math.inf)
+_TABLES = option_tables(math.inf, math.inf)
 _FILE: dict[str, Any] = {"type": "string", "format": "binary", "minLength": 1}
 
 _LABELS: list[dict[str, Any]] = [

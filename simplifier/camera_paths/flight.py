@@ -34,7 +34,8 @@ def roof_flight(
     parts = max(math.ceil(step / cell), 1)
     dense = _subdivided(flat, parts)
     x, y = columns.cells_of(dense).T
-    even = round(_EVEN * eye * parts / step) if step > 0.0 else 0
+    # Over more than all places all heights are one, and an eye may be higher than any number.
+    even = round(min(_EVEN * eye * parts / step, len(dense))) if step > 0.0 else 0
     # The highest within a step and an even, then a mean within an even: nowhere less than the
     # highest within a step.
     highest = ndimage.maximum_filter1d(_roofs(columns)[x, y], 2 * (parts + even) + 1)

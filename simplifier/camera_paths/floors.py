@@ -23,6 +23,7 @@ from simplifier.kernels.voxels import mark_triangles
 
 _MOST_VOXELS = 24_000_000
 _FINEST, _COARSEST = 0.06, 0.18  # a voxel's edge, eye heights
+_TALLEST = 10_000.0  # eye heights; over more, a window that fits into memory holds no room
 _HEADROOM = 1.1
 _CLIMB = 0.2  # the highest step between neighbours, eye heights
 _AROUND = ((1, 0), (0, 1), (1, 1), (1, -1))  # with their opposites all eight neighbours
@@ -84,8 +85,13 @@ class Floors:
         return roofed, np.where(roofed, walls >= 3, walls == 4) & leads_out
 
 
-def find_floors(upright: UprightScene, eye: float) -> Floors:
-    """All floors of a scene, or of the most built-up part of a large one; ``eye`` world units."""
+def find_floors(upright: UprightScene, eye: float) -> Floors | None:
+    """All floors of a scene, or of the most built-up part of a large one; ``eye`` world units.
+
+    None where the scene is too tall for eyes so low: its unit is hardly the one meant.
+    """
+    if upright.extent[2] > _TALLEST * eye:
+        return None
     grid = _touched(upright, eye)
     eye_voxels = grid.in_voxels(eye)
     free = ~grid.inside

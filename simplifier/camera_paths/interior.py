@@ -24,7 +24,7 @@ def interior_walk(
 ) -> FloatArray | None:
     """(frames, 3) eyes along a walk, upright space; None where there is no interior."""
     floors = find_floors(upright.without_doors(), eye)
-    if len(floors.pairs) == 0:
+    if floors is None or len(floors.pairs) == 0:
         return None
     ledges = floors.ledge_distances()
     roofed, rooms = floors.indoors()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from simplifier.checks import check_length, check_one_of, check_whole, check_within
+from simplifier.checks import check_length, check_one_of, check_whole, check_within, settle_numbers
 from simplifier.errors import OptionError
 from simplifier.options import Axis
 
@@ -36,6 +36,7 @@ class PathOptions:
     """Vertical field of view, degrees, 1 to 170."""
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         check_one_of("kind", self.kind, get_args(PathKind))
         check_whole("frames", self.frames, 1, 100_000)
         check_one_of("up", self.up, get_args(Axis))

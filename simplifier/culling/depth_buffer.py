@@ -8,11 +8,12 @@ up to an error bound.
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.checks import check_one_of
 from simplifier.culling.shared_edges import shared_edges
 from simplifier.culling.view import check_screen, screen_view
 from simplifier.errors import MeshError, OptionError
@@ -57,9 +58,10 @@ class DepthBuffer:
 
     def __init__(self, rows: int = 180, columns: int = 320, coverage: Coverage = "centre") -> None:
         check_screen(rows, columns)
+        check_one_of("coverage", coverage, get_args(Coverage))
         self.coverage = coverage
-        self.rows, self.columns = rows, columns
-        tiles = -(-rows // TILE), -(-columns // TILE)
+        self.rows, self.columns = int(rows), int(columns)
+        tiles = -(-self.rows // TILE), -(-self.columns // TILE)
         self.depth = np.zeros((tiles[0] * TILE, tiles[1] * TILE), dtype=np.float32)
         self.tiles = np.zeros((3, *tiles), dtype=np.float32)
         self.margin = 0.5 if coverage == "centre" else 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.errors import OptionError
+from simplifier.checks import check_whole
 from simplifier.geometry.camera import Camera, Lens
 from simplifier.geometry.mesh import FloatArray
 
@@ -27,8 +27,5 @@ def screen_view(camera: Camera, rows: int, columns: int) -> FloatArray:
 
 def check_screen(rows: int, columns: int) -> None:
     """Raises :class:`OptionError` for a screen that the kernels cannot draw."""
-    if not (1 <= rows <= LARGEST_SCREEN and 1 <= columns <= LARGEST_SCREEN):
-        raise OptionError(
-            f"a screen of {rows} x {columns} pixels",
-            remedy=f"give 1 to {LARGEST_SCREEN} rows and columns",
-        )
+    check_whole("rows", rows, 1, LARGEST_SCREEN)
+    check_whole("columns", columns, 1, LARGEST_SCREEN)

@@ -17,18 +17,24 @@ def clustered(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray
     (n, 3) float64, each within a cell's diagonal of the vertices that it stands for, and ``faces``
     (m, 3) int32 in the order of the input: those that keep three different vertices, once each.
     """
-    points = grid.to_grid(mesh.vertices)
     size = max(1.0, max(grid.shape) / _CELLS)
     shape = np.ceil(np.array(grid.shape) / size).astype(np.int64)
-    cells = np.clip((points / size).astype(np.int64), 0, shape - 1)
-    keys = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
+    keys = np.zeros(len(mesh.vertices), dtype=np.int64)
+    for axis in range(3):
+        keys *= shape[axis]
+        keys += np.clip((_column(mesh, grid, axis) / size).astype(np.int64), 0, shape[axis] - 1)
     total = int(shape.prod())
     counts = np.bincount(keys, minlength=total)
     used = counts > 0
-    sums = [np.bincount(keys, points[:, axis], total)[used] for axis in range(3)]
-    place = np.cumsum(used) - 1
+    sums = [np.bincount(keys, _column(mesh, grid, axis), total)[used] for axis in range(3)]
+    place = (np.cumsum(used) - 1).astype(np.int32)
     vertices = np.stack(sums, axis=1) / counts[used][:, None]
-    return vertices, _distinct(place[keys].astype(np.int32)[mesh.faces], len(vertices))
+    return vertices, _distinct(place[keys][mesh.faces], len(vertices))
+
+
+def _column(mesh: TriangleMesh, grid: VoxelGrid, axis: int) -> FloatArray:
+    """(n,) one coordinate in grid space: all three at once would double what is needed here."""
+    return np.asarray((mesh.vertices[:, axis] - grid.origin[axis]) / grid.cell_size)
 
 
 def _distinct(faces: IntArray, vertices: int) -> IntArray:

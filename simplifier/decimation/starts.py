@@ -9,6 +9,8 @@ from __future__ import annotations
 from simplifier.decimation.clustering import clustered
 from simplifier.decimation.decimate import decimated
 from simplifier.decimation.inner_surface import inner_surface
+from simplifier.decimation.thinned import thinned
+from simplifier.decimation.welding import welded
 from simplifier.geometry.grid import BoolArray, VoxelGrid
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 
@@ -34,3 +36,17 @@ def sheet_start(
     are given up first.
     """
     return decimated(*clustered(mesh, filled), allowed, margin, budget)
+
+
+def fine_start(
+    mesh: TriangleMesh, filled: VoxelGrid, allowed: BoolArray, margin: float, budget: int
+) -> tuple[FloatArray, IntArray]:
+    """The mesh itself in at most ``budget`` triangles, thinner than a voxel as it may be.
+
+    Arguments and result as for :func:`sheet_start`, whose cells leave nothing of a thin rod, or a
+    ribbon that is too wide.
+    """
+    return decimated(*welded(thinned(mesh, _MOST_FINE), filled), allowed, margin, budget)
+
+
+_MOST_FINE = 20_000  # triangles that take a tenth of a second

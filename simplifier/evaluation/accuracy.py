@@ -21,12 +21,12 @@ from typing import get_args
 
 import numpy as np
 
-from simplifier.checks import check_whole
+from simplifier.checks import check_flag, check_kind, check_one_of, check_whole, settle_numbers
 from simplifier.errors import MeshError, OptionError
 from simplifier.evaluation.quads import sampled_quad_pixels
 from simplifier.geometry.grid import BoolArray
-from simplifier.geometry.mesh import FloatArray, TriangleMesh
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.mesh import A_MESH, FloatArray, TriangleMesh
+from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
 from simplifier.geometry.views import BoundingSphere, from_above, image_axes, random_directions
 from simplifier.kernels.coverage import MaskArray, covered, unpacked
 from simplifier.kernels.rectangles import exact_quad_pixels
@@ -64,8 +64,10 @@ class AccuracyOptions:
     up: Axis = "y"
 
     def __post_init__(self) -> None:
-        _check_choice("viewers", self.viewers, get_args(Viewers))
-        _check_choice("up", self.up, get_args(Axis))
+        settle_numbers(self)
+        check_one_of("viewers", self.viewers, get_args(Viewers))
+        check_one_of("up", self.up, get_args(Axis))
+        check_flag("exact", self.exact)
         check_whole("views", self.views, 1, 65536)
         check_whole("image", self.image, 8, 4096)
         check_whole("quads", self.quads, 1, 10_000_000)
@@ -94,6 +96,11 @@ class AccuracyReport:
     pf: FloatArray
     nf: FloatArray
     options: AccuracyOptions
+
+    @property
+    def shows_nothing(self) -> bool:
+        """Whether the original covers no pixel in any view, so that the figures are no measure."""
+        return not (self.nt + self.pf).any()
 
     @property
     def worst_view(self) -> int:
@@ -143,6 +150,9 @@ def evaluate_accuracies(
     directions: FloatArray | None = None,
 ) -> tuple[AccuracyReport, ...]:
     """As :func:`evaluate_accuracy` each, but the mesh is drawn once for all."""
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    for occluder in occluders:
+        check_kind("occluder", occluder, Occluder, AN_OCCLUDER)
     chosen = options if options is not None else AccuracyOptions()
     lines = _checked_directions(_sight(chosen) if directions is None else directions)
     pixels = np.zeros((len(occluders), len(lines), 3))
@@ -227,8 +237,10 @@ def _masks(
 
     # Centred before it is scaled: coordinates of a map keep all their digits.
     def silhouettes(item: TriangleMesh | Occluder) -> MaskArray:
-        unit = (item.vertices - sphere.centre) / sphere.radius
-        return covered(unit, item.faces, projections, image, image)
+        unit = np.empty(item.vertices.shape[::-1])  # as it is drawn, so that nothing copies it
+        for axis, column in enumerate(item.vertices.T):
+            unit[axis] = (column - sphere.centre[axis]) / sphere.radius
+        return covered(unit.T, item.faces, projections, image, image)
 
     original = silhouettes(mesh)
     try:
@@ -242,13 +254,6 @@ def _share(right: FloatArray, other: FloatArray) -> FloatArray:
     """right / (right + other), and 1 where both are 0."""
     total = np.asarray(right + other)
     return np.divide(right, total, out=np.ones_like(total), where=total > 0.0)
-
-
-def _check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:
-    if value not in choices:
-        raise OptionError(
-            f"{value!r} is not known", where=name, remedy=f"choose one of {', '.join(choices)}"
-        )
 
 
 def _checked_directions(directions: FloatArray) -> FloatArray:

@@ -16,22 +16,25 @@ _IMAGE = 128  # pixels over the bounding sphere, a side
 
 @dataclass(frozen=True)
 class OcclusionMeasures:
-    """Mean over directions of the exact measure (equations 2 and 3), cubic world units."""
+    """Mean over directions of the exact measure (equations 2 and 3).
+
+    ``occluder``, ``original``  cubic world units; 0 where a mesh is so small that float64 has none.
+    ``ratio``                   share of the original's measure that the occluder has, at any size;
+                                above 1 when it over-occludes.
+    """
 
     occluder: float
     original: float
-
-    @property
-    def ratio(self) -> float:
-        """Share of the original's measure that the occluder has; above 1 when it over-occludes."""
-        return self.occluder / self.original if self.original > 0.0 else 0.0
+    ratio: float
 
 
 def occlusion_measures(mesh: TriangleMesh, occluder: Occluder) -> OcclusionMeasures:
     """Measure both from 64 even directions, in images of 128 pixels a side."""
     original, hidden = view_masks(mesh, occluder, hemisphere_directions(_DIRECTIONS), _IMAGE)
     pixel = 2.0 * BoundingSphere.of(mesh).radius / _IMAGE
+    there, here = (float(directional_measures(masks).mean()) for masks in (hidden, original))
     return OcclusionMeasures(
-        occluder=float(directional_measures(hidden).mean()) * pixel**3,
-        original=float(directional_measures(original).mean()) * pixel**3,
+        occluder=there * pixel**3,
+        original=here * pixel**3,
+        ratio=there / here if here > 0.0 else 0.0,
     )

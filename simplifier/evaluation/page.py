@@ -12,6 +12,7 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any
 
+from simplifier.checks import as_path
 from simplifier.evaluation import page_parts as parts
 from simplifier.evaluation.accuracy import AccuracyReport
 from simplifier.evaluation.page_levels import levels
@@ -42,7 +43,7 @@ def write_pictures(
     # Here, not above: matplotlib takes half a second to import, and most runs draw nothing.
     from simplifier.evaluation.gallery import draw_gallery
 
-    place = Path(folder)
+    place = as_path("folder", folder)
     make_folder(place)
     gallery = draw_gallery(mesh, occluder, accuracy)
     files = {"silhouettes.png": gallery.sheet}
@@ -58,7 +59,9 @@ def write_pictures(
 
 def write_page(path: str | Path, report: Report, gallery: Gallery, *, name: str = "mesh") -> None:
     """Write the page, whole or not at all.  Raises :class:`OutputError`."""
-    write_whole(Path(path), page_text(report, gallery, name=name).encode("utf-8", "replace"))
+    write_whole(
+        as_path("path", path), page_text(report, gallery, name=name).encode("utf-8", "replace")
+    )
 
 
 def page_text(report: Report, gallery: Gallery, *, name: str = "mesh") -> str:

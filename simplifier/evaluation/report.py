@@ -101,11 +101,7 @@ def _input(mesh: TriangleMesh) -> Report:
         "triangles": len(mesh.faces),
         "vertices": len(mesh.vertices),
         "bounds": mesh.bounds.tolist(),
-        "dropped": {
-            "non_finite": mesh.dropped.non_finite,
-            "repeated_index": mesh.dropped.repeated_index,
-            "zero_area": mesh.dropped.zero_area,
-        },
+        "dropped": mesh.dropped.counts,
         "omitted": [asdict(one) for one in mesh.omitted],
     }
 

@@ -15,11 +15,15 @@ from itertools import product
 from pathlib import Path
 from typing import Literal
 
+from simplifier.checks import settle_numbers
 from simplifier.errors import CancelledError, OccluderError, OptionError
 from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import load_mesh
+from simplifier.memory.limit import check_limit
+from simplifier.memory.runs import Judging
+from simplifier.needs import check_making
 from simplifier.options import Axis, Options, Preset, Transparent, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel
@@ -94,6 +98,8 @@ class SweepOptions:
     all of it.  ``times`` are time limits, seconds; ``repeats`` runs a setting.  ``transparent`` is
     for meshes that are read from files.
 
+    A setting that would need more than ``memory_limit`` GiB, None for half of the machine's, fails.
+
     Raises :class:`OptionError` where a list is empty or a value is out of range.
     """
 
@@ -107,8 +113,10 @@ class SweepOptions:
     seed: int = 0
     repeats: int = 3
     full: bool = False
+    memory_limit: float | None = None
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         for name in ("resolutions", "directions", "budgets", "times"):
             if not getattr(self, name):
                 raise OptionError("no value is given", where=name, remedy="give one or more")
@@ -116,6 +124,7 @@ class SweepOptions:
             raise OptionError(
                 f"{self.repeats!r} is out of range", where="repeats", remedy="choose 1 to 1,000"
             )
+        check_limit(self.memory_limit)
         self.settings()  # each value meets its check before hours are spent
 
     def settings(self) -> list[Setting]:
@@ -223,7 +232,7 @@ def _outcome(runs: list[Trial]) -> Outcome:
 def _mesh_trials(name: str, path: Path, options: SweepOptions, tell: Tell) -> Iterator[Trial]:
     tell(0, name)
     try:
-        mesh = load_mesh(path, transparent=options.transparent)
+        mesh = load_mesh(path, transparent=options.transparent, memory_limit=options.memory_limit)
     except Exception as error:
         yield Trial(name, None, failure=_reason(error))
         return
@@ -268,6 +277,7 @@ def _trial(
 ) -> Trial:
     try:
         resolved = options.resolved(setting, float(mesh.extent.max()))
+        check_making(mesh, resolved, options.memory_limit, Judging())
         begin = time.perf_counter()
         result = simplify_mesh(mesh, resolved, cancel=cancel)
         seconds = time.perf_counter() - begin

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 
-from simplifier.checks import check_whole
+from simplifier.checks import check_kind, check_one_of, check_whole, shown
 from simplifier.errors import MeshError, OptionError
 from simplifier.evaluation.png import encoded
 from simplifier.evaluation.silhouettes import resized, silhouette
+from simplifier.geometry.arrays import vector, vertex_array
 from simplifier.geometry.grid import BoolArray
-from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.mesh import A_MESH, FloatArray, IntArray, TriangleMesh
+from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
 from simplifier.geometry.views import BoundingSphere, image_axes
 from simplifier.kernels.coverage import covered, unpacked
 from simplifier.options import Axis
@@ -38,8 +41,10 @@ class Viewpoint:
         *,
         up: Axis = "y",
     ) -> None:
+        check_kind("mesh", mesh, TriangleMesh, A_MESH)
         check_whole("size", size, 8, 1024)
-        self._size, self._fine = size, _FINER * size
+        check_one_of("up", up, get_args(Axis))
+        self._size, self._fine = int(size), _FINER * int(size)
         self._sphere = BoundingSphere.of(mesh)
         axes = _axes(direction, up)
         vertices = self._unit(mesh.vertices)
@@ -92,7 +97,7 @@ def _axes(direction: FloatArray | None, up: Axis) -> FloatArray:
     if direction is None:
         sight = np.array(_FROM_ABOVE)
     else:
-        sight = np.roll(np.asarray(direction, dtype=np.float64).reshape(3), -turn)
+        sight = np.roll(vector("direction", direction), -turn)
     length = float(np.linalg.norm(sight))
     if not 0.0 < length < np.inf:
         raise OptionError(
@@ -104,7 +109,11 @@ def _axes(direction: FloatArray | None, up: Axis) -> FloatArray:
 def _arrays(occluder: Occluder | FloatArray) -> tuple[FloatArray, IntArray]:
     if isinstance(occluder, Occluder):
         return occluder.vertices, occluder.faces
-    triangles = np.asarray(occluder, dtype=np.float64)
-    if triangles.shape[1:] != (3, 3):
-        raise ValueError(f"triangles have shape {triangles.shape}, not (n, 3, 3)")
-    return triangles.reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    if not isinstance(occluder, np.ndarray) or occluder.shape[1:] != (3, 3):
+        raise MeshError(
+            f"{shown(occluder)} is neither an occluder nor an array (n, 3, 3) of triangles",
+            where="occluder",
+            remedy=f"give {AN_OCCLUDER}",
+        )
+    corners = vertex_array(occluder.reshape(-1, 3), "occluder")
+    return corners, np.arange(len(corners), dtype=np.int32).reshape(-1, 3)

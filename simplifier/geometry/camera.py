@@ -7,7 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from simplifier.checks import check_positive, check_whole, is_number, shown
+from simplifier.errors import OptionError
+from simplifier.geometry.arrays import vector
 from simplifier.geometry.mesh import FloatArray
+
+_MOST_ROWS = 1 << 31  # of a screen; a larger one is a mistake
+LEAST_FOV = 1e-6
+"""Degrees; of less, lengths in pixels grow past all floats."""
 
 
 @dataclass(frozen=True)
@@ -15,11 +22,17 @@ class Lens:
     """How large things appear on a screen.
 
     ``rows``  height of the screen, pixels.
-    ``fov``   vertical field of view, degrees.
+    ``fov``   vertical field of view, degrees, at least :data:`LEAST_FOV` and below 180.
+
+    Raises :class:`~simplifier.errors.OptionError`.
     """
 
     rows: int = 1080
     fov: float = 60.0
+
+    def __post_init__(self) -> None:
+        check_whole("rows", self.rows, 1, _MOST_ROWS)
+        _check_fov(self.fov)
 
     @property
     def focal(self) -> float:
@@ -38,8 +51,10 @@ class Camera:
     ``position``  (3,) float64, world units.
     ``axes``      (3, 3) rows right, up, forward: orthonormal; a point's view coordinates are
                   ``axes @ (point - position)``, the third is its depth.
-    ``fov``       vertical field of view, degrees, above 0 and below 180.
+    ``fov``       vertical field of view, degrees, at least :data:`LEAST_FOV` and below 180.
     ``near``      nothing at less depth is drawn, world units, above 0.
+
+    Raises :class:`~simplifier.errors.OptionError`.
     """
 
     position: FloatArray
@@ -53,14 +68,33 @@ class Camera:
     ) -> Camera:
         """Look along ``forward`` (any length) with ``up`` upwards in the picture.
 
-        The two must not be parallel.
+        Raises :class:`~simplifier.errors.OptionError` for what is no view: a vector of length 0,
+        two that are parallel, a ``fov`` or ``near`` out of range.
         """
-        ahead = np.asarray(forward, dtype=np.float64)
-        ahead = ahead / np.linalg.norm(ahead)
-        right = np.cross(ahead, up)
-        right /= np.linalg.norm(right)
+        check_positive("near", near)
+        _check_fov(fov)
+        ahead = _unit(vector("forward", forward), "forward")
+        right = _unit(np.cross(ahead, _unit(vector("up", up), "up")), "up")
         axes = np.stack([right, np.cross(right, ahead), ahead])
-        return cls(np.asarray(position, dtype=np.float64), axes, fov, near)
+        return cls(vector("position", position), axes, fov, near)
+
+
+def _unit(vector: FloatArray, name: str) -> FloatArray:
+    length = np.linalg.norm(vector)
+    if not 0.0 < length < math.inf:
+        raise OptionError(
+            f"a direction of length {length:g}",
+            where=name,
+            remedy="give vectors with a length, which are not parallel",
+        )
+    return np.asarray(vector / length)
+
+
+def _check_fov(fov: float) -> None:
+    if not is_number(fov) or not LEAST_FOV <= fov < 180.0:
+        raise OptionError(
+            f"{shown(fov)} is out of range", where="fov", remedy="choose between 0 and 180 degrees"
+        )
 
 
 @dataclass(frozen=True, eq=False)

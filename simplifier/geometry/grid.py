@@ -50,7 +50,9 @@ class VoxelGrid:
 
     def to_grid(self, points: FloatArray) -> FloatArray:
         """World units (…, 3) to grid space."""
-        return np.asarray((points - self.origin) / self.cell_size)
+        placed = np.asarray(points - self.origin)
+        placed /= self.cell_size
+        return placed
 
     def in_voxels(self, length: float) -> float:
         """A length in world units as voxels."""

@@ -2,35 +2,75 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplifier.errors import EmptyMeshError, MeshError
+from simplifier.errors import EmptyMeshError
+from simplifier.geometry.arrays import check_arrays, face_array, vertex_array
+from simplifier.geometry.reach import FURTHEST, Reach
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int32]
+IndexArray = NDArray[np.int64]
+
+A_MESH = "what simplifier.load or TriangleMesh.from_soup returns"
+"""What to hand over where a mesh is asked for."""
+
+_NO_FACES = np.empty((0, 3), dtype=np.int64)
+
+_Scalar = TypeVar("_Scalar", np.float64, np.int32)
+
+_BLOCK = 1 << 17  # triangles that are checked at once: about 30 MiB of corners, edges and products
 
 
 @dataclass(frozen=True)
 class DroppedTriangles:
-    """How many triangles of the input were left out, by reason."""
+    """How many triangles of the input were left out, by reason.
 
-    non_finite: int = 0  # a corner is NaN, infinite, or so far out that areas overflow
+    ``first``  by the same names: the number of the first one, from 0 in the order of the input.  A
+               polygon counts as the triangles that it was cut into.
+    """
+
+    non_finite: int = 0  # a corner is NaN, infinite, or so far out that volumes overflow
     repeated_index: int = 0  # two corners are the same vertex
     zero_area: int = 0  # three corners on one line
+    far_away: int = 0  # a corner is beyond what can be of the same mesh: see Reach.stray
+    first: Mapping[str, int] = field(default_factory=dict, compare=False)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """By reason, the names of the fields."""
+        return {reason: getattr(self, reason) for reason in _REASONS}
 
     @property
     def total(self) -> int:
-        return self.non_finite + self.repeated_index + self.zero_area
+        return sum(self.counts.values())
 
     def __add__(self, other: DroppedTriangles) -> DroppedTriangles:
-        return DroppedTriangles(
-            self.non_finite + other.non_finite,
-            self.repeated_index + other.repeated_index,
-            self.zero_area + other.zero_area,
-        )
+        """Of two inputs, so that no triangle is the first."""
+        return DroppedTriangles(**(Counter(self.counts) + Counter(other.counts)), first={})
+
+    def __str__(self) -> str:
+        """For messages: "3 not finite (the first is triangle 12), 1 without area (…)"."""
+        parts = []
+        for reason, count in self.counts.items():
+            place = f" (the first is triangle {self.first[reason]})" if reason in self.first else ""
+            parts += [f"{count} {_REASONS[reason]}{place}"] if count else []
+        return ", ".join(parts)
+
+
+_REASONS = {
+    "non_finite": "not finite",
+    "repeated_index": "with a repeated corner",
+    "zero_area": "without area",
+    "far_away": f"over {FURTHEST:.0e} times as far out as half of the mesh",
+}
+_UNUSABLE = ("non_finite", "repeated_index", "zero_area")
 
 
 @dataclass(frozen=True)
@@ -55,7 +95,7 @@ class TriangleMesh:
     ``dropped``   what :meth:`from_soup` left out.
     ``omitted``   what was not taken of a file.
 
-    Build one with :meth:`from_soup`; the plain constructor trusts its arguments.
+    Build one with :meth:`from_soup`; the plain constructor trusts what its arrays hold.
     """
 
     vertices: FloatArray
@@ -64,36 +104,37 @@ class TriangleMesh:
     omitted: tuple[Omitted, ...] = ()
 
     def __post_init__(self) -> None:
-        self.vertices.setflags(write=False)
-        self.faces.setflags(write=False)
+        check_arrays(self.vertices, self.faces, "build the mesh by TriangleMesh.from_soup")
 
     @classmethod
     def from_soup(cls, vertices: ArrayLike, faces: ArrayLike, *, where: str = "") -> TriangleMesh:
-        """Copy arrays of any real dtype, check them, and drop the triangles that have no area.
+        """Copy arrays of any real dtype, check them, and drop the triangles that cannot be meant.
 
         ``vertices`` (n, 3), ``faces`` (m, 3).  Non-finite, repeated-index and zero-area triangles
-        are dropped and counted; unused vertices are removed (a far stray vertex must not stretch
-        the grid).  Raises :class:`MeshError` for wrong shapes or indices out of range and
-        :class:`EmptyMeshError` when no triangle is left.  ``where`` names the source in messages.
+        are dropped and counted, as are strays that would stretch the grid beyond all use (see
+        ``docs/decisions/0012``); unused vertices are removed.  Raises :class:`MeshError` for what
+        are no such arrays or indices out of range and :class:`EmptyMeshError` when no triangle is
+        left.  ``where`` names the source in messages.
         """
-        points = np.array(vertices, dtype=np.float64, ndmin=2)
-        indices = np.array(faces, dtype=np.int64, ndmin=2)
-        if points.size == 0 or indices.size == 0:
+        points = vertex_array(vertices, where)
+        indices = face_array(faces, len(points), where) if len(points) else _NO_FACES
+        if len(indices) == 0:
             raise EmptyMeshError(
                 "the mesh has no triangle", where=where, remedy="export it with faces"
             )
-        _check_shapes(points, indices, where)
-        kept, dropped = _usable_triangles(points, indices)
-        if len(kept) == 0:
+        usable, unusable = _usable_triangles(points, indices)
+        if not usable.any():
             raise EmptyMeshError(
                 f"none of the {len(indices)} triangles has a finite, non-zero area",
                 where=where,
                 remedy="check the export for NaN coordinates and collapsed faces",
             )
-        used = np.zeros(len(points), dtype=np.bool_)
-        used[kept] = True
-        renumbered = np.cumsum(used, dtype=np.int32) - np.int32(1)
-        return cls(points[used], np.ascontiguousarray(renumbered[kept]), dropped)
+        points, corners = _of_used_vertices(points, indices, usable)
+        stray = Reach.measure(points, corners).stray
+        if stray.any():
+            unusable["far_away"] = np.nonzero(usable)[0][stray]
+            points, corners = _of_used_vertices(points, corners, ~stray)
+        return cls(points, corners, _dropped(unusable))
 
     @property
     def bounds(self) -> FloatArray:
@@ -125,43 +166,63 @@ def have_area(triangles: FloatArray) -> NDArray[np.bool_]:
     return np.asarray((np.cross(edges[:, 0], edges[:, 1]) != 0.0).any(axis=1))
 
 
-def _check_shapes(points: FloatArray, indices: NDArray[np.int64], where: str) -> None:
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise MeshError(
-            f"vertices have shape {points.shape}", where=where, remedy="pass an (n, 3) array"
-        )
-    if indices.ndim != 2 or indices.shape[1] != 3:
-        raise MeshError(
-            f"faces have shape {indices.shape}",
-            where=where,
-            remedy="pass an (m, 3) array of vertex indices",
-        )
-    outside = (indices < 0) | (indices >= len(points))
-    if outside.any():
-        face = int(np.nonzero(outside.any(axis=1))[0][0])
-        value = int(indices[face][outside[face]][0])
-        raise MeshError(
-            f"face {face} names vertex {value}, but there are {len(points)} vertices",
-            where=where,
-            remedy="repair the face indices",
-        )
+def _blocks(count: int) -> Iterator[slice]:
+    """The range 0..count in pieces whose temporary arrays are small beside the mesh."""
+    for begin in range(0, count, _BLOCK):
+        yield slice(begin, min(begin + _BLOCK, count))
 
 
 def _usable_triangles(
-    points: FloatArray, indices: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], DroppedTriangles]:
-    """The faces with a finite, non-zero area, and a count of the others."""
-    # Beyond 1e150 squared lengths overflow float64; the usual 1e30 marker for "no value" is a
-    # legal coordinate here and is judged by the voxelizer's scale, not by this test.
-    finite_vertex = np.asarray((np.abs(points) < 1e150).all(axis=1))
-    finite = finite_vertex[indices].all(axis=1)
-    a, b, c = indices.T
-    repeated = finite & ((a == b) | (b == c) | (c == a))
-    rest = np.nonzero(finite & ~repeated)[0]
-    flat = ~have_area(points[indices[rest]])
-    dropped = DroppedTriangles(
-        non_finite=int(np.count_nonzero(~finite)),
-        repeated_index=int(np.count_nonzero(repeated)),
-        zero_area=int(np.count_nonzero(flat)),
-    )
-    return indices[rest[~flat]], dropped
+    points: FloatArray, indices: IndexArray
+) -> tuple[NDArray[np.bool_], dict[str, IndexArray]]:
+    """(m,) which faces have a finite, non-zero area, and the numbers of the others by reason."""
+    # Beyond 1e100 volumes overflow float64.
+    bounded = np.asarray((np.abs(points) < 1e100).all(axis=1))
+    usable = np.zeros(len(indices), dtype=np.bool_)
+    unusable: dict[str, list[IndexArray]] = {reason: [] for reason in _UNUSABLE}
+    for block in _blocks(len(indices)):
+        some = indices[block]
+        finite = bounded[some].all(axis=1)
+        a, b, c = some.T
+        repeated = finite & ((a == b) | (b == c) | (c == a))
+        wide = finite & ~repeated
+        wide[wide] = have_area(points[some[wide]])
+        flat = finite & ~repeated & ~wide
+        for reason, found in zip(_UNUSABLE, (~finite, repeated, flat), strict=True):
+            unusable[reason].append(block.start + np.nonzero(found)[0])
+        usable[block] = wide
+    return usable, {reason: np.concatenate(found) for reason, found in unusable.items()}
+
+
+def _of_used_vertices(
+    points: FloatArray, indices: IndexArray | IntArray, usable: NDArray[np.bool_]
+) -> tuple[FloatArray, IntArray]:
+    """Copies: the vertices of the usable faces, and those faces by their new numbers."""
+    used = np.zeros(len(points), dtype=np.bool_)
+    for block in _blocks(len(indices)):
+        used[indices[block][usable[block]]] = True
+    renumbered = np.cumsum(used, dtype=np.int32)
+    renumbered -= 1
+    vertices, faces = _room_for(used, np.float64), _room_for(usable, np.int32)
+    _fill(vertices, (points[block][used[block]] for block in _blocks(len(points))))
+    _fill(faces, (renumbered[indices[block][usable[block]]] for block in _blocks(len(indices))))
+    return vertices, faces
+
+
+def _room_for(kept: NDArray[np.bool_], dtype: type[_Scalar]) -> NDArray[_Scalar]:
+    return np.empty((int(np.count_nonzero(kept)), 3), dtype=dtype)
+
+
+def _fill(whole: NDArray[_Scalar], parts: Iterable[NDArray[_Scalar]]) -> None:
+    """Put the parts into ``whole`` one behind the other."""
+    count = 0
+    for part in parts:
+        whole[count : count + len(part)] = part
+        count += len(part)
+
+
+def _dropped(places: Mapping[str, IndexArray]) -> DroppedTriangles:
+    """Of the numbers of the triangles, ascending, by reason."""
+    counts = {reason: len(found) for reason, found in places.items()}
+    first = {reason: int(found[0]) for reason, found in places.items() if len(found)}
+    return DroppedTriangles(**counts, first=first)

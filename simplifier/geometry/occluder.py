@@ -7,7 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from simplifier.geometry.arrays import check_arrays
 from simplifier.geometry.mesh import FloatArray, IntArray, have_area
+
+AN_OCCLUDER = "what simplifier.simplify or simplifier.load_occluder returns"
+"""What to hand over where an occluder is asked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +24,9 @@ class Occluder:
                      from the original's surface or its filled interior, world units; infinite when
                      nothing was promised (a file made elsewhere).
     ``timings``      seconds by stage.
+
+    Raises :class:`~simplifier.errors.MeshError` for arrays of another kind or shape; what they hold
+    is checked where it is used.  Both become read-only.
     """
 
     vertices: FloatArray
@@ -45,5 +52,4 @@ class Occluder:
         )  # fmt: skip
 
     def __post_init__(self) -> None:
-        self.vertices.setflags(write=False)
-        self.faces.setflags(write=False)
+        check_arrays(self.vertices, self.faces, "pass arrays as simplifier.Occluder states them")

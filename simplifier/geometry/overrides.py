@@ -112,3 +112,6 @@ class Overrides:
 
 
 NO_OVERRIDES = Overrides()
+
+OVERRIDES = "what simplifier.load_overrides returns"
+"""What to give where overrides are asked for, for messages."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.errors import printable
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 
 _BATCH = 1 << 20  # points transformed at once
@@ -23,7 +24,7 @@ class Scene:
     ``mesh_of``     (n,) int32: the mesh of each object.
     ``transforms``  (n, 4, 4) float64: from the mesh's space to the world, column vectors, affine;
                     invertible, though they may mirror.
-    ``warnings``    what was left out and why, each naming its object.
+    ``warnings``    what was left out and why, each naming its object, on one printable line.
     """
 
     meshes: tuple[TriangleMesh, ...]
@@ -35,6 +36,7 @@ class Scene:
     def __post_init__(self) -> None:
         self.mesh_of.setflags(write=False)
         self.transforms.setflags(write=False)
+        object.__setattr__(self, "warnings", tuple(map(printable, self.warnings)))
 
     def __len__(self) -> int:
         return len(self.names)

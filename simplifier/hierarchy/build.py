@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from simplifier.errors import CancelledError, EmptyMeshError, MeshError
 from simplifier.geometry.scene import Scene
+from simplifier.hierarchy.needs import need_of_building
 from simplifier.hierarchy.node import node_occluder
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.packed import pack, unpack
@@ -22,6 +23,8 @@ from simplifier.hierarchy.store import OccluderStore, Summary
 from simplifier.hierarchy.tree import Tree, build_tree
 from simplifier.hierarchy.workers import Outcome, run_jobs, run_jobs_here
 from simplifier.kernels.threads import thread_count
+from simplifier.memory.limit import check_need
+from simplifier.memory.need import MemoryNeed
 from simplifier.progress import Cancel
 
 Tell = Callable[[int, int], None]
@@ -58,6 +61,7 @@ def build_occluders(
     known: Mapping[str, Summary],
     tell: Tell = lambda done, total: None,
     cancel: Cancel | None = None,
+    memory_limit: float | None = None,
 ) -> Build:
     """Make an occluder for every node of a tree over the scene's objects, into the store.
 
@@ -68,6 +72,8 @@ def build_occluders(
 
     The same scene, options and seed give the same files on any number of processes, in one run or
     several.  Raises :class:`EmptyMeshError` for a scene without objects, :class:`CancelledError`,
+    :class:`~simplifier.errors.MemoryLimitError` where all processes together would need more than
+    ``memory_limit`` GiB, None for half of the machine's,
     :class:`~simplifier.errors.OutputError` when the store cannot be written, and
     :class:`~simplifier.errors.BackendUnavailableError` when no process can be started.
     """
@@ -79,6 +85,7 @@ def build_occluders(
     summaries = _kept(plan, store, known, cancel)
     kept = len(summaries)
     jobs = _missing(plan, parts, summaries)
+    _check_memory(parts.scene, jobs, options, memory_limit)
     failures: dict[int, str] = {}
     tell(kept, len(plan.jobs))
     with closing(_outcomes(parts.scene, jobs, options, store, cancel)) as outcomes:
@@ -135,6 +142,25 @@ def _worthwhile(keys: Sequence[Keys], summaries: Mapping[str, Summary]) -> tuple
     return tuple(map(kept, keys))
 
 
+def _check_memory(
+    scene: Scene, jobs: Sequence[Job], options: SceneOptions, memory_limit: float | None
+) -> None:
+    at_once, apart = _crew(jobs)
+
+    def at(resolution: int) -> MemoryNeed:
+        coarser = replace(options, resolution=resolution)
+        return need_of_building(scene, jobs, coarser, at_once, apart=apart)
+
+    check_need(at(options.resolution), memory_limit, resolution=options.resolution, at=at)
+
+
+def _crew(jobs: Sequence[Job]) -> tuple[int, bool]:
+    """How many work at a time, and whether in processes: in threads of this one where that is
+    sooner."""
+    at_once = min(thread_count(), len(jobs))
+    return at_once, len(jobs) > _FEW_JOBS and at_once > 1
+
+
 def _outcomes(
     scene: Scene,
     jobs: Sequence[Job],
@@ -142,9 +168,8 @@ def _outcomes(
     store: OccluderStore,
     cancel: Cancel | None,
 ) -> Generator[Outcome, None, None]:
-    """In this process, on all threads, where that is sooner."""
-    processes = min(thread_count(), len(jobs))
-    if len(jobs) <= _FEW_JOBS or processes < 2:
+    processes, apart = _crew(jobs)
+    if not apart:
         here = partial(_make, scene, options, store, cancel)
         yield from run_jobs_here(here, jobs, thread_count(), cancel)
         return

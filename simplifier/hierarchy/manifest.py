@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from simplifier.checks import as_path
 from simplifier.errors import MeshError, OptionError, SceneError
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
@@ -114,7 +115,7 @@ def load_occluder_tree(folder: str | Path) -> OccluderTree:
     Raises :class:`SceneError` where the manifest or one of its occluders is missing, damaged, or
     of another schema version.  Every value is checked: what is returned is a tree.
     """
-    folder = Path(folder)
+    folder = as_path("folder", folder)
     document = _document(folder)
     try:
         rows = rows_of(value_of(document, "nodes", NAME))

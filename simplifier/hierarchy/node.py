@@ -68,7 +68,9 @@ def node_occluder(
     """
     if kind == "near" and is_own_occluder(mesh, options):
         return _worth(Occluder(mesh.vertices, mesh.faces, 0.0), mesh, options.resolution)
-    result = simplify_mesh(mesh, _options(mesh, kind, stand, options), cancel=cancel)
+    result = simplify_mesh(
+        mesh, node_options(float(mesh.extent.max()), kind, stand, options), cancel=cancel
+    )
     if result.interrupted:
         raise CancelledError("cancelled before the occluder was as good as asked for")
     made = result.occluder
@@ -104,17 +106,20 @@ def hiding_radius(occluder: Occluder) -> float:
     """
     if len(occluder.faces) == 0:
         return 0.0
-    points = occluder.vertices
+    # In units of a power of two near the size, which changes no bit: cubes neither vanish nor
+    # overflow then.
+    _, exponent = np.frexp(np.ptp(occluder.vertices, axis=0).max())
+    points = np.ldexp(occluder.vertices, -exponent)
     axes = image_axes(hemisphere_directions(_MEASURED_VIEWS))
     projections = fitted_projections(axes, points, 0.0)
     images = silhouettes(points, occluder.faces, projections)
     pixels = 1.0 / np.linalg.norm(projections[:, 0, :3], axis=1)
     measures = [bit_measure(*pair) for pair in zip(images, pixels.tolist(), strict=True)]
-    return float(np.cbrt(3.0 * np.mean(measures) / np.pi))
+    return float(np.ldexp(np.cbrt(3.0 * np.mean(measures) / np.pi), exponent))
 
 
-def _options(mesh: TriangleMesh, kind: Kind, stand: Stand, options: SceneOptions) -> Options:
-    longest = float(mesh.extent.max())
+def node_options(longest: float, kind: Kind, stand: Stand, options: SceneOptions) -> Options:
+    """Of a node whose longest edge is that, in the space of its occluder."""
     resolution = options.resolution
     if kind == "near":
         resolution = min(_FINER * resolution, MOST_VOXELS)

@@ -5,8 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from simplifier.checks import check_above_zero, check_flag, check_whole
-from simplifier.geometry.camera import Lens
+from simplifier.checks import (
+    check_above_zero,
+    check_flag,
+    check_whole,
+    check_within,
+    settle_numbers,
+)
+from simplifier.geometry.camera import LEAST_FOV, Lens
 from simplifier.options import Axis, make_options
 
 _LARGEST_ERROR = 1000.0  # pixels
@@ -33,7 +39,7 @@ class SceneOptions:
     ``pixel_error``  largest error of an occluder on the screen, pixels, above 0 and at most 1000;
                      nodes that are never that exact from within the scene get none.
     ``rows``, ``fov``  of the depth buffer: its height in pixels, 1 to 16,384, and its vertical
-                     field of view in degrees, above 0 and at most 179.
+                     field of view in degrees, 1e-6 to 179.
     ``seed``         of every random choice, 0 to 2**63 - 1.
 
     Raises :class:`~simplifier.errors.OptionError` for what is out of range.
@@ -53,6 +59,7 @@ class SceneOptions:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         # What a node shares with a single mesh is checked as there; no hole is too long for all.
         make_options(
             math.inf, budget=self.budget, resolution=self.resolution, up=self.up,
@@ -63,7 +70,7 @@ class SceneOptions:
         check_whole("width", self.width, 2, _MOST_CHILDREN)
         check_whole("rows", self.rows, 1, _MOST_ROWS)
         check_above_zero("pixel error", self.pixel_error, _LARGEST_ERROR)
-        check_above_zero("fov", self.fov, 179.0)
+        check_within("fov", self.fov, LEAST_FOV, 179.0)
 
     @property
     def lens(self) -> Lens:

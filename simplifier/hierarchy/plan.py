@@ -106,7 +106,8 @@ def _useful(tree: Tree, options: SceneOptions) -> NDArray[np.bool_]:
     """(k,) inner nodes that are ever drawn from within the root's box."""
     extents = tree.bounds[:, 1] - tree.bounds[:, 0]
     error = COARSENESS * extents.max(axis=1) / options.resolution
-    seen_from = options.lens.distance(1.0, options.pixel_error) * error
+    with np.errstate(over="ignore"):  # so far off is never within the scene
+        seen_from = options.lens.distance(1.0, options.pixel_error) * error
     enough = np.diff(tree.spans, axis=1)[:, 0] >= _FEWEST_PARTS
     return np.asarray(enough & (seen_from <= np.linalg.norm(extents[0])))
 

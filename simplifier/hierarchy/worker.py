@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -55,7 +56,7 @@ class Worker:
     """A process started by spawn, and the attempt that it is at; it is idle once it is ready.
 
     It never hears Ctrl-C, which a terminal sends to all processes: its starter ends it.  It ends by
-    itself when its starter has died.
+    itself, whatever it is at, when its starter has died.
     """
 
     def __init__(self, start: Start, arguments: tuple[Any, ...]) -> None:
@@ -119,6 +120,7 @@ def without_interrupts() -> Iterator[None]:
 def _serve(connection: Connection, start: Start, arguments: tuple[Any, ...]) -> None:
     """Do jobs until the other end closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_starter, daemon=True).start()
     os.environ["OCCLUDER_THREADS"] = "1"  # the processes share the processors
     work = start(*arguments)
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
@@ -130,3 +132,11 @@ def _serve(connection: Connection, start: Start, arguments: tuple[Any, ...]) -> 
             except OutputError as error:
                 message = error
             connection.send(message)
+
+
+def _end_with_starter() -> None:
+    """A job may take hours, which nobody would wait for any more."""
+    starter = multiprocessing.parent_process()
+    if starter is not None:
+        starter.join()
+        os._exit(1)

@@ -10,9 +10,11 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from simplifier.checks import as_path
 from simplifier.errors import UnreadablePathError
-from simplifier.geometry.camera import Camera, CameraPath
+from simplifier.geometry.camera import LEAST_FOV, Camera, CameraPath
 from simplifier.geometry.mesh import FloatArray
+from simplifier.io.names import encodable
 from simplifier.io.source import read_bytes
 from simplifier.io.whole import write_whole
 
@@ -36,8 +38,9 @@ def load_camera_path(path: str | Path) -> CameraPath:
     point to look at; ``near`` may be left out.  Raises :class:`UnreadablePathError`, which names
     the frame, counted from 0, and the field.
     """
+    path = as_path("path", path)
     where = str(path)
-    root = _parsed(read_bytes(Path(path), error=UnreadablePathError, remedy=_NAME_ONE), where)
+    root = _parsed(read_bytes(path, error=UnreadablePathError, remedy=_NAME_ONE), where)
     if not isinstance(root, dict):
         raise _wrong(where, "this is not a JSON object")
     _check_keys(root, _ROOT, _ROOT, where)
@@ -49,7 +52,8 @@ def load_camera_path(path: str | Path) -> CameraPath:
     if not isinstance(frames, list) or not frames:
         raise _wrong(where, "frames is not a list of at least one frame")
     return CameraPath(
-        name, tuple(_camera(frame, f"{where}: frame {i}") for i, frame in enumerate(frames))
+        encodable(name),
+        tuple(_camera(frame, f"{where}: frame {i}") for i, frame in enumerate(frames)),
     )
 
 
@@ -71,7 +75,7 @@ def save_camera_path(camera_path: CameraPath, path: str | Path) -> None:
     name = json.dumps(camera_path.name)
     lines = ",\n".join(json.dumps(frame, allow_nan=False) for frame in frames)
     text = f'{{"schema_version": {SCHEMA_VERSION}, "name": {name}, "frames": [\n{lines}\n]}}\n'
-    write_whole(Path(path), text.encode("ascii"))
+    write_whole(as_path("path", path), text.encode("ascii"))
 
 
 _NAME_ONE = "name a camera path"
@@ -104,8 +108,8 @@ def _camera(frame: Any, where: str) -> Camera:
     if np.linalg.norm(np.cross(ahead, up)) < _PARALLEL:
         raise _wrong(where, f"up is parallel to {ways[0]}")
     fov = _number(frame["fov"], "fov", where)
-    if not 0.0 < fov < 180.0:
-        raise _wrong(where, f"fov is {fov:g}, not between 0 and 180 degrees")
+    if not LEAST_FOV <= fov < 180.0:
+        raise _wrong(where, f"fov is {fov:g}, not from {LEAST_FOV:g} to below 180 degrees")
     near = _number(frame.get("near", DEFAULT_NEAR), "near", where)
     if near <= 0.0:
         raise _wrong(where, f"near is {near:g}, not above 0")

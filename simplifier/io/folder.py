@@ -6,7 +6,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-from simplifier.errors import OccluderError, UnreadableMeshError
+from simplifier.errors import MemoryLimitError, OccluderError, UnreadableMeshError
 from simplifier.io.formats import CODECS
 from simplifier.io.gltf_scene import MOST_INSTANCES
 from simplifier.io.load import load_objects
@@ -15,12 +15,13 @@ from simplifier.options import Transparent
 
 
 def objects_of_folder(
-    folder: Path, *, allow_external: bool, transparent: Transparent
+    folder: Path, *, allow_external: bool, transparent: Transparent, memory_limit: float | None
 ) -> tuple[Objects, list[str]]:
     """The objects, by relative path and then as in the file, and what could not be read.
 
     A file's object is named by its relative path without the suffix, and the objects of a glTF file
-    "path/name".  Raises :class:`UnreadableMeshError` for more than ``MOST_INSTANCES`` objects.
+    "path/name".  Raises :class:`UnreadableMeshError` for more than ``MOST_INSTANCES`` objects
+    and :class:`MemoryLimitError`.
     """
     files, warnings = _mesh_files(folder)
     found: list[Objects] = []
@@ -28,7 +29,14 @@ def objects_of_folder(
     for path in files:
         name = path.relative_to(folder).with_suffix("").as_posix()
         try:
-            objects = load_objects(path, allow_external=allow_external, transparent=transparent)
+            objects = load_objects(
+                path,
+                allow_external=allow_external,
+                transparent=transparent,
+                memory_limit=memory_limit,
+            )
+        except MemoryLimitError:
+            raise  # leaving it out would make another scene
         except OccluderError as error:
             warnings.append(f"{error} (the file was left out)")
             continue

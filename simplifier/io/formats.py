@@ -9,7 +9,9 @@ from pathlib import Path
 from simplifier.errors import UnknownFormatError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import glb_writer, gltf, obj, off, ply, stl, tres
+from simplifier.io import glb_writer, gltf, gltf_claim, obj, off, ply, stl, tres
+from simplifier.io.claim import Claim, Peek
+from simplifier.io.gltf_container import check_container
 from simplifier.io.labels import Labelled
 from simplifier.io.objects import Objects
 from simplifier.io.polygons import IndexArray
@@ -22,6 +24,8 @@ class Codec:
     ``decode``       (content, path) to vertices (n, 3) float64 and faces (m, 3) int64, in the order
                      of the file, nothing merged; raises only ``OccluderError``.  The path is for
                      messages and for files that stand beside it.
+    ``claim``        what a file says that it holds, from parts of it; raises OSError and
+                     ``OccluderError``.
     ``encode``       an occluder to bytes, the same ones every time; None when only read.
     ``error_bound``  (content, path) to the bound that ``encode`` stored, infinite when there is
                      none; None when the format has no place for it.
@@ -29,37 +33,66 @@ class Codec:
                      the file, nothing checked; None for a format whose files are one object each.
     ``external``     (content, path) to the names of the other files that the file refers to; None
                      for a format that can do without other files.
+    ``consulted``    (content, path) to the names of files beside it that ``labelled`` looks at if
+                     they are there; None for a format that has no such.
     ``labelled``     (content, path, whether other files may be opened) to what ``decode`` gives,
                      with the names of its parts; None for a format that has no names.
+    ``check_start``  (first 64 KiB, size of the file, name for messages): raises what ``decode``
+                     would for a file that cannot be of this format, however it goes on;
+                     None where nothing can be said by then.
     """
 
     name: str
     decode: Callable[[bytes, Path], tuple[FloatArray, IndexArray]]
+    claim: Callable[[Peek], Claim]
     encode: Callable[[Occluder], bytes] | None = None
     error_bound: Callable[[bytes, Path], float] | None = None
     objects: Callable[[bytes, Path, bool], Objects] | None = None
     external: Callable[[bytes, Path], list[str]] | None = None
+    consulted: Callable[[bytes, Path], list[str]] | None = None
     labelled: Callable[[bytes, Path, bool], Labelled] | None = None
+    check_start: Callable[[bytes, int, str], None] | None = None
 
 
 CODECS: dict[str, Codec] = {
     ".glb": Codec(
         "binary glTF",
         gltf.decode,
+        gltf_claim.claim,
         glb_writer.encode,
-        gltf.error_bound,
-        gltf.objects,
-        gltf.external,
-        gltf.labelled,
+        error_bound=gltf.error_bound,
+        objects=gltf.objects,
+        external=gltf.external,
+        labelled=gltf.labelled,
+        check_start=check_container,
     ),
     ".gltf": Codec(
-        "glTF", gltf.decode, None, gltf.error_bound, gltf.objects, gltf.external, gltf.labelled
+        "glTF",
+        gltf.decode,
+        gltf_claim.claim,
+        error_bound=gltf.error_bound,
+        objects=gltf.objects,
+        external=gltf.external,
+        labelled=gltf.labelled,
+        check_start=check_container,
     ),
-    ".obj": Codec("Wavefront OBJ", obj.decode, obj.encode, labelled=obj.labelled),
-    ".off": Codec("Object File Format", off.decode, off.encode),
-    ".ply": Codec("Stanford PLY", ply.decode, ply.encode),
-    ".stl": Codec("STL", stl.decode, stl.encode),
-    ".tres": Codec("Godot occluder", tres.decode, tres.encode),
+    ".obj": Codec(
+        "Wavefront OBJ",
+        obj.decode,
+        obj.claim,
+        obj.encode,
+        consulted=obj.consulted,
+        labelled=obj.labelled,
+        check_start=obj.check_start,
+    ),
+    ".off": Codec(
+        "Object File Format", off.decode, off.claim, off.encode, check_start=off.check_start
+    ),
+    ".ply": Codec("Stanford PLY", ply.decode, ply.claim, ply.encode, check_start=ply.check_start),
+    ".stl": Codec("STL", stl.decode, stl.claim, stl.encode, check_start=stl.check_start),
+    ".tres": Codec(
+        "Godot occluder", tres.decode, tres.claim, tres.encode, check_start=tres.check_start
+    ),
 }
 
 

@@ -13,7 +13,7 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.io.gltf_buffers import Buffers, external_uris
 from simplifier.io.gltf_container import open_document
 from simplifier.io.gltf_json import number_or_nan
-from simplifier.io.gltf_primitives import Primitive, joined, read_gltf_mesh
+from simplifier.io.gltf_primitives import joined, read_gltf_mesh
 from simplifier.io.gltf_scene import Instances, list_instances, mesh_name, scene_nodes
 from simplifier.io.labels import Label, Labelled
 from simplifier.io.objects import Objects
@@ -22,7 +22,7 @@ IndexArray = NDArray[np.int64]
 
 GENERATOR = "planar-occluder"
 # Instances can multiply a small file beyond any memory.
-_MOST_VERTICES = _MOST_TRIANGLES = 100_000_000
+MOST_VERTICES = MOST_TRIANGLES = 100_000_000
 
 
 def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
@@ -41,16 +41,21 @@ def labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
     """As :func:`decode`, with the names of nodes, meshes and materials."""
     buffers = Buffers(open_document(data, str(path)), path)
     instances = list_instances(buffers)
-    primitives = _primitives(buffers, instances)
-    meshes = {mesh: joined(parts) for mesh, parts in primitives.items()}
+    meshes: dict[int, tuple[FloatArray, IndexArray]] = {}
+    kinds: dict[int, list[tuple[str, bool, int]]] = {}
+    for mesh in _used(instances):
+        primitives = read_gltf_mesh(buffers, mesh)
+        meshes[mesh] = joined(primitives)
+        kinds[mesh] = [(one.material, one.see_through, len(one.faces)) for one in primitives]
+        del primitives  # not to be held beside the joined mesh
     vertices, faces = _placed(meshes, instances, str(path))
-    names = {mesh: mesh_name(buffers.document.root, mesh) for mesh in primitives}
+    names = {mesh: mesh_name(buffers.document.root, mesh) for mesh in meshes}
     labels, counts = [], []
     for owner, mesh in zip(instances.owners, instances.mesh_of.tolist(), strict=True):
         objects = tuple(dict.fromkeys(name for name in (owner, names[mesh]) if name))
-        for one in primitives[mesh]:
-            labels.append(Label(objects, one.material, one.see_through))
-            counts.append(len(one.faces))
+        for material, see_through, count in kinds[mesh]:
+            labels.append(Label(objects, material, see_through))
+            counts.append(count)
     return Labelled(vertices, faces, labels, counts)
 
 
@@ -58,14 +63,13 @@ def read_instances(
     buffers: Buffers, instances: Instances, where: str
 ) -> tuple[FloatArray, IndexArray]:
     """Vertices (n, 3) float64 and faces (m, 3) int64 of instances, in world coordinates."""
-    primitives = _primitives(buffers, instances)
-    meshes = {mesh: joined(parts) for mesh, parts in primitives.items()}
+    meshes = {mesh: joined(read_gltf_mesh(buffers, mesh)) for mesh in _used(instances)}
     return _placed(meshes, instances, where)
 
 
-def _primitives(buffers: Buffers, instances: Instances) -> dict[int, list[Primitive]]:
-    """Of each mesh that is used."""
-    return {mesh: read_gltf_mesh(buffers, mesh) for mesh in np.unique(instances.mesh_of).tolist()}
+def _used(instances: Instances) -> list[int]:
+    """The meshes that have a place."""
+    return list(np.unique(instances.mesh_of).tolist())
 
 
 def _placed(
@@ -116,10 +120,10 @@ def _check_size(
     order = instances.mesh_of.tolist()
     vertices = sum(len(meshes[mesh][0]) for mesh in order)
     triangles = sum(len(meshes[mesh][1]) for mesh in order)
-    if vertices > _MOST_VERTICES or triangles > _MOST_TRIANGLES:
+    if vertices > MOST_VERTICES or triangles > MOST_TRIANGLES:
         raise UnreadableMeshError(
             f"its {len(order)} instances add up to {triangles} triangles and {vertices}"
-            f" vertices, more than {_MOST_TRIANGLES}",
+            f" vertices, more than {MOST_TRIANGLES}",
             where=where,
             remedy="split the scene",
         )

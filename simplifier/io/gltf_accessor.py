@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray
+from simplifier.io.float32 import to_float64
 from simplifier.io.gltf_buffers import Buffers
 from simplifier.io.gltf_json import JsonObject
 
@@ -47,7 +48,7 @@ def read_accessor(buffers: Buffers, index: int, kind: str) -> NDArray[Any]:
 def read_vectors(buffers: Buffers, index: int, kind: str) -> FloatArray:
     """(count, width) float64; normalized integers are scaled to [0, 1] or [-1, 1]."""
     values = read_accessor(buffers, index, kind)
-    result = values.astype(np.float64)
+    result = to_float64(values)
     accessor = buffers.document.root.item("accessors", index)
     if accessor.members.get("normalized") is True and values.dtype.kind in "iu":
         result = np.maximum(result / np.iinfo(values.dtype).max, -1.0)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import unquote
 
+from simplifier.io.claim import Peek
 from simplifier.io.gltf_container import GltfDocument, compressed
 from simplifier.io.gltf_json import JsonObject
 from simplifier.io.source import read_bytes
@@ -62,6 +63,19 @@ class Buffers:
                 f"holds {len(data)} of {length} bytes", "the file is truncated; copy it again"
             )
         return data[:length]
+
+
+def claimed_bytes(root: JsonObject, peek: Peek) -> int:
+    """Of all buffers, none of them with more than its file has."""
+    total = 0
+    for index in range(root.count("buffers")):
+        buffer = root.item("buffers", index)
+        uri = buffer.members.get("uri")
+        room = peek.size
+        if isinstance(uri, str) and not _DATA.match(uri):
+            room = _beside(uri, peek.path, buffer).stat().st_size
+        total += min(buffer.integer("byteLength"), room)
+    return total
 
 
 def external_uris(root: JsonObject) -> list[str]:

@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass
 from typing import Any
 
 from simplifier.errors import OutputError, UnreadableMeshError
-from simplifier.io.gltf_json import JsonObject, parse_json
+from simplifier.io.claim import Peek
+from simplifier.io.gltf_json import JsonObject, check_object, parse_json
+from simplifier.io.text import shown
 
 GLB_MAGIC = b"glTF"
 JSON_CHUNK = 0x4E4F534A
 BINARY_CHUNK = 0x004E4942
+_UNDERSTOOD = ("KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "MSFT_lod")
+# Of looks, sound and metadata: they move no vertex and hide no node.
+_OF_NO_SHAPE = re.compile(
+    r"[A-Z]+_(materials|texture|lights|packing|techniques|animation|audio|xmp|mesh_features"
+    r"|instance_features|structural_metadata|feature_metadata)"
+)
 _COMPRESSION = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
 
 
@@ -23,6 +32,14 @@ class GltfDocument:
     binary: bytes | None
 
 
+def check_container(start: bytes, size: int, where: str) -> None:
+    """Raises :class:`UnreadableMeshError` for what begins neither a whole GLB file nor JSON."""
+    if start[:4] == GLB_MAGIC:
+        _check_header(start, size, where)
+    else:
+        check_object(start, where)
+
+
 def open_document(data: bytes, where: str) -> GltfDocument:
     """Either form, told by the first bytes; raises :class:`UnreadableMeshError`."""
     if data[:4] == GLB_MAGIC:
@@ -31,11 +48,18 @@ def open_document(data: bytes, where: str) -> GltfDocument:
         text, binary = data, None
     root = parse_json(text, where)
     _check_version(root)
-    required = root.texts("extensionsRequired")
-    for name in _COMPRESSION:
-        if name in required:
-            raise compressed(root, name)
+    _check_extensions(root)
     return GltfDocument(root, binary)
+
+
+def peek_document(peek: Peek) -> GltfDocument:
+    """The JSON alone, without what it refers to; raises as :func:`open_document`."""
+    head = peek.read(0, 20)
+    if head[:4] == GLB_MAGIC and int.from_bytes(head[16:20], "little") == JSON_CHUNK:
+        text = peek.read(20, int.from_bytes(head[12:16], "little"))
+    else:
+        text = peek.read(0, peek.size)
+    return GltfDocument(parse_json(text, str(peek.path)), None)
 
 
 def pack_glb(root: dict[str, Any], binary: bytes) -> bytes:
@@ -72,6 +96,18 @@ def compressed(where: JsonObject, extension: str) -> UnreadableMeshError:
     )
 
 
+def _check_extensions(root: JsonObject) -> None:
+    """Refuse what the format says cannot be read without an extension that is not known here."""
+    for name in root.texts("extensionsRequired"):
+        if name in _COMPRESSION:
+            raise compressed(root, name)
+        if name not in _UNDERSTOOD and not _OF_NO_SHAPE.match(name):
+            raise root.fail(
+                f"it requires the extension {shown(name.encode())}, which is not known here",
+                "export it without that extension",
+            )
+
+
 def _check_version(root: JsonObject) -> None:
     version = root.child("asset").members.get("version")
     if not isinstance(version, str) or not version.startswith("2."):
@@ -81,19 +117,25 @@ def _check_version(root: JsonObject) -> None:
         )
 
 
-def _split_chunks(data: bytes, where: str) -> tuple[bytes, bytes | None]:
-    """The JSON chunk and the first binary one; others are skipped, as the format asks for."""
+def _check_header(data: bytes, size: int, where: str) -> int:
+    """The length that the header of a GLB file states, which is no more than there is."""
     version, length = (int.from_bytes(data[i : i + 4], "little") for i in (4, 8))
     if version != 2:
         raise UnreadableMeshError(
             f"GLB version {version} is not supported", where=where, remedy="export glTF 2.0"
         )
-    if len(data) < length or length < 20:
+    if size < length or length < 20:
         raise UnreadableMeshError(
-            f"the file is truncated: {len(data)} of {length} bytes are there",
+            f"the file is truncated: {size} of {length} bytes are there",
             where=where,
             remedy="copy or export it again",
         )
+    return length
+
+
+def _split_chunks(data: bytes, where: str) -> tuple[bytes, bytes | None]:
+    """The JSON chunk and the first binary one; others are skipped, as the format asks for."""
+    length = _check_header(data, len(data), where)
     chunks: dict[int, bytes] = {}
     position = 12
     while position + 8 <= length:

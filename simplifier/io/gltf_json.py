@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import cast
 
 from simplifier.errors import UnreadableMeshError
+from simplifier.io.text import shown
 
 _LARGEST = 2**53  # whole numbers beyond this are not exact in JSON
 
@@ -98,17 +99,37 @@ class JsonObject:
 
 def parse_json(data: bytes, where: str) -> JsonObject:
     """Raises :class:`UnreadableMeshError` for what is not a JSON object."""
+    check_object(data, where)
     try:
-        value = json.loads(data.decode("utf-8-sig"))
+        value = json.loads(data.decode("utf-8-sig"), object_pairs_hook=_members)
     except (ValueError, RecursionError) as error:
         raise UnreadableMeshError(
             f"its JSON is damaged ({str(error)[:80]})",
             where=where,
             remedy="copy or export it again",
         ) from None
-    if not isinstance(value, dict):
-        raise UnreadableMeshError("its JSON is not an object", where=where)
     return JsonObject(value, where)
+
+
+def check_object(start: bytes, where: str) -> None:
+    """Raises :class:`UnreadableMeshError` for what does not begin as a JSON object does."""
+    text = start.removeprefix(b"\xef\xbb\xbf").lstrip(b" \t\r\n")
+    if text and not text.startswith(b"{"):
+        raise UnreadableMeshError(
+            f"its JSON is not an object: it begins with {shown(text[:8])}",
+            where=where,
+            remedy="check that this is a glTF file",
+        )
+
+
+def _members(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    """Which of two values is meant nobody knows, and glTF forbids it."""
+    members = dict(pairs)
+    if len(members) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"'{twice[:40]}' stands twice in one object")
+    return members
 
 
 def number_or_nan(value: object) -> float:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from simplifier.errors import EmptyMeshError
+from simplifier.errors import EmptyMeshError, OptionError
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
@@ -38,9 +38,10 @@ def decode_lods(data: bytes, path: Path) -> LodChain:
         if coarser.error_bound < finer.error_bound:
             raise node.fail("the error bounds of its levels fall", "export it again")
     stored = node.child("extras").child("lens")
-    lens = Lens(stored.integer("screen_height"), _positive(stored, "fov"))
-    if not (lens.rows > 0 and lens.fov < 180.0):
-        raise stored.fail("this is no screen", "export it again")
+    try:
+        lens = Lens(stored.integer("screen_height"), _positive(stored, "fov"))
+    except OptionError as error:
+        raise stored.fail(f"this is no screen ({error})", "export it again") from None
     return LodChain(levels, lens, _positive(stored, "pixel_error"))
 
 

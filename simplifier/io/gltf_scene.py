@@ -69,6 +69,18 @@ def list_instances(buffers: Buffers, *, lenient: bool = False) -> Instances:
     return instances_of(buffers, nodes, nodes.world(lenient=lenient))
 
 
+def claimed_instances(root: JsonObject) -> dict[int, int]:
+    """How often each mesh of :func:`list_instances` stands there, as the JSON alone says."""
+    if root.count("nodes") == 0:
+        return dict.fromkeys(range(root.count("meshes")), 1)
+    counts: dict[int, int] = {}
+    for node in scene_nodes(root).nodes:
+        if node.has("mesh"):
+            mesh = node.integer("mesh")
+            counts[mesh] = counts.get(mesh, 0) + _claimed(node, root)
+    return counts
+
+
 def instances_of(buffers: Buffers, nodes: Nodes, world: FloatArray) -> Instances:
     """The meshes of some nodes; ``world`` (n, 4, 4) as of :meth:`Nodes.world`."""
     root = buffers.document.root
@@ -160,18 +172,21 @@ def _standing(nodes: Nodes, root: JsonObject) -> list[int]:
     Their instances, which are only claimed so far, are counted before any transform is made.
     """
     places = [place for place, node in enumerate(nodes.nodes) if node.has("mesh")]
-    count = 0
-    for place in places:
-        attributes = _instancing(nodes.nodes[place])
-        claims = [
-            root.item("accessors", attributes.integer(name)).integer("count")
-            for name, _ in _ATTRIBUTES
-            if attributes.has(name)
-        ]
-        count += max(claims, default=1)
+    count = sum(_claimed(nodes.nodes[place], root) for place in places)
     if count > MOST_INSTANCES:
         raise root.fail(f"it has {count} objects, more than {MOST_INSTANCES}", "split the scene")
     return places
+
+
+def _claimed(node: JsonObject, root: JsonObject) -> int:
+    """Instances of a node's mesh, as the file says."""
+    attributes = _instancing(node)
+    claims = [
+        root.item("accessors", attributes.integer(name)).integer("count")
+        for name, _ in _ATTRIBUTES
+        if attributes.has(name)
+    ]
+    return max(claims, default=1)
 
 
 def _instancing(node: JsonObject) -> JsonObject:

@@ -3,23 +3,34 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
-from simplifier.checks import check_one_of
-from simplifier.errors import EmptyMeshError, UnknownFormatError, UnreadableMeshError
+from simplifier.checks import as_path, check_flag, check_kind, check_one_of
+from simplifier.errors import (
+    EmptyMeshError,
+    OccluderError,
+    UnknownFormatError,
+    UnreadableMeshError,
+)
 from simplifier.geometry.lod_chain import LodChain
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import FloatArray, Omitted, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import ALL_OPAQUE, Ignore
+from simplifier.io.claim import Claim, Peek
 from simplifier.io.formats import Codec, codec_for_reading
 from simplifier.io.gltf_lods import decode_lods
 from simplifier.io.labels import Label, Labelled, opaque_faces, sieved
 from simplifier.io.objects import Objects
+from simplifier.io.polygons import IndexArray
 from simplifier.io.sniff import foreign_content
 from simplifier.io.source import read_bytes
+from simplifier.memory.limit import check_need
+from simplifier.memory.runs import loading
 from simplifier.options import Transparent
 
 
@@ -29,6 +40,7 @@ def load_mesh(
     allow_external: bool = True,
     transparent: Transparent = "leave-out",
     ignore: Ignore = ALL_OPAQUE,
+    memory_limit: float | None = None,
 ) -> TriangleMesh:
     """All meshes of a file as one triangle soup, in the order of the file, nothing merged.
 
@@ -47,34 +59,43 @@ def load_mesh(
                         both.  Raises :class:`~simplifier.errors.OverridesError` for a pattern that
                         matches nothing of the file, and :class:`EmptyMeshError` where nothing is
                         left.
+    ``memory_limit``    GiB that reading may need, half of the machine's by default: beyond, the
+                        file is refused before it is read, by :class:`MemoryLimitError`.
     """
-    path = Path(path)
-    check_one_of("transparent", transparent, ("leave-out", "keep"))
+    path = as_path("path", path)
+    check_one_of("transparent", transparent, get_args(Transparent))
+    check_kind("ignore", ignore, Ignore, "the ignore of what simplifier.load_overrides returns")
     if transparent == "keep":
         ignore = replace(ignore, see_through=False)
-    codec, data = _open(path, allow_external)
-    found = _labelled(codec, data, path, allow_external)
-    vertices, faces, omitted = sieved(found, ignore, str(path))
+    vertices, faces, omitted = _sieved(path, allow_external, memory_limit, ignore)
     return replace(TriangleMesh.from_soup(vertices, faces, where=str(path)), omitted=omitted)
 
 
-def _labelled(codec: Codec, data: bytes, path: Path, allow_external: bool) -> Labelled:
-    if codec.labelled is not None:
-        return codec.labelled(data, path, allow_external)
-    vertices, faces = codec.decode(data, path)
-    return Labelled(vertices, faces, [Label()], [len(faces)])
+def claim_of(path: Path) -> Claim:
+    """What a mesh file says that it holds, none of it read; nothing for what reading will refuse.
+
+    Raises :class:`UnknownFormatError` as :func:`load_mesh`.
+    """
+    codec = codec_for_reading(path)
+    # Reading says better what is wrong with a file.
+    with suppress(OSError, ValueError, LookupError, OccluderError):
+        if path.is_file():
+            return codec.claim(Peek(path, path.stat().st_size))
+    return Claim(0, 0, 0)
 
 
-def load_occluder(path: str | Path, *, allow_external: bool = True) -> Occluder:
+def load_occluder(
+    path: str | Path, *, allow_external: bool = True, memory_limit: float | None = None
+) -> Occluder:
     """An occluder written by ``save_occluder``, or any other mesh to be used as one.
 
     The error bound is read back from GLB; elsewhere it is infinite.  A file without a triangle of
     non-zero area is an occluder that hides nothing, with 0 faces.  Unused vertices and triangles
-    without area are dropped.  ``allow_external`` and errors as for :func:`load_mesh`, but for the
-    empty mesh.
+    without area are dropped.  ``allow_external``, ``memory_limit`` and errors as for
+    :func:`load_mesh`, but for the empty mesh.
     """
-    path = Path(path)
-    codec, data = _open(path, allow_external)
+    path = as_path("path", path)
+    codec, data = _open(path, allow_external, memory_limit)
     vertices, faces = codec.decode(data, path)
     bound = codec.error_bound(data, path) if codec.error_bound else math.inf
     try:
@@ -85,15 +106,19 @@ def load_occluder(path: str | Path, *, allow_external: bool = True) -> Occluder:
 
 
 def load_objects(
-    path: Path, *, allow_external: bool = True, transparent: Transparent = "leave-out"
+    path: Path,
+    *,
+    allow_external: bool = True,
+    transparent: Transparent = "leave-out",
+    memory_limit: float | None = None,
 ) -> Objects:
     """The objects of a file as it states them; one, named as the file, where it has no nodes.
 
-    ``allow_external``, ``transparent`` and errors as for :func:`load_mesh`, except for the empty
-    mesh.
+    ``allow_external``, ``transparent``, ``memory_limit`` and errors as for :func:`load_mesh`,
+    except for the empty mesh.
     """
-    check_one_of("transparent", transparent, ("leave-out", "keep"))
-    codec, data = _open(path, allow_external)
+    check_one_of("transparent", transparent, get_args(Transparent))
+    codec, data = _open(path, allow_external, memory_limit)
     if codec.objects:
         return codec.objects(data, path, transparent == "keep")
     found = _labelled(codec, data, path, allow_external)
@@ -107,27 +132,51 @@ def load_lods(path: str | Path) -> LodChain:
     Raises :class:`UnknownFormatError` for another suffix, and :class:`UnreadableMeshError` as
     :func:`load_mesh` and when there are no levels or they are damaged.
     """
-    path = Path(path)
+    path = as_path("path", path)
     if path.suffix.lower() not in (".glb", ".gltf"):
         raise UnknownFormatError(
             f"files that end in '{path.suffix}' hold no levels of detail",
             where=str(path),
             remedy="use the .glb file, or load a level's own file as an occluder",
         )
-    return decode_lods(_open(path, allow_external=True)[1], path)
+    return decode_lods(_open(path, True, None)[1], path)
 
 
-def _open(path: Path, allow_external: bool) -> tuple[Codec, bytes]:
+def _sieved(
+    path: Path, allow_external: bool, memory_limit: float | None, ignore: Ignore
+) -> tuple[FloatArray, IndexArray, tuple[Omitted, ...]]:
+    """The triangles of a file as it states them, less some; its bytes are gone by then."""
+    codec, data = _open(path, allow_external, memory_limit)
+    return sieved(_labelled(codec, data, path, allow_external), ignore, str(path))
+
+
+def _labelled(codec: Codec, data: bytes, path: Path, allow_external: bool) -> Labelled:
+    if codec.labelled is not None:
+        return codec.labelled(data, path, allow_external)
+    vertices, faces = codec.decode(data, path)
+    return Labelled(vertices, faces, [Label()], [len(faces)])
+
+
+def _open(path: Path, allow_external: bool, memory_limit: float | None) -> tuple[Codec, bytes]:
     """The codec of the suffix and the content, which must not begin like another format."""
+    check_flag("allow_external", allow_external)
     codec = codec_for_reading(path)
-    data = read_bytes(path)
-    found = foreign_content(data, path.suffix.lower())
-    if found:
-        raise UnreadableMeshError(
-            f"the suffix says {codec.name}, but this is {found}",
-            where=str(path),
-            remedy="give the file its right suffix, or export it again",
-        )
+
+    def check_start(start: bytes, size: int) -> None:
+        found = foreign_content(start, path.suffix.lower())
+        if found:
+            raise UnreadableMeshError(
+                f"the suffix says {codec.name}, but this is {found}",
+                where=str(path),
+                remedy="give the file its right suffix, or export it again",
+            )
+        if codec.check_start:
+            codec.check_start(start, size, str(path))
+        claim = claim_of(path)
+        need = loading(claim.vertices, claim.triangles, claim.decoding)
+        check_need(need, memory_limit, where=str(path))
+
+    data = read_bytes(path, check_start=check_start)
     if codec.external and not allow_external:
         _check_alone(codec.external(data, path), path)
     return codec, data

@@ -30,6 +30,14 @@ def see_through_materials(libraries: list[str], mesh: Path) -> set[str]:
     return found
 
 
+def library_files(libraries: list[str], mesh: Path) -> list[str]:
+    """What is looked for to that end, there or not: names relative to the mesh's folder."""
+    folder = mesh.parent.resolve()
+    names = dict.fromkeys(name for said in libraries for name in (said, *said.split()))
+    paths = dict.fromkeys(_beside(name, folder) for name in names)
+    return [path.relative_to(folder).as_posix() for path in paths if path not in (None, folder)]
+
+
 def _files(said: str, folder: Path) -> Iterator[Path]:
     """One name, which may hold blanks, or else several."""
     whole = _beside(said, folder)

@@ -11,8 +11,11 @@ _NAMED = 5  # how many a warning lists
 def unique_names(names: Sequence[str]) -> tuple[tuple[str, ...], list[str]]:
     """The names with ".2", ".3", ... put to what repeats, and one warning if anything did.
 
+    What stands for no character (half of one in a file's JSON, a byte of another encoding in the
+    name of a file) becomes "?": no report or table could be written with it.
     The first of a name keeps it, and no number makes a name that another object has from the start.
     """
+    names = [encodable(name) for name in names]
     counts = Counter(names)
     if len(counts) == len(names):
         return tuple(names), []
@@ -33,6 +36,11 @@ def unique_names(names: Sequence[str]) -> tuple[tuple[str, ...], list[str]]:
         f"names of objects repeat: {listed(repeated)}; they were numbered ('{_example(counts)}.2'),"
         " so give each its own name if you address objects by name"
     ]
+
+
+def encodable(name: str) -> str:
+    """The name with "?" for what UTF-8 cannot write."""
+    return name if name.isascii() else name.encode("utf-8", "replace").decode("utf-8")
 
 
 def _example(counts: Counter[str]) -> str:

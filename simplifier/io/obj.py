@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,34 @@ import numpy as np
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
+from simplifier.io.claim import Claim, Peek, estimated
 from simplifier.io.labels import Label, Labelled
-from simplifier.io.mtl import see_through_materials
+from simplifier.io.mtl import library_files, see_through_materials
 from simplifier.io.obj_labels import named_runs
 from simplifier.io.polygons import IndexArray, triangles_by_polygon, triangulate_polygons
-from simplifier.io.text import line_number, read_statements, shown, without_mark
+from simplifier.io.text import line_number, named_lines, read_statements, shown, without_mark
 from simplifier.kernels.text import count_obj_corners, count_words, read_obj_corners
+
+_VERTEX_LINE = re.compile(rb"(?im)^[ \t]*v[ \t](.*)$")
+_FACE_LINE = re.compile(rb"(?im)^[ \t]*f[ \t](.*)$")
+
+
+# A line that begins with a comment or with any word of the format's own.
+_STATEMENT = re.compile(
+    rb"(?:\A|[\r\n])[ \t\v\f]*(?:#|(?:v[tnp]?|f|l|p|o|g|s|mg|usemtl|mtllib|usemap|maplib|cstype|deg"
+    rb"|bmat|step|curv2?|surf|parm|trim|hole|scrv|sp|end|con|bevel|c_interp|d_interp|lod|shadow_obj"
+    rb"|trace_obj|ctech|stech|call|csh)(?=\s|\\|\Z))",
+    re.IGNORECASE,
+)
+
+
+def check_start(start: bytes, size: int, where: str) -> None:
+    """Raises :class:`UnreadableMeshError` for what is no text, or other text."""
+    text = without_mark(start).rstrip(b"\0")  # behind the end of a text zeros are harmless
+    if not text or b"\0" in text:
+        raise _no_obj("this is no text: it holds bytes of value 0", where)
+    if _STATEMENT.search(text) is None and not text.isspace():
+        raise _no_obj("no vertex and no face statement was found", where)
 
 
 def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
@@ -44,17 +67,35 @@ def labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
     return Labelled(vertices, faces, labels, np.diff(ends, prepend=0).tolist())
 
 
+def consulted(data: bytes, path: Path) -> list[str]:
+    """The MTL files that :func:`labelled` may look at."""
+    said = [rest for _, _, rest in named_lines(without_mark(data), (b"mtllib",))]
+    return library_files(said, path)
+
+
 def _read(data: bytes, where: str) -> tuple[FloatArray, IndexArray, IndexArray]:
     """Vertices, the corner count of each face, and the vertex indices of all corners."""
     vertices = read_statements(data, b"v", 3, where)
     sizes, corners = _read_corners(data, where)
     if len(vertices) == 0 and len(sizes) == 0 and _has_words(data):
-        raise UnreadableMeshError(
-            "no vertex and no face statement was found",
-            where=where,
-            remedy="check that this is a Wavefront OBJ file",
-        )
+        raise _no_obj("no vertex and no face statement was found", where)
     return vertices, sizes, corners
+
+
+def claim(peek: Peek) -> Claim:
+    """Vertices and corners of faces are estimated."""
+    vertices, _ = estimated(peek, _VERTEX_LINE)
+    faces, corners = estimated(peek, _FACE_LINE)
+    triangles = max(corners - 2 * faces, 0)
+    # The file and the vertices; then places of hard words, or sizes, starts and corners of faces.
+    numbers = max(24 * vertices, (8 + 16) * faces + (8 + 3) * corners)
+    if corners != 3 * faces:  # each size is triangulated by itself
+        numbers += 16 * corners + 24 * triangles
+    return Claim(vertices, triangles, peek.size + 24 * vertices + numbers)
+
+
+def _no_obj(what: str, where: str) -> UnreadableMeshError:
+    return UnreadableMeshError(what, where=where, remedy="check that this is a Wavefront OBJ file")
 
 
 def _read_corners(data: bytes, where: str) -> tuple[IndexArray, IndexArray]:

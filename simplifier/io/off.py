@@ -10,12 +10,25 @@ import numpy as np
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
+from simplifier.io.claim import Claim, Peek
 from simplifier.io.polygons import IndexArray, triangulate_polygons
 from simplifier.io.text import NumberLines, read_numbers, without_mark
 
 # Geomview's grammar is [ST][C][N][4][n]OFF [BINARY]; the letters only add numbers behind x y z.
-_HEADER = re.compile(rb"(?:[ \t]*(?:#[^\r\n]*)?[\r\n])*[ \t]*(ST)?(C)?(N)?(4)?(n)?(?:OFF|off)\b")
+_BEFORE = re.compile(rb"(?:[ \t]*(?:#[^\r\n]*)?[\r\n])*[ \t]*")
+_HEADER = re.compile(_BEFORE.pattern + rb"(ST)?(C)?(N)?(4)?(n)?(?:OFF|off)\b")
 _BINARY = re.compile(rb"[ \t]+BINARY\b")
+
+_HEAD = 1 << 16  # bytes
+
+
+def check_start(start: bytes, size: int, where: str) -> None:
+    """Raises :class:`UnreadableMeshError` unless OFF stands first, or may come after comments."""
+    text = without_mark(start)
+    before = _BEFORE.match(text)
+    rest = text[before.end() :] if before else text
+    if size <= len(start) or (rest and not rest.startswith(b"#")):
+        _header_end(text, where)
 
 
 def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
@@ -40,6 +53,20 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
     vertices = _read_vertices(lines, vertex_count, where)
     sizes, corners = _read_faces(lines, 1 + vertex_count, face_count, where)
     return vertices, triangulate_polygons(vertices, sizes, corners, where=where)
+
+
+def claim(peek: Peek) -> Claim:
+    """The counts of the header; faces count as triangles."""
+    where = str(peek.path)
+    # Whole lines; comments before the counts are hardly ever longer.
+    head = without_mark(peek.read(0, _HEAD)).rpartition(b"\n")[0]
+    lines = read_numbers(head, where, begin=_header_end(head, where))
+    counts = [min(_count(value, where), peek.size) for value in lines.values[:2]]
+    vertices, faces = counts if len(counts) == 2 else (0, 0)
+    # The file; all words as numbers and where those are that Python has to read; then vertices,
+    # and of the faces twice where their corners are.
+    words = 3 * vertices + 4 * faces
+    return Claim(vertices, faces, peek.size + 16 * words + 24 * vertices + (48 + 24) * faces)
 
 
 def _header_end(data: bytes, where: str) -> int:

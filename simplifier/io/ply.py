@@ -9,14 +9,27 @@ import numpy as np
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
+from simplifier.io.claim import Claim, Peek
 from simplifier.io.ply_body import BinaryBody, Body, TextBody
-from simplifier.io.ply_header import Element, PlyHeader, Property, read_header
+from simplifier.io.ply_header import (
+    LONGEST_HEADER,
+    Element,
+    PlyHeader,
+    Property,
+    check_magic,
+    read_header,
+)
 from simplifier.io.ply_rows import Rows, locate_rows
 from simplifier.io.polygons import IndexArray, triangulate_polygons
 from simplifier.io.strips import split_strips
 from simplifier.io.text import read_numbers, without_mark
 
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
+
+
+def check_start(start: bytes, size: int, where: str) -> None:
+    """Raises :class:`UnreadableMeshError` unless it begins as a PLY file does."""
+    check_magic(without_mark(start), where)
 
 
 def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
@@ -38,7 +51,38 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
         strips = split_strips(*_read_lists(*elements["tristrips"], where))
         sizes = np.full(len(strips), 3, dtype=np.int64)
         faces.append(triangulate_polygons(vertices, sizes, strips.ravel(), where=where))
+    if len(faces) == 1:
+        return vertices, faces[0]
     return vertices, np.concatenate([np.empty((0, 3), dtype=np.int64), *faces])
+
+
+def claim(peek: Peek) -> Claim:
+    """Faces of more than three corners are counted by the bytes that the header leaves for them."""
+    header = read_header(without_mark(peek.read(0, LONGEST_HEADER + 64)), str(peek.path))
+    counts = {element.name: min(element.count, peek.size) for element in header.elements}
+    vertices, faces = counts.get("vertex", 0), counts.get("face", 0)
+    corners = _claimed_corners(header, faces, peek.size - header.end)
+    triangles = max(corners - 2 * faces, 0)
+    # The file; vertices; of each face its size, twice where it begins, and where its corners are.
+    decoding = peek.size + 24 * vertices + (8 + 16) * faces + (8 + 3) * corners
+    if corners != 3 * faces:  # the lists lie apart, and each size is triangulated by itself
+        decoding += 16 * corners + 24 * triangles
+    if not header.byte_order:  # all words as numbers, and where those are that Python has to read
+        decoding += 16 * (3 * vertices + corners + faces)
+    return Claim(vertices, triangles, decoding)
+
+
+def _claimed_corners(header: PlyHeader, faces: int, body: int) -> int:
+    """Of all faces: what the rows of fixed length leave; three a face in text."""
+    if not header.byte_order or not faces:
+        return 3 * faces
+    fixed, item = 0, 0
+    for element in header.elements:
+        for one in element.properties:
+            fixed += element.count * int((one.count_kind or one.kind)[1])
+            if one.count_kind:
+                item = item or int(one.kind[1])
+    return max(body - fixed, 0) // (item or 4)
 
 
 def _locate(data: bytes, header: PlyHeader, where: str) -> dict[str, tuple[Element, Rows]]:

@@ -15,7 +15,7 @@ SCALAR_TYPES = {
     **{"int64": "i8", "uint64": "u8"},
 }
 ENCODINGS = {b"ascii": "", b"binary_little_endian": "<", b"binary_big_endian": ">"}
-_LONGEST_HEADER = 1 << 20
+LONGEST_HEADER = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def read_header(data: bytes, where: str) -> PlyHeader:
             one = _property(line, words, where)
             if last.property(one.name):
                 raise UnreadableMeshError(
-                    f"'{last.name}' has the property '{one.name}' twice", where=where
+                    f"{quoted(last.name)} has the property {quoted(one.name)} twice", where=where
                 )
             elements[-1] = Element(last.name, last.count, (*last.properties, one))
         else:
@@ -75,12 +75,17 @@ def read_header(data: bytes, where: str) -> PlyHeader:
     return PlyHeader(encoding, tuple(elements), end)
 
 
-def _header_lines(data: bytes, where: str) -> tuple[list[bytes], int]:
-    """The lines before ``end_header`` and the place behind it."""
+def check_magic(data: bytes, where: str) -> None:
+    """Raises :class:`UnreadableMeshError` unless the first word is ``ply``."""
     if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r", b" ", b"\t"):
         raise UnreadableMeshError(f"not a PLY file: it begins with {shown(data[:8])}", where=where)
+
+
+def _header_lines(data: bytes, where: str) -> tuple[list[bytes], int]:
+    """The lines before ``end_header`` and the place behind it."""
+    check_magic(data, where)
     newline = _newline(data)
-    mark = data.find(newline + b"end_header", 0, _LONGEST_HEADER)
+    mark = data.find(newline + b"end_header", 0, LONGEST_HEADER)
     end = data.find(newline, mark + len(newline)) if mark >= 0 else -1
     if end < 0:
         raise UnreadableMeshError(
@@ -116,6 +121,11 @@ def _property(line: bytes, words: list[bytes], where: str) -> Property:
 
 def _name(word: bytes) -> str:
     return word.decode("latin-1")
+
+
+def quoted(name: str) -> str:
+    """The name of an element or property as it can be put into a message."""
+    return shown(name.encode("latin-1"))
 
 
 def _not_understood(line: bytes, where: str) -> UnreadableMeshError:

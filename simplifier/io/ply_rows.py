@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray
+from simplifier.io.float32 import to_float64
 from simplifier.io.ply_body import Body, Positions
-from simplifier.io.ply_header import Element, Property
+from simplifier.io.ply_header import Element, Property, quoted
 from simplifier.kernels.lists import NEGATIVE, TRUNCATED, walk_rows
 
 IndexArray = NDArray[np.int64]
@@ -33,7 +34,7 @@ class Rows:
     def scalars(self, one: Property) -> FloatArray:
         """(n,) float64."""
         values = self.body.gather(one.kind, self.positions[one.name], 1)
-        return values[:, 0].astype(np.float64)
+        return to_float64(values[:, 0])
 
     def lists(self, one: Property) -> tuple[IndexArray, IndexArray]:
         """Length of each list, and the items of all lists in a row, both int64."""
@@ -118,7 +119,7 @@ def _walk_rows(body: Body, element: Element, start: int, where: str) -> Rows:
         raise _truncated(element, where)
     if end == NEGATIVE:
         raise UnreadableMeshError(
-            f"{element.name} {row} has a list without a proper length", where=where
+            f"{quoted(element.name)} {row} has a list without a proper length", where=where
         )
     names = [one.name for one in element.properties]
     return Rows(body, {name: places[:, k] for k, name in enumerate(names)}, end, where)
@@ -126,7 +127,7 @@ def _walk_rows(body: Body, element: Element, start: int, where: str) -> Rows:
 
 def _truncated(element: Element, where: str) -> UnreadableMeshError:
     return UnreadableMeshError(
-        f"the file is truncated: its header promises {element.count} of '{element.name}'",
+        f"the file is truncated: its header promises {element.count} of {quoted(element.name)}",
         where=where,
         remedy="copy or export it again",
     )

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from simplifier.checks import as_path, check_kind
 from simplifier.errors import OutputError
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
 from simplifier.io.formats import CODECS, Codec, writable_suffixes
 from simplifier.io.whole import check_folder, write_whole
 
@@ -17,9 +18,12 @@ def save_occluder(occluder: Occluder, path: str | Path) -> None:
 
     The file appears whole or not at all, and an old one stays until then; a link is followed.
     ``.ply``, ``.obj``, ``.off`` and ``.tres`` keep float64, ``.glb`` keeps float32 relative to the
-    occluder's centre, ``.stl`` float32 in absolute coordinates.  Raises :class:`OutputError`.
+    occluder's centre, ``.stl`` float32 in absolute coordinates.  Raises :class:`OutputError`, also
+    where float32 would move a corner by more than a thousandth of the occluder's longest extent.
     """
-    write_whole(Path(path), encoded(occluder, Path(path)))
+    path = as_path("path", path)
+    check_kind("occluder", occluder, Occluder, AN_OCCLUDER)
+    write_whole(path, encoded(occluder, path))
 
 
 def encoded(occluder: Occluder, path: Path) -> bytes:
@@ -34,7 +38,7 @@ def encoded(occluder: Occluder, path: Path) -> bytes:
 
 def check_writable(path: str | Path) -> None:
     """Raise :class:`OutputError` now for what would keep an occluder from being written later."""
-    path = Path(path)
+    path = as_path("path", path)
     _codec_for_writing(path)
     check_folder(path)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from simplifier.checks import as_path
 from simplifier.errors import OutputError
 from simplifier.geometry.lod_chain import LodChain
 from simplifier.io.glb_writer import encode_lods
@@ -20,7 +21,7 @@ def save_lods(chain: LodChain, path: str | Path) -> tuple[Path, ...]:
     removed.  Returns the files of the levels, finest first.  All are written or none is; raises
     :class:`OutputError` as :func:`~simplifier.io.save.save_occluder`.
     """
-    path = Path(path)
+    path = as_path("path", path)
     check_writable(path)
     paths = level_paths(path, len(chain.levels))
     files = {

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.checks import as_path
 from simplifier.errors import OutputError
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.scene import Scene
@@ -41,7 +42,7 @@ def write_scene(scene: Scene, path: str | Path) -> None:
     An object's node has its name.  A transform with shear, which one node cannot hold, becomes that
     of an unnamed node around it.  Raises :class:`OutputError`, also for another suffix.
     """
-    path = Path(path)
+    path = as_path("path", path)
     if path.suffix.lower() != ".glb":
         raise OutputError(
             f"scenes cannot be written as '{path.suffix}'", where=str(path), remedy="use .glb"
@@ -85,8 +86,10 @@ def _encode(scene: Scene) -> bytes:
 
 def _stored(mesh: TriangleMesh) -> tuple[Float32Array, FloatArray]:
     """The vertices as they are where float32 holds them, else around a centre; and that centre."""
-    if (mesh.vertices == to_float32(mesh.vertices)).all():
-        return to_float32(mesh.vertices), np.zeros(3)
+    with np.errstate(over="ignore", under="ignore"):
+        rounded = mesh.vertices.astype(np.float32)
+    if (mesh.vertices == rounded).all():
+        return rounded, np.zeros(3)
     centre = mesh.bounds.mean(axis=0)
     return to_float32(mesh.vertices - centre), centre
 
@@ -148,7 +151,8 @@ def _nodes(scene: Scene, transforms: FloatArray) -> tuple[list[dict[str, Any]], 
 
 def _sheared(linear: FloatArray) -> NDArray[np.bool_]:
     """(n,) whether the axes do not stay at right angles, which a glTF node asks for."""
-    axes = linear / np.linalg.norm(linear, axis=1, keepdims=True)
+    axes = linear / np.abs(linear).max(axis=(1, 2), keepdims=True)  # squares must not vanish
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
     cosines = axes.transpose(0, 2, 1) @ axes - np.eye(3)
     return np.asarray((np.abs(cosines) > _SQUARE).any(axis=(1, 2)))
 

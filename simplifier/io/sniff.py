@@ -20,7 +20,9 @@ _SIGNATURES: tuple[tuple[re.Pattern[bytes], str, tuple[str, ...]], ...] = tuple(
         (rb"BLENDER", "a Blender file", ()),
         (rb"#usda|PXR-USDC", "a USD file", ()),
         (rb"\x89PNG|\xff\xd8\xff", "a picture", ()),
-        (rb"\xff\xfe|\xfe\xff", "UTF-16 text (save it as UTF-8)", ()),
+        (rb"\xff\xfe|\xfe\xff", "UTF-16 or UTF-32 text (save it as UTF-8)", ()),
+        # Without a mark: every other byte of plain letters is 0.  A binary STL may begin so.
+        (rb"([\t\n\r -~]\0){8}|(\0[\t\n\r -~]){8}", "UTF-16 text (save it as UTF-8)", (".stl",)),
         (rb"version https://git-lfs", "a Git LFS pointer (run 'git lfs pull')", ()),
         (rb"(?i)\s*<(!doctype )?html\b", "a web page", ()),
         (rb"(\xef\xbb\xbf)?\s*<\?xml", "an XML file (COLLADA, X3D, …)", ()),

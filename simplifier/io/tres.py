@@ -14,12 +14,20 @@ import numpy as np
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
+from simplifier.io.claim import Claim, Peek
 from simplifier.io.polygons import IndexArray, triangulate_polygons
 from simplifier.io.text import read_numbers, without_mark
 
 _HEADER = re.compile(rb"\s*\[gd_resource\b([^\]]*)\]")
 _TYPE = re.compile(rb'\btype\s*=\s*"([^"]*)"')
 _ARRAY = r"(?:\A|\n)[ \t]*%s[ \t]*=[ \t]*%s\(([^()]*)(\)?)"
+
+
+def check_start(start: bytes, size: int, where: str) -> None:
+    """Raises :class:`UnreadableMeshError` unless it begins with a header, or with white space."""
+    text = without_mark(start).lstrip()
+    if text and not text.startswith(b"[gd_resource"):
+        raise _no_occluder("no [gd_resource type=…] header", where)
 
 
 def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
@@ -33,16 +41,27 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
     kind = _TYPE.search(header[1]) if header else None
     if kind is None or kind[1] != b"ArrayOccluder3D":
         found = kind[1].decode("latin-1")[:40] if kind else "no [gd_resource type=…] header"
-        raise UnreadableMeshError(
-            f"not a Godot ArrayOccluder3D (found: {found})",
-            where=where,
-            remedy="export the mesh itself as .glb",
-        )
+        raise _no_occluder(found, where)
     vertices = _array(text, "vertices", "PackedVector3Array", where).reshape(-1, 3)
     indices = _array(text, "indices", "PackedInt32Array", where)
     corners = indices.astype(np.int64)
     sizes = np.full(len(corners) // 3, 3, dtype=np.int64)
     return vertices, triangulate_polygons(vertices, sizes, corners, where=where)
+
+
+def claim(peek: Peek) -> Claim:
+    """Estimated: two bytes of text a number at least, half of the numbers of either array."""
+    numbers = peek.size // 8
+    # The text, twice where line ends were changed, and numbers as such and as places.
+    return Claim(numbers // 6, numbers // 6, 3 * peek.size + 32 * numbers)
+
+
+def _no_occluder(found: str, where: str) -> UnreadableMeshError:
+    return UnreadableMeshError(
+        f"not a Godot ArrayOccluder3D (found: {found})",
+        where=where,
+        remedy="export the mesh itself as .glb",
+    )
 
 
 def _array(text: bytes, name: str, kind: str, where: str) -> FloatArray:

@@ -16,7 +16,7 @@ from simplifier.io.names import listed, unique_names
 from simplifier.io.objects import Objects, RawMesh
 
 _FLAT = 1e-12  # of the largest stretch: what is inverted below this keeps three digits at most
-_FURTHEST = 1e150  # as for the vertices of a mesh
+_FURTHEST = 1e100  # as for the vertices of a mesh
 _NO_TRIANGLE = (
     "no triangle with a finite, non-zero area; export with faces, or take it off the scene"
 )
@@ -155,6 +155,5 @@ def _dropped(
     first = names[int(np.nonzero(lossy[mesh_of])[0][0])]
     return [
         f"{total.total} unusable {'triangle' if total.total == 1 else 'triangles'} left out"
-        f" ({total.non_finite} not finite, {total.repeated_index} with a repeated corner,"
-        f" {total.zero_area} without area), the first in object '{first}'; check the export"
+        f" ({total}), the first in object '{first}'; check the export"
     ]

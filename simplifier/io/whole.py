@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -93,7 +94,13 @@ def _told(path: Path) -> Iterator[None]:
         ) from None
 
 
-def remove_drafts(folder: Path) -> None:
-    """Delete what killed processes were writing into a folder that no other process writes to."""
+def remove_drafts(folder: Path, *, idle: float = 0.0) -> None:
+    """Delete what killed processes were writing into a folder.
+
+    ``idle``  seconds for which a draft has to be as it is: more than 0 where other processes may
+              be writing there.
+    """
     for draft in folder.glob(_DRAFT):
-        draft.unlink(missing_ok=True)
+        with suppress(OSError):  # its writer was quicker
+            if max(0.0, time.time() - draft.stat().st_mtime) >= idle:
+                draft.unlink()

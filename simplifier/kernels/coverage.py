@@ -10,6 +10,9 @@ rounding (some 1e-12 pixels) may fall on either side of it, but on one side only
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +23,8 @@ MaskArray = NDArray[np.uint64]
 
 LARGEST_IMAGE = 65535
 """Rows or columns: a vertex's row and column are packed into 16 bits each."""
+
+_PLAIN: Sequence[Literal["C", "W", "A"]] = ("C", "W", "A")
 
 LARGEST_VALUE = 1e100
 """Of coordinates and projections: crossings then never overflow, so no span leaves its row."""
@@ -45,10 +50,10 @@ def covered(
     ValueError for wrong shapes, indices out of range, values that are not finite or too large,
     and images of no pixel or of more than 65535 rows or columns.
     """
-    points = np.array(np.asarray(vertices).T, dtype=np.float64, order="C")
-    # Copies: a read-only array would be another type, and compile the kernel once more.
-    indices = np.array(faces, dtype=np.int32, order="C")
-    views = np.array(projections, dtype=np.float64, order="C")
+    # Writable: a read-only array would be another type, and compile the kernel once more.
+    points = np.require(np.asarray(vertices).T, np.float64, _PLAIN)
+    indices = np.require(faces, np.int32, _PLAIN)
+    views = np.require(projections, np.float64, _PLAIN)
     _check(points, indices, views, rows, columns)
     masks = np.zeros((len(views), rows, -(-columns // 64)), dtype=np.uint64)
     if len(indices) > 0:

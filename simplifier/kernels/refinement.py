@@ -9,7 +9,7 @@ import numpy as np
 
 from simplifier.kernels.compile import kernel
 from simplifier.kernels.soup_views import (
-    BLOCK,
+    block_length,
     draw_triangle,
     score_view,
     unite_block,
@@ -50,8 +50,31 @@ def _is_poor(others, originals, price, scores, count, union, scratch):
 
 
 @kernel
-def _place_elsewhere(triangles, places, reach, state, trial):
-    """A new triangle: beside an edge of another, or about one of ``places`` (n, 3)."""
+def _find_voxel(allowed, before, number):
+    """Corner of the allowed voxel of that number, in the order of the array.
+
+    ``before`` (nx ny + 1,) int64: allowed voxels in the columns before each one, and in all.
+    """
+    low, high = 0, len(before) - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if before[middle] <= number:
+            low = middle
+        else:
+            high = middle
+    x, y = low // allowed.shape[1], low % allowed.shape[1]
+    left = number - before[low]
+    z = 0
+    while left > 0 or not allowed[x, y, z]:
+        if allowed[x, y, z]:
+            left -= 1
+        z += 1
+    return x, y, z
+
+
+@kernel
+def _place_elsewhere(triangles, allowed, before, reach, state, trial):
+    """A new triangle: beside an edge of another, or about one of the allowed voxels."""
     reach *= 2.0 * _random(state)
     if _random(state) < 0.5:
         other = np.int64(_random(state) * len(triangles))
@@ -63,10 +86,11 @@ def _place_elsewhere(triangles, places, reach, state, trial):
             middle = 0.5 * (trial[(moved + 1) % 3, axis] + trial[(moved + 2) % 3, axis])
             trial[moved, axis] = middle + (_random(state) - 0.5) * reach
     else:
-        place = np.int64(_random(state) * len(places))
+        number = np.int64(_random(state) * before[-1])
+        voxel = _find_voxel(allowed, before, number)
         for k in range(3):
             for axis in range(3):
-                trial[k, axis] = places[place, axis] + (_random(state) - 0.5) * reach
+                trial[k, axis] = (voxel[axis] + 0.5) + (_random(state) - 0.5) * reach
 
 
 @kernel
@@ -104,7 +128,7 @@ def _try_views(
 
 @kernel
 def anneal(
-    triangles, projections, originals, price, allowed, places, images, blocks, scores, best,
+    triangles, projections, originals, price, allowed, before, images, blocks, scores, best,
     best_score, state, moves, shares, steps, heats, work,
 ):  # fmt: skip
     """Try ``moves`` moves, a multiple of :data:`TRIES`; ``shares`` of the search begin and end.
@@ -147,7 +171,7 @@ def anneal(
                 trial[k, axis] = triangles[index, k, axis]
         anew = poor and not again and _random(state) < _ELSEWHERE
         if anew:
-            _place_elsewhere(triangles, places, reach, state, trial)
+            _place_elsewhere(triangles, allowed, before, reach, state, trial)
         else:
             if not again:
                 moved = np.int64(_random(state) * 3)
@@ -188,7 +212,7 @@ def anneal(
             scores[view] = trial_scores[view]
             for row in range(64):
                 images[index, view, row] = drawn[view, row]
-        unite_block(images, index // BLOCK, blocks)
+        unite_block(images, index // block_length(len(images)), blocks)
         for k in range(3):
             for axis in range(3):
                 triangles[index, k, axis] = trial[k, axis]

@@ -3,7 +3,8 @@
 A soup is ``triangles`` (m, 3, 3) float64, corners in grid space.  Views are 64 x 64 bit images:
 ``projections`` (V, 2, 4) float64 and the original's silhouettes ``originals`` (V, 64) uint64.
 ``images`` (m, V, 64) uint64 holds each triangle's picture, ``blocks`` (b, V, 64) the unions of
-:data:`BLOCK` of them; further blocks are pictures of what stands beside the soup and never moves.
+equal runs of them, the last one shorter: as many as :func:`block_count` says.  Further blocks are
+pictures of what stands beside the soup and never moves.
 
 A view scores, in sixteenths of twice a measure, a whole number:
 
@@ -15,14 +16,15 @@ quads that it makes full do; a pixel past the outline costs little.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from simplifier.kernels.bit_image import draw_edge, measure_both_twice, measure_twice
 from simplifier.kernels.compile import kernel
 from simplifier.kernels.voxels import contained
 
-BLOCK = 8
-"""Triangles whose union is kept, so that "all but this one" costs few images."""
+_BLOCK = 8  # triangles of a block at least
 
 INSET = 0.2
 """Pixels by which triangles are drawn smaller, so that neighbours have to overlap: a crack that is
@@ -31,6 +33,18 @@ ones."""
 
 UNIT = 16
 """Of a score: the price of what is hidden wrongly is a whole number of sixteenths."""
+
+
+@kernel
+def block_count(triangles):
+    """How many unions to keep, so that "all but this one" costs about 2 sqrt(m) images, not m."""
+    return -(-triangles // max(_BLOCK, int(math.sqrt(triangles))))
+
+
+@kernel
+def block_length(triangles):
+    """Triangles of a block of a soup's own, which the last one may fall short of."""
+    return max(-(-triangles // max(block_count(triangles), 1)), 1)
 
 
 @kernel
@@ -94,7 +108,8 @@ def unite_block(images, block, blocks):
     for view in range(blocks.shape[1]):
         for row in range(64):
             blocks[block, view, row] = 0
-    for index in range(block * BLOCK, min((block + 1) * BLOCK, len(images))):
+    length = block_length(len(images))
+    for index in range(block * length, min((block + 1) * length, len(images))):
         for view in range(blocks.shape[1]):
             for row in range(64):
                 blocks[block, view, row] |= images[index, view, row]
@@ -106,13 +121,14 @@ def unite_others(index, images, blocks, others):
     for view in range(others.shape[0]):
         for row in range(64):
             others[view, row] = 0
+    length = block_length(len(images))
     for block in range(len(blocks)):
-        if block != index // BLOCK:
+        if block != index // length:
             for view in range(others.shape[0]):
                 for row in range(64):
                     others[view, row] |= blocks[block, view, row]
             continue
-        for other in range(block * BLOCK, min((block + 1) * BLOCK, len(images))):
+        for other in range(block * length, min((block + 1) * length, len(images))):
             if other != index:
                 for view in range(others.shape[0]):
                     for row in range(64):
@@ -133,7 +149,7 @@ def draw_soup(triangles, projections, images, blocks):
             draw_triangle(p, q, r, projections[view], image)
             for row in range(64):
                 images[index, view, row] = image[row + 1]
-    for block in range(-(-len(images) // BLOCK)):
+    for block in range(block_count(len(images))):
         unite_block(images, block, blocks)
 
 
@@ -179,7 +195,7 @@ def remove_useless(images, blocks, originals, price, scores, kept):
                 scores[view] = trial[view]
                 for row in range(64):
                     images[index, view, row] = 0
-            unite_block(images, index // BLOCK, blocks)
+            unite_block(images, index // block_length(len(images)), blocks)
 
 
 @kernel

@@ -17,7 +17,7 @@ from simplifier.lods.keeping import Kept, judged, taken
 from simplifier.lods.plan import LodPlan
 from simplifier.options import Options
 from simplifier.pipeline import simplify_mesh
-from simplifier.progress import Cancel, Listener, Progress, Stopwatch
+from simplifier.progress import Cancel, Listener, Progress, Stopwatch, check_run
 
 _JUDGING = 0.1  # of what a time limit leaves: for judging levels, until it is known what that takes
 _LEAST_SECONDS = 1e-3
@@ -58,6 +58,7 @@ def simplify_levels(
     ends the run with the levels so far, and as :func:`~simplifier.pipeline.simplify_mesh` does
     while the finest is made.  A time limit is shared out by resolution.
     """
+    check_run(listener, cancel)
     making = _Making(mesh, plan, listener, cancel, overrides)
     for index in range(len(plan.levels)):
         reason = making.why_not()

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from simplifier.checks import check_length, check_whole, check_within
+from simplifier.checks import check_length, check_whole, check_within, settle_numbers, shown
 from simplifier.errors import OptionError
 
 MOST_LEVELS = 16
@@ -21,7 +21,7 @@ class LodOptions:
     """How many, 1 to 16, from fine to coarse: each further one has half the resolution and half the
     budget.  None with ``error_bounds``."""
 
-    error_bounds: tuple[float, ...] | None = None
+    error_bounds: Sequence[float] | None = None
     """In place of a number: the error bound of each, world units, 1 to 16 different lengths in any
     order, kept in rising order; budgets fall in proportion to the resolutions."""
 
@@ -36,6 +36,7 @@ class LodOptions:
     """Vertical field of view, degrees, 1 to 179."""
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         if (self.lods is None) == (self.error_bounds is None):
             raise OptionError(
                 "give either a number of levels or their error bounds",
@@ -72,7 +73,7 @@ def chosen_lods(
         return None
     return LodOptions(
         lods,
-        None if error_bounds is None else tuple(error_bounds),
+        error_bounds,
         1.0 if pixel_error is None else pixel_error,
         1080 if screen_height is None else screen_height,
         60.0 if fov is None else fov,
@@ -111,18 +112,24 @@ def check_outside(wholly_inside: bool) -> None:
 
 def _rising(bounds: Sequence[float]) -> tuple[float, ...]:
     """The lengths in rising order, if they are lengths, different, and not too many."""
-    if not 1 <= len(bounds) <= MOST_LEVELS:
+    try:
+        given = tuple(bounds)
+    except TypeError:
         raise OptionError(
-            f"{len(bounds)} lengths are given",
+            f"{shown(bounds)} is no list of lengths", where="error bounds", remedy="give a list"
+        ) from None
+    if not 1 <= len(given) <= MOST_LEVELS:
+        raise OptionError(
+            f"{len(given)} lengths are given",
             where="error bounds",
             remedy=f"give 1 to {MOST_LEVELS}",
         )
-    for bound in bounds:
+    for bound in given:
         check_length("error bounds", bound)
         if bound == 0.0:
             remedy = "give positive lengths in the units of the mesh"
             raise OptionError("no grid has a bound of 0", where="error bounds", remedy=remedy)
-    rising = tuple(sorted(bounds))
+    rising = tuple(sorted(map(float, given)))
     for finer, coarser in pairwise(rising):
         if finer == coarser:
             raise OptionError(

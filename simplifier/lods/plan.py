@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from simplifier.geometry.camera import Lens
@@ -75,7 +76,7 @@ def _by_halves(finest: Options, least: int, count: int) -> tuple[_Grids, list[Le
 
 
 def _by_bounds(
-    longest_edge: float, finest: Options, least: int, bounds: tuple[float, ...]
+    longest_edge: float, finest: Options, least: int, bounds: Sequence[float]
 ) -> tuple[_Grids, list[LeftOut]]:
     grids: _Grids = []
     left_out = []

@@ -6,17 +6,21 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from simplifier.checks import check_kind
 from simplifier.evaluation.accuracy import AccuracyReport, evaluate_accuracy
 from simplifier.evaluation.page import write_pictures
 from simplifier.evaluation.report import Report, build_report
-from simplifier.geometry.mesh import TriangleMesh
-from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
+from simplifier.geometry.mesh import A_MESH, TriangleMesh
+from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
+from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
-from simplifier.options import Options, make_options
-from simplifier.production.measures import accuracy_options
+from simplifier.memory.stages import MeshSize
+from simplifier.needs import check_options, need_of_judging, need_of_solid
+from simplifier.options import Options
+from simplifier.production.measures import accuracy_options, judging_of
 from simplifier.production.options import EvaluateOptions
 from simplifier.production.remarks import remarks
+from simplifier.production.resolve import resolved
 from simplifier.progress import Cancel, Listener, Stopwatch
 from simplifier.solidify import solidify
 
@@ -94,12 +98,23 @@ def judge(
     Raises :class:`~simplifier.errors.OccluderError`.
     """
     chosen = EvaluateOptions() if options is None else options
-    resolved = make_options(
-        float(mesh.extent.max()), resolution=chosen.resolution, up=chosen.up, ground=chosen.ground,
-        viewers=chosen.viewers, smallest_hole=chosen.smallest_hole,
-    )  # fmt: skip
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    check_kind("occluder", occluder, Occluder, AN_OCCLUDER)
+    check_kind("options", chosen, EvaluateOptions, "simplifier.EvaluateOptions")
+    check_kind("overrides", overrides, Overrides, OVERRIDES)
+    made_by = resolved(chosen, float(mesh.extent.max()))
+    held = MeshSize(len(occluder.vertices), len(occluder.faces)).held
+    check_options(
+        lambda each: (
+            need_of_solid(mesh, each)
+            .joined(need_of_judging(mesh, each, judging_of(chosen)))
+            .beside(held)
+        ),
+        made_by,
+        chosen.memory_limit,
+    )
     watch = Stopwatch(listener, cancel)
-    solid = solidify(mesh, resolved.solid, watch)
+    solid = solidify(mesh, made_by.solid, watch)
     with watch.stage("accuracy"):
         accuracy = evaluate_accuracy(mesh, occluder, accuracy_options(chosen))
-    return Judgement(mesh, occluder, chosen, resolved, solid, accuracy, watch.timings, overrides)
+    return Judgement(mesh, occluder, chosen, made_by, solid, accuracy, watch.timings, overrides)

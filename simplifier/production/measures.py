@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from simplifier.evaluation.accuracy import AccuracyOptions
+from simplifier.memory.runs import Judging
 from simplifier.production.options import EvaluateOptions, SimplifyOptions
+
+
+def judging_of(chosen: SimplifyOptions | EvaluateOptions) -> Judging:
+    """What of it memory depends on; all levels of detail that are asked for may be kept."""
+    count = 1
+    if isinstance(chosen, SimplifyOptions):
+        count = len(chosen.error_bounds) if chosen.error_bounds is not None else chosen.lods or 1
+    return Judging(chosen.views, chosen.image, count)
 
 
 def accuracy_options(chosen: SimplifyOptions | EvaluateOptions) -> AccuracyOptions:

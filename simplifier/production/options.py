@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
+from simplifier.checks import check_kind, settle_numbers
 from simplifier.errors import OptionError
 from simplifier.lods.options import LodOptions, check_outside, chosen_lods, finest_bound
 from simplifier.option_fields import (
@@ -59,8 +60,10 @@ class SimplifyOptions:
     image: int = 256
     quads: int = 32_000
     exact: bool = False
+    memory_limit: float | None = None
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         _check_fields(self, SIMPLIFY_FIELDS)
         levels = self.levels
         if levels is not None:
@@ -103,8 +106,10 @@ class EvaluateOptions:
     image: int = 256
     quads: int = 32_000
     exact: bool = False
+    memory_limit: float | None = None
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         _check_fields(self, EVALUATE_FIELDS)
 
     @classmethod
@@ -135,8 +140,10 @@ class TradeoffOptions:
     ground: bool = False
     transparent: Transparent = "leave-out"
     seed: int = 0
+    memory_limit: float | None = None
 
     def __post_init__(self) -> None:
+        settle_numbers(self)
         _check_fields(self, TRADEOFF_FIELDS)
 
     @classmethod
@@ -155,6 +162,7 @@ def _check_fields(options: object, fields: Sequence[OptionField]) -> None:
 
 def _known(chosen: Mapping[str, Any], fields: Sequence[OptionField]) -> dict[str, Any]:
     """The values by name, lists as tuples."""
+    check_kind("options", chosen, Mapping, "an object of names and values")
     names = [one.name for one in fields]
     for name in chosen:
         if name not in names:

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from simplifier.checks import check_kind
 from simplifier.evaluation.accuracy import AccuracyReport, evaluate_accuracies
 from simplifier.evaluation.deviation import deviation
 from simplifier.evaluation.level_report import left_out_rows, level_rows
@@ -14,19 +15,26 @@ from simplifier.evaluation.page import write_pictures
 from simplifier.evaluation.report import Report, build_report
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.lod_chain import Level, LodChain
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
-from simplifier.io import save_lods, save_occluder
+from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
+from simplifier.io import save_occluder
+from simplifier.io.save_lods import save_lods
 from simplifier.lods.levels import Levels, simplify_levels
-from simplifier.lods.options import finest_bound
 from simplifier.lods.plan import plan_levels
-from simplifier.options import Options, make_options
+from simplifier.needs import check_making
+from simplifier.options import Options
 from simplifier.pipeline import Simplification, simplify_mesh
-from simplifier.production.measures import accuracy_options
+from simplifier.production.measures import accuracy_options, judging_of
 from simplifier.production.options import SimplifyOptions
 from simplifier.production.remarks import named, remarks
+from simplifier.production.resolve import resolved
 from simplifier.progress import Cancel, Listener, Stopwatch
+
+_UNSEEN = (
+    "the mesh is so thin that no view shows a pixel of it, so precision and recall say nothing; "
+    "raise the image"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +125,8 @@ class Product:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the user should know, a sentence each."""
-        return (*self.made.result.warnings, *self.remarks)
+        unseen = (_UNSEEN,) if self.accuracies[0].shows_nothing else ()
+        return (*self.made.result.warnings, *unseen, *self.remarks)
 
     @property
     def interrupted(self) -> bool:
@@ -203,27 +212,24 @@ def make(
     cancel: Cancel | None = None,
     overrides: Overrides = NO_OVERRIDES,
 ) -> Made:
-    """The first half of :func:`produce`, for those who save before they judge."""
-    longest = float(mesh.extent.max())
-    levels = options.levels
-    bound = options.error_bound
-    if levels is not None:
-        bound = finest_bound(levels, options.resolution, bound)
-    resolved = make_options(
-        longest, budget=options.budget, resolution=options.resolution, error_bound=bound,
-        up=options.up, ground=options.ground, viewers=options.viewers,
-        smallest_hole=options.smallest_hole, conservative=options.conservative,
-        shrink=options.shrink, trim=options.trim, slicer=options.slicer, alpha=options.alpha,
-        preset=options.preset, min_precision=options.min_precision, moves=options.moves,
-        time_limit=options.time_limit, seed=options.seed,
-    )  # fmt: skip
+    """The first half of :func:`produce`, for those who save before they judge.
+
+    Raises :class:`~simplifier.errors.MemoryLimitError` where either half would need more memory
+    than ``options.memory_limit``.
+    """
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    check_kind("options", options, SimplifyOptions, "simplifier.SimplifyOptions")
+    check_kind("overrides", overrides, Overrides, OVERRIDES)
+    longest, levels = float(mesh.extent.max()), options.levels
+    chosen = resolved(options, longest)
+    check_making(mesh, chosen, options.memory_limit, judging_of(options))
     result: Simplification | Levels
     if levels is None:
-        result = simplify_mesh(mesh, resolved, listener, cancel, overrides)
+        result = simplify_mesh(mesh, chosen, listener, cancel, overrides)
     else:
-        plan = plan_levels(longest, resolved, levels, len(overrides.triangles))
+        plan = plan_levels(longest, chosen, levels, len(overrides.triangles))
         result = simplify_levels(mesh, plan, listener, cancel, overrides)
-    return Made(mesh, options, resolved, result, overrides)
+    return Made(mesh, options, chosen, result, overrides)
 
 
 def _resolved(made: Made) -> dict[str, Any]:

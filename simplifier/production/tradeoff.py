@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict
 
+from simplifier.checks import check_callable, check_cancel, check_kind
 from simplifier.errors import CancelledError
 from simplifier.evaluation.tradeoff import SweepOptions, mesh_trials
 from simplifier.evaluation.tradeoff_study import Study, study_of
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.production.options import TradeoffOptions
 from simplifier.progress import Cancel
 
@@ -29,6 +30,10 @@ def sweep_tradeoff(
     What ``tell`` raises ends the sweep.  ``cancel``, once set, ends it soon.  Raises
     :class:`~simplifier.errors.CancelledError` then, however much was measured.
     """
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    check_kind("options", options, TradeoffOptions, "simplifier.TradeoffOptions")
+    check_callable("tell", tell)
+    check_cancel(cancel)
     chosen = asdict(options)
     precision = chosen.pop("precision")
     sweep = SweepOptions(**chosen)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from simplifier.checks import check_whole
+from simplifier.checks import as_path, check_kind, check_whole
 from simplifier.decimation.thinned import thinned
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.views import BoundingSphere
 from simplifier.io.glb_surface import encode_surface
 from simplifier.io.whole import write_whole
@@ -21,6 +21,7 @@ def save_for_viewing(
     it was, which accuracy is measured in.  Raises :class:`~simplifier.errors.OutputError` and
     :class:`~simplifier.errors.OptionError`.
     """
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
     check_whole("most_triangles", most_triangles, 1000, 100_000_000)
     shown = thinned(mesh, most_triangles)
-    write_whole(Path(path), encode_surface(shown, BoundingSphere.of(mesh)))
+    write_whole(as_path("path", path), encode_surface(shown, BoundingSphere.of(mesh)))

@@ -12,7 +12,7 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.overrides import NOTHING
 from simplifier.kernels.refinement import anneal
 from simplifier.kernels.soup_views import (
-    BLOCK,
+    block_count,
     draw_soup,
     remove_useless,
     score_unions,
@@ -41,23 +41,28 @@ class RefineViews:
     drawn: FloatArray = field(default_factory=lambda: NOTHING)
 
     def standing(self) -> Images:
-        """(b, V, 64) pictures of the drawn triangles, as blocks of a soup's."""
+        """(b, V, 64) the picture of the drawn triangles, as a block of a soup; none without any."""
         images = np.zeros((len(self.drawn), len(self.projections), 64), dtype=np.uint64)
-        blocks = np.zeros((-(-len(images) // BLOCK), *images.shape[1:]), dtype=np.uint64)
+        blocks = np.zeros((block_count(len(images)), *images.shape[1:]), dtype=np.uint64)
         draw_soup(np.array(self.drawn), self.projections, images, blocks)
-        return blocks
+        return np.bitwise_or.reduce(blocks, axis=0, keepdims=True)[: len(blocks)]
 
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """Where triangles may be: ``allowed`` (nx, ny, nz) bool voxels, and their centres (n, 3)."""
+    """Where triangles may be: ``allowed`` (nx, ny, nz) bool voxels.
+
+    ``before`` (nx ny + 1,) int64: allowed voxels in the columns along z before each one, and in
+    all.  A table of the voxels themselves would take more memory than all else in a fine grid.
+    """
 
     allowed: BoolArray
-    places: FloatArray
+    before: NDArray[np.int64]
 
     @classmethod
     def of(cls, allowed: BoolArray) -> Room:
-        return cls(allowed, np.argwhere(allowed).astype(np.float64) + 0.5)
+        counts = np.count_nonzero(allowed, axis=2).ravel()
+        return cls(allowed, np.concatenate([[0], np.cumsum(counts)]).astype(np.int64))
 
 
 class Annealing:
@@ -77,7 +82,7 @@ class Annealing:
         self._state = np.array([(2 * seed + 1) * 0x9E3779B97F4A7C15 % 2**64], dtype=np.uint64)
         self._triangles = np.array(triangles)
         self._images = np.zeros((len(triangles), count, 64), dtype=np.uint64)
-        own = np.zeros((-(-len(triangles) // BLOCK), count, 64), dtype=np.uint64)
+        own = np.zeros((block_count(len(triangles)), count, 64), dtype=np.uint64)
         self._blocks = np.concatenate([own, views.standing()])
         self._scores = np.zeros(count, dtype=np.int64)
         self._whole = float(max(self._score(views.originals, self._scores), 1))
@@ -105,7 +110,7 @@ class Annealing:
         heats = (_HEATS[0] * heat, _HEATS[1] * heat)
         anneal(
             self._triangles, self._views.projections, self._views.originals, self._price,
-            self._room.allowed, self._room.places, self._images, self._blocks, self._scores,
+            self._room.allowed, self._room.before, self._images, self._blocks, self._scores,
             self._best, self._best_score, self._state, moves, shares, _STEPS, heats, self.work,
         )  # fmt: skip
 

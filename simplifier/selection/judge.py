@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,7 @@ SIZE = 256
 
 _WRONG = 2.0  # what a share hidden wrongly weighs beside one of recall
 _SHORT = 20.0  # and that part of it which falls short of the aim, as well
+_MUCH = 0.7  # of recall, less all that: what is worth less may be too thin for what was tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +36,11 @@ class FineViews:
 
 @dataclass(frozen=True)
 class Judgement:
-    """Precision and recall in some views, all quads counted; 1 where there is none to count."""
+    """Precision and recall in some views, all quads counted.
+
+    Where nothing is hidden the precision is 1; where there is nothing to hide the recall is 0, so
+    that what is too thin for any picture is no success.
+    """
 
     precision: float
     recall: float
@@ -46,7 +51,7 @@ class Judgement:
         right, missed, wrong = exact_quad_pixels(originals, shown, columns).sum(axis=0)
         return cls(
             float(right / (right + wrong)) if right + wrong > 0.0 else 1.0,
-            float(right / (right + missed)) if right + missed > 0.0 else 1.0,
+            float(right / (right + missed)) if right + missed > 0.0 else 0.0,
         )
 
 
@@ -58,17 +63,30 @@ def judge(triangles: FloatArray, views: FineViews) -> Judgement:
 
 
 def best_of(
-    soups: Sequence[FloatArray], views: FineViews, precision: float, drawn: FloatArray = NOTHING
+    soups: Sequence[FloatArray],
+    views: FineViews,
+    precision: float,
+    spare: Callable[[], Sequence[FloatArray]] = tuple,
+    drawn: FloatArray = NOTHING,
 ) -> FloatArray:
     """The soup with most recall, less what it hides wrongly, which weighs most below the aim.
 
-    ``drawn`` (k, 3, 3) triangles that hide too, whichever it is.  The first of equals, so that what
-    is refined comes before what is not.
+    The first of equals, so that what is refined comes before what is not.  Where that is worth
+    little, what ``spare`` makes and nothing at all compete with it, and come before equals: none
+    of the pictures may show what is thin.  ``drawn`` (k, 3, 3) triangles hide too, whichever it is.
     """
 
-    def worth(found: Judgement) -> float:
-        short = max(precision - found.precision, 0.0)
-        return found.recall - _WRONG * (1.0 - found.precision) - _SHORT * short
+    def worths(some: Sequence[FloatArray]) -> list[float]:
+        shown = (np.concatenate([soup, drawn]) for soup in some)
+        return [_worth(judge(soup, views), precision) for soup in shown]
 
-    judged = [worth(judge(np.concatenate([soup, drawn]), views)) for soup in soups]
+    judged = worths(soups)
+    if max(judged, default=0.0) < _MUCH:
+        others = [*spare(), NOTHING]
+        soups, judged = [*others, *soups], [*worths(others), *judged]
     return soups[judged.index(max(judged))]
+
+
+def _worth(found: Judgement, precision: float) -> float:
+    short = max(precision - found.precision, 0.0)
+    return found.recall - _WRONG * (1.0 - found.precision) - _SHORT * short

@@ -41,7 +41,8 @@ def core(
     """
     enclosed = filled.inside & ~touched.inside
     if shrink > 0.0:
-        least = math.ceil(4.0 * shrink * shrink * (1.0 - _SLACK))  # in half voxels
+        radius = min(shrink, float(sum(touched.shape)))  # no voxel is deeper; squares stay finite
+        least = math.ceil(4.0 * radius * radius * (1.0 - _SLACK))  # in half voxels
         enclosed &= _squared_depths(enclosed, closed_sides) >= least
     for axis, _ in closed_sides:
         if lowest[axis] > _SLACK:

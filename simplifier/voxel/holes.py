@@ -49,12 +49,17 @@ def close_holes(
     """
     limit = math.floor(width * width + 1.0 + _SLACK * max(1.0, width * width))  # in half voxels
     margin = math.ceil(math.sqrt(limit) / 2.0) + 2
-    walls = touched.with_inside(_with_ground(touched, margin, closed_sides))
-    near = squared_distances(walls.inside, 1) <= limit
-    outside = ~fill(walls.with_inside(near), closed_sides).inside
-    swept = squared_distances(outside, 1) <= limit
+    near = _within(_with_ground(touched, margin, closed_sides), limit)
+    outside = ~fill(touched.with_inside(near), closed_sides).inside
+    del near  # distances to the outside take most memory
+    swept = _within(outside, limit)
     inner = (slice(margin, -margin),) * 3
     return touched.with_inside(np.ascontiguousarray(~swept[inner]))
+
+
+def _within(sites: BoolArray, limit: int) -> BoolArray:
+    """The voxels whose centre is so near to a site, in half voxels squared."""
+    return np.asarray(squared_distances(sites, 1) <= limit)
 
 
 def _with_ground(touched: VoxelGrid, margin: int, closed_sides: frozenset[Side]) -> BoolArray:

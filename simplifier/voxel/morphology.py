@@ -23,14 +23,21 @@ def squared_distances(sites: BoolArray, edge: int) -> NDArray[np.int32]:
     site at all.
     """
     squares = np.where(sites, np.int32(0), np.int32(FAR))
-    for _ in range(3):
-        _spread(squares.reshape(-1, squares.shape[2]), edge)
-        squares = np.ascontiguousarray(squares.transpose(2, 0, 1))
+    for axes in ((0, 1, 2), (0, 2, 1), (1, 2, 0)):
+        _spread(squares.transpose(axes), edge)
     return squares
 
 
-def _spread(rows: NDArray[np.int32], edge: int) -> None:
-    run_chunks(lambda begin, end: spread_rows(rows, edge, begin, end), len(rows), least=_LEAST_ROWS)
+def _spread(planes: NDArray[np.int32], edge: int) -> None:
+    """Along the last axis, in place: a turned copy would double the memory."""
+
+    def work(begin: int, end: int) -> None:
+        for place in range(begin, end):
+            rows = np.ascontiguousarray(planes[place])
+            spread_rows(rows, edge, 0, len(rows))
+            planes[place] = rows
+
+    run_chunks(work, len(planes), least=max(1, _LEAST_ROWS // planes.shape[1]))
 
 
 def dilated(grid: VoxelGrid, reach: int) -> tuple[BoolArray, float]:

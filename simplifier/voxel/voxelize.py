@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.errors import MeshError
 from simplifier.geometry.grid import VoxelGrid
@@ -25,34 +26,38 @@ def voxelize(mesh: TriangleMesh, resolution: int) -> VoxelGrid:
     two voxels marks both, whatever the rounding.  Raises :class:`MeshError` for a mesh smaller
     than 1e-290 world units a voxel.
     """
-    grid = _empty_grid(mesh, resolution)
-    scale = 1.0 / grid.cell_size
-    touched = np.zeros(grid.shape, dtype=np.bool_)
+    low, high = mesh.bounds
+    cells, cell_size = _fitted(high - low, resolution)
+    origin = low - (cells * cell_size - (high - low)) / 2.0
+    scale = 1.0 / cell_size
+    touched = np.zeros(tuple(cells), dtype=np.bool_)
     run_chunks(
         lambda begin, end: mark_triangles(
-            mesh.vertices, mesh.faces, grid.origin, scale, begin, end, touched
+            mesh.vertices, mesh.faces, origin, scale, begin, end, touched
         ),
         len(mesh.faces),
         least=_LEAST_TRIANGLES,
     )
-    return grid.with_inside(touched)
+    return VoxelGrid(touched, origin, cell_size)
 
 
-def _empty_grid(mesh: TriangleMesh, resolution: int) -> VoxelGrid:
-    low, high = mesh.bounds
-    extent = high - low
+def grid_shape(extent: FloatArray, resolution: int) -> tuple[int, int, int]:
+    """Voxels along each axis of the grid of a mesh whose bounding box has those edges.
+
+    Raises :class:`MeshError` as :func:`voxelize`.
+    """
+    nx, ny, nz = _fitted(extent, resolution)[0].tolist()
+    return nx, ny, nz
+
+
+def _fitted(extent: FloatArray, resolution: int) -> tuple[NDArray[np.int64], float]:
+    """Voxels along each axis, and the edge of a voxel."""
     cell_size = float(extent.max()) / resolution
     if cell_size < _SMALLEST_CELL:
         raise MeshError(
             f"the mesh is {extent.max():g} units long, too small to divide into voxels",
             remedy="scale it up",
         )
-    cells = _cells(extent, cell_size)
-    origin = low - (cells * cell_size - extent) / 2.0
-    return VoxelGrid(np.zeros(tuple(cells), dtype=np.bool_), origin, cell_size)
-
-
-def _cells(extent: FloatArray, cell_size: float) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
     # An extent of 3.0000000001 cells is 3 cells and a rounding error, not 4.
     whole = np.ceil(extent / cell_size - 1e-9).astype(np.int64)
-    return np.maximum(whole, 1)
+    return np.maximum(whole, 1), cell_size

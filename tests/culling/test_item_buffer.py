@@ -113,5 +113,5 @@ def test_nothing_and_impossible_screens():
     buffer.draw_parts([], looking_ahead())
     assert len(buffer.visible) == 0
     for rows, columns in ((0, 5), (5, 0), (5, 20_000)):
-        with pytest.raises(OptionError, match="pixels"):
+        with pytest.raises(OptionError, match=r"^(rows|columns): .* out of range"):
             ItemBuffer(rows, columns)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simplifier.evaluation.occlusion import OcclusionMeasures, occlusion_measures
+from simplifier.evaluation.occlusion import occlusion_measures
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from tests.solids import box, sphere
@@ -64,4 +64,17 @@ def test_cubes_of_the_scale(scale):
 
 
 def test_a_ratio_without_an_original():
-    assert OcclusionMeasures(occluder=0.0, original=0.0).ratio == 0.0
+    needle = TriangleMesh.from_soup([[0, 0, 0], [1, 0, 0], [0.5, 1e-6, 0]], [[0, 1, 2]])
+    measures = occlusion_measures(needle, Occluder(needle.vertices, needle.faces))
+    assert (measures.original, measures.ratio) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("size", [1e-140, 1e-100, 1e99])
+def test_the_ratio_is_the_same_where_volumes_vanish(size):
+    usual, other = box(), box(3 * (size,))
+    half = np.s_[:6]
+    ratios = [
+        occlusion_measures(mesh, Occluder(mesh.vertices, mesh.faces[half])).ratio
+        for mesh in (usual, other)
+    ]
+    assert ratios[1] == pytest.approx(ratios[0], rel=1e-6)

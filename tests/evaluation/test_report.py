@@ -147,7 +147,9 @@ def test_dropped_triangles_are_told():
     faces = [*box().faces.tolist(), [0, 1, 8], [0, 0, 1], [2, 2, 2]]
     mesh = TriangleMesh.from_soup(vertices, faces)
     found = report_of(mesh, Occluder(box().vertices, box().faces))["input"]
-    assert found["dropped"] == {"non_finite": 1, "repeated_index": 2, "zero_area": 0}
+    assert found["dropped"] == {
+        "non_finite": 1, "repeated_index": 2, "zero_area": 0, "far_away": 0,
+    }  # fmt: skip
     assert found["triangles"] == 12
 
 

@@ -81,7 +81,7 @@ def test_v_is_up():
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.sampled_from([1e-100, 1e-6, 1.0, 1e6, 1e140]))
+@given(st.integers(0, 2**32 - 1), st.sampled_from([1e-100, 1e-6, 1.0, 1e6, 1e90]))
 def test_sphere_holds_all_vertices_and_touches_one(seed, scale):
     generator = np.random.default_rng(seed)
     points = generator.normal(size=(30, 3)) * generator.uniform(0.01, 1.0, 3) * scale

@@ -179,18 +179,8 @@ def test_ctrl_c_leaves_no_process(program):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="looks at /proc")
-def test_idle_processes_end_with_their_starter(tmp_path):
-    """Those at a job do once it is done."""
-    (tmp_path / "program.py").write_text(
-        PROGRAM.replace("60.0", "1.0").replace(
-            "next(outcomes)\n    except", "import time; time.sleep(60.0)\n    except"
-        )
-    )
-    with subprocess.Popen(
-        [sys.executable, tmp_path / "program.py"], stdout=subprocess.PIPE,
-        env=environment(), text=True,
-    ) as process:  # fmt: skip
-        children = list(map(int, process.stdout.readline().split()))
-        process.kill()
-        assert len(children) == 2
-        assert all_gone(children, 5.0)
+def test_processes_end_with_their_starter(program):
+    """A starter that is killed can end none of them; what they are at may take hours."""
+    process, children = program
+    process.kill()
+    assert all_gone(children, 10.0)

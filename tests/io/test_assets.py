@@ -30,7 +30,10 @@ def test_triangles_and_bounds_of_the_manifest(asset: Callable[[str], Path], name
     row = MESHES[name]
     assert len(mesh.faces) + mesh.dropped.total == int(row["triangles"])
     extent = [float(value) for value in row["bbox_extent"].split(" x ")]
-    np.testing.assert_allclose(mesh.extent, extent, rtol=1e-4)
+    if mesh.dropped.far_away:  # what the manifest's box holds, and the mesh no more
+        assert mesh.extent.max() < 1e-20 * max(extent)
+    else:
+        np.testing.assert_allclose(mesh.extent, extent, rtol=1e-4)
     lowest = [float(value) for value in row["bbox_min"].split()]
     np.testing.assert_allclose(mesh.bounds[0], lowest, rtol=1e-5, atol=1e-5)
 

@@ -14,10 +14,10 @@ from simplifier.errors import OutputError, UnknownFormatError, UnreadableMeshErr
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import load_lods, load_mesh, load_occluder, save_lods, writable_suffixes
+from simplifier.io import load_lods, load_mesh, load_occluder, writable_suffixes
 from simplifier.io.glb_writer import encode_lods, screen_coverages
 from simplifier.io.gltf_container import pack_glb
-from simplifier.io.save_lods import is_level_path
+from simplifier.io.save_lods import is_level_path, save_lods
 from tests.io.builders import TRIANGLE, GltfBuilder, tetrahedron
 from tests.io.test_glb_writer import stored, take_apart
 from tests.solids import box, sphere

@@ -199,7 +199,7 @@ def test_damaged_text_faces(face: str, message: str) -> None:
 def test_list_lengths_that_would_overflow() -> None:
     header = f"element vertex 1\n{XYZ}element face 2\nproperty list uint64 int vertex_indices\n"
     body = struct.pack("<3f", 0, 0, 0) + struct.pack("<QiQ", 1, 0, 2**64 - 1) + b"\0" * 8
-    with pytest.raises(UnreadableMeshError, match="face 1 has a list without a proper length"):
+    with pytest.raises(UnreadableMeshError, match="'face' 1 has a list without a proper length"):
         decode(ply(header, body, "binary_little_endian"), PATH)
     body = body.replace(b"\xff" * 8, struct.pack("<Q", 2**62))
     with pytest.raises(UnreadableMeshError, match="truncated"):

@@ -147,6 +147,18 @@ def test_repeated_names_are_numbered_with_one_warning(scene):
     assert "rock" not in warning
 
 
+def test_names_that_no_file_can_hold_are_made_so(scene):
+    builder = GltfBuilder()
+    mesh = builder.mesh(TETRAHEDRON_POINTS, TETRAHEDRON_FACES)
+    for name in ("\ud800x", "?x", "\x1b[2J"):
+        builder.node(mesh=mesh, name=name)
+    builder.node(mesh=mesh, name="\x1b[3J", scale=[0, 1, 1])
+    found = scene(builder)
+    assert found.names == ("?x", "?x.2", "\x1b[2J")
+    assert all(warning.isprintable() for warning in found.warnings)
+    assert len(found.warnings) == 2
+
+
 def test_a_warning_lists_a_few_names_and_counts_the_rest(scene):
     builder = GltfBuilder()
     mesh = tetrahedron(builder)

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.kernels.bit_image import measure_both_twice, measure_twice
 from simplifier.kernels.soup_views import (
-    BLOCK,
     INSET,
     UNIT,
+    block_count,
     draw_soup,
     remove_useless,
     score_unions,
@@ -36,7 +36,7 @@ def projections(views=VIEWS):
 
 def drawn(triangles, views):
     images = np.zeros((len(triangles), len(views), 64), np.uint64)
-    blocks = np.zeros((-(-len(triangles) // BLOCK), len(views), 64), np.uint64)
+    blocks = np.zeros((block_count(len(triangles)), len(views), 64), np.uint64)
     draw_soup(triangles, views, images, blocks)
     return images, blocks
 
@@ -85,7 +85,7 @@ def test_pictures_hold_the_pixels_inside(seed):
 
 
 @settings(max_examples=25, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.integers(1, 2 * BLOCK + 3))
+@given(st.integers(0, 2**32 - 1), st.integers(1, 99))
 def test_all_but_one(seed, count):
     images, blocks = drawn(soup(seed, count), projections())
     others = np.empty(images.shape[1:], np.uint64)
@@ -93,6 +93,22 @@ def test_all_but_one(seed, count):
         unite_others(index, images, blocks, others)
         rest = np.delete(images, index, axis=0) if index >= 0 else images
         assert np.array_equal(others, np.bitwise_or.reduce(rest, axis=0, initial=0))
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 99))
+def test_what_stands_beside_a_soup_is_in_every_union_and_drawing_leaves_it(seed, count):
+    triangles, views = soup(seed, count), projections()
+    images, own = drawn(triangles, views)
+    standing = drawn(soup(seed + 1, 3), views)[1]
+    blocks = np.concatenate([own, standing])
+    draw_soup(triangles, views, images, blocks)
+    assert np.array_equal(blocks, np.concatenate([own, standing]))
+    others, alone = np.empty((2, *images.shape[1:]), np.uint64)
+    for index in range(-1, count):
+        unite_others(index, images, blocks, others)
+        unite_others(index, images, own, alone)
+        assert np.array_equal(others, alone | standing[0])
 
 
 @settings(max_examples=25, deadline=None)

@@ -86,7 +86,7 @@ def test_a_cancel_while_refining_keeps_the_best_so_far():
         if progress.stage == "refine":
             stop.set()
 
-    product = produced(box(), listen, stop, moves=100_000_000)
+    product = produced(box(), listen, stop, budget=11, moves=100_000_000)
     assert product.interrupted
     assert product.warnings == ("interrupted: the best so far",)
     assert len(product.accuracies) == 1

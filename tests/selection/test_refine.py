@@ -11,7 +11,7 @@ from simplifier.deadline import Deadline
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.kernels.coverage import covered
 from simplifier.kernels.refinement import TRIES
-from simplifier.kernels.soup_views import BLOCK, UNIT, draw_soup, score_unions
+from simplifier.kernels.soup_views import UNIT, block_count, draw_soup, score_unions
 from simplifier.kernels.voxels import contained, mark_triangles
 from simplifier.options import RefineOptions
 from simplifier.selection.annealing import Annealing, RefineViews, Room
@@ -54,7 +54,7 @@ def score(triangles, views, overcover=0.5):
     """The objective, drawn afresh."""
     count = len(views.projections)
     images = np.zeros((len(triangles), count, 64), np.uint64)
-    blocks = np.zeros((-(-len(triangles) // BLOCK), count, 64), np.uint64)
+    blocks = np.zeros((block_count(len(triangles)), count, 64), np.uint64)
     draw_soup(np.ascontiguousarray(triangles), views.projections, images, blocks)
     return score_unions(
         np.bitwise_or.reduce(blocks, axis=0), views.originals, round(UNIT * overcover),

@@ -6,9 +6,10 @@ from anyio.to_thread import run_sync
 from nicegui import ui
 
 from service.access.key import Scope
+from service.dashboard.jobs.names import name_cells
 from service.dashboard.jobs.outcome import show_failure
 from service.dashboard.jobs.rows import ENDED, EndedPage, JobLine, ended_page
-from service.dashboard.jobs.words import KINDS, STATE_CLASSES, STATES
+from service.dashboard.jobs.words import STATE_CLASSES, STATES
 from service.dashboard.notices import refusals_told, tell
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.session import Visitor
@@ -91,12 +92,7 @@ class EndedJobs:
     def _row(self, table: PlainTable, line: JobLine, columns: int) -> None:
         done = line.state is JobState.SUCCEEDED
         with table.row():
-            table.link(line.name, f"/jobs/{line.id}")
-            if line.asset_id:
-                table.link(line.asset or "", f"/assets/{line.asset_id}")
-            else:
-                table.text("-", "quiet")
-            table.text(KINDS[line.kind])
+            name_cells(table, line)
             table.text(STATES[line.state], STATE_CLASSES[line.state])
             table.number(percent(line.precision, 2) if done else "")
             table.number(percent(line.recall) if done else "")

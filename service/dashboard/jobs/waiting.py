@@ -11,8 +11,8 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from service.access.key import Scope
 from service.dashboard.frame import panel
+from service.dashboard.jobs.names import name_cells
 from service.dashboard.jobs.rows import JobLine, JobsNow, jobs_now
-from service.dashboard.jobs.words import KINDS
 from service.dashboard.notices import refusals_told
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.session import Visitor
@@ -77,7 +77,7 @@ class WaitingJobs:
             table = PlainTable("Jobs that run", columns)
         for line in lines:
             with table.row():
-                _names(table, line)
+                name_cells(table, line)
                 with table.cell() as cell:
                     bar = ui.linear_progress(0.0, show_value=False, size="8px")
                     bar.props('aria-label="Progress" instant-feedback')
@@ -96,7 +96,7 @@ class WaitingJobs:
             table = PlainTable("Jobs that wait", columns)
         for line in lines:
             with table.row():
-                _names(table, line)
+                name_cells(table, line)
                 table.number(f"{line.place:,}")
                 table.text(moment(line.created), "moment")
                 self._end_cell(table, line)
@@ -121,15 +121,6 @@ def _body(title: str) -> ui.element:
     """What a panel holds under its heading."""
     with panel(title):
         return ui.element("div")
-
-
-def _names(table: PlainTable, line: JobLine) -> None:
-    table.link(line.name, f"/jobs/{line.id}")
-    if line.asset_id:
-        table.link(line.asset or "", f"/assets/{line.asset_id}")
-    else:
-        table.text("-", "quiet")
-    table.text(KINDS[line.kind])
 
 
 def _ids(lines: Sequence[JobLine]) -> list[str]:

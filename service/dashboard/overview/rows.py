@@ -134,12 +134,6 @@ def _verdict(thresholds: Thresholds, latest: RunNumbers | None) -> Verdict:
     return Verdict.HELD if held else Verdict.MISSED
 
 
-def percent(share: float) -> str:
-    """Never more than it is: 0.99996 is not all, and 0.9899 does not reach 99 %."""
-    hundredths = int(share * 10_000.0 + 1e-6)
-    return f"{hundredths // 100}.{hundredths % 100:02d} %"
-
-
 def midnight(day: str) -> datetime:
     """The beginning of a day, UTC, from its ISO form.  Raises ValueError."""
     return datetime.strptime(day, "%Y-%m-%d").replace(tzinfo=UTC)

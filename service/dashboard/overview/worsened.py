@@ -10,7 +10,8 @@ from nicegui import ui
 from nicegui.events import ValueChangeEventArguments
 
 from service.dashboard.frame import panel
-from service.dashboard.overview.rows import Change, Overview, midnight, percent
+from service.dashboard.overview.rows import Change, Overview, midnight
+from service.dashboard.wording import percent
 
 _MOST = 50
 """Rows that are shown; the table's filter has all."""
@@ -79,7 +80,7 @@ def _row(change: Change, word: str, pair: tuple[float, float]) -> None:
         with ui.element("td"):
             ui.link(change.line.name, _comparison(change)).classes("name")
             ui.label(word).classes("quiet")
-        for text in (percent(before), percent(after)):
+        for text in (percent(before, 2), percent(after, 2)):
             with ui.element("td").classes("number"):
                 ui.label(text)
         with ui.element("td").classes("number bad"):

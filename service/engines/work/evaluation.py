@@ -6,6 +6,7 @@ from pathlib import Path
 
 import simplifier
 from service.engines.messages import Task
+from service.engines.work.allowance import allowed_options
 from service.engines.work.meter import JUDGING, Meter
 from service.engines.work.numbers import summary_of
 from service.engines.work.pages import write_pages
@@ -21,11 +22,16 @@ def evaluate_mesh(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     Raises as :data:`~service.engines.worker.Work` says, and :class:`simplifier.OccluderError`.
     """
     meter = Meter(tell)
-    options = simplifier.EvaluateOptions.of(task.options)
+    options = simplifier.EvaluateOptions.of(allowed_options(task))
     meter.at("load", 0.0)
-    path = input_path(task, "mesh")
-    mesh = simplifier.load(path, allow_external=False, transparent=options.transparent)
-    occluder = simplifier.load_occluder(input_path(task, "occluder"), allow_external=False)
+    path, limit = input_path(task, "mesh"), options.memory_limit
+    simplifier.check_file(path, options, pictures=True, viewing=True)
+    mesh = simplifier.load(
+        path, allow_external=False, transparent=options.transparent, memory_limit=limit
+    )
+    occluder = simplifier.load_occluder(
+        input_path(task, "occluder"), allow_external=False, memory_limit=limit
+    )
     load_seconds = meter.seconds
     judgement = simplifier.judge(mesh, occluder, options, meter.part(0.1, 0.8, JUDGING), cancel)
     if cancel.is_set():

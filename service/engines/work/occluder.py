@@ -8,6 +8,7 @@ from pathlib import Path
 
 import simplifier
 from service.engines.messages import Task
+from service.engines.work.allowance import allowed_options
 from service.engines.work.best_so_far import BestSoFar
 from service.engines.work.meter import MAKING, Meter
 from service.engines.work.numbers import summary_of
@@ -24,10 +25,16 @@ def make_occluder(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     Raises as :data:`~service.engines.worker.Work` says, and :class:`simplifier.OccluderError`.
     """
     meter, results = Meter(tell), Path(task.results)
-    options = simplifier.SimplifyOptions.of(task.options)
+    options = simplifier.SimplifyOptions.of(allowed_options(task))
     meter.at("load", 0.0)
     path = input_path(task, "mesh")
-    mesh = simplifier.load(path, allow_external=False, transparent=options.transparent)
+    simplifier.check_file(path, options, pictures=True, viewing=True)
+    mesh = simplifier.load(
+        path,
+        allow_external=False,
+        transparent=options.transparent,
+        memory_limit=options.memory_limit,
+    )
     load_seconds = meter.seconds
     draw = BestSoFar(mesh, options.up)
     made = simplifier.make(mesh, options, meter.part(0.05, 0.8, MAKING, draw), cancel)

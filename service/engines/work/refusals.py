@@ -8,8 +8,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import simplifier
-from service.engines.failures import disk_full
+from service.engines.failures import disk_full, too_much_memory
 from service.engines.messages import Task
+from service.engines.work.allowance import memory_of
 from service.engines.work.archive import unpacked_folder
 from service.engines.worker import TaskCancelledError, TaskFailedError
 from service.jobs.job import Failure
@@ -29,6 +30,9 @@ def refusals(task: Task) -> Iterator[None]:
         yield
     except simplifier.CancelledError as error:
         raise TaskCancelledError from error
+    except simplifier.MemoryLimitError as error:
+        limit = memory_of(task)
+        raise TaskFailedError(too_much_memory(error.what, error.resolution, limit)) from error
     except tuple(_KINDS) as error:
         kind = next(kind for of, kind in _KINDS.items() if isinstance(error, of))
         raise TaskFailedError(_failure(kind, error, task)) from error

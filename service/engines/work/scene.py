@@ -10,6 +10,7 @@ from typing import Any
 
 import simplifier
 from service.engines.messages import Task
+from service.engines.work.allowance import allowed, allowed_options
 from service.engines.work.archive import unpack, unpacked_folder
 from service.engines.work.meter import Meter
 from service.engines.work.refusals import input_path, without_paths
@@ -59,7 +60,7 @@ def _checked(task: Task) -> dict[str, Any]:
                 "there is no such option", where=name, remedy=f"choose from {', '.join(fields)}"
             )
         fields[name].check(value)
-    return dict(task.options)
+    return allowed_options(task)
 
 
 def _load(task: Task) -> simplifier.Scene:
@@ -69,9 +70,9 @@ def _load(task: Task) -> simplifier.Scene:
         folder = unpacked_folder(task)
         folder.mkdir()
         unpack(path, folder, task.unpacked)
-        scene = simplifier.load_scene(folder)
+        scene = simplifier.load_scene(folder, memory_limit=allowed(task))
     else:
-        scene = simplifier.load_scene(path, allow_external=False)
+        scene = simplifier.load_scene(path, allow_external=False, memory_limit=allowed(task))
     return replace(scene, warnings=tuple(without_paths(one, task) for one in scene.warnings))
 
 

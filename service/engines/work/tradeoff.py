@@ -6,6 +6,7 @@ from pathlib import Path
 
 import simplifier
 from service.engines.messages import Task
+from service.engines.work.allowance import allowed_options
 from service.engines.work.meter import Meter
 from service.engines.work.refusals import input_path
 from service.engines.worker import Cancel, TaskCancelledError, TaskFailedError, Tell
@@ -20,10 +21,14 @@ def measure_tradeoff(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     Raises as :data:`~service.engines.worker.Work` says, and :class:`simplifier.OccluderError`.
     """
     meter, results = Meter(tell), Path(task.results)
-    options = simplifier.TradeoffOptions.of(task.options)
+    options = simplifier.TradeoffOptions.of(allowed_options(task))
     meter.at("load", 0.0)
-    path = input_path(task, "mesh")
-    mesh = simplifier.load(path, allow_external=False, transparent=options.transparent)
+    mesh = simplifier.load(
+        input_path(task, "mesh"),
+        allow_external=False,
+        transparent=options.transparent,
+        memory_limit=options.memory_limit,
+    )
 
     def told(done: int, runs: int, now: str) -> None:
         meter.counted("runs", _MEASURED * done / runs, done, runs)

@@ -87,7 +87,7 @@ def stocked(folder: Path) -> Iterator[Stock]:
             SqlJobStore(database),
             SqlAssetStore(database),
             FileBlobs(place.blobs, min_free=0),
-            option_tables(1800.0),
+            option_tables(1800.0, 4e9),
         )
     finally:
         database.close()

@@ -26,6 +26,18 @@ def test_only_all_is_100_percent_and_only_none_is_0(share: float, digits: int) -
     assert percent(share, digits) not in (percent(1.0, digits), percent(0.0, digits))
 
 
+@given(st.just(0.0) | st.floats(0.0001, 1.0))
+def test_a_share_is_never_shown_as_more_than_it_is(share: float) -> None:
+    shown = float(percent(share, 2).removesuffix(" %")) / 100.0
+    assert shown <= share + 1e-9
+    assert share - shown < 0.000101
+
+
+def test_whole_hundredths_stay_what_they_are() -> None:
+    for number in range(10_001):
+        assert percent(number / 10_000.0, 2) == f"{number // 100}.{number % 100:02d} %"
+
+
 @pytest.mark.parametrize(
     ("value", "text"),
     [(None, "-"), (0.0123, "12 ms"), (1.25, "1.2 s"), (99.0, "99.0 s"), (3600.0, "3,600 s")],

@@ -153,7 +153,8 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
 
     sessions = Sessions(bytes(32))
     services = Services(
-        settings=settings, version="1.0", tables=option_tables(settings.job_seconds), jobs=jobs,
+        settings=settings, version="1.0",
+        tables=option_tables(settings.job_seconds, settings.job_memory), jobs=jobs,
         assets=assets, blobs=blobs, board=board, work=hand, metrics=metrics,
         authenticator=Authenticator(keys, sessions, keys_needed=settings.keys_needed),
         check_webhook=check_webhook, checks={"engine": lambda: faults.get("engine")},

@@ -14,7 +14,7 @@ from service.jobs.job import JobKind
 from service.schemas.job_options import option_tables
 from simplifier import EVALUATE_FIELDS, SCENE_FIELDS, SIMPLIFY_FIELDS, TRADEOFF_FIELDS
 
-TABLES = option_tables(math.inf)
+TABLES = option_tables(math.inf, math.inf)
 OF_LIBRARY = {
     JobKind.OCCLUDER: SIMPLIFY_FIELDS,
     JobKind.EVALUATION: EVALUATE_FIELDS,
@@ -69,7 +69,7 @@ def test_what_there_is_not_is_refused_field_by_field(given):
 
 
 def test_a_time_limit_is_no_longer_than_a_job_may_take():
-    table = option_tables(30.0)[JobKind.OCCLUDER]
+    table = option_tables(30.0, math.inf)[JobKind.OCCLUDER]
     assert table.read({"time_limit": 30})["time_limit"] == 30.0
     with pytest.raises(InvalidOptionsError, match="at most 30"):
         table.read({"time_limit": 30.5})

@@ -17,7 +17,6 @@ from service.dashboard.overview.rows import (
     Overview,
     Verdict,
     midnight,
-    percent,
     summary,
     worsened,
 )
@@ -71,18 +70,6 @@ def test_what_rose_stayed_or_began_later_is_not_worse() -> None:
     fresh = line("d", replace(RUN, recall=0.1))
     before = {one.id: RUN for one in (risen, same, hardly)}
     assert worsened((risen, same, hardly, fresh), before) == ()
-
-
-@given(st.floats(0.0, 1.0))
-def test_a_share_is_never_shown_as_more_than_it_is(share: float) -> None:
-    shown = float(percent(share).removesuffix(" %")) / 100.0
-    assert shown <= share + 1e-9
-    assert share - shown < 0.000101
-
-
-def test_whole_hundredths_stay_what_they_are() -> None:
-    for number in range(10_001):
-        assert percent(number / 10_000.0) == f"{number // 100}.{number % 100:02d} %"
 
 
 def test_the_summary_counts_in_words() -> None:

@@ -18,7 +18,7 @@ from service.dashboard.submit.typed import (
 from service.jobs.job import JobKind
 from service.schemas.job_options import option_tables
 
-TABLES = option_tables(math.inf)
+TABLES = option_tables(math.inf, math.inf)
 TABLE = TABLES[JobKind.OCCLUDER]
 
 

@@ -1,0 +1,109 @@
+"""Checking many assets: ``python -m bench.build [--assets N] [--kib K]``.
+
+How long ``occluder build --check`` takes for assets that are all current, from a fresh process,
+with warm files: wall clock of the whole command, the median of some runs, beside what reading and
+hashing the same bytes takes by itself.  ``build_check.csv`` holds the figures, ``build.md`` shows
+them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import statistics
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from bench.process_tree import run_command
+from bench.record import Row, told, write_page, write_table
+from simplifier.asset_build.build import build
+from simplifier.asset_build.digests import Digests
+from simplifier.kernels.threads import thread_count
+from simplifier.production.options import SimplifyOptions
+from simplifier.version import VERSION
+
+RESULTS = Path("bench/results")
+_FOLDER = 100  # meshes in each folder
+_OCCLUDER = 3000  # bytes of an output
+_MANIFEST = """[defaults]
+ground = true
+require = { min_recall = 0.5 }
+
+[[asset]]
+files = "**/*.ply"
+
+[[asset]]
+files = "folder_1/*.ply"
+budget = 32
+"""
+
+
+def check_times(counts: Sequence[int], kib: int, repeats: int) -> Iterator[Row]:
+    """A row a number of assets, each of ``kib`` KiB."""
+    for count in counts:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            manifest = _built(folder, count, kib)
+            command = [sys.executable, "-m", "simplifier", "build", "--check", str(manifest)]
+            runs = [run_command(command) for _ in range(repeats)]
+            seconds = [run.seconds for run in runs]
+            yield {
+                "assets": count, "mesh_kib": kib, "median_s": statistics.median(seconds),
+                "min_s": min(seconds), "max_s": max(seconds), "repeats": repeats,
+                "hashing_s": statistics.median(_hashing(folder) for _ in range(repeats)),
+                "peak_mib": max(run.peak_mib for run in runs),
+            }  # fmt: skip
+
+
+def _built(folder: Path, count: int, kib: int) -> Path:
+    """Meshes of noise, and a record as if occluders had been made of them."""
+    noise = random.Random(0).randbytes(kib * 1024)
+    for index in range(count):
+        mesh = folder / f"folder_{index // _FOLDER}" / f"mesh_{index:06}.ply"
+        mesh.parent.mkdir(exist_ok=True)
+        mesh.write_bytes(index.to_bytes(8, "little") + noise)
+    manifest = folder / "occluders.toml"
+    manifest.write_text(_MANIFEST)
+    build(manifest, threading.Event(), maker=_pretended)
+    return manifest
+
+
+def _pretended(mesh: Path, options: SimplifyOptions, targets: Sequence[Path]) -> Mapping[str, Any]:
+    for target in targets:
+        target.write_bytes(mesh.read_bytes()[:_OCCLUDER])
+    return {
+        "triangles": options.budget, "precision": 0.999, "recall": 0.9, "deviation": 0.01,
+        "error_bound": 0.05, "warnings": [], "version": VERSION,
+    }  # fmt: skip
+
+
+def _hashing(folder: Path) -> float:
+    paths = [path for path in folder.rglob("*") if path.suffix in (".ply", ".glb")]
+    begin = time.perf_counter()
+    Digests().all_of(paths, thread_count())
+    return time.perf_counter() - begin
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--assets", type=int, nargs="+", default=[100, 1000, 10_000])
+    parser.add_argument("--kib", type=int, default=50)
+    parser.add_argument("--repeats", type=int, default=5)
+    chosen = parser.parse_args()
+    rows = []
+    for row in check_times(chosen.assets, chosen.kib, chosen.repeats):
+        print(told(row), flush=True)
+        rows.append(row)
+    write_table(
+        RESULTS / "build_check.csv", rows, " ".join(["python -m bench.build", *sys.argv[1:]])
+    )
+    write_page(RESULTS, "build", ["check"])
+
+
+if __name__ == "__main__":
+    main()

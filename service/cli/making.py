@@ -1,0 +1,129 @@
+"""Occluders made by a service for ``occluder build --server``, the same bytes as here."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from simplifier import (
+    SIMPLIFY_FIELDS,
+    CancelledError,
+    OccluderError,
+    OptionError,
+    SimplifyOptions,
+    __version__,
+)
+
+if TYPE_CHECKING:
+    from service.client import Client, RemoteJob
+
+_PATIENCE = 3600.0  # seconds for which a full queue is waited for
+_DEFAULTS = {field.name: field.default for field in SIMPLIFY_FIELDS}
+
+
+@contextmanager
+def maker(address: str, key: str | None, stop: threading.Event) -> Iterator[RemoteMaker]:
+    """An entry point of the group ``occluder.makers``."""
+    # Here, not above: without the client installed the message should say so.
+    try:
+        from service.client import Client
+    except ModuleNotFoundError as error:
+        raise OccluderError(
+            f"the client needs '{error.name}', which is not installed",
+            remedy="run: pip install 'planar-occluder[service]'",
+        ) from error
+    with (
+        Client(address, key=key, patience=_PATIENCE, stop=stop) as client,
+        Client(address, key=key, patience=0.0) as canceller,
+    ):
+        yield RemoteMaker(client, canceller)
+
+
+class RemoteMaker:
+    """Makes a mesh's occluder on the other machine; to be called from any thread."""
+
+    def __init__(self, client: Client, canceller: Client) -> None:
+        self._client, self._canceller = client, canceller
+
+    def __call__(
+        self, mesh: Path, options: SimplifyOptions, targets: Sequence[Path]
+    ) -> Mapping[str, Any]:
+        """Write the targets; the report.
+
+        Raises :class:`OccluderError` for whatever the service refuses and for what it would make
+        otherwise than this version, and :class:`CancelledError` once the caller wants to stop: its
+        job is cancelled then.
+        """
+        from service.client import ClientError, StoppedError
+
+        asked = _asked(options)
+        try:
+            job = self._ended(self._client.submit(mesh, options=asked))
+            report = self._client.result(job.id).report
+            for target in targets:
+                self._fetch(job.id, target, options.levels is not None)
+        except ClientError as error:
+            raise OccluderError(str(error)) from error
+        except StoppedError:
+            raise CancelledError("cancelled") from None
+        if report is None:
+            raise OccluderError("the service has made no report", where=str(mesh))
+        return report
+
+    def _ended(self, job: RemoteJob) -> RemoteJob:
+        from service.client import ClientError, StoppedError
+        from service.jobs.job import JobState
+
+        try:
+            _check_version(job)
+            done = job if job.state.ended else self._client.wait(job.id)
+        except (StoppedError, OccluderError):
+            with suppress(ClientError):  # a server that is gone has nothing to cancel
+                self._canceller.cancel(job.id)
+            raise
+        if done.state is JobState.SUCCEEDED:
+            return done
+        failure = done.failure
+        if failure is None:
+            raise OccluderError(f"the service's job is {done.state}")
+        raise OccluderError(failure.detail, remedy=failure.remedy)
+
+    def _fetch(self, job_id: str, target: Path, leveled: bool) -> None:
+        """A file as ``Product.save`` names it, or several."""
+        form = target.suffix[1:].lower()
+        if not leveled:
+            self._client.fetch(job_id, f"lod0.{form}", target)
+            return
+        if form == "glb":
+            self._client.fetch(job_id, "occluder.glb", target)
+        for level in self._client.result(job_id).levels:
+            place = target.with_name(f"{target.stem}_lod{level.level}{target.suffix}")
+            self._client.fetch(job_id, f"lod{level.level}.{form}", place)
+
+
+def _asked(options: SimplifyOptions) -> dict[str, Any]:
+    """What differs from the defaults; a single occluder is one level, which a service has to be
+    told."""
+    chosen = {name: one for name, one in asdict(options).items() if one != _DEFAULTS[name]}
+    if "slicer" in chosen:
+        raise OptionError(
+            "a service draws with its own", where="slicer", remedy="leave it out, or build here"
+        )
+    wholly_inside = options.conservative or options.shrink > 0.0
+    if options.levels is None and not wholly_inside:
+        chosen["lods"] = 1
+    return chosen
+
+
+def _check_version(job: RemoteJob) -> None:
+    """What another version makes may differ, and would be stale here as soon as it came."""
+    if job.version != __version__:
+        raise OccluderError(
+            f"the service runs version {job.version}, and this is {__version__}",
+            where="server",
+            remedy="install the same version on both, or build here",
+        )

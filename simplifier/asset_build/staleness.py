@@ -1,0 +1,78 @@
+"""Which assets have to be made again, and why, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from simplifier.asset_build.outputs import level_base
+from simplifier.asset_build.plan import Asset
+from simplifier.asset_build.record import Entry, Record
+from simplifier.option_fields import SIMPLIFY_FIELDS
+from simplifier.production.options import SimplifyOptions
+from simplifier.version import VERSION
+
+_DEFAULTS = {field.name: field.default for field in SIMPLIFY_FIELDS}
+
+Found = Mapping[Path, str | None]
+"""The digests of files as they are now, None for one that is not there."""
+
+
+def files_of(folder: Path, assets: Iterable[Asset], record: Record) -> Iterator[Path]:
+    """All files that :func:`reason` asks for the digests of."""
+    for asset in assets:
+        yield folder / asset.name
+        entry = record.get(asset.name)
+        if entry is not None:
+            yield from ((folder / asset.name).parent / name for name in entry.beside)
+            yield from (folder / output for output in entry.outputs)
+
+
+def reason(folder: Path, asset: Asset, entry: Entry | None, found: Found) -> str:
+    """Why an asset has to be made, by its last making; empty where it is current."""
+    if entry is None:
+        return "it was never made"
+    mesh = folder / asset.name
+    if found[mesh] != entry.mesh:
+        return "the mesh has changed"
+    for name, digest in entry.beside.items():
+        if (found[mesh.parent / name] or "") != digest:
+            return f"'{name}' has changed"
+    chosen = chosen_options(asset.options)
+    for name in sorted(chosen.keys() | entry.options.keys()):
+        was, now = (options.get(name, _DEFAULTS.get(name)) for options in (entry.options, chosen))
+        if was != now:
+            return f"{name} was {_word(was)} and is {_word(now)}"
+    if entry.version != VERSION:
+        return f"version {entry.version} made it, and this is {VERSION}"
+    recorded = {asset_output(output, asset.outputs) or output for output in entry.outputs}
+    for output in sorted(recorded.symmetric_difference(asset.outputs)):
+        return f"'{output}' is {'a new' if output in asset.outputs else 'no more an'} output"
+    for output, digest in entry.outputs.items():
+        now = found[folder / output]
+        if now != digest:
+            return f"'{output}' is missing" if now is None else f"'{output}' was changed"
+    return ""
+
+
+def asset_output(file: str, outputs: Collection[str]) -> str | None:
+    """Which of an asset's outputs a file is, or holds a level of detail of, if any."""
+    if file in outputs:
+        return file
+    base = level_base(file)
+    return base if base in outputs else None
+
+
+def chosen_options(options: SimplifyOptions) -> dict[str, Any]:
+    """Those that differ from their defaults, as JSON has them."""
+    return {
+        name: list(value) if isinstance(value, tuple) else value
+        for name, value in asdict(options).items()
+        if value != _DEFAULTS[name]
+    }
+
+
+def _word(value: Any) -> str:
+    return "not set" if value is None else str(value)

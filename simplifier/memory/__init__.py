@@ -1,0 +1,1 @@
+"""What a run will need of the machine's memory, told before it begins."""

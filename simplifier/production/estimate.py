@@ -1,0 +1,85 @@
+"""What a run of a command will need, from a file that is not read yet or from a mesh."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.io.load import claim_of
+from simplifier.memory.limit import check_need
+from simplifier.memory.need import MemoryNeed
+from simplifier.memory.runs import drawing, judging, loading, showing, simplifying, solidifying
+from simplifier.memory.stages import MeshSize
+from simplifier.options import Options
+from simplifier.production.measures import judging_of
+from simplifier.production.options import EvaluateOptions, SimplifyOptions
+from simplifier.production.resolve import Chosen, resolved
+from simplifier.voxel.voxelize import grid_shape
+
+
+def estimate_memory(
+    mesh: TriangleMesh | str | Path,
+    chosen: Chosen | None = None,
+    *,
+    pictures: bool = False,
+    viewing: bool = False,
+) -> MemoryNeed:
+    """What ``occluder simplify`` or ``occluder evaluate``, by the kind of ``chosen``, will need.
+
+    ``mesh``      a mesh, or a file, of which only what it claims to hold is read.  A file does not
+                  tell how wide and high the grid is, so that of a rod is assumed: the least.
+    ``pictures``  whether they are drawn as well; ``viewing``: whether the mesh is saved to look at.
+
+    ``gib`` of the result is the peak of the whole process and ``largest`` the stage that has it.
+    Raises :class:`~simplifier.errors.UnknownFormatError`, and :class:`OptionError` for options that
+    do not fit the mesh.
+    """
+    chosen = SimplifyOptions() if chosen is None else chosen
+    if isinstance(mesh, TriangleMesh):
+        size = MeshSize(len(mesh.vertices), len(mesh.faces))
+        options = resolved(chosen, float(mesh.extent.max()))
+        return _need(size, mesh.extent, chosen, options, pictures, viewing)
+    claim = claim_of(Path(mesh))
+    size = MeshSize(claim.vertices, claim.triangles)
+    reading = loading(claim.vertices, claim.triangles, claim.decoding)
+    rod = np.array([1.0, 0.0, 0.0])
+    known = resolved(_without_lengths(chosen), 1.0)
+    return reading.joined(_need(size, rod, chosen, known, pictures, viewing))
+
+
+def check_file(
+    path: Path, options: Chosen, *, pictures: bool = False, viewing: bool = False
+) -> None:
+    """Raise :class:`~simplifier.errors.MemoryLimitError` for a file that the options' run would
+    need too much memory for, whatever the shape of its grid."""
+    need = estimate_memory(path, options, pictures=pictures, viewing=viewing)
+    check_need(need, options.memory_limit, where=str(path))
+
+
+def _need(
+    size: MeshSize, extent: FloatArray, chosen: Chosen, options: Options, drawn: bool, shown: bool
+) -> MemoryNeed:
+    cell_size = float(extent.max()) / options.solid.resolution
+    shape = grid_shape(extent, options.solid.resolution)
+    begin = solidifying if isinstance(chosen, EvaluateOptions) else simplifying
+    need = begin(size, shape, cell_size, options)
+    need = need.joined(judging(size, shape, options, judging_of(chosen)))
+    if drawn:
+        need = need.joined(drawing(size, shape, options))
+    return need.joined(showing(size)) if shown else need
+
+
+def _without_lengths(chosen: Chosen) -> Chosen:
+    """Lengths mean nothing without a mesh: the coarsest grid, and no hole to close."""
+    if isinstance(chosen, EvaluateOptions):
+        return replace(chosen, smallest_hole=0.0)
+    free = replace(
+        chosen, smallest_hole=0.0, shrink=0.0, error_bound=None, error_bounds=None, lods=None,
+        pixel_error=None, screen_height=None, fov=None,
+        conservative=chosen.conservative or chosen.shrink > 0.0,
+    )  # fmt: skip
+    by_length = chosen.error_bound is not None or chosen.error_bounds is not None
+    return replace(free, resolution=1) if by_length else free

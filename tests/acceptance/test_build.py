@@ -1,0 +1,197 @@
+"""``occluder build`` as its users run it: by hand, in CI, interrupted, on a service."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import xml.etree.ElementTree as ET
+
+import pytest
+
+import simplifier
+from tests import solids
+from tests.acceptance.command import OCCLUDER, ROOT, environment, occluder
+from tests.service.declared import declare
+from tests.service.real import running, until
+
+QUICK = """
+[defaults]
+resolution = 12
+moves = 40
+views = 4
+image = 32
+
+[[asset]]
+files = "props/*.ply"
+"""
+LONG = QUICK.replace("moves = 40", "moves = 100000000")
+
+
+def save(mesh, path):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), path)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Three meshes and their manifest."""
+    (tmp_path / "occluders.toml").write_text(QUICK)
+    save(solids.box(), tmp_path / "props/box.ply")
+    save(solids.torus(), tmp_path / "props/torus.ply")
+    save(solids.sphere(), tmp_path / "props/ball.ply")
+    return tmp_path
+
+
+def contents(folder):
+    return {str(path.relative_to(folder)): path.read_bytes()
+            for path in folder.rglob("*") if path.is_file()}  # fmt: skip
+
+
+def test_it_builds_checks_and_reports(folder):
+    stale = occluder("build", "--check", cwd=folder)
+    assert stale.returncode == 1
+    assert "error: props/box.ply: stale: it was never made" in stale.stderr
+    assert set(contents(folder)) == {"occluders.toml"} | {
+        f"props/{name}.ply" for name in ("box", "torus", "ball")
+    }
+    done = occluder("build", "--junit", "j.xml", "--markdown", "m.md", "--json", "j.json",
+                    cwd=folder)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "3 assets: 3 built" in done.stdout
+    assert len(ET.parse(folder / "j.xml").findall(".//testcase")) == 3
+    assert "| props/torus.ply | ✅ |" in (folder / "m.md").read_text()
+    figures = {one["asset"]: one["figures"] for one in json.loads((folder / "j.json").read_text())
+               ["assets"]}  # fmt: skip
+    mesh, made = (simplifier.load(folder / "props" / name)
+                  for name in ("torus.ply", "torus_occluder.glb"))  # fmt: skip
+    assert figures["props/torus.ply"]["triangles"] == len(made.faces)
+    measured = simplifier.evaluate(mesh, simplifier.Occluder(made.vertices, made.faces))
+    assert figures["props/torus.ply"]["recall"] == pytest.approx(measured.recall, abs=0.05)
+    check = occluder("build", "--check", cwd=folder)
+    assert (check.returncode, check.stdout) == (0, "3 assets: 3 current\n")
+    alone = occluder(
+        "simplify", "props/torus.ply", "-o", "alone.glb", "--resolution", "12", "--moves", "40",
+        cwd=folder,
+    )  # fmt: skip
+    assert alone.returncode == 0, alone.stderr
+    assert contents(folder)["alone.glb"] == contents(folder)["props/torus_occluder.glb"]
+
+
+def test_a_check_loads_nothing_that_makes_occluders(folder):
+    assert occluder("build", cwd=folder).returncode == 0
+    code = (
+        "import sys\nfrom simplifier import cli\nsys.argv = ['occluder', 'build', '--check',"
+        " '--junit', 'j.xml', '--markdown', 'm.md', '--json', 'j.json']\n"
+        "try:\n    cli.main()\nexcept SystemExit as end:\n    assert not end.code\n"
+        "print({'numpy', 'numba', 'scipy', 'watchfiles'} & set(sys.modules))"
+    )
+    done = subprocess.run(
+        [os.sys.executable, "-c", code], cwd=folder, env=environment(), capture_output=True,
+        text=True, timeout=60, check=True,
+    )  # fmt: skip
+    assert done.stdout.endswith("set()\n")
+
+
+def test_one_that_fails_is_named_and_the_others_are_made(folder):
+    (folder / "props/broken.ply").write_bytes(b"ply\nformat ascii 1.0\n")
+    done = occluder("build", cwd=folder)
+    assert done.returncode == 1
+    assert "error: props/broken.ply: failed: " in done.stderr
+    assert "4 assets: 3 built, 1 failed" in done.stdout
+    assert "Traceback" not in done.stderr
+
+
+def test_a_bad_manifest_is_one_line_with_file_and_line(folder):
+    (folder / "occluders.toml").write_text(QUICK + "budgte = 3\n")
+    for command in (("build",), ("build", "--check")):
+        done = occluder(*command, cwd=folder)
+        assert done.returncode == 1
+        assert done.stderr == (
+            "error: occluders.toml:10: 'budgte' is not known; did you mean 'budget'?\n"
+        )
+
+
+def test_an_interrupted_build_says_so_and_goes_on(folder):
+    (folder / "occluders.toml").write_text(LONG + "[[asset]]\nfiles='props/box.ply'\nmoves = 40\n")
+    with subprocess.Popen(
+        [*OCCLUDER, "build", "--at-once", "2"], cwd=folder, env=environment(), text=True,
+        stderr=subprocess.PIPE, stdout=subprocess.PIPE,
+    ) as process:  # fmt: skip
+        until((folder / "occluders.lock").exists, 60.0)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "interrupted; what was made is kept" in errors
+    assert "Traceback" not in errors
+    made = {name for name in contents(folder) if "occluder" in name}
+    assert made == {"occluders.toml", "occluders.lock", "props/box_occluder.glb"}
+    (folder / "occluders.toml").write_text(QUICK)
+    done = occluder("build", cwd=folder)
+    assert done.returncode == 0
+    assert "3 assets: 1 current, 2 built" in done.stdout
+
+
+def test_a_killed_build_leaves_no_half_file_and_goes_on(folder):
+    """While it runs a second one is refused."""
+    (folder / "occluders.toml").write_text(LONG + "[[asset]]\nfiles='props/box.ply'\nmoves = 40\n")
+    with subprocess.Popen(
+        [*OCCLUDER, "build", "--at-once", "2"], cwd=folder, env=environment(),
+        stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+    ) as process:  # fmt: skip
+        until((folder / "occluders.lock").exists, 60.0)
+        second = occluder("build", cwd=folder)
+        process.kill()
+    assert second.returncode == 1
+    assert "another build of this folder is running; wait for its end" in second.stderr
+    made = {name for name in contents(folder) if "occluder" in name}
+    assert made == {"occluders.toml", "occluders.lock", "props/box_occluder.glb"}
+    simplifier.load_occluder(folder / "props/box_occluder.glb")
+    (folder / "occluders.toml").write_text(QUICK)
+    assert "3 assets: 1 current, 2 built" in occluder("build", cwd=folder).stdout
+
+
+SERVED = (
+    QUICK
+    + """
+[[asset]]
+files = "props/torus.ply"
+lods = 2
+output = ["{folder}/{name}_occluder.glb", "made/{name}.tres"]
+
+[[asset]]
+files = "props/ball.ply"
+conservative = true
+output = "made/{name}.obj"
+"""
+)
+
+
+def test_a_service_makes_the_same_bytes(folder, tmp_path_factory):
+    declared = os.pathsep.join([str(declare(tmp_path_factory.mktemp("declared"))), str(ROOT)])
+    (folder / "occluders.toml").write_text(SERVED)
+    here = tmp_path_factory.mktemp("here")
+    for name, data in contents(folder).items():
+        (here / name).parent.mkdir(exist_ok=True)
+        (here / name).write_bytes(data)
+    assert occluder("build", cwd=here).returncode == 0
+    with running(declared, tmp_path_factory.mktemp("served") / "data") as server:
+        (folder / "props/broken.ply").write_bytes(b"ply\nformat ascii 1.0\n")
+        done = occluder(
+            "build", "--server", server.address, cwd=folder, timeout=400, PYTHONPATH=declared
+        )
+        assert done.returncode == 1
+        assert "4 assets: 3 built, 1 failed" in done.stdout, done.stderr
+        assert "error: props/broken.ply: failed: " in done.stderr
+        (folder / "props/broken.ply").unlink()
+        check = occluder("build", "--check", cwd=folder)
+        assert check.returncode == 0, check.stderr
+    assert contents(folder) == contents(here)
+
+
+def test_a_service_that_is_not_there_is_said_asset_by_asset(folder, tmp_path_factory):
+    declared = os.pathsep.join([str(declare(tmp_path_factory.mktemp("declared"))), str(ROOT)])
+    done = occluder("build", "--server", "gopher://x", cwd=folder, PYTHONPATH=declared)
+    assert done.returncode == 2
+    assert "'gopher://x' is no address of a service; write as in http" in done.stderr

@@ -1,0 +1,126 @@
+"""The CI example on a real repository, and the hooks for pre-commit."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import sys
+
+import pytest
+import yaml
+
+import simplifier
+from simplifier.suffixes import MESH_SUFFIXES
+from tests import solids
+from tests.acceptance.command import ROOT, environment, occluder
+
+SCRIPT = ROOT / "examples" / "ci" / "check_occluders.sh"
+MANIFEST = """
+[defaults]
+resolution = 16
+moves = 200
+views = 16
+image = 64
+budget = {budget}
+
+[[asset]]
+files = "*.ply"
+require = {{ max_recall_loss = {loss} }}
+"""
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    """A PATH on which ``occluder`` is this checkout's."""
+    folder = tmp_path_factory.mktemp("bin")
+    command = folder / "occluder"
+    command.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -m simplifier "$@"\n')
+    command.chmod(0o755)
+    return os.pathsep.join([str(folder), os.environ["PATH"]])
+
+
+@pytest.fixture
+def repository(tmp_path):
+    """Of one mesh with its occluder, on the branch main."""
+    mesh = solids.torus()
+    simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), tmp_path / "torus.ply")
+    (tmp_path / ".gitignore").write_text("occluders.xml\noccluders.md\n")
+    git(tmp_path, "init", "-q", "-b", "main")
+    change(tmp_path, 64)
+    git(tmp_path, "checkout", "-q", "-b", "change")
+    return tmp_path
+
+
+def git(folder, *arguments):
+    subprocess.run(
+        ["git", "-c", "user.name=t", "-c", "user.email=t@example.org", *arguments],
+        cwd=folder, check=True, capture_output=True,
+    )  # fmt: skip
+
+
+def change(folder, budget, loss=0.005):
+    """Write a manifest, build, commit."""
+    (folder / "occluders.toml").write_text(MANIFEST.format(budget=budget, loss=loss))
+    done = occluder("build", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    git(folder, "add", ".")
+    git(folder, "commit", "-q", "-m", "a change")
+
+
+def checked(folder, path):
+    return subprocess.run(
+        [SCRIPT, "main"], cwd=folder, env=environment(PATH=path, GITHUB_STEP_SUMMARY=None),
+        capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+
+
+def test_a_change_that_lowers_recall_fails_and_one_that_says_so_passes(repository, path):
+    change(repository, 4)
+    done = checked(repository, path)
+    assert done.returncode == 1
+    assert "error: torus.ply: recall fell from " in done.stderr
+    assert "| torus.ply | ❌ | 4 |" in (repository / "occluders.md").read_text()
+    assert 'failures="1"' in (repository / "occluders.xml").read_text()
+    change(repository, 4, loss=1.0)
+    done = checked(repository, path)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_change_that_hides_as_much_passes_and_a_stale_one_fails(repository, path):
+    change(repository, 72)
+    done = checked(repository, path)
+    assert done.returncode == 0, done.stderr
+    (repository / "occluders.toml").write_text(MANIFEST.format(budget=80, loss=0.005))
+    done = checked(repository, path)
+    assert done.returncode == 1
+    assert "error: torus.ply: stale: budget was 72 and is 80" in done.stderr
+
+
+def test_the_workflow_runs_the_script_with_the_branch_that_the_change_goes_into():
+    workflow = yaml.safe_load((SCRIPT.parent / "occluders.yml").read_text())
+    steps = workflow["jobs"]["check"]["steps"]
+    commands = [step["run"] for step in steps if "run" in step]
+    assert commands[-1].startswith(f"ci/{SCRIPT.name} ")
+    assert steps[0]["with"]["fetch-depth"] == 0
+
+
+HOOKS = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text())
+
+
+def test_hooks_have_what_pre_commit_asks_for():
+    assert [hook["id"] for hook in HOOKS] == ["occluder-build-check", "occluder-build"]
+    for hook in HOOKS:
+        assert {"id", "name", "entry", "language"} <= set(hook)
+        assert hook["pass_filenames"] is False
+        assert all(suffix[1:] in hook["files"] for suffix in MESH_SUFFIXES)
+
+
+@pytest.mark.parametrize("hook", HOOKS, ids=lambda hook: hook["id"])
+def test_a_hook_fails_where_something_is_wrong(hook, repository, path):
+    command = shlex.split(hook["entry"])
+    good = subprocess.run(command, cwd=repository, env=environment(PATH=path), check=False)
+    assert good.returncode == 0
+    (repository / "torus.ply").write_bytes(b"ply\n")
+    bad = subprocess.run(command, cwd=repository, env=environment(PATH=path), check=False)
+    assert bad.returncode == 1

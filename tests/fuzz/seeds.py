@@ -1,0 +1,243 @@
+"""Write the corpus anew: ``python -m tests.fuzz.seeds``, after a change of a format.
+
+Small files by our own writers and by hand, one for each way that a format can say something; the
+scene that damaged manifests stand in for; and a case of each kind that is drawn.  What fuzzing
+found is in ``fixtures/`` and is not touched.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from simplifier import simplify_scene
+from simplifier.geometry.camera import Camera, CameraPath
+from simplifier.geometry.lod_chain import Level, LodChain
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.scene import Scene
+from simplifier.io import save_camera_path, save_lods, writable_suffixes, write_scene
+from simplifier.io.save import encoded
+from tests.fuzz.cases import soup_of, write_case
+from tests.fuzz.corpus import CORPUS
+from tests.fuzz.promises.scene_folders import BUILT
+from tests.hierarchy.scenes import QUICK, fine_box, moved, street, turned
+from tests.io.builders import (
+    FACE_LIST,
+    FAN,
+    TETRAHEDRON_FACES,
+    TETRAHEDRON_POINTS,
+    XYZ,
+    GltfBuilder,
+    ply,
+    tetrahedron,
+    valid_files,
+)
+from tests.solids import box, table
+
+_QUICK = {"budget": 12, "preset": "draft", "resolution": 8, "moves": 20}
+_JUDGED = {"views": 4, "image": 16, "quads": 50}
+
+
+def main() -> None:
+    """Replace all that this writes."""
+    shutil.rmtree(CORPUS, ignore_errors=True)
+    shutil.rmtree(BUILT, ignore_errors=True)
+    _build_scene()
+    for target, name, data in _inputs():
+        place = CORPUS / target
+        place.mkdir(parents=True, exist_ok=True)
+        (place / name).write_bytes(data)
+
+
+def _build_scene() -> None:
+    scene = street(6)
+    bar = fine_box((30.0, 1.0, 1.0), cuts=4)  # so long that it is cut into parts
+    scene = Scene(
+        (*scene.meshes, bar), (*scene.names, "bar"), np.append(scene.mesh_of, 2).astype(np.int32),
+        np.concatenate([scene.transforms, [moved(0.0, 0.0, 9.0, -0.5 * turned("y", 9.0))]]),
+    )  # fmt: skip
+    simplify_scene(
+        scene, BUILT, budget=QUICK.budget, resolution=QUICK.resolution, width=QUICK.width,
+        moves=QUICK.moves, pixel_error=QUICK.pixel_error,
+    )  # fmt: skip
+
+
+def _inputs() -> Iterator[tuple[str, str, bytes]]:
+    """Target, name and content."""
+    for name, (suffix, data) in valid_files().items():
+        yield suffix[1:], f"by hand {name}".replace(" ", "_"), data
+    occluder = Occluder(table().vertices, table().faces, 0.125)
+    for suffix in writable_suffixes():
+        yield suffix[1:], "written", encoded(occluder, Path(f"x{suffix}"))
+        yield suffix[1:], "written_empty", encoded(_empty(), Path(f"x{suffix}"))
+    yield from _gltf()
+    yield from _text()
+    yield from _made_files()
+    yield "manifest", "built", (BUILT / "scene.json").read_bytes()
+    for path in sorted((BUILT / "occluders").iterdir())[:3]:
+        yield "stored", path.stem[:8], path.read_bytes()
+    yield from _cases()
+
+
+def _empty() -> Occluder:
+    return Occluder(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32), 0.5)
+
+
+def _gltf() -> Iterator[tuple[str, str, bytes]]:
+    rich = GltfBuilder()
+    mesh = rich.mesh(TETRAHEDRON_POINTS, TETRAHEDRON_FACES)
+    strip = rich.mesh(FAN, [0, 1, 2, 3, 4], mode=5)
+    fan = rich.mesh(FAN, mode=6)
+    lines = rich.mesh(FAN, [0, 1, 2, 3], mode=1)
+    sparse = rich.raw_accessor(
+        componentType=5126, type="VEC3", count=4,
+        sparse={
+            "count": 2,
+            "indices": {"bufferView": rich.view(bytes([1, 2])), "componentType": 5121},
+            "values": {"bufferView": rich.view(np.eye(2, 3, dtype="<f4").tobytes())},
+        },
+    )  # fmt: skip
+    loose = rich.primitives({"attributes": {"POSITION": sparse}})
+    short = rich.accessor(np.array(FAN) * 127, "VEC3", "i1", normalized=True)
+    whole = rich.primitives({"attributes": {"POSITION": short}, "mode": 4})
+    places = rich.accessor([[0, 0, 0], [3, 0, 0]], "VEC3", "f4")
+    turns = rich.accessor([[0, 0, 0, 127], [0, 127, 0, 0]], "VEC4", "i1", normalized=True)
+    sizes = rich.accessor([[1, 1, 1], [2, -1, 1]], "VEC3", "f4")
+    rich.node(mesh=mesh, name="one", translation=[1, 2, 3], rotation=[0, 0, 0, 1], scale=[1, 2, 1])
+    rich.node(mesh=strip, matrix=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1])
+    rich.node(name="parent", children=[3, 4], scale=[1e3, 1e3, 1e3])
+    rich.node(mesh=fan, name="one")
+    rich.node(mesh=lines, children=[5])
+    rich.node(mesh=loose)
+    rich.node(mesh=whole)
+    rich.node(
+        mesh=mesh,
+        extensions={
+            "EXT_mesh_gpu_instancing": {
+                "attributes": {"TRANSLATION": places, "ROTATION": turns, "SCALE": sizes}
+            }
+        },
+    )
+    rich.root["scenes"] = [{"nodes": [0, 1, 2, 6, 7]}]
+    rich.root["scene"] = 0
+    yield "glb", "rich", rich.glb()
+    rich.root["nodes"][0]["extras"] = {"generator": "planar-occluder", "error_bound": 0.5}
+    yield "gltf", "rich_without_its_file", rich.json(uri="beside.bin")
+
+
+def _text() -> Iterator[tuple[str, str, bytes]]:
+    yield (
+        "obj",
+        "polygons",
+        (
+            b"# weights, colours, textures\nmtllib a.mtl\nv 0 0 0 1 1 0 0\nv 2 0 0\nv 2 2 0\n"
+            b"v 1 .5 0\n"
+            b"v 0 2 0\nvt 0 0\nvn 0 0 1\ng one\nf 1/1/1 2//1 3/1 \\\n 4 5\nf -5 -4 -3\nl 1 2\n"
+        ),
+    )
+    yield (
+        "off",
+        "colours",
+        (
+            b"# polygons\nCOFF\n5 2 0\n0 0 0 255 0 0\n2 0 0 1 1 1\n2 2 0 0 0 0\n1 .5 0 9 9 9\n"
+            b"0 2 0 1 1 1\n5 0 1 2 3 4  0.5 0.5 0.5\n3 0 1 2\n"
+        ),
+    )
+    strips = f"element vertex 5\n{XYZ}property uchar red\nelement tristrips 1\n{FACE_LIST}"
+    rows = b"".join(b"%d %d 0 7\n" % (place % 2, place // 2) for place in range(5))
+    yield "ply", "strips", ply(strips, rows + b"7 0 1 2 3 -1 1 2\n")
+    mixed = f"element extra 1\nproperty double x\nelement vertex 5\n{XYZ}element face 2\n"
+    mixed += "property uchar flags\nproperty list ushort uint vertex_index\n"
+    body = np.float64(7.0).tobytes() + np.array(FAN, dtype="<f4").tobytes()
+    for corners in ([0, 1, 2], [0, 1, 2, 3, 4]):
+        body += b"\1" + len(corners).to_bytes(2, "little") + np.array(corners, "<u4").tobytes()
+    yield "ply", "mixed", ply(mixed, body, "binary_little_endian")
+    yield (
+        "stl",
+        "upper_case",
+        (
+            b"SOLID x\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\nVERTEX 0 1e0 0\n"
+            b"ENDLOOP\nENDFACET\nEND SOLID x\n"
+        ),
+    )
+    yield (
+        "tres",
+        "split",
+        (
+            b'[gd_resource type="ArrayOccluder3D" format=3]\r\n'
+            b'[resource]\r\nresource_name = "a"\r\n'
+            b"vertices = PackedVector3Array(0, 0, 0, 1, 0, 0,\r\n 0, 1, inf_neg)\r\n"
+            b"indices = PackedInt32Array(0, 1, 2)\r\n"
+        ),
+    )
+
+
+def _made_files() -> Iterator[tuple[str, str, bytes]]:
+    """By writers that need a folder."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "made.glb")
+        fine, coarse = tetrahedron(0.1), tetrahedron(0.2)
+        save_lods(LodChain((Level(fine, 8, 0.05), Level(coarse, 4, 0.1))), path)
+        yield "glb", "levels", path.read_bytes()
+        write_scene(street(3), path)
+        yield "glb", "scene", path.read_bytes()
+        path = path.with_suffix(".json")
+        up = np.array([0.0, 1.0, 0.0])
+        cameras = [
+            Camera.looking(
+                np.array([float(x), 2.0, 0.0]), np.array([0.2, -0.1, 1.0]), up, 60.0, 0.1
+            )
+            for x in range(2)
+        ]
+        save_camera_path(CameraPath("walk", tuple(cameras)), path)
+        yield "camera_path", "written", path.read_bytes()
+    frame = {"position": [0, 0, 0], "target": [1, 2, 3], "up": [0, 0, 1], "fov": 60}
+    by_hand = {"schema_version": 1, "name": "by hand", "frames": [frame, {**frame, "near": 1e-3}]}
+    yield "camera_path", "by_hand", json.dumps(by_hand).encode()
+
+
+def _cases() -> Iterator[tuple[str, str, bytes]]:
+    meshes: dict[str, TriangleMesh] = {"box": box(), "table": table(), "open": box(without=[2])}
+    chosen: dict[str, dict[str, object]] = {
+        "box": {"conservative": True},
+        "table": {"lods": 2},
+        "open": {"ground": True, "shrink": 0.1, "trim": "area"},
+    }
+    for name, mesh in meshes.items():
+        case = {"mesh": soup_of(mesh), "options": {**_QUICK, **_JUDGED, **chosen[name]}}
+        yield "simplify", name, write_case(case)
+    yield (
+        "evaluate",
+        "part",
+        write_case(
+            {
+                "mesh": soup_of(table()),
+                "occluder": soup_of(box((1.5, 0.1, 0.8), (0.0, 0.7, 0.0))),
+                "options": {"resolution": 8, **_JUDGED},
+            }
+        ),
+    )
+    scene = street(4)
+    yield (
+        "scene",
+        "street",
+        write_case(
+            {
+                "meshes": [soup_of(mesh) for mesh in scene.meshes],
+                "mesh_of": scene.mesh_of.tolist(),
+                "transforms": scene.transforms.tolist(),
+                "options": {"budget": 12, "resolution": 8, "moves": 20, "pixel_error": 100.0},
+                "cameras": [{"position": [0, 1, -9], "forward": [0, 0, 1], "fov": 60, "near": 0.1}],
+            }
+        ),
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -42,7 +42,9 @@ if TYPE_CHECKING:
         OccluderError,
         OptionError,
         OutputError,
+        OverridesError,
         SceneError,
+        TomlError,
         UnknownFormatError,
         UnreadableMeshError,
     )
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
     from simplifier.geometry.lod_chain import Level, LodChain
     from simplifier.geometry.mesh import TriangleMesh
     from simplifier.geometry.occluder import Occluder
+    from simplifier.geometry.overrides import Ignore, Overrides, Pattern
     from simplifier.geometry.scene import Scene
     from simplifier.hierarchy.manifest import load_occluder_tree
     from simplifier.hierarchy.occluder_tree import OccluderTree
@@ -67,6 +70,7 @@ if TYPE_CHECKING:
         TRADEOFF_FIELDS,
         OptionField,
     )
+    from simplifier.overrides_file import load_overrides
     from simplifier.production.estimate import check_file, estimate_memory
     from simplifier.production.judge import Judgement, judge
     from simplifier.production.options import EvaluateOptions, SimplifyOptions, TradeoffOptions
@@ -96,6 +100,7 @@ __all__ = [
     "DepthBuffer",
     "EmptyMeshError",
     "EvaluateOptions",
+    "Ignore",
     "Judgement",
     "Lens",
     "Level",
@@ -110,12 +115,16 @@ __all__ = [
     "OptionError",
     "OptionField",
     "OutputError",
+    "Overrides",
+    "OverridesError",
+    "Pattern",
     "Product",
     "Progress",
     "Scene",
     "SceneError",
     "SimplifyOptions",
     "Study",
+    "TomlError",
     "TradeoffOptions",
     "TriangleMesh",
     "UnknownFormatError",
@@ -133,6 +142,7 @@ __all__ = [
     "load_lods",
     "load_occluder",
     "load_occluder_tree",
+    "load_overrides",
     "load_scene",
     "make",
     "picture_of",
@@ -171,7 +181,9 @@ _NAMES = {
         "OccluderError",
         "OptionError",
         "OutputError",
+        "OverridesError",
         "SceneError",
+        "TomlError",
         "UnknownFormatError",
         "UnreadableMeshError",
     ),
@@ -192,6 +204,7 @@ _NAMES = {
     ),
     "geometry.mesh": ("TriangleMesh",),
     "geometry.occluder": ("Occluder",),
+    "geometry.overrides": ("Ignore", "Overrides", "Pattern"),
     "geometry.scene": ("Scene",),
     "hierarchy.manifest": ("load_occluder_tree",),
     "hierarchy.occluder_tree": ("OccluderTree",),
@@ -213,6 +226,7 @@ _NAMES = {
         "SIMPLIFY_FIELDS",
         "TRADEOFF_FIELDS",
     ),
+    "overrides_file": ("load_overrides",),
     "production.estimate": (
         "check_file",
         "estimate_memory",

@@ -10,6 +10,7 @@ from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, eval
 from simplifier.geometry.lod_chain import LodChain
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.build import Tell, build_occluders
 from simplifier.hierarchy.manifest import (
@@ -53,6 +54,7 @@ def simplify(
     moves: int | None = None,
     time_limit: float | None = None,
     seed: int = 0,
+    overrides: Overrides = NO_OVERRIDES,
     memory_limit: float | None = None,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
@@ -79,6 +81,8 @@ def simplify(
     ``moves``        refining moves in place of the preset's, 0 for the cut as it is.
     ``time_limit``   seconds that this call may take, in place of moves: less shortens the preset's
                      work, more goes on refining.  Results then differ from run to run.
+    ``overrides``    parts drawn by hand, which count towards the budget, and regions to leave open,
+                     as :func:`load_overrides` reads them; what they ignore is for :func:`load`.
     ``memory_limit``  GiB that the process may need, half of the machine's by default: a call that
                      would need more is refused at once, by
                      :class:`~simplifier.errors.MemoryLimitError`.
@@ -99,8 +103,9 @@ def simplify(
         slicer=slicer, preset=preset, min_precision=min_precision, moves=moves,
         time_limit=time_limit, seed=seed,
     )  # fmt: skip
+    check_kind("overrides", overrides, Overrides, OVERRIDES)
     check_making(mesh, options, memory_limit)
-    return simplify_mesh(mesh, options, listener, cancel).occluder
+    return simplify_mesh(mesh, options, listener, cancel, overrides).occluder
 
 
 def simplify_lods(
@@ -125,6 +130,7 @@ def simplify_lods(
     moves: int | None = None,
     time_limit: float | None = None,
     seed: int = 0,
+    overrides: Overrides = NO_OVERRIDES,
     memory_limit: float | None = None,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
@@ -156,8 +162,10 @@ def simplify_lods(
         viewers=viewers, smallest_hole=smallest_hole, trim=trim, slicer=slicer, preset=preset,
         min_precision=min_precision, moves=moves, time_limit=time_limit, seed=seed,
     )  # fmt: skip
+    check_kind("overrides", overrides, Overrides, OVERRIDES)
     check_making(mesh, finest, memory_limit)
-    return simplify_levels(mesh, plan_levels(longest, finest, levels), listener, cancel).chain
+    plan = plan_levels(longest, finest, levels, len(overrides.triangles))
+    return simplify_levels(mesh, plan, listener, cancel, overrides).chain
 
 
 def save(

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from simplifier.cli_failures import Debug, run_guarded
+from simplifier.cli_options import TransparentScene
 from simplifier.console import print_line, print_rows, print_text, run_bar
 from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.flythrough import Flythrough, fly
@@ -48,6 +49,7 @@ def cull(
             show_default="as they were built for",
         ),
     ] = None,
+    transparent: TransparentScene = "leave-out",
     debug: Debug = False,
 ) -> None:
     """Judge the occluders of a scene along a camera path: what they hide, against the truth.
@@ -60,7 +62,7 @@ def cull(
         options = CullOptions(rows, columns, pixel_error)
         with interrupts() as listening:
             cameras, tree = load_camera_path(path), load_occluder_tree(occluders)
-            read = load_scene(scene)  # last, for it takes longest
+            read = load_scene(scene, transparent=transparent)  # last, for it takes longest
             make_folder(output)
             flown = _flown(read, tree, cameras, options, listening)
             with listening.deferred():  # what was measured is not to be lost to a late Ctrl-C

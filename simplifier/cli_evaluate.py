@@ -9,6 +9,7 @@ import typer
 
 from simplifier.cli_failures import Debug
 from simplifier.cli_options import Mesh, Pictures, ReportFile, with_options
+from simplifier.cli_overrides import NoOverrides, OverridesFile, chosen_overrides
 from simplifier.cli_report import check_extras, shown
 from simplifier.evaluation.report import Report, write_report
 from simplifier.interrupts import Interrupts
@@ -25,6 +26,8 @@ def evaluate(
     mesh: Mesh,
     occluder: Annotated[Path, typer.Argument(help="The occluder to judge.")],
     *,
+    overrides: OverridesFile = None,
+    no_overrides: NoOverrides = False,
     report: ReportFile = None,
     pictures: Pictures = None,
     debug: Debug = False,
@@ -39,12 +42,18 @@ def evaluate(
     def run(listener: Listener, interrupts: Interrupts) -> Report:
         options = EvaluateOptions(**chosen)
         check_extras(report, pictures)
+        by_hand = chosen_overrides(mesh, overrides, no_overrides)
         check_file(mesh, options, pictures=pictures is not None)
         watch, limit = Stopwatch(listener), options.memory_limit
         with watch.stage("load"):
-            soup = load_mesh(mesh, memory_limit=limit)
+            soup = load_mesh(
+                mesh,
+                transparent=options.transparent,
+                ignore=by_hand.ignore,
+                memory_limit=limit,
+            )
             judged = load_occluder(occluder, memory_limit=limit)
-        judgement = judge(soup, judged, options, listener)
+        judgement = judge(soup, judged, options, listener, overrides=by_hand)
         summary = judgement.report(load_seconds=watch.timings["load"])
         if report is not None:
             write_report(summary, report)

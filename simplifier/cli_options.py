@@ -14,6 +14,12 @@ from simplifier.errors import OptionError
 from simplifier.option_fields import OptionField
 
 Mesh = Annotated[Path, typer.Argument(help="The mesh: glb, gltf, obj, ply, stl or off.")]
+TransparentScene = Annotated[
+    Literal["leave-out", "keep"],
+    typer.Option(
+        "--transparent", help="Triangles of the scene that one can see through: leave-out, or keep."
+    ),
+]
 ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the report as JSON.")]
 Pictures = Annotated[
     Path | None, typer.Option(help="Write pictures and an HTML report to this folder.")

@@ -9,7 +9,7 @@ import typer
 
 from simplifier.camera_paths.options import PathKind, PathOptions
 from simplifier.cli_failures import Debug, run_guarded
-from simplifier.cli_options import with_options
+from simplifier.cli_options import TransparentScene, with_options
 from simplifier.console import count_bar, print_line, print_rows, print_text
 from simplifier.errors import OutputError
 from simplifier.geometry import scene as scenes
@@ -55,6 +55,7 @@ def path(
         ),
     ] = 1.7,
     fov: Annotated[float, typer.Option(help="Vertical field of view, degrees.")] = 60.0,
+    transparent: TransparentScene = "leave-out",
     seed: Annotated[int, typer.Option(help="Another one gives another path.")] = 0,
     debug: Debug = False,
 ) -> None:
@@ -67,7 +68,7 @@ def path(
         PathOptions(kind, frames, up, seed, eye_height, fov)  # refused before the scene is read
         _check_output(scene, output)
         with interrupts() as listening:
-            read = load_scene(scene)
+            read = load_scene(scene, transparent=transparent)
             found = generate_path(read, kind, frames, up, seed, eye_height, fov)
             with listening.held():
                 save_camera_path(found, output)
@@ -95,6 +96,7 @@ def scene(
     *,
     preview: bool,
     memory_limit: float | None,
+    transparent: TransparentScene = "leave-out",
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
@@ -108,7 +110,7 @@ def scene(
         options = SceneOptions(**chosen)
         check_limit(memory_limit)
         with interrupts() as listening:
-            read = load_scene(source, memory_limit=memory_limit)
+            read = load_scene(source, transparent=transparent, memory_limit=memory_limit)
             make_folder(output)  # a scene that cannot be read leaves nothing behind
             with listening.deferred() as cancel, count_bar("occluders") as tell:
                 build = build_occluders(

@@ -9,6 +9,7 @@ import typer
 
 from simplifier.cli_failures import Debug
 from simplifier.cli_options import Mesh, Pictures, ReportFile, typed_lengths, with_options
+from simplifier.cli_overrides import NoOverrides, OverridesFile, chosen_overrides
 from simplifier.cli_report import check_extras, shown
 from simplifier.console import print_line
 from simplifier.errors import OptionError, OutputError
@@ -47,6 +48,8 @@ def simplify(
             " (godot) or as its coarsest level of detail (lod)."
         ),
     ] = None,
+    overrides: OverridesFile = None,
+    no_overrides: NoOverrides = False,
     report: ReportFile = None,
     pictures: Pictures = None,
     debug: Debug = False,
@@ -69,14 +72,20 @@ def simplify(
             _check_embedding(mesh, output, levels=options.levels is not None)
         _check_distinct(mesh, output, levels=options.levels is not None)
         check_extras(report, pictures)
+        by_hand = chosen_overrides(mesh, overrides, no_overrides)
         check_file(mesh, options, pictures=pictures is not None)
         watch = Stopwatch(listener)
         with watch.stage("load"):
-            soup = load_mesh(mesh, memory_limit=options.memory_limit)
+            soup = load_mesh(
+                mesh,
+                transparent=options.transparent,
+                ignore=by_hand.ignore,
+                memory_limit=options.memory_limit,
+            )
         kept = reported = False
         try:
             with interrupts.deferred() as cancel:
-                made = make(soup, options, listener, cancel)
+                made = make(soup, options, listener, cancel, by_hand)
                 with interrupts.held(), watch.stage("write"):
                     if with_original is None:
                         files = made.save(output, style)

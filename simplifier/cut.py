@@ -9,7 +9,8 @@ import numpy as np
 
 from simplifier.affordable import Work, fewer_directions, fits, quick
 from simplifier.deadline import Deadline
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.mesh import FloatArray, as_mesh
+from simplifier.geometry.overrides import NOTHING
 from simplifier.geometry.polygon import Chain, Polygon
 from simplifier.geometry.section import Section
 from simplifier.geometry.solid import Solid
@@ -22,6 +23,7 @@ from simplifier.progress import Stopwatch, Tell
 from simplifier.selection.candidates import Candidates
 from simplifier.selection.exchange import choose_by_gain
 from simplifier.selection.greedy import Cut, greedy_cut
+from simplifier.selection.measure import silhouettes
 from simplifier.selection.trim import trim_by_area
 from simplifier.sight import search_projections
 from simplifier.slicing.loops import edge_loops
@@ -36,20 +38,26 @@ class _TimeUpError(Exception):
     """The deadline has come, and there is already something to show."""
 
 
-def cut_solid(solid: Solid, options: Options, watch: Stopwatch, deadline: Deadline) -> FloatArray:
-    """(m, 3, 3) triangles in grid space, m within the budget.
+def cut_solid(
+    solid: Solid,
+    options: Options,
+    watch: Stopwatch,
+    deadline: Deadline,
+    drawn: FloatArray = NOTHING,
+) -> FloatArray:
+    """(m, 3, 3) triangles in grid space, m within the budget, that add to what is ``drawn``.
 
     Under a time limit a quick cut, which is always ended, and a fuller one if it fits.
     """
     with _slicer(solid, options.sections, watch) as slicer:
         if not deadline.limited:
-            return _cut_by(slicer, solid, options, watch, deadline)
+            return _cut_by(slicer, solid, options, watch, deadline, drawn)
         small = quick(options)
-        found = _cut_by(slicer, solid, small, watch, Deadline.after(None))
+        found = _cut_by(slicer, solid, small, watch, Deadline.after(None), drawn)
         fuller = _fullest(solid, options, small, watch.timings, deadline)
         if fuller is not None:
             with suppress(_TimeUpError):
-                found = _cut_by(slicer, solid, fuller, watch, deadline.part(0.5))
+                found = _cut_by(slicer, solid, fuller, watch, deadline.part(0.5), drawn)
         return found
 
 
@@ -72,7 +80,12 @@ def _work(solid: Solid, options: Options) -> Work:
 
 
 def _cut_by(
-    slicer: Slicer, solid: Solid, options: Options, watch: Stopwatch, deadline: Deadline
+    slicer: Slicer,
+    solid: Solid,
+    options: Options,
+    watch: Stopwatch,
+    deadline: Deadline,
+    drawn: FloatArray,
 ) -> FloatArray:
     """Raises :class:`_TimeUpError` at the deadline."""
 
@@ -94,7 +107,7 @@ def _cut_by(
     with watch.stage("chains"):
         chains = _chains(sections, polygons, steps("chains"))
     with watch.stage("cut"):
-        return _triangles(chains, _cut(chains, solid, options, steps("cut")))
+        return _triangles(chains, _cut(chains, solid, options, drawn, steps("cut")))
 
 
 @contextmanager
@@ -121,10 +134,13 @@ def _chains(
     return chains
 
 
-def _cut(chains: Sequence[Chain], solid: Solid, options: Options, tell: Tell) -> Cut:
+def _cut(
+    chains: Sequence[Chain], solid: Solid, options: Options, drawn: FloatArray, tell: Tell
+) -> Cut:
     chosen = options.selection
     projections = search_projections(solid, options, chosen.views)
-    candidates = Candidates.from_chains(chains, projections)
+    standing = silhouettes(*as_mesh(drawn), projections)
+    candidates = Candidates.from_chains(chains, projections, standing)
     if chosen.trim == "area":
         return trim_by_area(candidates, greedy_cut(candidates, chosen.alpha), chosen.budget)
     room = options.seed % 2**62  # each search adds its number, and the kernel takes 64 bits
@@ -133,7 +149,7 @@ def _cut(chains: Sequence[Chain], solid: Solid, options: Options, tell: Tell) ->
 
 def _triangles(chains: Sequence[Chain], cut: Cut) -> FloatArray:
     """The polygons that the cut names, (m, 3, 3) in grid space."""
-    triangles = [np.empty((0, 3, 3))]
+    triangles = [NOTHING]
     for chain, level in zip(chains, cut, strict=True):
         if level > 0:
             ring = chain.at(int(level))

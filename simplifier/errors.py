@@ -8,6 +8,7 @@
     |-- SceneError                 a built scene is missing, damaged, or of another scene
     |-- UnreadablePathError        a camera path is missing, damaged or not as its schema says
     |-- TomlError                  a TOML file is missing or damaged
+    |-- OverridesError             a file of overrides is damaged or not of this mesh
     |-- ManifestError              a build's manifest or record cannot be used
     |-- OptionError                an option is unknown or out of range, or an argument is of
     |                              another kind (exit status 2)
@@ -87,6 +88,10 @@ class UnreadablePathError(OccluderError):
 
 class TomlError(OccluderError):
     """A TOML file is missing, damaged, or no TOML."""
+
+
+class OverridesError(OccluderError):
+    """Overrides are missing, damaged, say what cannot be, or name what the mesh does not have."""
 
 
 class ManifestError(OccluderError):

@@ -9,7 +9,8 @@ import numpy as np
 from simplifier.affordable import FEW_VIEWS, affordable_views
 from simplifier.deadline import Deadline
 from simplifier.geometry.grid import BoolArray
-from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
+from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
+from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.kernels.threads import run_chunks
 from simplifier.options import Options
@@ -21,6 +22,7 @@ from simplifier.selection.refine import pulled_in, refine
 from simplifier.selection.thin import thinned
 from simplifier.sight import search_projections
 from simplifier.voxel.morphology import dilated
+from simplifier.voxel.openings import barred
 
 _FINE_VIEWS = 12  # that decide between what was found and the starts
 _FEW_FINE_VIEWS = 6  # where a time limit is short
@@ -39,30 +41,41 @@ def improve(
     options: Options,
     watch: Stopwatch,
     deadline: Deadline,
+    overrides: Overrides = NO_OVERRIDES,
 ) -> FloatArray:
     """Move the triangles (m, 3, 3) of grid space within the core and its reach.
 
-    That keeps the error bound.  Searches begin from them and from decimated surfaces; finer
-    pictures then decide between what they find and the starts as they are.  Triangles that are not
-    to leave the core at all are pulled in even when there is nothing to refine.
+    That keeps the error bound, and regions open.  Searches begin from them and from decimated
+    surfaces; finer pictures then decide between what they find and the starts as they are.
+    Triangles that are not to leave the core at all, or have regions to keep out of, are pulled in
+    even when there is nothing to refine.  What is drawn by hand belongs to the original there, and
+    hides as well.
     """
-    if options.refine.moves == 0 and solid.reach > 0:
+    regions = [one.region for one in overrides.open]
+    free = solid.reach > 0 and not regions
+    if options.refine.moves == 0 and free:
         return start
     allowed, margin = dilated(solid.core, solid.reach)
+    allowed &= ~barred(solid.core, regions, int(margin))
     inside = pulled_in(start + margin, allowed)
     if options.refine.moves == 0:
         return inside - margin
+    drawn = solid.core.to_grid(overrides.triangles) + margin
     placed = solid.core.to_grid(mesh.vertices)
     placed += margin
-    original = thinned(placed, mesh.faces)
+    original = _joined(thinned(placed, mesh.faces), as_mesh(drawn))
     del placed
     try:
-        views = _views(original, solid, options, margin, watch, deadline)
+        views = _views(original, drawn, solid, options, margin, watch, deadline)
     except _StoppedError:
-        return start if solid.reach > 0 else inside - margin
+        return start if free else inside - margin
 
     def stop(share: float, measure: float, best: Best) -> bool:
-        watch.tell("refine", share, measure, lambda: solid.core.to_world(best() - margin))
+        def shown() -> FloatArray:
+            found = solid.core.to_world(best() - margin)
+            return np.concatenate([overrides.triangles, found])
+
+        watch.tell("refine", share, measure, shown)
         return watch.cancelled
 
     starts, several = [inside], options.refine.decimated and deadline.left > _SEVERAL_SECONDS
@@ -81,7 +94,17 @@ def improve(
     def spare() -> list[FloatArray]:  # takes what no limit has left for it
         return [] if deadline.limited else [_fine_start(mesh, solid, options, allowed, margin)]
 
-    return best_of([*found, *starts], FineViews.of(*original, fine), aim, spare) - margin
+    judges = FineViews.of(*original, fine)
+    return best_of([*found, *starts], judges, aim, spare, drawn) - margin
+
+
+def _joined(
+    one: tuple[FloatArray, IntArray], other: tuple[FloatArray, IntArray]
+) -> tuple[FloatArray, IntArray]:
+    """Two meshes as one; the first is only copied where it must."""
+    if len(other[1]) == 0:
+        return one
+    return np.concatenate([one[0], other[0]]), np.concatenate([one[1], other[1] + len(one[0])])
 
 
 def _closing_share(several: bool) -> float:
@@ -123,6 +146,7 @@ def _fine_start(
 
 def _views(
     original: tuple[FloatArray, IntArray],
+    by_hand: FloatArray,
     solid: Solid,
     options: Options,
     margin: float,
@@ -145,7 +169,7 @@ def _views(
             if share < 0.5 < drawing.share:  # so slow that nothing would be left for refining
                 raise _StoppedError
 
-        return RefineViews(projections, silhouettes(*original, projections, keep_pace))
+        return RefineViews(projections, silhouettes(*original, projections, keep_pace), by_hand)
 
     most = options.refine.views
     if not deadline.limited:

@@ -10,6 +10,7 @@ import numpy as np
 
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.geometry.overrides import Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.kernels.soup_views import all_contained
 from simplifier.voxel.fill import fill
@@ -18,9 +19,14 @@ from simplifier.voxel.morphology import dilated
 _NEAR = 3  # voxels; in a groove of a surface the nearest free one may be two away
 
 
-def fits(mesh: TriangleMesh, solid: Solid, budget: int) -> bool:
-    """Whether the mesh may be its own occluder: within the budget, and allowed to touch itself."""
-    return len(mesh.faces) <= budget and not solid.wholly_inside
+def fits(mesh: TriangleMesh, solid: Solid, budget: int, overrides: Overrides) -> bool:
+    """Whether the mesh may be its own occluder: within the budget, and allowed to touch itself.
+
+    Not where a person decided what hides: the mesh may reach into open regions, and beside drawn
+    parts its own triangles may be wasted.
+    """
+    free = not overrides.drawn and not overrides.open
+    return free and len(mesh.faces) <= budget and not solid.wholly_inside
 
 
 def seen_triangles(mesh: TriangleMesh, solid: Solid) -> FloatArray:

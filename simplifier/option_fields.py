@@ -140,6 +140,11 @@ _MOST_MOVES = 100_000_000
 _LARGEST_SEED = 2**63 - 1
 _AXES = ("x", "y", "z")
 
+_TRANSPARENT = _choice(
+    "transparent", ("leave-out", "keep"), "leave-out",
+    "Triangles of the file that one can see through: leave-out, or keep.",
+)  # fmt: skip
+
 _MEMORY_LIMIT = _number(
     "memory_limit", None, 0.0, 1e6,
     "GiB that the run may need at most: beyond, it is refused before it begins.",
@@ -171,6 +176,7 @@ SIMPLIFY_FIELDS = (
         "viewers", ("all", "above"), "all",
         "Where viewers can be: all, or above (looking level or down; on the ground).",
     ),
+    _TRANSPARENT,
     _number(
         "smallest_hole", 0.0, 0.0, None,
         "Openings narrower than this count as closed, in the mesh's units.",
@@ -214,8 +220,8 @@ SIMPLIFY_FIELDS = (
 """Options of ``occluder simplify``, in the order of its help."""
 
 _JUDGED_BY = frozenset({
-    "resolution", "up", "ground", "viewers", "smallest_hole", "seed", "views", "image", "quads",
-    "exact", "memory_limit",
+    "resolution", "up", "ground", "viewers", "transparent", "smallest_hole", "seed", "views",
+    "image", "quads", "exact", "memory_limit",
 })  # fmt: skip
 
 EVALUATE_FIELDS = tuple(one for one in SIMPLIFY_FIELDS if one.name in _JUDGED_BY)
@@ -248,7 +254,7 @@ SCENE_FIELDS = (
 )  # fmt: skip
 """Options of ``occluder scene``, in the order of its help."""
 
-_SWEPT = frozenset({"up", "ground", "seed", "memory_limit"})
+_SWEPT = frozenset({"up", "ground", "transparent", "seed", "memory_limit"})
 
 TRADEOFF_FIELDS = (
     _wholes("resolutions", (32, 64, 128), _MOST_VOXELS, "Resolutions to try."),

@@ -43,6 +43,7 @@ Slicing = Literal["cpu", "gl"]
 Trim = Literal["gain", "area"]
 Axis = Literal["x", "y", "z"]
 Viewers = Literal["all", "above"]
+Transparent = Literal["leave-out", "keep"]
 Preset = Literal["draft", "balanced", "best"]
 
 

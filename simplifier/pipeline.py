@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from simplifier.cut import cut_solid
 from simplifier.deadline import Deadline
+from simplifier.errors import OptionError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.overrides import NO_OVERRIDES, NOTHING, Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.improve import improve
 from simplifier.itself import fits, seen_triangles
@@ -45,32 +49,55 @@ def simplify_mesh(
     options: Options,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
+    overrides: Overrides = NO_OVERRIDES,
 ) -> Simplification:
     """Turn a triangle soup into an occluder of at most ``options.selection.budget`` triangles.
+
+    Of ``overrides`` the drawn parts count, and what they hide need not be hidden again; the error
+    bound is that of all other triangles.
 
     ``listener`` is told about the progress; what it raises ends the run.  ``cancel``, once set,
     ends it soon: with the best so far from refining on, before that with
     :class:`~simplifier.errors.CancelledError`.  Raises
-    :class:`~simplifier.errors.BackendUnavailableError` for a slicer that cannot run here.
+    :class:`~simplifier.errors.BackendUnavailableError` for a slicer that cannot run here and
+    :class:`~simplifier.errors.OptionError` for drawn parts beyond the budget.
     """
+    left = options.selection.budget - len(overrides.triangles)
+    _check_left(left, options, overrides)
     deadline = Deadline.after(options.time_limit)
     watch = Stopwatch(listener, cancel)
-    solid = solidify(mesh, options.solid, watch)
+    solid = solidify(mesh, options.solid, watch, overrides)
     # Before refining, which uses up what a time limit leaves.
-    warnings = solid_warnings(mesh, solid, options.solid)
-    if fits(mesh, solid, options.selection.budget):
-        triangles, interrupted = seen_triangles(mesh, solid), False
+    warnings = solid_warnings(mesh, solid, options.solid, overrides)
+    interrupted = False
+    if left == 0:
+        triangles = NOTHING
+    elif fits(mesh, solid, left, overrides):
+        triangles = seen_triangles(mesh, solid)
     else:
-        triangles = cut_solid(solid, options, watch, deadline)
+        rest = replace(options, selection=replace(options.selection, budget=left))
+        by_hand = solid.core.to_grid(overrides.triangles)
+        triangles = cut_solid(solid, rest, watch, deadline, by_hand)
         with watch.stage("refine", cancels=False):
-            triangles = improve(triangles, mesh, solid, options, watch, deadline)
+            triangles = improve(triangles, mesh, solid, rest, watch, deadline, overrides)
             interrupted = watch.cancelled
         triangles = solid.core.to_world(triangles)
     # A voxel wholly inside is interior, at no distance at all.
     bound = 0.0 if solid.wholly_inside else ERROR_VOXELS * solid.core.cell_size
+    triangles = np.concatenate([overrides.triangles, triangles])
     occluder = Occluder.of(triangles, bound, watch.timings)
     if len(occluder.faces) == 0 < solid.core.count:
         warnings.append(_EMPTY)
     if interrupted:
         warnings.append("interrupted: the best so far")
     return Simplification(occluder, solid, tuple(warnings), interrupted)
+
+
+def _check_left(left: int, options: Options, overrides: Overrides) -> None:
+    if left < 0:
+        raise OptionError(
+            f"{options.selection.budget} triangles are fewer than the"
+            f" {len(overrides.triangles)} that the overrides draw",
+            where="budget",
+            remedy=f"raise it to {len(overrides.triangles)} or more, or draw fewer",
+        )

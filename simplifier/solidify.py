@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.reach import Reach
 from simplifier.geometry.solid import Solid
 from simplifier.options import SolidOptions
@@ -14,12 +15,22 @@ from simplifier.voxel.enclose import enclose
 from simplifier.voxel.fill import Side
 from simplifier.voxel.leaks import leaks
 from simplifier.voxel.morphology import glued
+from simplifier.voxel.openings import barred, opened
 from simplifier.voxel.remedies import leak_warning
 from simplifier.voxel.voxelize import voxelize
 
 
-def solidify(mesh: TriangleMesh, options: SolidOptions, watch: Stopwatch) -> Solid:
-    """The voxels that the mesh touches, what they enclose, and what of it is to be hidden in."""
+def solidify(
+    mesh: TriangleMesh,
+    options: SolidOptions,
+    watch: Stopwatch,
+    overrides: Overrides = NO_OVERRIDES,
+) -> Solid:
+    """The voxels that the mesh touches, what they enclose, and what of it is to be hidden in.
+
+    The core is without the open regions, the filled solid is with them: the mesh is what it is.
+    """
+    regions = [one.region for one in overrides.open]
     with watch.stage("voxelize"):
         touched = voxelize(mesh, options.resolution)
         if options.glue and not options.wholly_inside:
@@ -28,13 +39,16 @@ def solidify(mesh: TriangleMesh, options: SolidOptions, watch: Stopwatch) -> Sol
         sides = _closed_sides(options)
         filled, closed_by = enclose(touched, sides, touched.in_voxels(options.smallest_hole))
         if not options.wholly_inside:
-            return Solid(touched, filled, filled, 0 if options.glue else 1, closed_by)
+            hidden_in = opened(filled, regions)
+            return Solid(touched, filled, hidden_in, 0 if options.glue else 1, closed_by)
         shrink, lowest = touched.in_voxels(options.shrink), touched.to_grid(mesh.bounds[0])
-        inner = core(touched, filled, shrink, lowest, sides)
+        inner = opened(core(touched, filled, shrink, lowest, sides), regions)
         return Solid(touched, filled, inner, 0, closed_by, wholly_inside=True)
 
 
-def solid_warnings(mesh: TriangleMesh, solid: Solid, options: SolidOptions) -> list[str]:
+def solid_warnings(
+    mesh: TriangleMesh, solid: Solid, options: SolidOptions, overrides: Overrides = NO_OVERRIDES
+) -> list[str]:
     """What was left out of the mesh, where it is open, and why there may be nothing to cut."""
     warnings = []
     dropped = mesh.dropped
@@ -48,7 +62,7 @@ def solid_warnings(mesh: TriangleMesh, solid: Solid, options: SolidOptions) -> l
         hole = solid.touched.in_voxels(options.smallest_hole)
         warnings.append(leak_warning(solid.touched, solid.filled, _closed_sides(options), hole))
     if solid.core.count == 0:
-        warnings.append(_empty_warning(solid, options))
+        warnings.append(_empty_warning(solid, options, overrides))
     return warnings
 
 
@@ -67,8 +81,11 @@ def _point(coordinates: FloatArray) -> str:
     return f"({', '.join(f'{value:.6g}' for value in coordinates)})"
 
 
-def _empty_warning(solid: Solid, options: SolidOptions) -> str:
-    """Why the occluder has no triangle, and what would give it some."""
+def _empty_warning(solid: Solid, options: SolidOptions, overrides: Overrides) -> str:
+    """Why nothing is found to hide behind, and what would help."""
+    regions = [one.region for one in overrides.open]
+    if regions and barred(solid.filled, regions)[solid.filled.inside].all():
+        return "open regions take up all of the mesh, so nothing is left to hide behind"
     if options.shrink == 0.0:
         return "no voxel lies wholly inside, so the occluder is empty; raise the resolution"
     depth = deepest(solid.touched, solid.filled, _closed_sides(options)) * solid.core.cell_size

@@ -77,8 +77,8 @@ def read_toml(path: str | Path, *, error: type[OccluderError] = TomlError) -> Ta
     Raises ``error``, by default :class:`~simplifier.errors.TomlError`, as :func:`parse_toml` and
     where there is no file to be read.
     """
-    file = Path(path)
-    return parse_toml(read_bytes(file, error=error, remedy="name a file"), str(path), error=error)
+    data = read_bytes(Path(path), error=error, remedy="name a TOML file")
+    return parse_toml(data, str(path), error=error)
 
 
 def parse_toml(data: bytes, file: str, *, error: type[OccluderError] = TomlError) -> Table:

@@ -71,7 +71,7 @@ def test_simplify_and_make_options_have_the_same_defaults():
     assert {"budget", "resolution", "error_bound", "up", "ground", "trim", "seed"} <= shared
     assert {"viewers", "smallest_hole", "conservative", "shrink"} <= shared
     assert all(here[name].default == there[name].default for name in shared)
-    assert set(here) - shared == {"mesh", "memory_limit", "listener", "cancel"}
+    assert set(here) - shared == {"mesh", "overrides", "memory_limit", "listener", "cancel"}
 
 
 def test_every_error_is_an_occluder_error():

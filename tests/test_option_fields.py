@@ -55,7 +55,7 @@ def as_one(build):
 
 # What the table says of each option, and a class that holds it to that.
 HELD = [
-    *((one, simplifying) for one in SIMPLIFY_FIELDS),
+    *((one, simplifying) for one in SIMPLIFY_FIELDS if one.name != "transparent"),
     *((one, as_one(SimplifyOptions)) for one in SIMPLIFY_FIELDS if one.name not in LODS),
     *((one, as_one(EvaluateOptions)) for one in EVALUATE_FIELDS),
     *((one, of_scene) for one in SCENE_FIELDS if one.name not in BESIDE),

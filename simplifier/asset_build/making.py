@@ -72,7 +72,8 @@ def make_here(mesh: Path, options: SimplifyOptions, targets: Sequence[Path]) -> 
     from simplifier.io import load_mesh
     from simplifier.production.produce import produce
 
-    product = produce(load_mesh(mesh), options)
+    soup = load_mesh(mesh, transparent=options.transparent, memory_limit=options.memory_limit)
+    product = produce(soup, options)
     for target in targets:
         product.save(target)
     return product.report()
@@ -86,5 +87,6 @@ def _stamp(mesh: Path) -> tuple[str, dict[str, str]]:
     digests = Digests()
     codec, data = codec_for_reading(mesh), read_bytes(mesh)
     names = [unquote(uri) for uri in codec.external(data, mesh)] if codec.external else []
+    names += codec.consulted(data, mesh) if codec.consulted else []
     beside = {name: digests.of(mesh.parent / name) or "" for name in sorted(set(names))}
     return digests.of(mesh) or "", beside

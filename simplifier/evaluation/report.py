@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -101,6 +102,7 @@ def _input(mesh: TriangleMesh) -> Report:
         "vertices": len(mesh.vertices),
         "bounds": mesh.bounds.tolist(),
         "dropped": mesh.dropped.counts,
+        "omitted": [asdict(one) for one in mesh.omitted],
     }
 
 

@@ -24,7 +24,7 @@ from simplifier.io import load_mesh
 from simplifier.memory.limit import check_limit
 from simplifier.memory.runs import Judging
 from simplifier.needs import check_making
-from simplifier.options import Axis, Options, Preset, make_options
+from simplifier.options import Axis, Options, Preset, Transparent, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel
 
@@ -95,7 +95,8 @@ class SweepOptions:
 
     ``resolutions``, ``directions``, ``times``  the values of each knob, the others at their
     default; with ``full`` every combination.  The presets are always measured.  Every budget gets
-    all of it.  ``times`` are time limits, seconds; ``repeats`` runs a setting.
+    all of it.  ``times`` are time limits, seconds; ``repeats`` runs a setting.  ``transparent`` is
+    for meshes that are read from files.
 
     A setting that would need more than ``memory_limit`` GiB, None for half of the machine's, fails.
 
@@ -108,6 +109,7 @@ class SweepOptions:
     times: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0, 5.0)
     up: Axis = "y"
     ground: bool = False
+    transparent: Transparent = "leave-out"
     seed: int = 0
     repeats: int = 3
     full: bool = False
@@ -230,7 +232,7 @@ def _outcome(runs: list[Trial]) -> Outcome:
 def _mesh_trials(name: str, path: Path, options: SweepOptions, tell: Tell) -> Iterator[Trial]:
     tell(0, name)
     try:
-        mesh = load_mesh(path, memory_limit=options.memory_limit)
+        mesh = load_mesh(path, transparent=options.transparent, memory_limit=options.memory_limit)
     except Exception as error:
         yield Trial(name, None, failure=_reason(error))
         return

@@ -73,6 +73,18 @@ _REASONS = {
 _UNUSABLE = ("non_finite", "repeated_index", "zero_area")
 
 
+@dataclass(frozen=True)
+class Omitted:
+    """Triangles of a file that were not taken: what they are called, why, and how many.
+
+    ``see_through``  whether for that; else the user ignores them.
+    """
+
+    name: str
+    see_through: bool
+    triangles: int
+
+
 @dataclass(frozen=True, eq=False)
 class TriangleMesh:
     """A triangle soup: no promise about closedness, winding, crossings or shared vertices.
@@ -81,6 +93,7 @@ class TriangleMesh:
     ``faces``     (m, 3) int32, m >= 1, indices into ``vertices``, read-only; the winding is that of
                   the input and no stage relies on it.
     ``dropped``   what :meth:`from_soup` left out.
+    ``omitted``   what was not taken of a file.
 
     Build one with :meth:`from_soup`; the plain constructor trusts what its arrays hold.
     """
@@ -88,6 +101,7 @@ class TriangleMesh:
     vertices: FloatArray
     faces: IntArray
     dropped: DroppedTriangles = field(default_factory=DroppedTriangles)
+    omitted: tuple[Omitted, ...] = ()
 
     def __post_init__(self) -> None:
         check_arrays(self.vertices, self.faces, "build the mesh by TriangleMesh.from_soup")
@@ -134,6 +148,12 @@ class TriangleMesh:
         """(3,) float64: edge lengths of the bounding box, world units."""
         low, high = self.bounds
         return np.asarray(high - low)
+
+
+def as_mesh(triangles: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Vertices (3 m, 3) and faces (m, 3) of ``triangles`` (m, 3, 3), none shared."""
+    faces = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    return triangles.reshape(-1, 3), faces
 
 
 def have_area(triangles: FloatArray) -> NDArray[np.bool_]:

@@ -20,9 +20,9 @@ class Occluder:
 
     ``vertices``     (n, 3) float64, world units.
     ``faces``        (m, 3) int32, m may be 0 when nothing can be hidden.
-    ``error_bound``  no point of the occluder is further than this from the original's surface or
-                     its filled interior, world units; infinite when nothing was promised (a file
-                     made elsewhere).
+    ``error_bound``  no point of the occluder, but of parts drawn by hand, is further than this
+                     from the original's surface or its filled interior, world units; infinite when
+                     nothing was promised (a file made elsewhere).
     ``timings``      seconds by stage.
     ``single_sided`` whether renderers that cull back faces may: a triangle that can be seen from
                      both sides is then there in both windings.  If not, as they are made, they are

@@ -21,7 +21,8 @@ class Solid:
 
     ``touched``  voxels that a triangle touches.
     ``filled``   those and the voxels that the outside cannot reach.
-    ``core``     what sections are cut from: ``filled``, or only voxels that lie wholly inside.
+    ``core``     what sections are cut from: ``filled``, or only voxels that lie wholly inside;
+                 without the regions that are to be left open.
     ``reach``    voxels that the occluder may go past the core: 1, or 0 for not at all.
     ``wholly_inside``  whether the core is the interior alone, without any touched voxel.
     ``closed_by``  remedies in use, in the order in which they were applied.

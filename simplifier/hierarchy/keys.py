@@ -13,7 +13,7 @@ from simplifier.hierarchy.node import Kind, Stand
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.version import VERSION
 
-_FORMAT = b"4"  # raised when the same input is to give another occluder
+_FORMAT = b"5"  # raised when the same input is to give another occluder
 _DIGITS = 32
 
 

@@ -11,10 +11,11 @@ from simplifier.io.formats import CODECS
 from simplifier.io.gltf_scene import MOST_INSTANCES
 from simplifier.io.load import load_objects
 from simplifier.io.objects import Objects
+from simplifier.options import Transparent
 
 
 def objects_of_folder(
-    folder: Path, *, allow_external: bool, memory_limit: float | None = None
+    folder: Path, *, allow_external: bool, transparent: Transparent, memory_limit: float | None
 ) -> tuple[Objects, list[str]]:
     """The objects, by relative path and then as in the file, and what could not be read.
 
@@ -28,7 +29,12 @@ def objects_of_folder(
     for path in files:
         name = path.relative_to(folder).with_suffix("").as_posix()
         try:
-            objects = load_objects(path, allow_external=allow_external, memory_limit=memory_limit)
+            objects = load_objects(
+                path,
+                allow_external=allow_external,
+                transparent=transparent,
+                memory_limit=memory_limit,
+            )
         except MemoryLimitError:
             raise  # leaving it out would make another scene
         except OccluderError as error:

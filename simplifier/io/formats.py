@@ -13,6 +13,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.io import glb_writer, gltf, gltf_claim, gltf_lods, obj, occ, off, ply, stl, tres
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.gltf_container import check_container
+from simplifier.io.labels import Labelled
 from simplifier.io.objects import Objects
 from simplifier.io.polygons import IndexArray
 
@@ -33,10 +34,14 @@ class Codec:
     ``decode_lods``  (content, path) back to one; None where the format has no place for it.
     ``error_bound``  (content, path) to the bound that ``encode`` stored, infinite when there is
                      none; None when the format has no place for it.
-    ``objects``      (content, path) to the objects of the file, nothing checked; None for a format
-                     whose files are one object each.
+    ``objects``      (content, path, whether what can be seen through is taken) to the objects of
+                     the file, nothing checked; None for a format whose files are one object each.
     ``external``     (content, path) to the names of the other files that the file refers to; None
-                     for a format of which no other file is ever opened.
+                     for a format that can do without other files.
+    ``consulted``    (content, path) to the names of files beside it that ``labelled`` looks at if
+                     they are there; None for a format that has no such.
+    ``labelled``     (content, path, whether other files may be opened) to what ``decode`` gives,
+                     with the names of its parts; None for a format that has no names.
     ``check_start``  (first 64 KiB, size of the file, name for messages): raises what ``decode``
                      would for a file that cannot be of this format, however it goes on;
                      None where nothing can be said by then.
@@ -50,8 +55,10 @@ class Codec:
     encode_lods: Callable[[LodChain], bytes] | None = None
     decode_lods: Callable[[bytes, Path], LodChain] | None = None
     error_bound: Callable[[bytes, Path], float] | None = None
-    objects: Callable[[bytes, Path], Objects] | None = None
+    objects: Callable[[bytes, Path, bool], Objects] | None = None
     external: Callable[[bytes, Path], list[str]] | None = None
+    consulted: Callable[[bytes, Path], list[str]] | None = None
+    labelled: Callable[[bytes, Path, bool], Labelled] | None = None
     check_start: Callable[[bytes, int, str], None] | None = None
 
 
@@ -66,6 +73,7 @@ CODECS: dict[str, Codec] = {
         error_bound=gltf.error_bound,
         objects=gltf.objects,
         external=gltf.external,
+        labelled=gltf.labelled,
         check_start=check_container,
     ),
     ".gltf": Codec(
@@ -76,6 +84,7 @@ CODECS: dict[str, Codec] = {
         error_bound=gltf.error_bound,
         objects=gltf.objects,
         external=gltf.external,
+        labelled=gltf.labelled,
         check_start=check_container,
     ),
     ".obj": Codec(
@@ -84,6 +93,8 @@ CODECS: dict[str, Codec] = {
         obj.claim,
         obj.encode,
         encode_polygons=obj.encode,
+        consulted=obj.consulted,
+        labelled=obj.labelled,
         check_start=obj.check_start,
     ),
     ".occ": Codec(

@@ -13,8 +13,9 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.io.gltf_buffers import Buffers, external_uris
 from simplifier.io.gltf_container import open_document
 from simplifier.io.gltf_json import number_or_nan
-from simplifier.io.gltf_primitives import read_gltf_mesh
-from simplifier.io.gltf_scene import Instances, list_instances, scene_nodes
+from simplifier.io.gltf_primitives import joined, read_gltf_mesh
+from simplifier.io.gltf_scene import Instances, list_instances, mesh_name, scene_nodes
+from simplifier.io.labels import Label, Labelled
 from simplifier.io.objects import Objects
 
 IndexArray = NDArray[np.int64]
@@ -36,11 +37,45 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
     return read_instances(buffers, list_instances(buffers), str(path))
 
 
+def labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
+    """As :func:`decode`, with the names of nodes, meshes and materials."""
+    buffers = Buffers(open_document(data, str(path)), path)
+    instances = list_instances(buffers)
+    meshes: dict[int, tuple[FloatArray, IndexArray]] = {}
+    kinds: dict[int, list[tuple[str, bool, int]]] = {}
+    for mesh in _used(instances):
+        primitives = read_gltf_mesh(buffers, mesh)
+        meshes[mesh] = joined(primitives)
+        kinds[mesh] = [(one.material, one.see_through, len(one.faces)) for one in primitives]
+        del primitives  # not to be held beside the joined mesh
+    vertices, faces = _placed(meshes, instances, str(path))
+    names = {mesh: mesh_name(buffers.document.root, mesh) for mesh in meshes}
+    labels, counts = [], []
+    for owner, mesh in zip(instances.owners, instances.mesh_of.tolist(), strict=True):
+        objects = tuple(dict.fromkeys(name for name in (owner, names[mesh]) if name))
+        for material, see_through, count in kinds[mesh]:
+            labels.append(Label(objects, material, see_through))
+            counts.append(count)
+    return Labelled(vertices, faces, labels, counts)
+
+
 def read_instances(
     buffers: Buffers, instances: Instances, where: str
 ) -> tuple[FloatArray, IndexArray]:
     """Vertices (n, 3) float64 and faces (m, 3) int64 of instances, in world coordinates."""
-    meshes = {mesh: read_gltf_mesh(buffers, mesh) for mesh in np.unique(instances.mesh_of).tolist()}
+    meshes = {mesh: joined(read_gltf_mesh(buffers, mesh)) for mesh in _used(instances)}
+    return _placed(meshes, instances, where)
+
+
+def _used(instances: Instances) -> list[int]:
+    """The meshes that have a place."""
+    return list(np.unique(instances.mesh_of).tolist())
+
+
+def _placed(
+    meshes: dict[int, tuple[FloatArray, IndexArray]], instances: Instances, where: str
+) -> tuple[FloatArray, IndexArray]:
+    """Each mesh at each of its places, in the order of the instances."""
     _check_size(instances, meshes, where)
     vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)]
     count = 0
@@ -58,8 +93,10 @@ def read_instances(
     return np.concatenate(vertices), np.concatenate(faces)
 
 
-def objects(data: bytes, path: Path) -> Objects:
+def objects(data: bytes, path: Path, see_through: bool) -> Objects:
     """The nodes and instances with a mesh, each mesh once and in its own space.
+
+    ``see_through``  whether what can be seen through is taken, too; else it is counted.
 
     A value of a transform that is no finite number becomes NaN; nothing else is forgiven that
     :func:`decode` refuses, but there is no limit on what the instances add up to.
@@ -67,8 +104,13 @@ def objects(data: bytes, path: Path) -> Objects:
     buffers = Buffers(open_document(data, str(path)), path)
     instances = list_instances(buffers, lenient=True)
     used, mesh_of = np.unique(instances.mesh_of, return_inverse=True)
-    meshes = [read_gltf_mesh(buffers, mesh) for mesh in used.tolist()]
-    return Objects(instances.names, meshes, mesh_of.reshape(-1), instances.transforms)
+    found = [read_gltf_mesh(buffers, mesh) for mesh in used.tolist()]
+    left_out = [[one for one in parts if one.see_through and not see_through] for parts in found]
+    meshes = [
+        joined([one for one in parts if see_through or not one.see_through]) for parts in found
+    ]
+    counts = [sum(len(one.faces) for one in parts) for parts in left_out]
+    return Objects(instances.names, meshes, mesh_of.reshape(-1), instances.transforms, counts)
 
 
 def external(data: bytes, path: Path) -> list[str]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +13,7 @@ from simplifier.io.gltf_accessor import read_accessor, read_vectors
 from simplifier.io.gltf_buffers import Buffers
 from simplifier.io.gltf_container import compressed
 from simplifier.io.gltf_json import JsonObject
+from simplifier.io.gltf_materials import material_of
 from simplifier.io.strips import fan_triangles, strip_triangles
 
 IndexArray = NDArray[np.int64]
@@ -18,15 +22,28 @@ _POINTS_AND_LINES = (0, 1, 2, 3)
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 
-def read_gltf_mesh(buffers: Buffers, index: int) -> tuple[FloatArray, IndexArray]:
-    """Vertices (n, 3) float64 in the mesh's own space and faces (m, 3) of all its primitives.
+@dataclass(frozen=True, eq=False)
+class Primitive:
+    """Vertices (n, 3) float64 and faces (m, 3) of one, with the name of its material.
+
+    ``see_through``  as of :func:`~simplifier.io.gltf_materials.material_of`.
+    """
+
+    vertices: FloatArray
+    faces: IndexArray
+    material: str
+    see_through: bool
+
+
+def read_gltf_mesh(buffers: Buffers, index: int) -> list[Primitive]:
+    """A mesh's primitives that have triangles, in its own space.
 
     Points and lines are skipped, as are primitives without positions.  Morph targets and skins are
     not applied: the mesh is taken in its base shape.
     """
-    mesh = buffers.document.root.item("meshes", index)
-    vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)]
-    count = 0
+    root = buffers.document.root
+    mesh = root.item("meshes", index)
+    found = []
     for place in range(mesh.count("primitives")):
         primitive = mesh.item("primitives", place)
         if not primitive.child("attributes").has("POSITION"):
@@ -35,9 +52,19 @@ def read_gltf_mesh(buffers: Buffers, index: int) -> tuple[FloatArray, IndexArray
         if mode in _POINTS_AND_LINES:
             continue
         points = _read_points(buffers, primitive)
-        faces.append(_read_triangles(buffers, primitive, mode, len(points)) + count)
-        vertices.append(points)
-        count += len(points)
+        faces = _read_triangles(buffers, primitive, mode, len(points))
+        found.append(Primitive(points, faces, *material_of(root, primitive)))
+    return found
+
+
+def joined(primitives: Sequence[Primitive]) -> tuple[FloatArray, IndexArray]:
+    """Vertices (n, 3) float64 and faces (m, 3) of all, in order; none may be given."""
+    vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)]
+    count = 0
+    for one in primitives:
+        vertices.append(one.vertices)
+        faces.append(one.faces + count)
+        count += len(one.vertices)
     return np.concatenate(vertices), np.concatenate(faces)
 
 

@@ -26,11 +26,13 @@ class Instances:
 
     ``names``       of the node, else of the mesh, else "node 12"; not unique, but the instances of
                     one node are numbered: "tree", "tree.2", "tree.3".
+    ``owners``      name of the node alone, of the mesh where there are no nodes; may be empty.
     ``mesh_of``     (n,) int64, places in the file's meshes.
     ``transforms``  (n, 4, 4) float64, from the mesh's space to the world (column vectors).
     """
 
     names: list[str]
+    owners: list[str]
     mesh_of: NDArray[np.int64]
     transforms: FloatArray
 
@@ -83,6 +85,7 @@ def instances_of(buffers: Buffers, nodes: Nodes, world: FloatArray) -> Instances
     """The meshes of some nodes; ``world`` (n, 4, 4) as of :meth:`Nodes.world`."""
     root = buffers.document.root
     names: list[str] = []
+    owners: list[str] = []
     meshes: list[int] = []
     transforms = [np.empty((0, 4, 4))]
     for place in _standing(nodes, root):
@@ -91,11 +94,12 @@ def instances_of(buffers: Buffers, nodes: Nodes, world: FloatArray) -> Instances
         if node.child("extensions").has(_INSTANCING):
             with np.errstate(invalid="ignore", over="ignore"):
                 own = own @ _instance_transforms(buffers, node)
-        name = _name(node) or _name(root.item("meshes", mesh)) or f"node {nodes.indices[place]}"
+        name = _name(node) or mesh_name(root, mesh) or f"node {nodes.indices[place]}"
         names += [name, *(f"{name}.{number}" for number in range(2, len(own) + 1))][: len(own)]
+        owners += [_name(node)] * len(own)
         meshes += [mesh] * len(own)
         transforms.append(own)
-    return Instances(names, np.array(meshes, dtype=np.int64), np.concatenate(transforms))
+    return Instances(names, owners, np.array(meshes, dtype=np.int64), np.concatenate(transforms))
 
 
 def scene_nodes(root: JsonObject) -> Nodes:
@@ -114,8 +118,9 @@ def subtree(root: JsonObject, index: int) -> Nodes:
 
 def _every_mesh(root: JsonObject) -> Instances:
     count = root.count("meshes")
-    names = [_name(root.item("meshes", mesh)) or f"mesh {mesh}" for mesh in range(count)]
-    return Instances(names, np.arange(count), np.tile(np.eye(4), (count, 1, 1)))
+    owners = [mesh_name(root, mesh) for mesh in range(count)]
+    names = [owner or f"mesh {mesh}" for mesh, owner in enumerate(owners)]
+    return Instances(names, owners, np.arange(count), np.tile(np.eye(4), (count, 1, 1)))
 
 
 def _walk(root: JsonObject, begin: list[int], hidden: set[int]) -> tuple[int, Nodes]:
@@ -149,6 +154,11 @@ def _root_nodes(root: JsonObject) -> list[int]:
     count = root.count("nodes")
     children = {child for i in range(count) for child in root.item("nodes", i).integers("children")}
     return [index for index in range(count) if index not in children]
+
+
+def mesh_name(root: JsonObject, mesh: int) -> str:
+    """Empty without one."""
+    return _name(root.item("meshes", mesh))
 
 
 def _name(owner: JsonObject) -> str:

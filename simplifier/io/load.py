@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
-from simplifier.checks import as_path, check_flag
+from simplifier.checks import as_path, check_flag, check_kind, check_one_of
 from simplifier.errors import (
     EmptyMeshError,
     OccluderError,
@@ -16,20 +18,28 @@ from simplifier.errors import (
     UnreadableMeshError,
 )
 from simplifier.geometry.lod_chain import LodChain
-from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.geometry.mesh import FloatArray, Omitted, TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.overrides import ALL_OPAQUE, Ignore
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.formats import Codec, codec_for_reading
+from simplifier.io.labels import Label, Labelled, opaque_faces, sieved
 from simplifier.io.objects import Objects
 from simplifier.io.polygons import IndexArray
 from simplifier.io.sniff import foreign_content
 from simplifier.io.source import read_bytes
 from simplifier.memory.limit import check_need
 from simplifier.memory.runs import loading
+from simplifier.options import Transparent
 
 
 def load_mesh(
-    path: str | Path, *, allow_external: bool = True, memory_limit: float | None = None
+    path: str | Path,
+    *,
+    allow_external: bool = True,
+    transparent: Transparent = "leave-out",
+    ignore: Ignore = ALL_OPAQUE,
+    memory_limit: float | None = None,
 ) -> TriangleMesh:
     """All meshes of a file as one triangle soup, in the order of the file, nothing merged.
 
@@ -38,13 +48,26 @@ def load_mesh(
     damaged or something else than its suffix says, :class:`EmptyMeshError` when it has no triangle.
 
     ``allow_external``  whether a glTF file may keep its buffers in files beside it; if not, a file
-                        that names others is refused as unreadable, and no other is opened.
+                        that names others is refused as unreadable, and no other is opened; an
+                        OBJ file is read without its materials.
+    ``transparent``     what becomes of triangles that one can see through, which must hide nothing:
+                        ``leave-out``, or ``keep``.  They are those of glTF materials with an
+                        alphaMode of BLEND or MASK or with transmission, and of MTL materials with
+                        ``d`` below 1, ``Tr`` above 0 or ``map_d``.
+    ``ignore``          what else is left out, by its names.  ``omitted`` of the result tells of
+                        both.  Raises :class:`~simplifier.errors.OverridesError` for a pattern that
+                        matches nothing of the file, and :class:`EmptyMeshError` where nothing is
+                        left.
     ``memory_limit``    GiB that reading may need, half of the machine's by default: beyond, the
                         file is refused before it is read, by :class:`MemoryLimitError`.
     """
     path = as_path("path", path)
-    triangles = _decoded(path, allow_external, memory_limit)
-    return TriangleMesh.from_soup(*triangles, where=str(path))
+    check_one_of("transparent", transparent, get_args(Transparent))
+    check_kind("ignore", ignore, Ignore, "the ignore of what simplifier.load_overrides returns")
+    if transparent == "keep":
+        ignore = replace(ignore, see_through=False)
+    vertices, faces, omitted = _sieved(path, allow_external, memory_limit, ignore)
+    return replace(TriangleMesh.from_soup(vertices, faces, where=str(path)), omitted=omitted)
 
 
 def claim_of(path: Path) -> Claim:
@@ -82,17 +105,24 @@ def load_occluder(
 
 
 def load_objects(
-    path: Path, *, allow_external: bool = True, memory_limit: float | None = None
+    path: Path,
+    *,
+    allow_external: bool = True,
+    transparent: Transparent = "leave-out",
+    memory_limit: float | None = None,
 ) -> Objects:
     """The objects of a file as it states them; one, named as the file, where it has no nodes.
 
-    ``allow_external``, ``memory_limit`` and errors as for :func:`load_mesh`, except for the empty
-    mesh.
+    ``allow_external``, ``transparent``, ``memory_limit`` and errors as for :func:`load_mesh`,
+    except for the empty mesh.
     """
+    check_one_of("transparent", transparent, get_args(Transparent))
     codec, data = _open(path, allow_external, memory_limit)
     if codec.objects:
-        return codec.objects(data, path)
-    return Objects.one(path.stem, codec.decode(data, path))
+        return codec.objects(data, path, transparent == "keep")
+    found = _labelled(codec, data, path, allow_external)
+    taken = opaque_faces(found) if transparent == "leave-out" else found.faces
+    return Objects.one(path.stem, (found.vertices, taken), len(found.faces) - len(taken))
 
 
 def load_lods(path: str | Path) -> LodChain:
@@ -112,12 +142,19 @@ def load_lods(path: str | Path) -> LodChain:
     return decode(_open(path, True, None)[1], path)
 
 
-def _decoded(
-    path: Path, allow_external: bool, memory_limit: float | None
-) -> tuple[FloatArray, IndexArray]:
-    """The triangles of a file as it states them; its bytes are gone by then."""
+def _sieved(
+    path: Path, allow_external: bool, memory_limit: float | None, ignore: Ignore
+) -> tuple[FloatArray, IndexArray, tuple[Omitted, ...]]:
+    """The triangles of a file as it states them, less some; its bytes are gone by then."""
     codec, data = _open(path, allow_external, memory_limit)
-    return codec.decode(data, path)
+    return sieved(_labelled(codec, data, path, allow_external), ignore, str(path))
+
+
+def _labelled(codec: Codec, data: bytes, path: Path, allow_external: bool) -> Labelled:
+    if codec.labelled is not None:
+        return codec.labelled(data, path, allow_external)
+    vertices, faces = codec.decode(data, path)
+    return Labelled(vertices, faces, [Label()], [len(faces)])
 
 
 def _open(path: Path, allow_external: bool, memory_limit: float | None) -> tuple[Codec, bytes]:

@@ -1,4 +1,4 @@
-"""Wavefront OBJ: ``v`` and ``f`` statements; everything else is skipped."""
+"""Wavefront OBJ: ``v`` and ``f`` statements, and the names that faces have; the rest is skipped."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.claim import Claim, Peek, estimated
-from simplifier.io.polygons import IndexArray, triangulate_polygons
-from simplifier.io.text import line_number, read_statements, shown, without_mark
+from simplifier.io.labels import Label, Labelled
+from simplifier.io.mtl import library_files, see_through_materials
+from simplifier.io.obj_labels import named_runs
+from simplifier.io.polygons import IndexArray, triangles_by_polygon, triangulate_polygons
+from simplifier.io.text import line_number, named_lines, read_statements, shown, without_mark
 from simplifier.kernels.text import count_obj_corners, count_words, read_obj_corners
 
 _VERTEX_LINE = re.compile(rb"(?im)^[ \t]*v[ \t](.*)$")
@@ -44,13 +47,39 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
     backslash, comments, any line ending, any bytes in names.  Weights and colours after x y z are
     skipped.  Raises :class:`UnreadableMeshError`.
     """
-    where = str(path)
+    vertices, sizes, corners = _read(without_mark(data), str(path))
+    return vertices, triangulate_polygons(vertices, sizes, corners, where=str(path))
+
+
+def labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
+    """As :func:`decode`, with names: ``o`` and ``g`` of objects, ``usemtl`` of materials.
+
+    ``allow_external``  whether the MTL file is read, which alone says what can be seen through.
+    """
     data = without_mark(data)
+    vertices, sizes, corners = _read(data, str(path))
+    faces, counts = triangles_by_polygon(vertices, sizes, corners, where=str(path))
+    runs, polygons, libraries = named_runs(data)
+    before = np.concatenate([[0], np.cumsum(counts)])
+    ends = before[np.cumsum(polygons)]
+    see_through = see_through_materials(libraries, path) if allow_external else set()
+    labels = [Label(run.objects, run.material, run.material in see_through) for run in runs]
+    return Labelled(vertices, faces, labels, np.diff(ends, prepend=0).tolist())
+
+
+def consulted(data: bytes, path: Path) -> list[str]:
+    """The MTL files that :func:`labelled` may look at."""
+    said = [rest for _, _, rest in named_lines(without_mark(data), (b"mtllib",))]
+    return library_files(said, path)
+
+
+def _read(data: bytes, where: str) -> tuple[FloatArray, IndexArray, IndexArray]:
+    """Vertices, the corner count of each face, and the vertex indices of all corners."""
     vertices = read_statements(data, b"v", 3, where)
     sizes, corners = _read_corners(data, where)
     if len(vertices) == 0 and len(sizes) == 0 and _has_words(data):
         raise _no_obj("no vertex and no face statement was found", where)
-    return vertices, triangulate_polygons(vertices, sizes, corners, where=where)
+    return vertices, sizes, corners
 
 
 def claim(peek: Peek) -> Claim:

@@ -22,17 +22,19 @@ class Objects:
     ``meshes``      as read, each in its own space.
     ``mesh_of``     (n,) int64, places in ``meshes``.
     ``transforms``  (n, 4, 4) float64, from the mesh's space to the world (column vectors).
+    ``see_through``  how many triangles of each mesh were left out for that.
     """
 
     names: list[str]
     meshes: list[RawMesh]
     mesh_of: NDArray[np.int64]
     transforms: FloatArray
+    see_through: list[int]
 
     @classmethod
-    def one(cls, name: str, mesh: RawMesh) -> Objects:
+    def one(cls, name: str, mesh: RawMesh, see_through: int = 0) -> Objects:
         """A single object that stands where its mesh says."""
-        return cls([name], [mesh], np.zeros(1, dtype=np.int64), np.eye(4)[None])
+        return cls([name], [mesh], np.zeros(1, dtype=np.int64), np.eye(4)[None], [see_through])
 
     @classmethod
     def joined(cls, parts: Sequence[Objects]) -> Objects:
@@ -44,4 +46,5 @@ class Objects:
             [mesh for part in parts for mesh in part.meshes],
             np.concatenate([np.empty(0, dtype=np.int64), *places]),
             np.concatenate([np.empty((0, 4, 4)), *(part.transforms for part in parts)]),
+            [count for part in parts for count in part.see_through],
         )

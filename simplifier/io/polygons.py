@@ -27,10 +27,17 @@ def triangulate_polygons(
     ``size - 2``, or fewer when collinear corners are cut off without area.  Raises
     :class:`UnreadableMeshError` for a corner that is out of range.
     """
+    return triangles_by_polygon(points, sizes, corners, where=where)[0]
+
+
+def triangles_by_polygon(
+    points: FloatArray, sizes: IndexArray, corners: IndexArray, *, where: str
+) -> tuple[IndexArray, IndexArray]:
+    """As :func:`triangulate_polygons`, and how many triangles (p,) each polygon gives."""
     starts = np.cumsum(sizes) - sizes
     _check_corners(len(points), starts, corners, where)
     if len(sizes) and (sizes == 3).all():
-        return corners.reshape(-1, 3)
+        return corners.reshape(-1, 3), np.ones(len(sizes), dtype=np.int64)
     counts = np.maximum(sizes - 2, 0)
     first = np.cumsum(counts) - counts
     faces = np.full((int(counts.sum()), 3), -1, dtype=np.int64)
@@ -39,7 +46,9 @@ def triangulate_polygons(
         polygons = corners[starts[group, None] + np.arange(size)]
         rows = first[group, None] + np.arange(size - 2)
         faces[rows] = _triangulate_equal(points, polygons)
-    return faces[faces[:, 0] >= 0]
+    needed = faces[:, 0] >= 0
+    sums = np.concatenate([[0], np.cumsum(needed)])
+    return faces[needed], sums[first + counts] - sums[first]
 
 
 def _check_corners(count: int, starts: IndexArray, corners: IndexArray, where: str) -> None:

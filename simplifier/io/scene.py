@@ -12,10 +12,15 @@ from simplifier.io.folder import objects_of_folder
 from simplifier.io.formats import readable_suffixes
 from simplifier.io.load import load_objects
 from simplifier.io.usable import usable_scene
+from simplifier.options import Transparent
 
 
 def load_scene(
-    path: str | Path, *, allow_external: bool = True, memory_limit: float | None = None
+    path: str | Path,
+    *,
+    allow_external: bool = True,
+    transparent: Transparent = "leave-out",
+    memory_limit: float | None = None,
 ) -> Scene:
     """All objects of a file or of a folder's files, those of one mesh sharing it.
 
@@ -29,17 +34,19 @@ def load_scene(
     or is not affine) are left out with a warning, and repeated names are numbered with one.  Raises
     :class:`EmptyMeshError` when no object is left, :class:`UnknownFormatError` and
     :class:`UnreadableMeshError` as ``load_mesh`` does, the latter also for more than ten million
-    objects; there is no limit on the triangles that instances add up to.  ``allow_external`` and
-    ``memory_limit`` as there, of a folder's files each.
+    objects; there is no limit on the triangles that instances add up to.  ``allow_external``,
+    ``transparent`` and ``memory_limit`` as there, of a folder's files each; an object of which
+    nothing is left is left out.
     """
     path = as_path("path", path)
     check_flag("allow_external", allow_external)
     if not path.is_dir():
-        return usable_scene(
-            load_objects(path, allow_external=allow_external, memory_limit=memory_limit), str(path)
+        objects = load_objects(
+            path, allow_external=allow_external, transparent=transparent, memory_limit=memory_limit
         )
+        return usable_scene(objects, str(path))
     objects, warnings = objects_of_folder(
-        path, allow_external=allow_external, memory_limit=memory_limit
+        path, allow_external=allow_external, transparent=transparent, memory_limit=memory_limit
     )
     if not objects.names:
         raise EmptyMeshError(

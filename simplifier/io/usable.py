@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from simplifier.errors import EmptyMeshError, MeshError
 from simplifier.geometry.mesh import DroppedTriangles, FloatArray, TriangleMesh
 from simplifier.geometry.scene import Scene
+from simplifier.io.labels import KEEP
 from simplifier.io.names import listed, unique_names
 from simplifier.io.objects import Objects, RawMesh
 
@@ -19,6 +20,7 @@ _FURTHEST = 1e100  # as for the vertices of a mesh
 _NO_TRIANGLE = (
     "no triangle with a finite, non-zero area; export with faces, or take it off the scene"
 )
+_SEE_THROUGH = f"all of it is see-through; {KEEP}"
 _NOT_FINITE = "a transform that is not finite; repair the matrix or scale of its node or parents"
 _NOT_AFFINE = "a matrix whose last row is not 0 0 0 1; take the projection out of its node"
 _FLATTENED = "a transform that flattens it; give its node a scale that is not 0 on any axis"
@@ -35,6 +37,10 @@ def usable_scene(objects: Objects, where: str) -> Scene:
     meshes, mesh_faults = _checked([objects.meshes[place] for place in different])
     mesh_of = shared[objects.mesh_of]
     faults = _faults(mesh_of, meshes, mesh_faults, objects.transforms)
+    see_through = np.array(objects.see_through, dtype=np.int64)[objects.mesh_of]
+    for place in np.nonzero(see_through)[0].tolist():
+        if faults[place] == _NO_TRIANGLE:
+            faults[place] = _SEE_THROUGH
     left_out = _left_out(names, faults)
     warnings += left_out
     good = np.array([not fault for fault in faults], dtype=np.bool_)
@@ -48,6 +54,7 @@ def usable_scene(objects: Objects, where: str) -> Scene:
     kept = tuple(mesh for mesh in (meshes[place] for place in used.tolist()) if mesh)
     kept_names = tuple(name for name, keep in zip(names, good.tolist(), strict=True) if keep)
     kept_mesh_of = places.reshape(-1).astype(np.int32)
+    warnings += _in_part(objects, good, names)
     warnings += _dropped(kept, kept_mesh_of, kept_names)
     return Scene(kept, kept_names, kept_mesh_of, objects.transforms[good], tuple(warnings))
 
@@ -123,6 +130,18 @@ def _left_out(names: Sequence[str], faults: Sequence[str]) -> list[str]:
         f"object{'s' if len(group) > 1 else ''} {listed(group)} left out: {fault}"
         for fault, group in by_fault.items()
     ]
+
+
+def _in_part(objects: Objects, good: NDArray[np.bool_], names: Sequence[str]) -> list[str]:
+    """One warning for what one can see through of objects that are there otherwise."""
+    counts = np.array(objects.see_through, dtype=np.int64)
+    places = np.nonzero(good & (counts[objects.mesh_of] > 0))[0]
+    if len(places) == 0:
+        return []
+    total = int(counts[np.unique(objects.mesh_of[places])].sum())
+    noun = "triangle" if total == 1 else "triangles"
+    quoted = listed([f"'{names[place]}'" for place in places.tolist()])
+    return [f"{total} see-through {noun} left out of {quoted}; {KEEP}"]
 
 
 def _dropped(

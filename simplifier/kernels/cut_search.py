@@ -54,14 +54,14 @@ def _refreshed(shapes, polygon, level, union, view_scores, weight, bar, scratch)
 
 
 @kernel
-def _unite(shapes, taken, drawn, images, union, view_scores, scratch):
-    """Rebuild union and scores from the members; redraw those whose level changed."""
+def _unite(shapes, standing, taken, drawn, images, union, view_scores, scratch):
+    """Rebuild union and scores from what stands and the members; redraw where a level changed."""
     points, lowest, offsets, maps = shapes
     _, here, there = scratch
     views = union.shape[0]
     for view in range(views):
         for row in range(64):
-            union[view, row] = 0
+            union[view, row] = standing[view, row]
     for polygon in range(len(taken)):
         if taken[polygon] > 0:
             if drawn[polygon] != taken[polygon]:
@@ -82,7 +82,9 @@ def _unite(shapes, taken, drawn, images, union, view_scores, scratch):
 
 
 @kernel
-def _fill(shapes, pairs, gains, taken, drawn, images, union, view_scores, limits, scratch, halt):
+def _fill(
+    shapes, standing, pairs, gains, taken, drawn, images, union, view_scores, limits, scratch, halt,
+):  # fmt: skip
     """Add the pair with the best gain a triangle until budget, alpha or ``halt`` ends it.
 
     ``gains`` (k,) int64 bounds what each pair gains; -1 for pairs that are not looked at.
@@ -118,11 +120,11 @@ def _fill(shapes, pairs, gains, taken, drawn, images, union, view_scores, limits
         if gains[best] < alpha * total:
             break
         taken[polygon] = level
-        after = _unite(shapes, taken, drawn, images, union, view_scores, scratch)
+        after = _unite(shapes, standing, taken, drawn, images, union, view_scores, scratch)
         if after <= total:  # another level that uncovers as much as it covers
             taken[polygon] = before
             gains[best] = -1
-            _unite(shapes, taken, drawn, images, union, view_scores, scratch)
+            _unite(shapes, standing, taken, drawn, images, union, view_scores, scratch)
             continue
         left -= level - before
         total = after
@@ -162,7 +164,7 @@ def _drop_member(taken, index):
 @kernel
 def search_cut(
     points, lowest, offsets, maps, triangles, polygons, levels, firsts, limits, exchanges, seed,
-    halt,
+    halt, standing,
 ):  # fmt: skip
     """Fill the budget by gain a triangle, then take members out and refill while that helps.
 
@@ -171,6 +173,8 @@ def search_cut(
     budget, the least gain worth a pair as a share of the score, and (budget + 1,) float64 weights
     of a gain by what it costs (1 / cost: gain a triangle).  ``exchanges`` is how often two members
     are taken out and the freed triangles spent anew; ``seed`` chooses the second of the two.
+
+    ``standing`` (V, 64) uint64 is what is hidden already, at no cost.
 
     ``halt`` (1,) uint8 ends the search early, with a cut of no worth, once another thread sets it.
     Returns the levels (p,) int32 and the score.
@@ -190,6 +194,7 @@ def search_cut(
     union = np.zeros((views, 64), np.uint64)
     view_scores = np.zeros(views, np.int64)
     gains = np.empty(len(polygons), np.int64)
+    _unite(shapes, standing, taken, drawn, images, union, view_scores, scratch)
     for polygon in range(count):
         if halt[0]:
             break
@@ -198,8 +203,9 @@ def search_cut(
         for pair in range(firsts[polygon], firsts[polygon + 1]):
             gains[pair] = bound
     total = _fill(
-        shapes, pairs, gains, taken, drawn, images, union, view_scores, limits, scratch, halt
-    )
+        shapes, standing, pairs, gains, taken, drawn, images, union, view_scores, limits,
+        scratch, halt,
+    )  # fmt: skip
     kept = taken.copy()
     state = np.uint64(seed)
     for exchange in range(exchanges):
@@ -212,11 +218,11 @@ def search_cut(
         _drop_member(taken, exchange % members)
         if members > 1:
             _drop_member(taken, np.int64(state >> np.uint64(33)) % (members - 1))
-        _unite(shapes, taken, drawn, images, union, view_scores, scratch)
+        _unite(shapes, standing, taken, drawn, images, union, view_scores, scratch)
         left = limits[0] - np.sum(taken)
         _shortlist(shapes, pairs, triangles, gains, union, view_scores, left, scratch)
         trial = _fill(
-            shapes, pairs, gains, taken, drawn, images, union, view_scores, limits,
+            shapes, standing, pairs, gains, taken, drawn, images, union, view_scores, limits,
             scratch, halt,
         )  # fmt: skip
         if trial > total:

@@ -212,7 +212,7 @@ def anneal(
             scores[view] = trial_scores[view]
             for row in range(64):
                 images[index, view, row] = drawn[view, row]
-        unite_block(images, index // block_length(images, blocks), blocks)
+        unite_block(images, index // block_length(len(images)), blocks)
         for k in range(3):
             for axis in range(3):
                 triangles[index, k, axis] = trial[k, axis]

@@ -3,7 +3,8 @@
 A soup is ``triangles`` (m, 3, 3) float64, corners in grid space.  Views are 64 x 64 bit images:
 ``projections`` (V, 2, 4) float64 and the original's silhouettes ``originals`` (V, 64) uint64.
 ``images`` (m, V, 64) uint64 holds each triangle's picture, ``blocks`` (b, V, 64) the unions of
-equal runs of them, the last one shorter: as many as :func:`block_count` says.
+equal runs of them, the last one shorter: as many as :func:`block_count` says.  Further blocks are
+pictures of what stands beside the soup and never moves.
 
 A view scores, in sixteenths of twice a measure, a whole number:
 
@@ -34,15 +35,16 @@ UNIT = 16
 """Of a score: the price of what is hidden wrongly is a whole number of sixteenths."""
 
 
-def block_count(triangles: int) -> int:
+@kernel
+def block_count(triangles):
     """How many unions to keep, so that "all but this one" costs about 2 sqrt(m) images, not m."""
-    return -(-triangles // max(_BLOCK, math.isqrt(triangles)))
+    return -(-triangles // max(_BLOCK, int(math.sqrt(triangles))))
 
 
 @kernel
-def block_length(images, blocks):
-    """Triangles of a block."""
-    return -(-len(images) // max(len(blocks), 1))
+def block_length(triangles):
+    """Triangles of a block of a soup's own, which the last one may fall short of."""
+    return max(-(-triangles // max(block_count(triangles), 1)), 1)
 
 
 @kernel
@@ -106,7 +108,7 @@ def unite_block(images, block, blocks):
     for view in range(blocks.shape[1]):
         for row in range(64):
             blocks[block, view, row] = 0
-    length = block_length(images, blocks)
+    length = block_length(len(images))
     for index in range(block * length, min((block + 1) * length, len(images))):
         for view in range(blocks.shape[1]):
             for row in range(64):
@@ -119,7 +121,7 @@ def unite_others(index, images, blocks, others):
     for view in range(others.shape[0]):
         for row in range(64):
             others[view, row] = 0
-    length = block_length(images, blocks)
+    length = block_length(len(images))
     for block in range(len(blocks)):
         if block != index // length:
             for view in range(others.shape[0]):
@@ -135,7 +137,7 @@ def unite_others(index, images, blocks, others):
 
 @kernel
 def draw_soup(triangles, projections, images, blocks):
-    """Fill ``images`` and ``blocks``."""
+    """Fill ``images`` and the soup's own ``blocks``."""
     image = np.zeros(66, np.uint64)
     for index in range(len(triangles)):
         p, q, r = (
@@ -147,7 +149,7 @@ def draw_soup(triangles, projections, images, blocks):
             draw_triangle(p, q, r, projections[view], image)
             for row in range(64):
                 images[index, view, row] = image[row + 1]
-    for block in range(len(blocks)):
+    for block in range(block_count(len(images))):
         unite_block(images, block, blocks)
 
 
@@ -193,7 +195,7 @@ def remove_useless(images, blocks, originals, price, scores, kept):
                 scores[view] = trial[view]
                 for row in range(64):
                     images[index, view, row] = 0
-            unite_block(images, index // block_length(images, blocks), blocks)
+            unite_block(images, index // block_length(len(images)), blocks)
 
 
 @kernel

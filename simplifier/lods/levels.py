@@ -11,6 +11,7 @@ from simplifier.errors import CancelledError
 from simplifier.geometry.lod_chain import LeftOut, LodChain
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.lods.keeping import Kept, judged, taken
 from simplifier.lods.plan import LodPlan
@@ -48,6 +49,7 @@ def simplify_levels(
     plan: LodPlan,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
+    overrides: Overrides = NO_OVERRIDES,
 ) -> Levels:
     """Make every level of the plan and keep those that bring something, finest first.
 
@@ -57,7 +59,7 @@ def simplify_levels(
     while the finest is made.  A time limit is shared out by resolution.
     """
     check_run(listener, cancel)
-    making = _Making(mesh, plan, listener, cancel)
+    making = _Making(mesh, plan, listener, cancel, overrides)
     for index in range(len(plan.levels)):
         reason = making.why_not()
         if reason:
@@ -75,6 +77,7 @@ class _Making:
     plan: LodPlan
     listener: Listener | None
     cancel: Cancel | None
+    overrides: Overrides
     kept: list[Kept] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
     warnings: tuple[str, ...] = ()
@@ -99,7 +102,7 @@ class _Making:
         """Make one level, judge it, and take it into the chain if it belongs there."""
         options, listener = self._options(index), self._listener(index)
         try:
-            made = simplify_mesh(self.mesh, options, listener, self.cancel)
+            made = simplify_mesh(self.mesh, options, listener, self.cancel, self.overrides)
         except CancelledError:
             if not self.kept:
                 raise
@@ -130,7 +133,7 @@ class _Making:
         options = self.plan.levels[index]
         before = self.kept[-1].level.triangles if self.kept else 0
         if before > 0:
-            budget = min(options.selection.budget, before)
+            budget = min(options.selection.budget, max(before, len(self.overrides.triangles)))
             options = replace(options, selection=replace(options.selection, budget=budget))
         if not self.deadline.limited:
             return options

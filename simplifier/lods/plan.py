@@ -32,18 +32,20 @@ class LodPlan:
     left_out: tuple[LeftOut, ...]
 
 
-def plan_levels(longest_edge: float, finest: Options, lods: LodOptions) -> LodPlan:
+def plan_levels(longest_edge: float, finest: Options, lods: LodOptions, drawn: int = 0) -> LodPlan:
     """The levels from the options of the finest one.
 
+    No level's budget falls below the ``drawn`` triangles that all of them have.
     ``longest_edge`` of the mesh's bounding box, world units.  Raises
     :class:`~simplifier.errors.OptionError` for occluders that keep wholly inside: none of their
     levels has an error to be chosen by.
     """
     check_outside(finest.solid.wholly_inside)
+    least = min(max(LEAST_BUDGET, drawn), finest.selection.budget)
     if lods.error_bounds is not None:
-        grids, left_out = _by_bounds(longest_edge, finest, lods.error_bounds)
+        grids, left_out = _by_bounds(longest_edge, finest, least, lods.error_bounds)
     else:
-        grids, left_out = _by_halves(finest, lods.lods or 1)
+        grids, left_out = _by_halves(finest, least, lods.lods or 1)
     levels = tuple(
         replace(
             finest,
@@ -59,7 +61,7 @@ def plan_levels(longest_edge: float, finest: Options, lods: LodOptions) -> LodPl
 _Grids = list[tuple[int, int]]  # resolution and budget
 
 
-def _by_halves(finest: Options, count: int) -> tuple[_Grids, list[LeftOut]]:
+def _by_halves(finest: Options, least: int, count: int) -> tuple[_Grids, list[LeftOut]]:
     resolution, budget = finest.solid.resolution, finest.selection.budget
     grids, left_out = [(resolution, budget)], []
     for _ in range(1, count):
@@ -68,13 +70,13 @@ def _by_halves(finest: Options, count: int) -> tuple[_Grids, list[LeftOut]]:
             reason = f"fewer than {LEAST_VOXELS} voxels: the error would be longer than the mesh"
             left_out.append(LeftOut(max(resolution, 1), reason))
             continue
-        budget = _at_least(budget // 2, finest)
+        budget = max(budget // 2, least)
         grids.append((resolution, budget))
     return grids, left_out
 
 
 def _by_bounds(
-    longest_edge: float, finest: Options, bounds: Sequence[float]
+    longest_edge: float, finest: Options, least: int, bounds: Sequence[float]
 ) -> tuple[_Grids, list[LeftOut]]:
     grids: _Grids = []
     left_out = []
@@ -85,9 +87,5 @@ def _by_bounds(
             left_out.append(LeftOut(resolution, reason))
             continue
         share = resolution / (grids[0][0] if grids else resolution)
-        grids.append((resolution, _at_least(round(finest.selection.budget * share), finest)))
+        grids.append((resolution, max(round(finest.selection.budget * share), least)))
     return grids, left_out
-
-
-def _at_least(budget: int, finest: Options) -> int:
-    return max(budget, min(LEAST_BUDGET, finest.selection.budget))

@@ -12,12 +12,14 @@ from simplifier.evaluation.page import write_pictures
 from simplifier.evaluation.report import Report, build_report
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
+from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.memory.stages import MeshSize
 from simplifier.needs import check_options, need_of_judging, need_of_solid
 from simplifier.options import Options
 from simplifier.production.measures import accuracy_options, judging_of
 from simplifier.production.options import EvaluateOptions
+from simplifier.production.remarks import remarks
 from simplifier.production.resolve import resolved
 from simplifier.progress import Cancel, Listener, Stopwatch
 from simplifier.solidify import solidify
@@ -38,6 +40,13 @@ class Judgement:
     solid: Solid
     accuracy: AccuracyReport
     timings: Mapping[str, float]
+    overrides: Overrides = NO_OVERRIDES
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know, a sentence each."""
+        kept = Overrides(open=self.overrides.open)  # what is drawn is the occluder's own affair
+        return remarks(self.mesh, self.occluder, self.solid, kept)
 
     def report(self, *, load_seconds: float = 0.0) -> Report:
         """What ``--report`` writes, as ``docs/report.schema.json`` says.
@@ -49,9 +58,11 @@ class Judgement:
             options={
                 **asdict(self.resolved.solid),
                 "viewers": self.options.viewers,
+                "transparent": self.options.transparent,
                 "accuracy": asdict(self.accuracy.options),
             },
-            timings={**self.timings, "load": load_seconds}, seed=self.options.seed,
+            timings={**self.timings, "load": load_seconds}, warnings=self.warnings,
+            seed=self.options.seed,
         )  # fmt: skip
 
     def write_pictures(
@@ -72,6 +83,7 @@ def judge(
     options: EvaluateOptions | None = None,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
+    overrides: Overrides = NO_OVERRIDES,
 ) -> Judgement:
     """Measure an occluder: precision, recall, and how far it strays from the mesh.
 
@@ -80,12 +92,16 @@ def judge(
     ``cancel``    once set, ends the run before its next stage with
                   :class:`~simplifier.errors.CancelledError`.
 
+    ``overrides``  of the mesh, which was loaded with what they ignore; the occluder is to keep
+                  their regions open.
+
     Raises :class:`~simplifier.errors.OccluderError`.
     """
     chosen = EvaluateOptions() if options is None else options
     check_kind("mesh", mesh, TriangleMesh, A_MESH)
     check_kind("occluder", occluder, Occluder, AN_OCCLUDER)
     check_kind("options", chosen, EvaluateOptions, "simplifier.EvaluateOptions")
+    check_kind("overrides", overrides, Overrides, OVERRIDES)
     made_by = resolved(chosen, float(mesh.extent.max()))
     held = MeshSize(len(occluder.vertices), len(occluder.faces)).held
     check_options(
@@ -101,4 +117,4 @@ def judge(
     solid = solidify(mesh, made_by.solid, watch)
     with watch.stage("accuracy"):
         accuracy = evaluate_accuracy(mesh, occluder, accuracy_options(chosen))
-    return Judgement(mesh, occluder, chosen, made_by, solid, accuracy, watch.timings)
+    return Judgement(mesh, occluder, chosen, made_by, solid, accuracy, watch.timings, overrides)

@@ -18,13 +18,15 @@ from simplifier.option_fields import (
     TRADEOFF_FIELDS,
     OptionField,
 )
-from simplifier.options import Axis, Preset, Slicing, Trim, Viewers, check_alternatives
+from simplifier.options import Axis, Preset, Slicing, Transparent, Trim, Viewers, check_alternatives
 
 
 @dataclass(frozen=True)
 class SimplifyOptions:
     """All that ``occluder simplify`` can be told, with the defaults, limits and meanings of
     :data:`~simplifier.option_fields.SIMPLIFY_FIELDS`.
+
+    ``transparent`` is for who reads the mesh: ``load(path, transparent=options.transparent)``.
 
     Raises :class:`OptionError` for a value of another kind or out of range, and for two that cannot
     go together.  Only what depends on the mesh is left to be found later: a hole longer than it,
@@ -42,6 +44,7 @@ class SimplifyOptions:
     up: Axis = "y"
     ground: bool = False
     viewers: Viewers = "all"
+    transparent: Transparent = "leave-out"
     smallest_hole: float = 0.0
     conservative: bool = False
     shrink: float = 0.0
@@ -96,6 +99,7 @@ class EvaluateOptions:
     up: Axis = "y"
     ground: bool = False
     viewers: Viewers = "all"
+    transparent: Transparent = "leave-out"
     smallest_hole: float = 0.0
     seed: int = 0
     views: int = 256
@@ -134,6 +138,7 @@ class TradeoffOptions:
     full: bool = False
     up: Axis = "y"
     ground: bool = False
+    transparent: Transparent = "leave-out"
     seed: int = 0
     memory_limit: float | None = None
 

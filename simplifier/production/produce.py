@@ -17,6 +17,7 @@ from simplifier.geometry.camera import Lens
 from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.io import save_occluder
 from simplifier.io.glb_embed import Embedding, save_with_original
 from simplifier.io.save_lods import save_lods
@@ -28,6 +29,7 @@ from simplifier.options import Options
 from simplifier.pipeline import Simplification, simplify_mesh
 from simplifier.production.measures import accuracy_options, judging_of
 from simplifier.production.options import SimplifyOptions
+from simplifier.production.remarks import named, remarks
 from simplifier.production.resolve import resolved
 from simplifier.progress import Cancel, Listener, Stopwatch
 
@@ -48,6 +50,7 @@ class Made:
     options: SimplifyOptions
     resolved: Options
     result: Simplification | Levels
+    overrides: Overrides = NO_OVERRIDES
 
     @property
     def occluder(self) -> Occluder:
@@ -90,7 +93,8 @@ class Made:
                 [level.occluder for level in chain.levels],
                 accuracy_options(self.options),
             )
-        return Product(self, chain, accuracies, watch.timings["accuracy"])
+            notes = remarks(self.mesh, self.occluder, self.result.solid, self.overrides)
+        return Product(self, chain, accuracies, watch.timings["accuracy"], notes)
 
     def _chain(self) -> LodChain:
         if isinstance(self.result, Levels):
@@ -107,12 +111,14 @@ class Product:
     ``chain``       the levels, finest first; a single occluder is a chain of one.
     ``accuracies``  one a level, in the same order.
     ``judging``     seconds that they took.
+    ``remarks``     on overrides and what was left out, a sentence each.
     """
 
     made: Made
     chain: LodChain
     accuracies: tuple[AccuracyReport, ...]
     judging: float
+    remarks: tuple[str, ...] = ()
 
     @property
     def mesh(self) -> TriangleMesh:
@@ -133,7 +139,7 @@ class Product:
     def warnings(self) -> tuple[str, ...]:
         """What the user should know, a sentence each."""
         unseen = (_UNSEEN,) if self.accuracies[0].shows_nothing else ()
-        return (*self.made.result.warnings, *unseen)
+        return (*self.made.result.warnings, *unseen, *self.remarks)
 
     @property
     def interrupted(self) -> bool:
@@ -167,7 +173,7 @@ class Product:
         asked = isinstance(result, Levels)
         return build_report(
             self.mesh, self.occluder, result.solid, self.accuracies[0],
-            options=_resolved(made.options, made.resolved),
+            options=_resolved(made),
             timings={**self.timings, "load": load_seconds, "write": write_seconds},
             warnings=self.warnings, seed=made.options.seed, strays=self.levels[0].deviation,
             levels=level_rows(self.chain, self.accuracies, files) if asked else (),
@@ -193,6 +199,7 @@ def produce(
     options: SimplifyOptions | None = None,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
+    overrides: Overrides = NO_OVERRIDES,
 ) -> Product:
     """Make an occluder, or levels of detail where the options ask for them, and judge it.
 
@@ -202,11 +209,13 @@ def produce(
                   level has begun, which is judged all the same, else with
                   :class:`~simplifier.errors.CancelledError`.
 
+    ``overrides``  what was decided by hand; the mesh was loaded with what they ignore.
+
     Same mesh, same options, same bytes, as for :func:`simplifier.simplify`.  Raises
     :class:`~simplifier.errors.OccluderError`.
     """
     chosen = SimplifyOptions() if options is None else options
-    return make(mesh, chosen, listener, cancel).judged(listener)
+    return make(mesh, chosen, listener, cancel, overrides).judged(listener)
 
 
 def make(
@@ -214,6 +223,7 @@ def make(
     options: SimplifyOptions,
     listener: Listener | None = None,
     cancel: Cancel | None = None,
+    overrides: Overrides = NO_OVERRIDES,
 ) -> Made:
     """The first half of :func:`produce`, for those who save before they judge.
 
@@ -222,22 +232,27 @@ def make(
     """
     check_kind("mesh", mesh, TriangleMesh, A_MESH)
     check_kind("options", options, SimplifyOptions, "simplifier.SimplifyOptions")
+    check_kind("overrides", overrides, Overrides, OVERRIDES)
     longest, levels = float(mesh.extent.max()), options.levels
     chosen = resolved(options, longest)
     check_making(mesh, chosen, options.memory_limit, judging_of(options))
     result: Simplification | Levels
     if levels is None:
-        result = simplify_mesh(mesh, chosen, listener, cancel)
+        result = simplify_mesh(mesh, chosen, listener, cancel, overrides)
     else:
-        result = simplify_levels(mesh, plan_levels(longest, chosen, levels), listener, cancel)
-    return Made(mesh, options, chosen, result)
+        plan = plan_levels(longest, chosen, levels, len(overrides.triangles))
+        result = simplify_levels(mesh, plan, listener, cancel, overrides)
+    return Made(mesh, options, chosen, result, overrides)
 
 
-def _resolved(chosen: SimplifyOptions, options: Options) -> dict[str, Any]:
+def _resolved(made: Made) -> dict[str, Any]:
     """Every option that had a part in the result, by the name that users type."""
+    chosen, options = made.options, made.resolved
     return {
         **asdict(options.solid),
         "viewers": options.viewers,
+        "transparent": chosen.transparent,
+        "overrides": named(made.overrides),
         **asdict(options.sections),
         **asdict(options.selection),
         "refine": asdict(options.refine),

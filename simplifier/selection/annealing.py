@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.overrides import NOTHING
 from simplifier.kernels.refinement import anneal
 from simplifier.kernels.soup_views import (
     block_count,
@@ -28,10 +29,23 @@ Images = NDArray[np.uint64]
 
 @dataclass(frozen=True, eq=False)
 class RefineViews:
-    """What the search looks at: ``projections`` (V, 2, 4) and the original's bits (V, 64)."""
+    """What the search looks at.
+
+    ``projections``  (V, 2, 4).
+    ``originals``    (V, 64) the original's bits, those of the drawn triangles among them.
+    ``drawn``        (k, 3, 3) triangles that hide too, whatever the search does; may be none.
+    """
 
     projections: FloatArray
     originals: Images
+    drawn: FloatArray = field(default_factory=lambda: NOTHING)
+
+    def standing(self) -> Images:
+        """(b, V, 64) the picture of the drawn triangles, as a block of a soup; none without any."""
+        images = np.zeros((len(self.drawn), len(self.projections), 64), dtype=np.uint64)
+        blocks = np.zeros((block_count(len(images)), *images.shape[1:]), dtype=np.uint64)
+        draw_soup(np.array(self.drawn), self.projections, images, blocks)
+        return np.bitwise_or.reduce(blocks, axis=0, keepdims=True)[: len(blocks)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +82,8 @@ class Annealing:
         self._state = np.array([(2 * seed + 1) * 0x9E3779B97F4A7C15 % 2**64], dtype=np.uint64)
         self._triangles = np.array(triangles)
         self._images = np.zeros((len(triangles), count, 64), dtype=np.uint64)
-        self._blocks = np.zeros((block_count(len(triangles)), count, 64), dtype=np.uint64)
+        own = np.zeros((block_count(len(triangles)), count, 64), dtype=np.uint64)
+        self._blocks = np.concatenate([own, views.standing()])
         self._scores = np.zeros(count, dtype=np.int64)
         self._whole = float(max(self._score(views.originals, self._scores), 1))
         self.work = np.zeros(2, dtype=np.int64)
@@ -142,7 +157,7 @@ class Annealing:
 
     def _fresh(self, triangles: FloatArray) -> int:
         """The score of other triangles at the present price."""
-        images, blocks = np.empty_like(self._images), np.empty_like(self._blocks)
+        images, blocks = np.empty_like(self._images), self._blocks.copy()
         draw_soup(triangles, self._views.projections, images, blocks)
         unions = np.bitwise_or.reduce(blocks, axis=0)
         return self._score(unions, np.empty_like(self._scores))

@@ -22,6 +22,8 @@ Images = NDArray[np.uint64]
 class Candidates:
     """Polygons laid end to end, and their maps into the pictures of all search views.
 
+    ``standing`` (V, 64) is what is hidden already, whichever are chosen.
+
     Arrays as :mod:`simplifier.kernels.polygon_views` takes them.  ``triangles`` (p,) int32 is the
     triangle count of each full polygon.  Scores are twice the occlusion measure summed over the
     views, in cubic pixels: whole numbers, so ties and sums are exact.
@@ -32,10 +34,15 @@ class Candidates:
     offsets: NDArray[np.int64]
     maps: FloatArray
     triangles: IntArray = field(repr=False)
+    standing: Images = field(repr=False)
 
     @classmethod
-    def from_chains(cls, chains: Sequence[Chain], projections: FloatArray) -> Candidates:
+    def from_chains(
+        cls, chains: Sequence[Chain], projections: FloatArray, standing: Images | None = None
+    ) -> Candidates:
         """``projections`` (views, 2, 4): grid space to pixels of 64 x 64 images, affine."""
+        if standing is None:
+            standing = np.zeros((len(projections), SIZE), dtype=np.uint64)
         sizes = np.array([len(chain.ring) for chain in chains], dtype=np.int64)
         points = [chain.ring for chain in chains] or [np.empty((0, 2))]
         lowest = [chain.lowest for chain in chains] or [np.empty(0, np.int32)]
@@ -45,6 +52,7 @@ class Candidates:
             np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
             _maps(chains, projections),
             (sizes - 2).astype(np.int32),
+            standing,
         )
 
     def __len__(self) -> int:

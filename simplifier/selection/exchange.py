@@ -56,7 +56,7 @@ def choose_by_gain(
             found[index] = search_cut(
                 candidates.points, candidates.lowest, candidates.offsets, candidates.maps,
                 candidates.triangles, polygons, levels, firsts, (budget, alpha, weights),
-                exchanges, seed + index, halt,
+                exchanges, seed + index, halt, candidates.standing,
             )  # fmt: skip
 
     run_chunks(search, len(_POWERS), tell=tell_or_halt)

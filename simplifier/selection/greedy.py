@@ -24,7 +24,8 @@ def greedy_cut(candidates: Candidates, alpha: float, *, lazy: bool = True) -> Cu
     comes first wins.
     """
     cut = np.zeros(len(candidates), dtype=np.int32)
-    union, total = candidates.nothing(), 0
+    union = candidates.standing.copy()
+    total = score(union)
     gains = np.full(len(candidates), np.iinfo(np.int64).max)
     while (cut == 0).any():
         least = max(1.0, alpha * total)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.overrides import NOTHING
 from simplifier.kernels.coverage import MaskArray, covered
 from simplifier.kernels.rectangles import exact_quad_pixels
 
@@ -66,20 +67,22 @@ def best_of(
     views: FineViews,
     precision: float,
     spare: Callable[[], Sequence[FloatArray]] = tuple,
+    drawn: FloatArray = NOTHING,
 ) -> FloatArray:
     """The soup with most recall, less what it hides wrongly, which weighs most below the aim.
 
     The first of equals, so that what is refined comes before what is not.  Where that is worth
     little, what ``spare`` makes and nothing at all compete with it, and come before equals: none
-    of the pictures may show what is thin.
+    of the pictures may show what is thin.  ``drawn`` (k, 3, 3) triangles hide too, whichever it is.
     """
 
     def worths(some: Sequence[FloatArray]) -> list[float]:
-        return [_worth(judge(soup, views), precision) for soup in some]
+        shown = (np.concatenate([soup, drawn]) for soup in some)
+        return [_worth(judge(soup, views), precision) for soup in shown]
 
     judged = worths(soups)
     if max(judged, default=0.0) < _MUCH:
-        others = [*spare(), np.empty((0, 3, 3))]
+        others = [*spare(), NOTHING]
         soups, judged = [*others, *soups], [*worths(others), *judged]
     return soups[judged.index(max(judged))]
 

@@ -140,6 +140,16 @@ def test_a_buffer_beside_the_mesh_counts(tmp_path):
     assert run(manifest)["a.gltf"].why == "'data 1.bin' has changed"
 
 
+def test_a_material_file_that_an_obj_names_counts_also_when_it_was_not_there(tmp_path):
+    (tmp_path / "a.obj").write_text("mtllib a.mtl\nmtllib ../b.mtl\nv 0 0 0\nf 1 1 1\n")
+    manifest = write(tmp_path, "[[asset]]\nfiles = '*.obj'\n")
+    run(manifest)
+    assert dict(read_record(manifest.with_suffix(".lock"))["a.obj"].beside) == {"a.mtl": ""}
+    (tmp_path / "a.mtl").write_text("newmtl glass\nd 0.1\n")
+    assert run(manifest)["a.obj"].why == "'a.mtl' has changed"
+    assert states(run(manifest)) == {"a.obj": CURRENT}
+
+
 def test_one_that_fails_costs_no_other_and_is_tried_again(built):
     (built.parent / "a.obj").write_bytes(b"broken")
     (built.parent / "c.obj").write_bytes(TRIANGLE)

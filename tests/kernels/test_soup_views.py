@@ -95,6 +95,22 @@ def test_all_but_one(seed, count):
         assert np.array_equal(others, np.bitwise_or.reduce(rest, axis=0, initial=0))
 
 
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 99))
+def test_what_stands_beside_a_soup_is_in_every_union_and_drawing_leaves_it(seed, count):
+    triangles, views = soup(seed, count), projections()
+    images, own = drawn(triangles, views)
+    standing = drawn(soup(seed + 1, 3), views)[1]
+    blocks = np.concatenate([own, standing])
+    draw_soup(triangles, views, images, blocks)
+    assert np.array_equal(blocks, np.concatenate([own, standing]))
+    others, alone = np.empty((2, *images.shape[1:]), np.uint64)
+    for index in range(-1, count):
+        unite_others(index, images, blocks, others)
+        unite_others(index, images, own, alone)
+        assert np.array_equal(others, alone | standing[0])
+
+
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(0, 2**32 - 1), st.floats(0.02, 0.98))
 def test_two_measures_at_once_are_those_of_one(seed, other, share):

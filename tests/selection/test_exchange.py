@@ -128,6 +128,19 @@ def test_no_candidates_and_none_in_sight():
     assert not choose_by_gain(hidden, 64, 0.001).any()
 
 
+@pytest.mark.parametrize("choose", [greedy_cut, lambda c, alpha: choose_by_gain(c, 40, alpha)])
+def test_nothing_is_added_where_all_is_hidden_already(choose):
+    chains, views = random_chains(3, 8), projections(VIEWS)
+    alone = Candidates.from_chains(chains, views)
+    first = np.zeros(len(alone), dtype=np.int32)
+    standing = alone.nothing()
+    for polygon, full in enumerate(alone.triangles.tolist()):
+        standing |= alone.draw(polygon, full)
+    assert choose(alone, 0.001).any()
+    beside = Candidates.from_chains(chains, views, standing)
+    assert np.array_equal(choose(beside, 0.001), first)
+
+
 def test_beats_the_published_trim_on_the_castle():
     sections = SectionOptions(directions=32, depths=4)
     candidates = mesh_candidates(castle(), 48, ground=True, sections=sections)

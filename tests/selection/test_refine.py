@@ -304,3 +304,25 @@ def test_containment_is_that_of_the_voxelizer(seed, size):
     strays = (triangle.min() <= 0.0) or (triangle.max() >= SIZE)
     expected = not strays and not (touched & ~voxels).any()
     assert contained(*corners, voxels) == expected
+
+
+def test_a_drawn_part_that_sticks_out_does_not_change_what_is_right():
+    """It is the user's will: the search must not hide less to make up for it."""
+    views = views_of(ball())
+    wide = np.array([[[2.0, 2.0, 8.0], [14.0, 2.0, 8.0], [8.0, 14.0, 8.0]]])
+    corners = np.arange(3, dtype=np.int32).reshape(1, 3)
+    also = views.originals | covered(wide[0], corners, views.projections, 64, 64)[:, :, 0]
+    search = Annealing(
+        crossed_quads(), Room.of(ball()), RefineViews(views.projections, also, wide), UNIT, 0
+    )
+    alone = Annealing(crossed_quads(), Room.of(ball()), views, UNIT, 0)
+    assert search.precision() >= alone.precision()
+    assert search.score > alone.score
+    search.run(10 * TRIES, (0.0, 0.1))
+    assert search.score == search._fresh(search.best())
+
+
+def test_a_search_keeps_nothing_behind_what_is_drawn():
+    views, quads = views_of(ball()), crossed_quads()
+    behind = RefineViews(views.projections, views.originals, quads)
+    assert len(Annealing(quads, Room.of(ball()), behind, UNIT, 0).result()) == 0

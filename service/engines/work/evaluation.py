@@ -26,7 +26,9 @@ def evaluate_mesh(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     meter.at("load", 0.0)
     path, limit = input_path(task, "mesh"), options.memory_limit
     simplifier.check_file(path, options, pictures=True, viewing=True)
-    mesh = simplifier.load(path, allow_external=False, memory_limit=limit)
+    mesh = simplifier.load(
+        path, allow_external=False, transparent=options.transparent, memory_limit=limit
+    )
     occluder = simplifier.load_occluder(
         input_path(task, "occluder"), allow_external=False, memory_limit=limit
     )

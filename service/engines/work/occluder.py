@@ -29,7 +29,12 @@ def make_occluder(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     meter.at("load", 0.0)
     path = input_path(task, "mesh")
     simplifier.check_file(path, options, pictures=True, viewing=True)
-    mesh = simplifier.load(path, allow_external=False, memory_limit=options.memory_limit)
+    mesh = simplifier.load(
+        path,
+        allow_external=False,
+        transparent=options.transparent,
+        memory_limit=options.memory_limit,
+    )
     load_seconds = meter.seconds
     draw = BestSoFar(mesh, options.up)
     made = simplifier.make(mesh, options, meter.part(0.05, 0.8, MAKING, draw), cancel)
@@ -49,7 +54,7 @@ def make_occluder(task: Task, tell: Tell, cancel: Cancel) -> Summary:
 
 
 def _save(made: simplifier.Made, scratch: Path, results: Path) -> tuple[Path, ...]:
-    """Every level in every format, and a GLB and an OCC with all; the levels' own GLBs, finest first."""
+    """Every level in every format, a GLB and an OCC with all; the levels' own GLBs, finest first."""
     for suffix in simplifier.OCCLUDER_SUFFIXES:
         for level, path in enumerate(made.save(scratch / f"occluder{suffix}")):
             shutil.copyfile(path, results / f"lod{level}{suffix}")

@@ -24,7 +24,10 @@ def measure_tradeoff(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     options = simplifier.TradeoffOptions.of(allowed_options(task))
     meter.at("load", 0.0)
     mesh = simplifier.load(
-        input_path(task, "mesh"), allow_external=False, memory_limit=options.memory_limit
+        input_path(task, "mesh"),
+        allow_external=False,
+        transparent=options.transparent,
+        memory_limit=options.memory_limit,
     )
 
     def told(done: int, runs: int, now: str) -> None:

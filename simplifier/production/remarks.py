@@ -1,0 +1,66 @@
+"""What users should know of overrides, and of what was left out for them, a sentence each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from simplifier.evaluation.deviation import deviation
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.overrides import Overrides
+from simplifier.geometry.solid import Solid
+from simplifier.io.labels import KEEP, omitted_words
+
+_ROUNDED = 1e-6  # of a region's place and size: formats keep 32 bits of a coordinate
+
+
+def remarks(
+    mesh: TriangleMesh, occluder: Occluder, solid: Solid, overrides: Overrides
+) -> tuple[str, ...]:
+    """What is left out, drawn parts beyond the error bound, and open regions that are not open."""
+    return (*_omitted(mesh), *_sticking_out(mesh, occluder, solid, overrides),
+            *_crossed(occluder, overrides))  # fmt: skip
+
+
+def named(overrides: Overrides) -> dict[str, Any] | None:
+    """Drawn parts and open regions as a report has them; None where there are none."""
+    if not overrides.drawn and not overrides.open:
+        return None
+    return {
+        "drawn": [part.name for part in overrides.drawn],
+        "triangles": len(overrides.triangles),
+        "open": [one.name for one in overrides.open],
+    }
+
+
+def _omitted(mesh: TriangleMesh) -> list[str]:
+    if not mesh.omitted:
+        return []
+    see_through = any(one.see_through for one in mesh.omitted)
+    return [omitted_words(mesh.omitted) + (f"; {KEEP}" if see_through else "")]
+
+
+def _sticking_out(
+    mesh: TriangleMesh, occluder: Occluder, solid: Solid, overrides: Overrides
+) -> list[str]:
+    found = []
+    for part in overrides.drawn:
+        drawn = Occluder.of(part.triangles, 0.0, {})
+        strays = deviation(drawn, mesh, solid.touched, solid.filled)
+        if strays > occluder.error_bound:
+            found.append(
+                f"{part} sticks out of the mesh by {strays:.3g}, where it may hide what is visible"
+            )
+    return found
+
+
+def _crossed(occluder: Occluder, overrides: Overrides) -> list[str]:
+    triangles = occluder.vertices[occluder.faces]
+    found = []
+    for one in overrides.open:
+        reach = float((abs(one.region.centre) + one.region.half.max()).max())
+        count = int(one.region.crossed_by(triangles, _ROUNDED * reach).sum())
+        if count:
+            verb = "triangle passes" if count == 1 else "triangles pass"
+            found.append(f"{count} {verb} through the open region {one}")
+    return found

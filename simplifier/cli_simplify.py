@@ -10,14 +10,16 @@ import typer
 from simplifier.cli_failures import Debug
 from simplifier.cli_options import Mesh, Pictures, ReportFile, typed_lengths, with_options
 from simplifier.cli_report import check_extras, shown
-from simplifier.console import print_line
+from simplifier.console import print_line, print_rows
 from simplifier.errors import OutputError
 from simplifier.evaluation.report import Report, write_report
 from simplifier.interrupts import Interrupts
 from simplifier.io import check_writable, load_mesh
 from simplifier.io.save_lods import is_level_path
+from simplifier.memory.limit import default_limit
+from simplifier.memory.need import BASE_BYTES, GIB
 from simplifier.option_fields import SIMPLIFY_FIELDS
-from simplifier.production.estimate import check_file
+from simplifier.production.estimate import check_file, estimate_memory
 from simplifier.production.options import SimplifyOptions
 from simplifier.production.produce import make
 from simplifier.progress import Listener, Stopwatch
@@ -32,6 +34,9 @@ def simplify(
     *,
     report: ReportFile = None,
     pictures: Pictures = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Say what memory it would need, and make nothing.")
+    ] = False,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
@@ -49,6 +54,9 @@ def simplify(
         check_writable(output)
         _check_distinct(mesh, output, levels=options.levels is not None)
         check_extras(report, pictures)
+        if dry_run:
+            _foretell(mesh, options, pictures=pictures is not None)
+            return None
         check_file(mesh, options, pictures=pictures is not None)
         watch = Stopwatch(listener)
         with watch.stage("load"):
@@ -84,6 +92,30 @@ def simplify(
         return summary
 
     shown(run, mesh.name, debug=debug)
+
+
+def _foretell(path: Path, options: SimplifyOptions, *, pictures: bool) -> None:
+    """Print what a run would need, stage by stage; it may be more than the limit."""
+    need = estimate_memory(path, options, pictures=pictures)
+    mesh = load_mesh(path, memory_limit=options.memory_limit)
+    need = need.joined(estimate_memory(mesh, options, pictures=pictures))
+    stages = [(f"memory: {name}", _gib(BASE_BYTES + count)) for name, count in need.stages.items()]
+    limit = options.memory_limit or default_limit()
+    print_rows(
+        path.name,
+        [
+            ("triangles", f"{len(mesh.faces):,}"),
+            ("vertices", f"{len(mesh.vertices):,}"),
+            *stages,
+            ("memory at most", _gib(need.peak)),
+            ("memory limit", _gib(limit * GIB)),
+        ],
+        [f"it would be refused: {need.largest} needs too much"] if need.gib > limit else [],
+    )
+
+
+def _gib(count: float) -> str:
+    return f"{count / GIB:.2f} GiB"
 
 
 def _check_distinct(mesh: Path, output: Path, *, levels: bool) -> None:

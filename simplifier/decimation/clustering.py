@@ -6,7 +6,7 @@ import numpy as np
 
 from simplifier.geometry.grid import VoxelGrid
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
-from simplifier.kernels.t_junctions import crack_triangles
+from simplifier.kernels.t_junctions import crack_triangles, has_border
 
 _CELLS = 64  # along the longest edge, at most: what is finer only costs time
 
@@ -21,11 +21,10 @@ def clustered(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray
     """
     size = max(1.0, max(grid.shape) / _CELLS)
     shape = np.ceil(np.array(grid.shape) / size).astype(np.int64)
-    in_cells = [_column(mesh, grid, axis) / size for axis in range(3)]
     keys = np.zeros(len(mesh.vertices), dtype=np.int64)
     for axis in range(3):
         keys *= shape[axis]
-        keys += np.clip(in_cells[axis].astype(np.int64), 0, shape[axis] - 1)
+        keys += np.clip((_column(mesh, grid, axis) / size).astype(np.int64), 0, shape[axis] - 1)
     total = int(shape.prod())
     counts = np.bincount(keys, minlength=total)
     used = counts > 0
@@ -33,16 +32,18 @@ def clustered(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray
     place = (np.cumsum(used) - 1)[keys].astype(np.int32)
     vertices = np.stack(sums, axis=1) / counts[used][:, None]
     faces = _distinct(place[mesh.faces], len(vertices))
-    # What rounding puts past the grid belongs to its last cells.
-    within = np.clip(np.stack(in_cells, axis=1), 0.0, np.nextafter(shape, 0.0))
-    cracks = crack_triangles(within, mesh.faces, place, faces)
-    if len(cracks):
-        faces = _distinct(np.concatenate([faces, place[cracks]]), len(vertices))
+    if has_border(faces):
+        within = np.stack([_column(mesh, grid, axis) / size for axis in range(3)], axis=1)
+        # What rounding puts past the grid belongs to its last cells.
+        np.clip(within, 0.0, np.nextafter(shape, 0.0), out=within)
+        cracks = crack_triangles(within, mesh.faces, place)
+        if len(cracks):
+            faces = _distinct(np.concatenate([faces, place[cracks]]), len(vertices))
     return vertices, faces
 
 
 def _column(mesh: TriangleMesh, grid: VoxelGrid, axis: int) -> FloatArray:
-    """(n,) one coordinate in grid space."""
+    """(n,) one coordinate in grid space: all three at once would take three times the room."""
     return np.asarray((mesh.vertices[:, axis] - grid.origin[axis]) / grid.cell_size)
 
 

@@ -20,17 +20,14 @@ def crack_triangles(
     points: NDArray[np.float64],
     faces: NDArray[np.int32],
     chosen: NDArray[np.int32],
-    moved: NDArray[np.int32],
 ) -> NDArray[np.int32]:
     """(k, 3) flat triangles over the T-junctions that moving opens; none where there are none.
 
     ``points`` (n, 3) in units of a cell, none below 0, ``faces`` (m, 3).  Vertex i moves to where
-    ``chosen[i]`` is, the same place for all in a cell; ``moved`` (l, 3) are the faces that are left
-    then, by places.  Edges within two neighbouring cells open none, nor does a vertex in the cell
-    of an end.
+    ``chosen[i]`` is, the same place for all in a cell.  Edges within two neighbouring cells open
+    none, nor does a vertex in the cell of an end.  Where what is left then has no border
+    (:func:`has_border`), there are none, and looking for them takes time and room.
     """
-    if not _has_border(moved):  # looking for cracks takes longer
-        return np.empty((0, 3), dtype=np.int32)
     faces = faces.view()
     faces.setflags(write=False)  # as those of a mesh: else kernels are compiled a second time
     cells = points.astype(np.int64)
@@ -49,8 +46,8 @@ def crack_triangles(
     return triangles[:count].astype(np.int32)
 
 
-def _has_border(faces: NDArray[np.int32]) -> bool:
-    """Whether one face only has some edge."""
+def has_border(faces: NDArray[np.int32]) -> bool:
+    """Whether one face only of ``faces`` (m, 3) has some edge."""
     begin, end = faces.reshape(-1).astype(np.int64), np.roll(faces, -1, axis=1).reshape(-1)
     edges = np.sort(np.minimum(begin, end) << 32 | np.maximum(begin, end))
     another = np.diff(edges, prepend=-1, append=-1) != 0

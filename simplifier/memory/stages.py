@@ -111,6 +111,8 @@ def refine(size: MeshSize, shape: Shape, options: Options) -> int:
     growing = 3 * allowed  # the dilation copies twice
     # Placed vertices, the cell of each, and a copy of the faces.
     placing = (_VERTEX + 4) * size.vertices + _FACE * size.triangles
+    # Where there may be cracks: vertices in cells, these cells, their keys, and who is in each.
+    placing += (_VERTEX + 24 + 8 + 8) * size.vertices
     fixed = _KERNELS + (_STARTS if options.refine.decimated else 0)
     if options.refine.moves == 0 and options.time_limit is None:
         return fixed + (0 if reach else growing)

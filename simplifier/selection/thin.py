@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, IntArray
-from simplifier.kernels.t_junctions import crack_triangles
+from simplifier.kernels.t_junctions import crack_triangles, has_border
 from simplifier.kernels.thinning import gather_first, keep_whole
 
 CELLS = 192
@@ -35,6 +35,9 @@ def thinned(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray
     count = gather_first(vertices, low, step, numbers, points, chosen)
     kept = np.empty((len(faces), 3), dtype=np.int32)
     whole = keep_whole(np.array(faces), chosen, kept)
-    # Slits that open at T-junctions would be looked through, and nothing behind them seems hidden.
-    cracks = crack_triangles((vertices - low) / step, faces, chosen, kept[:whole])
-    return points[:count], np.concatenate([kept[:whole], chosen[cracks]])
+    left = kept[:whole]
+    if has_border(left):
+        # Slits of T-junctions would be looked through, and nothing behind them seems hidden.
+        cracks = crack_triangles((vertices - low) / step, faces, chosen)
+        left = np.concatenate([left, chosen[cracks]])
+    return points[:count], left

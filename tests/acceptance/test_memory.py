@@ -33,6 +33,19 @@ def test_simplify_refuses_a_grid_too_fine_and_writes_nothing(command, mesh, tmp_
     assert not (tmp_path / "out.glb").exists()
 
 
+@pytest.mark.parametrize(("limit", "refused"), [("8", False), ("0.4", True)])
+def test_a_dry_run_tells_stage_by_stage_and_writes_nothing(command, mesh, tmp_path, limit, refused):
+    status, out, err = command(
+        "simplify", mesh, "-o", tmp_path / "out.glb", "--dry-run", "--resolution", "900",
+        "--memory-limit", limit,
+    )  # fmt: skip
+    assert status == 0
+    assert re.search(r"memory: refine .* \d+\.\d\d GiB", out)
+    assert re.search(r"memory limit .* " + limit, out)
+    assert ("would be refused" in err) == refused
+    assert not (tmp_path / "out.glb").exists()
+
+
 def test_evaluate_refuses(command, mesh):
     status, _, err = command("evaluate", mesh, mesh, "--resolution", "900", "--memory-limit", "0.4")
     assert status == 1

@@ -24,6 +24,7 @@ import simplifier
 from service.errors import ServiceError
 from service.routes.problems import ADVICE, kinds
 from simplifier import errors
+from simplifier.asset_build.manifest import read_manifest
 from simplifier.cli_commands import _loaded
 from simplifier.cli_failures import run_guarded
 from simplifier.errors import OccluderError
@@ -76,6 +77,28 @@ def _no_path(folder: Path) -> object:
     return simplifier.load_camera_path(path)
 
 
+def _no_toml(folder: Path) -> object:
+    path = folder / "castle.overrides.toml"
+    path.write_text("[[box]]\nsize = [1, 2,\n")
+    return simplifier.load_overrides(path)
+
+
+def _overrides(folder: Path) -> object:
+    path = folder / "castle.overrides.toml"
+    path.write_text("[[box]]\ncentre = [0, 0, 0]\nsize = [1, 2, 3]\n")
+    return simplifier.load_overrides(path)
+
+
+def _manifest(folder: Path) -> object:
+    path = folder / "occluders.toml"
+    path.write_text('[defaults]\nbugdet = 64\n\n[[asset]]\nfiles = "*.glb"\n')
+    return read_manifest(path)
+
+
+def _memory(folder: Path) -> object:
+    return simplifier.simplify(box(), budget=80, resolution=1024, memory_limit=0.5)
+
+
 def _option(folder: Path) -> object:
     return simplifier.simplify(box(), budget=0)
 
@@ -106,7 +129,11 @@ LIBRARY: dict[type[OccluderError], Callable[[Path], object]] = {
     errors.EmptyMeshError: _empty,
     errors.SceneError: _unbuilt,
     errors.UnreadablePathError: _no_path,
+    errors.TomlError: _no_toml,
+    errors.OverridesError: _overrides,
+    errors.ManifestError: _manifest,
     errors.OptionError: _option,
+    errors.MemoryLimitError: _memory,
     errors.BackendUnavailableError: _without_opengl,
     errors.OutputError: _no_folder,
     errors.CommandError: _foreign_command,

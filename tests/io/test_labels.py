@@ -236,7 +236,7 @@ def test_no_material_file_is_opened_where_none_may_be_nor_outside_of_the_folder(
     assert len(load_mesh(path, allow_external=False, ignore=named(materials=["stone"])).faces) == 4
     inner = tmp_path / "inner"
     inner.mkdir()
-    for name in ("../my materials.mtl", str(tmp_path / "my materials.mtl"), "none.mtl", "a\0b"):
+    for name in ("../my materials.mtl", str(tmp_path / "my materials.mtl"), "none.mtl", "a\1b"):
         mesh = inner / "a.obj"
         mesh.write_text(path.read_text().replace("my materials.mtl", name))
         assert load_mesh(mesh).omitted == ()

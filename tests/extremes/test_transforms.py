@@ -26,11 +26,11 @@ from simplifier.io import (
     load_occluder,
     load_scene,
     save_camera_path,
-    save_lods,
     save_occluder,
     writable_suffixes,
     write_scene,
 )
+from simplifier.io.save_lods import save_lods
 from simplifier.options import SolidOptions
 from simplifier.progress import Stopwatch
 from simplifier.solidify import solidify

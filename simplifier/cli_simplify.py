@@ -11,24 +11,16 @@ from simplifier.cli_failures import Debug
 from simplifier.cli_options import Mesh, Pictures, ReportFile, typed_lengths, with_options
 from simplifier.cli_overrides import NoOverrides, OverridesFile, chosen_overrides
 from simplifier.cli_report import check_extras, shown
-<<<<<<< HEAD
-from simplifier.console import print_line
-from simplifier.errors import OptionError, OutputError
-=======
 from simplifier.console import print_line, print_rows
-from simplifier.errors import OutputError
->>>>>>> mem
+from simplifier.errors import OptionError, OutputError
 from simplifier.evaluation.report import Report, write_report
 from simplifier.interrupts import Interrupts
 from simplifier.io import check_writable, load_mesh
 from simplifier.io.glb_embed import check_place
 from simplifier.io.save_lods import is_level_path
-<<<<<<< HEAD
 from simplifier.io.style import Style
-=======
 from simplifier.memory.limit import default_limit
 from simplifier.memory.need import BASE_BYTES, GIB
->>>>>>> mem
 from simplifier.option_fields import SIMPLIFY_FIELDS
 from simplifier.production.estimate import check_file, estimate_memory
 from simplifier.production.options import SimplifyOptions
@@ -85,13 +77,10 @@ def simplify(
             _check_embedding(mesh, output, levels=options.levels is not None)
         _check_distinct(mesh, output, levels=options.levels is not None)
         check_extras(report, pictures)
-<<<<<<< HEAD
         by_hand = chosen_overrides(mesh, overrides, no_overrides)
-=======
         if dry_run:
             _foretell(mesh, options, pictures=pictures is not None)
             return None
->>>>>>> mem
         check_file(mesh, options, pictures=pictures is not None)
         watch = Stopwatch(listener)
         with watch.stage("load"):
@@ -137,7 +126,6 @@ def simplify(
     shown(run, mesh.name, debug=debug)
 
 
-<<<<<<< HEAD
 def _check_embedding(mesh: Path, output: Path, *, levels: bool) -> None:
     if levels:
         raise OptionError(
@@ -147,7 +135,8 @@ def _check_embedding(mesh: Path, output: Path, *, levels: bool) -> None:
         )
     if mesh.is_file():  # else reading says better what is wrong
         check_place(mesh, output)
-=======
+
+
 def _foretell(path: Path, options: SimplifyOptions, *, pictures: bool) -> None:
     """Print what a run would need, stage by stage; it may be more than the limit."""
     need = estimate_memory(path, options, pictures=pictures)
@@ -170,7 +159,6 @@ def _foretell(path: Path, options: SimplifyOptions, *, pictures: bool) -> None:
 
 def _gib(count: float) -> str:
     return f"{count / GIB:.2f} GiB"
->>>>>>> mem
 
 
 def _check_distinct(mesh: Path, output: Path, *, levels: bool) -> None:

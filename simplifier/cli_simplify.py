@@ -40,8 +40,8 @@ def simplify(
         Literal["double", "single"],
         typer.Option(help="single: for engines that cull back faces, both windings are written."),
     ] = "double",
-    quads: Annotated[
-        bool, typer.Option("--quads", help="Write quads where triangles pair up: obj, off, ply.")
+    as_quads: Annotated[
+        bool, typer.Option("--as-quads", help="Write quads where triangles pair up: obj, off, ply.")
     ] = False,
     with_original: Annotated[
         Literal["godot", "lod"] | None,
@@ -71,7 +71,7 @@ def simplify(
     def run(listener: Listener, interrupts: Interrupts) -> Report | None:
         bounds = typed_lengths(chosen["error_bounds"], "error bounds")
         options = SimplifyOptions(**{**chosen, "error_bounds": bounds})
-        style = Style(sides, quads)
+        style = Style(sides, as_quads)
         check_writable(output, style)
         if with_original is not None:
             _check_embedding(mesh, output, levels=options.levels is not None)

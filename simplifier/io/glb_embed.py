@@ -22,7 +22,7 @@ from simplifier.geometry.sides import single_sided
 from simplifier.io.formats import codec_for_reading
 from simplifier.io.glb_meshes import GlbMeshes
 from simplifier.io.glb_writer import occluder_extras
-from simplifier.io.gltf import GENERATOR
+from simplifier.io.gltf import BEFORE, GENERATOR
 from simplifier.io.gltf_container import open_document, pack_glb
 from simplifier.io.gltf_json import JsonObject
 from simplifier.io.gltf_levels import EXTENSION, level_ids
@@ -36,7 +36,6 @@ Embedding = Literal["godot", "lod"]
 ``lod``: the coarsest level of detail of the scene's root, by MSFT_lod."""
 
 _ARRAYS = ("nodes", "meshes", "materials", "accessors", "bufferViews", "buffers")
-_BEFORE = "before"
 
 
 def save_with_original(
@@ -75,7 +74,7 @@ def embedded(original: Path, mesh: TriangleMesh, occluder: Occluder, how: Embedd
     buffer, start, binary = _added_bytes(root, meshes.binary, binary)
     _append(root, meshes.document(), buffer, start)
     node["mesh"] = before["meshes"]
-    node["extras"] = occluder_extras(occluder) | {_BEFORE: before}
+    node["extras"] = occluder_extras(occluder) | {BEFORE: before}
     scene = _scene(root)
     if scene is not None:
         before["scene_nodes"] = list(scene["nodes"])
@@ -119,7 +118,7 @@ def _without_earlier(
     extras = nodes[-1].get("extras", {}) if nodes and isinstance(nodes[-1], dict) else {}
     if not (isinstance(extras, dict) and extras.get("generator") == GENERATOR):
         return root, binary
-    before = extras.get(_BEFORE)
+    before = extras.get(BEFORE)
     if not isinstance(before, dict):
         return root, binary
     try:

@@ -12,15 +12,25 @@ from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.io.gltf_buffers import Buffers, external_uris
 from simplifier.io.gltf_container import open_document
-from simplifier.io.gltf_json import number_or_nan
+from simplifier.io.gltf_json import JsonObject, number_or_nan
 from simplifier.io.gltf_primitives import joined, read_gltf_mesh
-from simplifier.io.gltf_scene import Instances, list_instances, mesh_name, scene_nodes
+from simplifier.io.gltf_scene import (
+    Instances,
+    instances_of,
+    list_instances,
+    mesh_name,
+    scene_nodes,
+    subtree,
+)
 from simplifier.io.labels import Label, Labelled
 from simplifier.io.objects import Objects
 
 IndexArray = NDArray[np.int64]
 
 GENERATOR = "planar-occluder"
+BEFORE = "before"
+"""In the extras of an occluder that stands behind its original: what there was without it."""
+
 # Instances can multiply a small file beyond any memory.
 MOST_VERTICES = MOST_TRIANGLES = 100_000_000
 
@@ -31,16 +41,32 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
     Transforms are composed and applied in float64: a building at 5,176,000 m keeps its millimetres,
     which float32 would round to half a metre.  Under a mirroring transform the winding is turned,
     as the format asks for.  Quantized, normalized, sparse and interleaved accessors and
-    EXT_mesh_gpu_instancing are understood.  Raises :class:`UnreadableMeshError`.
+    EXT_mesh_gpu_instancing are understood.  Of an original with its occluder only the occluder is
+    given.  Raises :class:`UnreadableMeshError`.
     """
     buffers = Buffers(open_document(data, str(path)), path)
-    return read_instances(buffers, list_instances(buffers), str(path))
+    root = buffers.document.root
+    embedded = _embedded(root)
+    if embedded is None:
+        return read_instances(buffers, list_instances(buffers), str(path))
+    nodes = subtree(root, embedded)
+    return read_instances(buffers, instances_of(buffers, nodes, nodes.world()), str(path))
+
+
+def _embedded(root: JsonObject) -> int | None:
+    """The node that ``glb_embed`` put behind those of an original."""
+    last = root.count("nodes") - 1
+    if last < 0:
+        return None
+    extras = root.item("nodes", last).members.get("extras")
+    known = isinstance(extras, dict) and extras.get("generator") == GENERATOR and BEFORE in extras
+    return last if known else None
 
 
 def labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
     """As :func:`decode`, with the names of nodes, meshes and materials."""
     buffers = Buffers(open_document(data, str(path)), path)
-    instances = list_instances(buffers)
+    instances = list_instances(buffers).shown()
     meshes: dict[int, tuple[FloatArray, IndexArray]] = {}
     kinds: dict[int, list[tuple[str, bool, int]]] = {}
     for mesh in _used(instances):
@@ -102,7 +128,7 @@ def objects(data: bytes, path: Path, see_through: bool) -> Objects:
     :func:`decode` refuses, but there is no limit on what the instances add up to.
     """
     buffers = Buffers(open_document(data, str(path)), path)
-    instances = list_instances(buffers, lenient=True)
+    instances = list_instances(buffers, lenient=True).shown()
     used, mesh_of = np.unique(instances.mesh_of, return_inverse=True)
     found = [read_gltf_mesh(buffers, mesh) for mesh in used.tolist()]
     left_out = [[one for one in parts if one.see_through and not see_through] for parts in found]
@@ -149,7 +175,9 @@ def error_bound(data: bytes, path: Path) -> float:
     """
     root = open_document(data, str(path)).root
     bounds = []
-    for node in scene_nodes(root).nodes:
+    embedded = _embedded(root)
+    nodes = scene_nodes(root).nodes if embedded is None else [root.item("nodes", embedded)]
+    for node in nodes:
         extras = node.members.get("extras")
         if isinstance(extras, dict) and extras.get("generator") == GENERATOR:
             bound = number_or_nan(extras.get("error_bound"))

@@ -38,6 +38,8 @@ def thinned(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray
     left = kept[:whole]
     if has_border(left):
         # Slits of T-junctions would be looked through, and nothing behind them seems hidden.
-        cracks = crack_triangles((vertices - low) / step, faces, chosen)
+        placed = vertices - low
+        placed /= step
+        cracks = crack_triangles(placed, faces, chosen)
         left = np.concatenate([left, chosen[cracks]])
     return points[:count], left

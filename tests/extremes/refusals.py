@@ -28,6 +28,7 @@ from simplifier.asset_build.manifest import read_manifest
 from simplifier.cli_commands import _loaded
 from simplifier.cli_failures import run_guarded
 from simplifier.errors import OccluderError
+from simplifier.toml_lines import read_toml
 from tests.service.routes.serving import Served, served
 from tests.solids import box
 
@@ -78,9 +79,9 @@ def _no_path(folder: Path) -> object:
 
 
 def _no_toml(folder: Path) -> object:
-    path = folder / "castle.overrides.toml"
-    path.write_text("[[box]]\nsize = [1, 2,\n")
-    return simplifier.load_overrides(path)
+    path = folder / "occluders.toml"
+    path.write_text('[[asset]]\nfiles = "*.glb\n')
+    return read_toml(path)
 
 
 def _overrides(folder: Path) -> object:

@@ -89,11 +89,12 @@ def server(tmp_path_factory):
         pytest.skip(f"{PYTHON} is not there: run `make test` first")
     data = tmp_path_factory.mktemp("service")
     code = "from service.cli.serve import serve; import typer; typer.run(serve)"
+    variables = {"PYTHONPATH": str(ROOT), "OCCLUDER_WORKERS": "1", "OCCLUDER_MIN_FREE": "0"}
     log = (data / "log").open("w")
     with log, subprocess.Popen(
         [PYTHON, "-c", code, "--port", "0", "--data", data / "data"],
         cwd=ROOT, stdout=subprocess.PIPE, stderr=log, text=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "OCCLUDER_WORKERS": "1", "OCCLUDER_MIN_FREE": "0"},
+        env={**os.environ, **variables},
     ) as process:  # fmt: skip
         try:
             line = process.stdout.readline()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import json
+import signal
 import subprocess
 import sys
 import threading
@@ -42,7 +43,11 @@ def service(tmp_path_factory):
     with listening(create_app(settings)) as address, Client(address) as client:
         secrets = TenantSecrets.open(settings.data)
         yield SimpleNamespace(
-            client=client, settings=settings, secrets=secrets, secret=secrets.of("local")
+            address=address,
+            client=client,
+            settings=settings,
+            secrets=secrets,
+            secret=secrets.of("local"),
         )
 
 
@@ -239,6 +244,27 @@ def test_a_receiver_that_is_down_at_first_is_told_later(service, job, tmp_path):
     finally:
         sender.stop()
     assert files(tmp_path) == ["box_occluder.glb"]
+
+
+def test_the_program_receives_until_it_is_interrupted(service, job, tmp_path):
+    (tmp_path / "assets").mkdir()
+    command = [
+        sys.executable, "-m", "examples.webhook_receiver", "--server", service.address,
+        "--folder", "assets", "--port", "0", "--then", "cp -t .",
+    ]  # fmt: skip
+    with subprocess.Popen(
+        command, cwd=tmp_path, stdout=subprocess.PIPE, text=True,
+        env=environment(OCCLUDER_WEBHOOK_SECRET=service.secret, OCCLUDER_KEY=None),
+    ) as process:  # fmt: skip
+        try:
+            port = int(process.stdout.readline().rpartition(":")[2])
+            assert tell(port, "whsec_guessed", job) == 401
+            assert tell(port, service.secret, job) == 204
+            process.send_signal(signal.SIGINT)
+            assert process.wait(30) == 0
+        finally:
+            process.kill()
+    assert files(tmp_path) == ["box_occluder.glb"] * 2  # as it was written, and by the command
 
 
 def test_the_program_says_what_is_missing(tmp_path):

@@ -4,6 +4,7 @@
 # make test-faults  kills, a full disk, damage, wrong clocks, slow clients, in their long form (minutes)
 # make fuzz   ten minutes of broken files and strange meshes (FUZZ_SECONDS, FUZZ_ENGINE=guided, …)
 # make test-pages  every look at the dashboard in a browser (minutes); `make test` takes the vital ones
+# make test-blender  the Blender add-on in Blender's own module, bpy (Python 3.11)
 # make serve  the HTTP service at http://127.0.0.1:8000
 # make docker-check  the steps of the container image in an empty folder, without an engine (minutes)
 # make openapi  write openapi.yaml anew, after a change of the service's routes or schemas
@@ -14,7 +15,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test test-slow test-faults test-pages fuzz check serve docker-check openapi bench clean
+.PHONY: demo test test-slow test-faults test-pages test-blender fuzz check serve docker-check openapi bench clean
 
 demo: $(READY)
 	mkdir -p out/demo
@@ -36,6 +37,15 @@ test-faults: $(READY)
 
 test-pages: $(READY)
 	$(BIN)/python -m pytest -m pages -n 2 --dist loadfile tests/service/dashboard
+
+# In an environment of its own: bpy wants an older numpy.  The command is the one of this checkout.
+BLENDER_PYTHON ?= python3.11
+
+test-blender: $(READY)
+	$(BLENDER_PYTHON) -m venv $(VENV)-blender
+	$(VENV)-blender/bin/pip install --quiet -c integrations/blender/constraints.txt bpy pytest
+	$(VENV)-blender/bin/python -m pytest --confcutdir=tests/integrations/blender \
+		tests/integrations/blender
 
 # Plain needs nothing more; guided is libFuzzer by atheris, which Linux and macOS have.
 FUZZ_SECONDS ?= 600
@@ -78,4 +88,4 @@ $(READY): pyproject.toml constraints.txt
 	touch $@
 
 clean:
-	rm -rf $(VENV) out
+	rm -rf $(VENV) $(VENV)-blender out

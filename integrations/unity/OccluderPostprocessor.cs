@@ -1,0 +1,141 @@
+// Gives imported models an occluder, made by the `occluder` command.  Belongs into an Editor folder.
+//
+// A model takes part if a text file stands beside it with ".occluder" added to its name:
+// Castle.fbx and Castle.fbx.occluder.  What the file says are options of `occluder simplify`, as
+// "--budget 64 --ground"; it may be empty.  A change of it imports the model again.
+//
+// The occluder is a child, "Castle_Occluder", that is Occluder Static and has no material; the
+// model's own renderers become occludees alone.
+//
+// Positions pass as they are, though Unity is left-handed and files are not: the command sees the
+// mirror image of the model and gives that of the occluder, whose numbers are those that Unity wants.
+
+using System;
+using System.Collections.Generic;
+using System.Diagnostics;
+using System.Globalization;
+using System.IO;
+using System.Text;
+using UnityEditor;
+using UnityEngine;
+
+public sealed class OccluderPostprocessor : AssetPostprocessor
+{
+    // Where the command is not on PATH: EditorPrefs.SetString(CommandKey, "/path/to/occluder").
+    public const string CommandKey = "PlanarOccluder.Command";
+
+    public override uint GetVersion() => 1;
+
+    private void OnPostprocessModel(GameObject root)
+    {
+        string optionsPath = assetPath + ".occluder";
+        context.DependsOnSourceAsset(optionsPath);
+        if (!File.Exists(optionsPath))
+            return;
+        string folder = FileUtil.GetUniqueTempPathInProject();
+        Directory.CreateDirectory(folder);
+        try
+        {
+            string source = Path.Combine(folder, "mesh.obj");
+            string target = Path.Combine(folder, "occluder.obj");
+            WriteObj(root, source);
+            string options = string.Join(" ", File.ReadAllLines(optionsPath));
+            Run($"simplify \"{source}\" -o \"{target}\" {options}");
+            Add(root, ReadObj(target));
+        }
+        catch (Exception error)
+        {
+            context.LogImportError($"{assetPath}: no occluder was made: {error.Message}");
+        }
+        finally
+        {
+            Directory.Delete(folder, true);
+        }
+    }
+
+    // All meshes below the root, in its space.
+    private static void WriteObj(GameObject root, string path)
+    {
+        var text = new StringBuilder();
+        int first = 1;
+        foreach (MeshFilter filter in root.GetComponentsInChildren<MeshFilter>(true))
+        {
+            Mesh mesh = filter.sharedMesh;
+            if (mesh == null)
+                continue;
+            Matrix4x4 toRoot =
+                root.transform.worldToLocalMatrix * filter.transform.localToWorldMatrix;
+            Vector3[] vertices = mesh.vertices;
+            foreach (Vector3 vertex in vertices)
+            {
+                Vector3 p = toRoot.MultiplyPoint3x4(vertex);
+                text.AppendLine(FormattableString.Invariant($"v {p.x:R} {p.y:R} {p.z:R}"));
+            }
+            int[] corners = mesh.triangles;
+            for (int i = 0; i < corners.Length; i += 3)
+            {
+                int a = first + corners[i], b = first + corners[i + 1], c = first + corners[i + 2];
+                text.AppendLine($"f {a} {b} {c}");
+            }
+            first += vertices.Length;
+        }
+        File.WriteAllText(path, text.ToString());
+    }
+
+    private static Mesh ReadObj(string path)
+    {
+        var vertices = new List<Vector3>();
+        var corners = new List<int>();
+        foreach (string line in File.ReadLines(path))
+        {
+            string[] words = line.Split(new[] { ' ' }, StringSplitOptions.RemoveEmptyEntries);
+            if (words.Length == 4 && words[0] == "v")
+                vertices.Add(new Vector3(Number(words[1]), Number(words[2]), Number(words[3])));
+            else if (words.Length == 4 && words[0] == "f")
+                for (int i = 1; i < 4; i++)
+                    corners.Add(int.Parse(words[i].Split('/')[0], CultureInfo.InvariantCulture) - 1);
+        }
+        var mesh = new Mesh();
+        mesh.SetVertices(vertices);
+        mesh.SetTriangles(corners, 0);
+        mesh.RecalculateNormals();
+        mesh.RecalculateBounds();
+        return mesh;
+    }
+
+    private static float Number(string word) => float.Parse(word, CultureInfo.InvariantCulture);
+
+    private static void Run(string arguments)
+    {
+        var start = new ProcessStartInfo(EditorPrefs.GetString(CommandKey, "occluder"), arguments)
+        {
+            UseShellExecute = false,
+            CreateNoWindow = true,
+            RedirectStandardError = true,
+        };
+        using (Process process = Process.Start(start))
+        {
+            string said = process.StandardError.ReadToEnd().Trim();
+            process.WaitForExit();
+            if (process.ExitCode != 0)
+                throw new InvalidOperationException(said);
+        }
+    }
+
+    private void Add(GameObject root, Mesh mesh)
+    {
+        foreach (Renderer renderer in root.GetComponentsInChildren<Renderer>(true))
+        {
+            StaticEditorFlags flags = GameObjectUtility.GetStaticEditorFlags(renderer.gameObject);
+            flags = (flags & ~StaticEditorFlags.OccluderStatic) | StaticEditorFlags.OccludeeStatic;
+            GameObjectUtility.SetStaticEditorFlags(renderer.gameObject, flags);
+        }
+        var child = new GameObject(root.name + "_Occluder");
+        child.transform.SetParent(root.transform, false);
+        mesh.name = child.name;
+        child.AddComponent<MeshFilter>().sharedMesh = mesh;
+        child.AddComponent<MeshRenderer>().sharedMaterials = new Material[0];
+        GameObjectUtility.SetStaticEditorFlags(child, StaticEditorFlags.OccluderStatic);
+        context.AddObjectToAsset(mesh.name, mesh);
+    }
+}

@@ -26,6 +26,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+_LONGEST = 500  # letters of what is wrong: values of damaged files know no end
+
 
 def printable(text: str) -> str:
     """One line that any terminal, log or JSON can show: what cannot be printed is escaped.
@@ -52,7 +54,7 @@ class OccluderError(Exception):
     """Of a kind of error that mostly has the same."""
 
     def __init__(self, what: str, *, where: str = "", remedy: str = "") -> None:
-        self.what = what = printable(what)
+        self.what = what = printable(what if len(what) <= _LONGEST else f"{what[:_LONGEST]}...")
         self.where = where = printable(where)
         self.remedy = printable(remedy or self.usual_remedy)
         place = f"{where}: " if where else ""

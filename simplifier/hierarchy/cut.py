@@ -44,9 +44,10 @@ class CutFinder:
         tree = occluders.tree
         extents = tree.bounds[:, 1] - tree.bounds[:, 0]
         errors = occluders.errors()
-        coarse = COARSENESS * extents.max(axis=1) / occluders.options.resolution
+        with np.errstate(over="ignore"):  # of a damaged tree: infinite will do
+            coarse = COARSENESS * extents.max(axis=1) / occluders.options.resolution
+            sizes = np.asarray(np.linalg.norm(extents, axis=1))
         errors[:, FAR] = np.maximum(errors[:, FAR], coarse)
-        sizes = np.asarray(np.linalg.norm(extents, axis=1))
         return cls(tree, errors, occluders.hiding_radii(), sizes)
 
     def cut(

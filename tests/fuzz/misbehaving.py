@@ -25,7 +25,7 @@ def _misbehave(data: bytes, folder: Path) -> None:
         case b"refuse":
             raise UnreadableMeshError("the file is damaged")
         case b"ramble":
-            raise UnreadableMeshError("word " * 500)
+            raise UnreadableMeshError("damaged", remedy="word " * 500)
 
 
 def misbehaving(name: str) -> Target:

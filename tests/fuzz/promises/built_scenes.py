@@ -33,6 +33,7 @@ def check_built_scene(case: Case, folder: Path) -> None:
         [(mesh.vertices, mesh.faces.astype(np.int64)) for mesh in meshes],
         mesh_of_object,
         np.array(case["transforms"], dtype=np.float64).reshape(-1, 4, 4),
+        [0] * len(meshes),
     )
     scene = usable_scene(objects, "case")
     check_scene(scene)

@@ -18,7 +18,7 @@ from tests.fuzz.promises import check_sentence, promise
 from tests.fuzz.promises.soups import FURTHEST, check_soup
 
 _FLOAT32 = 2.0**-23  # share of a coordinate that rounding may take
-_ROUNDED = (".glb", ".stl")
+_ROUNDED = (".glb", ".occ", ".stl")
 
 
 def check_mesh_file(path: Path) -> None:

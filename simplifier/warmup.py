@@ -29,6 +29,7 @@ from simplifier.hierarchy.manifest import load_occluder_tree, occluder_store, wr
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.io import load_mesh, load_occluder, save_occluder, writable_suffixes
 from simplifier.kernels.item_buffer import merge_pictures
+from simplifier.kernels.t_junctions import crack_triangles
 from simplifier.options import Options, SectionOptions, Trim, make_options
 from simplifier.pipeline import simplify_mesh
 
@@ -57,6 +58,8 @@ def warm_up() -> None:
     for trim, exact in product(get_args(Trim), (False, True)):
         selection = replace(little.selection, trim=trim)
         occluder = _judged(mesh, replace(little, selection=selection), exact=exact)
+    fan = TriangleMesh.from_soup(_POINTS, [[0, 1, 2], [0, 2, 3]])
+    crack_triangles(9.0 * fan.vertices, fan.faces, np.arange(4, dtype=np.int32))
     simplify_mesh(TriangleMesh.from_soup(_POINTS[:3], [[0, 1, 2]]), little)  # nothing inside
     closed = replace(little.solid, smallest_hole=0.1, conservative=True)
     _judged(mesh, replace(little, solid=closed), exact=False)

@@ -6,8 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from simplifier.geometry.mesh import IntArray
 from simplifier.geometry.occluder import Occluder
@@ -41,6 +39,10 @@ def _edges(faces: IntArray) -> IntArray:
 
 def _parts(faces: IntArray) -> NDArray[np.int32]:
     """(m,) which part each face is of: those that share an edge are of one."""
+    # Here, not above: only single-sided files need them, and they take long to load.
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     _, edge = np.unique(np.sort(_edges(faces), axis=1), axis=0, return_inverse=True)
     edge = edge.reshape(-1)
     face = np.repeat(np.arange(len(faces)), 3)

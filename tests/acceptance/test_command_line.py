@@ -77,7 +77,7 @@ def test_report_and_pictures(folder, tmp_path):
     done = occluder(
         "simplify", folder / "boxes.ply", "-o", tmp_path / "out.obj", "--report",
         tmp_path / "report.json", "--pictures", tmp_path / "pictures", "--seed", "4", *QUICK,
-        *FEW_VIEWS,
+        *FEW_VIEWS, "--budget", "11",
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     report = json.loads((tmp_path / "report.json").read_text(), parse_constant=pytest.fail)
@@ -138,8 +138,8 @@ def test_every_output_format_can_be_judged(command, folder, tmp_path, suffix):
     check_report(judged)
     assert judged["triangles"] == made["triangles"]
     assert judged["recall"] == pytest.approx(made["recall"], abs=0.02)
-    # Only GLB has a place for the promise, in float64.
-    expected = pytest.approx(made["error_bound"]) if suffix == ".glb" else None
+    # Only GLB and OCC have a place for the promise, in float64.
+    expected = pytest.approx(made["error_bound"]) if suffix in (".glb", ".occ") else None
     assert judged["error_bound"] == expected
 
 
@@ -321,7 +321,14 @@ def test_without_opengl(command, folder, tmp_path, monkeypatch):
 
     monkeypatch.setattr(glcontext, "get_backend_by_name", broken)
     status, _, errors = command(
-        "simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb", "--slicer", "gl"
+        "simplify",
+        folder / "boxes.ply",
+        "-o",
+        tmp_path / "o.glb",
+        "--slicer",
+        "gl",
+        "--budget",
+        "11",
     )
     assert status == 1
     assert "or use the cpu slicer" in one_line(errors)
@@ -504,7 +511,8 @@ def test_a_locale_without_the_letters(folder, tmp_path):
 def test_a_bar_on_a_terminal(folder, tmp_path):
     controller, terminal = pty.openpty()
     with subprocess.Popen(
-        [*OCCLUDER, "simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb", "--moves", "15000"],
+        [*OCCLUDER, "simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb", "--moves", "15000",
+         "--budget", "11"],
         stderr=terminal, stdout=subprocess.PIPE,
         env=environment(TERM="xterm-256color", COLUMNS="100", NO_COLOR=None),
     ) as process:  # fmt: skip

@@ -23,7 +23,7 @@ from tests.acceptance.command import ROOT, occluder
 from tests.service.declared import declare
 from tests.service.real import BOX, QUICK, running, until
 
-LONG = {"preset": "best", "time_limit": 60.0, "views": 4, "image": 32}
+LONG = {"budget": 11, "preset": "best", "time_limit": 60.0, "views": 4, "image": 32}
 
 
 @pytest.fixture(scope="module")

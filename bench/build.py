@@ -38,7 +38,7 @@ require = { min_recall = 0.5 }
 files = "**/*.ply"
 
 [[asset]]
-files = "folder_1/*.ply"
+files = "folder_0/*.ply"
 budget = 32
 """
 

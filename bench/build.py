@@ -23,8 +23,8 @@ from bench.process_tree import run_command
 from bench.record import Row, told, write_page, write_table
 from simplifier.asset_build.build import build
 from simplifier.asset_build.digests import Digests
+from simplifier.asset_build.making import Job
 from simplifier.kernels.threads import thread_count
-from simplifier.production.options import SimplifyOptions
 from simplifier.version import VERSION
 
 RESULTS = Path("bench/results")
@@ -73,11 +73,11 @@ def _built(folder: Path, count: int, kib: int) -> Path:
     return manifest
 
 
-def _pretended(mesh: Path, options: SimplifyOptions, targets: Sequence[Path]) -> Mapping[str, Any]:
-    for target in targets:
-        target.write_bytes(mesh.read_bytes()[:_OCCLUDER])
+def _pretended(job: Job) -> Mapping[str, Any]:
+    for target in job.targets:
+        target.draft.write_bytes(job.mesh.read_bytes()[:_OCCLUDER])
     return {
-        "triangles": options.budget, "precision": 0.999, "recall": 0.9, "deviation": 0.01,
+        "triangles": job.options.budget, "precision": 0.999, "recall": 0.9, "deviation": 0.01,
         "error_bound": 0.05, "warnings": [], "version": VERSION,
     }  # fmt: skip
 

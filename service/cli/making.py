@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -20,6 +20,7 @@ from simplifier import (
 
 if TYPE_CHECKING:
     from service.client import Client, RemoteJob
+    from simplifier.asset_build.makers import Job
 
 _PATIENCE = 3600.0  # seconds for which a full queue is waited for
 _DEFAULTS = {field.name: field.default for field in SIMPLIFY_FIELDS}
@@ -49,10 +50,8 @@ class RemoteMaker:
     def __init__(self, client: Client, canceller: Client) -> None:
         self._client, self._canceller = client, canceller
 
-    def __call__(
-        self, mesh: Path, options: SimplifyOptions, targets: Sequence[Path]
-    ) -> Mapping[str, Any]:
-        """Write the targets; the report.
+    def __call__(self, job: Job) -> Mapping[str, Any]:
+        """Write the drafts; the report.
 
         Raises :class:`OccluderError` for whatever the service refuses and for what it would make
         otherwise than this version, and :class:`CancelledError` once the caller wants to stop: its
@@ -60,18 +59,19 @@ class RemoteMaker:
         """
         from service.client import ClientError, StoppedError
 
-        asked = _asked(options)
+        asked = _asked(job.options)
+        _check_plain(job)
         try:
-            job = self._ended(self._client.submit(mesh, options=asked))
-            report = self._client.result(job.id).report
-            for target in targets:
-                self._fetch(job.id, target, options.levels is not None)
+            done = self._ended(self._client.submit(job.mesh, options=asked))
+            report = self._client.result(done.id).report
+            for target in job.targets:
+                self._fetch(done.id, target.draft, job.options.levels is not None)
         except ClientError as error:
             raise OccluderError(str(error)) from error
         except StoppedError:
             raise CancelledError("cancelled") from None
         if report is None:
-            raise OccluderError("the service has made no report", where=str(mesh))
+            raise OccluderError("the service has made no report", where=str(job.mesh))
         return report
 
     def _ended(self, job: RemoteJob) -> RemoteJob:
@@ -117,6 +117,16 @@ def _asked(options: SimplifyOptions) -> dict[str, Any]:
     if options.levels is None and not wholly_inside:
         chosen["lods"] = 1
     return chosen
+
+
+def _check_plain(job: Job) -> None:
+    for target in job.targets:
+        for name in target.output.written:
+            raise OptionError(
+                f"a service writes '{target.output.file}' plainly",
+                where=name.replace("_", " "),
+                remedy="leave it out, or build here",
+            )
 
 
 def _check_version(job: RemoteJob) -> None:

@@ -15,7 +15,7 @@ from simplifier.asset_build.dispatch import made_by, made_here
 from simplifier.asset_build.examine import Examined, examine, gone, judged
 from simplifier.asset_build.exclusive import exclusive
 from simplifier.asset_build.finding import Finding, State
-from simplifier.asset_build.making import Job, Made, Maker
+from simplifier.asset_build.making import Job, Made, Maker, Target
 from simplifier.asset_build.plan import Asset
 from simplifier.asset_build.record import Entry, Record, RecordKeeper, record_path
 from simplifier.asset_build.requirements import shortfalls
@@ -110,7 +110,10 @@ def _built(
 
 def _job(folder: Path, asset: Asset, scratch: Path) -> Job:
     """Each output in a folder of its own: what appears there goes to the output's."""
-    targets = (scratch / str(i) / Path(output).name for i, output in enumerate(asset.outputs))
+    targets = (
+        Target(scratch / str(i) / Path(output.file).name, folder / output.file, output)
+        for i, output in enumerate(asset.outputs)
+    )
     return Job(folder / asset.name, asset.options, tuple(targets))
 
 
@@ -126,11 +129,11 @@ def _taken(
     """Move what was made to where it belongs, and record it."""
     files = {
         posixpath.join(posixpath.dirname(output), file.name): file.read_bytes()
-        for output, target in zip(asset.outputs, job.targets, strict=True)
-        for file in sorted(target.parent.iterdir())
+        for output, target in zip(asset.files, job.targets, strict=True)
+        for file in sorted(target.draft.parent.iterdir())
     }
     try:
-        for output in asset.outputs:
+        for output in asset.files:
             make_folder((folder / output).parent)
         write_all_whole({folder / name: data for name, data in files.items()})
     except OutputError as error:
@@ -141,7 +144,7 @@ def _taken(
         asset.name,
         Entry(
             made.mesh, made.beside, chosen_options(asset.options), made.version, hashes,
-            made.figures,
+            made.figures, {one.file: one.written for one in asset.outputs if one.written},
         ),
     )  # fmt: skip
     if old is not None:
@@ -172,5 +175,5 @@ def _remove(folder: Path, entry: Entry, files: Sequence[str]) -> None:
 
 def _remove_abandoned(folder: Path, due: Sequence[Asset]) -> None:
     """Drafts that killed runs left; one that another program is just writing stays."""
-    for place in {(folder / output).parent for asset in due for output in asset.outputs}:
+    for place in {(folder / output).parent for asset in due for output in asset.files}:
         remove_drafts(place, idle=_ABANDONED)

@@ -27,7 +27,7 @@ class Examined:
 
     def leftovers(self, name: str) -> Iterator[str]:
         """Files that were made of an asset, the record says, and that are no output any more."""
-        outputs = {one for asset in self.assets for one in asset.outputs}
+        outputs = {one for asset in self.assets for one in asset.files}
         for file in self.record[name].outputs:
             if asset_output(file, outputs) is None:
                 yield file

@@ -12,8 +12,10 @@ import threading
 from contextlib import AbstractContextManager
 from importlib.metadata import entry_points
 
-from simplifier.asset_build.making import Maker
+from simplifier.asset_build.making import Job, Maker
 from simplifier.errors import OptionError
+
+__all__ = ["GROUP", "Job", "Maker", "maker_at"]
 
 GROUP = "occluder.makers"
 

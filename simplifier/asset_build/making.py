@@ -3,33 +3,49 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 
 from simplifier.asset_build.digests import Digests
 from simplifier.asset_build.figures import Figures
+from simplifier.asset_build.outputs import Output
 from simplifier.errors import MeshError, OccluderError, OutputError
 from simplifier.io.source import read_bytes
+from simplifier.overrides_place import overrides_beside
 from simplifier.production.options import SimplifyOptions
 
-Maker = Callable[[Path, SimplifyOptions, Sequence[Path]], Mapping[str, Any]]
-"""Makes an occluder of a mesh, writes it to each of some files, and returns its report, as
-``docs/report.schema.json`` says; levels of detail go to files as ``Product.save`` names them.
+if TYPE_CHECKING:
+    from simplifier.production.produce import Product
 
-Raises :class:`~simplifier.errors.OccluderError`.
-"""
+
+@dataclass(frozen=True)
+class Target:
+    """``draft`` is written as ``output`` says, in a folder of its own; later it is moved to
+    ``place``."""
+
+    draft: Path
+    place: Path
+    output: Output
 
 
 @dataclass(frozen=True)
 class Job:
-    """``targets``: files to write, each in a folder of its own that is not there yet."""
+    """A mesh, its overrides beside it where it has any, and the files to make of it."""
 
     mesh: Path
     options: SimplifyOptions
-    targets: tuple[Path, ...]
+    targets: tuple[Target, ...]
+
+
+Maker = Callable[[Job], Mapping[str, Any]]
+"""Writes the drafts of a job and returns the report, as ``docs/report.schema.json`` says; levels of
+detail go to files as ``Product.save`` names them.
+
+Raises :class:`~simplifier.errors.OccluderError`.
+"""
 
 
 @dataclass(frozen=True)
@@ -50,15 +66,13 @@ def make(maker: Maker, job: Job) -> Made:
     begin = time.perf_counter()
     before = _stamp(job.mesh)
     for target in job.targets:
-        target.parent.mkdir(parents=True)
+        target.draft.parent.mkdir(parents=True)
     try:
-        report = maker(job.mesh, job.options, job.targets)
+        report = maker(job)
     except OutputError as error:
         raise OccluderError(error.what, where=error.where, remedy=error.remedy) from None
     if _stamp(job.mesh) != before:
-        raise MeshError(
-            "the file changed while it was read", where=str(job.mesh), remedy="build again"
-        )
+        raise MeshError("it changed while it was read", where=str(job.mesh), remedy="build again")
     mesh, beside = before
     return Made(
         mesh, beside, str(report["version"]), Figures.of(report), tuple(report["warnings"]),
@@ -66,21 +80,43 @@ def make(maker: Maker, job: Job) -> Made:
     )  # fmt: skip
 
 
-def make_here(mesh: Path, options: SimplifyOptions, targets: Sequence[Path]) -> Mapping[str, Any]:
+def make_here(job: Job) -> Mapping[str, Any]:
     """The maker of this machine."""
     # Here, not above: a build on a server need not load what makes occluders.
+    from simplifier.geometry.overrides import NO_OVERRIDES
     from simplifier.io import load_mesh
+    from simplifier.overrides_file import load_overrides
     from simplifier.production.produce import produce
 
-    soup = load_mesh(mesh, transparent=options.transparent, memory_limit=options.memory_limit)
-    product = produce(soup, options)
-    for target in targets:
-        product.save(target)
+    file, options = overrides_beside(job.mesh), job.options
+    by_hand = NO_OVERRIDES if file is None else load_overrides(file)
+    soup = load_mesh(
+        job.mesh,
+        transparent=options.transparent,
+        ignore=by_hand.ignore,
+        memory_limit=options.memory_limit,
+    )
+    product = produce(soup, options, overrides=by_hand)
+    for target in job.targets:
+        _write(product, job.mesh, target)
     return product.report()
 
 
+def _write(product: Product, mesh: Path, target: Target) -> None:
+    from simplifier.io.glb_embed import with_original
+    from simplifier.io.style import Style
+
+    output = target.output
+    style = Style(output.sides, output.as_quads)
+    if output.with_original is None:
+        product.save(target.draft, style)
+    else:
+        made = (product.mesh, product.occluder, target.place, output.with_original, style)
+        target.draft.write_bytes(with_original(mesh, *made))
+
+
 def _stamp(mesh: Path) -> tuple[str, dict[str, str]]:
-    """The digests of a mesh and of the files that it is read with."""
+    """The digests of a mesh and of the files that it is read with, its overrides among them."""
     # Here, not above: a build in which nothing is stale need not load the codecs.
     from simplifier.io.formats import codec_for_reading
 
@@ -88,5 +124,7 @@ def _stamp(mesh: Path) -> tuple[str, dict[str, str]]:
     codec, data = codec_for_reading(mesh), read_bytes(mesh)
     names = [unquote(uri) for uri in codec.external(data, mesh)] if codec.external else []
     names += codec.consulted(data, mesh) if codec.consulted else []
+    by_hand = overrides_beside(mesh)
+    names += [] if by_hand is None else [by_hand.name]
     beside = {name: digests.of(mesh.parent / name) or "" for name in sorted(set(names))}
     return digests.of(mesh) or "", beside

@@ -1,47 +1,93 @@
-"""Where an asset's occluders go, by templates such as ``occluders/{folder}/{name}.glb``."""
+"""Where an asset's occluders go, by templates as ``occluders/{folder}/{name}.glb``, and how."""
 
 from __future__ import annotations
 
 import posixpath
 import re
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
-from simplifier.asset_build.settings import Setting
 from simplifier.errors import ManifestError
+from simplifier.io.style import Embedding, Sides
+from simplifier.option_fields import OptionField
 from simplifier.suffixes import OCCLUDER_SUFFIXES
 
+WRITING_FIELDS = (
+    OptionField("sides", "choice", "double", "Sides drawn.", choices=("double", "single")),
+    OptionField("as_quads", "flag", False, "Quads where triangles pair up."),
+    OptionField(
+        "with_original", "choice", None, "The original too.", choices=("godot", "lod"),
+        nullable=True,
+    ),
+)  # fmt: skip
+"""How an output may be written, by the names of ``occluder simplify``."""
+
+_QUADS = (".obj", ".off", ".ply")  # those of io/formats.py, which takes long to import
 _FIELD = re.compile(r"\{([^{}]*)\}")
 _LEVEL = re.compile(r"(.*)_lod(?:0|[1-9][0-9]*)(\.[^./]*)")
 
 
-def outputs_of(mesh: str, templates: Setting) -> tuple[str, ...]:
-    """Paths relative to the manifest's folder, of a mesh that is, too; ``{folder}`` and ``{name}``
-    are the mesh's, ``{suffix}`` is its own without the dot.
+@dataclass(frozen=True)
+class Output:
+    """A file and how it is written, as :data:`WRITING_FIELDS` says.
 
-    Raises :class:`ManifestError` for a template that leads out of the folder, holds an unknown
-    field or ends as no occluder does.
+    ``file``  relative to the manifest's folder; in a template with ``{name}`` and so on.
+    """
+
+    file: str
+    sides: Sides = "double"
+    as_quads: bool = False
+    with_original: Embedding | None = None
+
+    @property
+    def written(self) -> dict[str, Any]:
+        """What of it is not as it is where nothing is said, as JSON has it."""
+        values = ((one.name, getattr(self, one.name), one.default) for one in fields(self)[1:])
+        return {name: value for name, value, default in values if value != default}
+
+
+def outputs_of(mesh: str, templates: Iterable[Output], where: str) -> tuple[Output, ...]:
+    """Of a mesh, by its path relative to the manifest's folder; ``{folder}`` and ``{name}`` are the
+    mesh's, ``{suffix}`` is its own without the dot.
+
+    Raises :class:`ManifestError`, at ``where``, for a template that leads out of the folder, holds
+    an unknown field or ends as no occluder does, or not as it is to be written.
     """
     folder, file = posixpath.split(mesh)
     name, suffix = posixpath.splitext(file)
-    fields = {"folder": folder or ".", "name": name, "suffix": suffix[1:]}
+    values = {"folder": folder or ".", "name": name, "suffix": suffix[1:]}
 
-    def filled(template: str) -> str:
-        for field in _FIELD.findall(template):
-            if field not in fields:
-                raise _refused(template, f"has no {{{field}}}", templates.where)
-        path = posixpath.normpath(_FIELD.sub(lambda found: fields[found[1]], template))
-        if path.startswith(("/", "../")) or "\\" in template or ":" in path.split("/")[0]:
-            raise _refused(template, "leads out of the manifest's folder", templates.where)
+    def filled(template: Output) -> Output:
+        text = template.file
+        for field in _FIELD.findall(text):
+            if field not in values:
+                raise _refused(text, f"has no {{{field}}}", where)
+        path = posixpath.normpath(_FIELD.sub(lambda found: values[found[1]], text))
+        if path.startswith(("/", "../")) or "\\" in text or ":" in path.split("/")[0]:
+            raise _refused(text, "leads out of the manifest's folder", where)
         if not path.lower().endswith(OCCLUDER_SUFFIXES):
-            raise _refused(template, "does not end as an occluder's file does", templates.where)
-        return path
+            raise _refused(text, "does not end as an occluder's file does", where)
+        _check_format(template, path.lower(), where)
+        return replace(template, file=path)
 
-    return tuple(filled(template) for template in templates.value)
+    return tuple(filled(template) for template in templates)
 
 
 def level_base(path: str) -> str | None:
     """The output that a path may hold a level of detail of: of ``a_lod2.glb`` it is ``a.glb``."""
     found = _LEVEL.fullmatch(path)
     return found[1] + found[2] if found else None
+
+
+def _check_format(template: Output, path: str, where: str) -> None:
+    if template.as_quads and not path.endswith(_QUADS):
+        what = f"the output '{template.file}' is of a format without quads"
+        remedy = f"end it in one of {' '.join(_QUADS)}, or take as_quads out"
+        raise ManifestError(what, where=where, remedy=remedy)
+    if template.with_original is not None and not path.endswith(".glb"):
+        what = f"the output '{template.file}' cannot hold the original"
+        raise ManifestError(what, where=where, remedy="end it in .glb, or take with_original out")
 
 
 def _refused(template: str, what: str, where: str) -> ManifestError:

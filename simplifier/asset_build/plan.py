@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from simplifier.asset_build.globs import Pattern, mesh_files
 from simplifier.asset_build.manifest import Manifest
-from simplifier.asset_build.outputs import level_base, outputs_of
+from simplifier.asset_build.outputs import Output, level_base, outputs_of
 from simplifier.asset_build.requirements import Requirements
 from simplifier.asset_build.settings import Resolved, cascade, resolve
 from simplifier.errors import ManifestError
@@ -20,15 +20,20 @@ class Asset:
     """A mesh and what is to become of it.
 
     ``name``     its path, relative to the manifest's folder, with ``/`` between names.
-    ``outputs``  likewise; with levels of detail each stands for their files, too.
+    ``outputs``  with levels of detail each stands for their files, too.
     ``where``    the file and line that the outputs are said at.
     """
 
     name: str
-    outputs: tuple[str, ...]
+    outputs: tuple[Output, ...]
     options: SimplifyOptions
     requirements: Requirements
     where: str
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Those of the outputs."""
+        return tuple(output.file for output in self.outputs)
 
 
 def plan_assets(manifest: Manifest, made: Collection[str] = ()) -> tuple[Asset, ...]:
@@ -61,7 +66,7 @@ def _named(manifest: Manifest, files: Iterable[str]) -> dict[str, Asset]:
             settings = cascade([manifest.defaults, *(block.settings for block in blocks)])
             resolved[said] = resolve(settings, blocks[-1].where)
         chosen = resolved[said]
-        outputs = outputs_of(name, chosen.output)
+        outputs = outputs_of(name, chosen.output.value, chosen.output.where)
         found[name] = Asset(name, outputs, chosen.options, chosen.requirements, chosen.output.where)
     return found
 
@@ -73,7 +78,7 @@ class _Sources:
         self._made = frozenset(made)
         self._makers: dict[str, list[Asset]] = {}
         for asset in found.values():
-            for output in asset.outputs:
+            for output in asset.files:
                 self._makers.setdefault(output, []).append(asset)
         self._known: dict[str, bool] = {}
 
@@ -119,7 +124,7 @@ def _check_outputs(assets: Collection[Asset]) -> None:
     meshes = {asset.name.casefold(): asset for asset in assets}
     owners: dict[str, Asset] = {}
     for asset in assets:
-        for output in asset.outputs:
+        for output in asset.files:
             folded = output.casefold()
             if folded in meshes:
                 raise _replacing(asset, output, meshes[folded])

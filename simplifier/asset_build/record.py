@@ -10,7 +10,7 @@ import json
 import re
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +34,7 @@ class Entry:
     ``options``  those that differ from their defaults.
     ``version``  of the program that made it.
     ``outputs``  SHA-256 of all files made, by path relative to the manifest's folder.
+    ``written``  how outputs are written, of those of which something is said.
     """
 
     mesh: str
@@ -42,6 +43,7 @@ class Entry:
     version: str
     outputs: Mapping[str, str]
     figures: Figures
+    written: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
 Record = Mapping[str, Entry]
@@ -146,4 +148,5 @@ def _entry(data: Mapping[str, Any]) -> Entry:
             float(figures["deviation"]),
             None if bound is None else float(bound),
         ),
+        {output: dict(said) for output, said in data["written"].items()},
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
 
+from simplifier.asset_build.outputs import WRITING_FIELDS, Output
 from simplifier.asset_build.requirements import REQUIREMENT_FIELDS, Requirements
 from simplifier.errors import ManifestError, OptionError
 from simplifier.option_fields import SIMPLIFY_FIELDS, OptionField
@@ -16,6 +17,7 @@ from simplifier.toml_lines import Table
 _OUTPUT, _REQUIRE = "output", "require"
 _OPTIONS = {field.name: field for field in SIMPLIFY_FIELDS}
 _REQUIREMENTS = {field.name: field for field in REQUIREMENT_FIELDS}
+_WRITING = {field.name: field for field in WRITING_FIELDS}
 
 _RIVALS = (
     {"resolution", "error_bound", "error_bounds"},
@@ -24,8 +26,8 @@ _RIVALS = (
 )
 """Answers to one question: a later block's takes the place of an earlier block's."""
 
-BESIDE = "{folder}/{name}_occluder.glb"
-"""The output where none is named."""
+BESIDE = Output("{folder}/{name}_occluder.glb")
+"""Where none is named."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ class Settings:
 
     ``options``       by the names of :data:`~simplifier.option_fields.SIMPLIFY_FIELDS`.
     ``requirements``  by those of :data:`~simplifier.asset_build.requirements.REQUIREMENT_FIELDS`.
-    ``output``        a tuple of templates, if there is one.
+    ``output``        a tuple of templates, :class:`Output`, if there is one.
     """
 
     options: Mapping[str, Setting]
@@ -64,6 +66,7 @@ def read_settings(table: Table, others: Collection[str] = ()) -> Settings:
 
     Raises :class:`ManifestError` with file and line.
     """
+    _check_writing(table)
     check_keys(table, [*others, _OUTPUT, _REQUIRE, *_OPTIONS])
     demanded = table.get(_REQUIRE, {})
     if not isinstance(demanded, Mapping):
@@ -100,8 +103,8 @@ def cascade(blocks: Iterable[Settings]) -> Settings:
 def resolve(settings: Settings, where: str) -> Resolved:
     """With the defaults of what is not set.
 
-    Raises :class:`ManifestError` for options that cannot go together, at the line of the one that
-    is to blame or else at ``where``.
+    Raises :class:`ManifestError` for what cannot go together, at the line of the one that is to
+    blame or else at ``where``.
     """
     try:
         options = SimplifyOptions(**_values(settings.options))
@@ -112,7 +115,14 @@ def resolve(settings: Settings, where: str) -> Resolved:
             f"{error.where}: {error.what}", where=place, remedy=error.remedy
         ) from None
     requirements = Requirements(**_values(settings.requirements))
-    return Resolved(options, requirements, settings.output or Setting((BESIDE,), where))
+    output = settings.output or Setting((BESIDE,), where)
+    if options.levels is not None and any(one.with_original for one in output.value):
+        raise ManifestError(
+            "levels of detail are not written with the original",
+            where=output.where,
+            remedy="take with_original out, or the levels",
+        )
+    return Resolved(options, requirements, output)
 
 
 def check_keys(table: Table, known: Collection[str]) -> None:
@@ -159,9 +169,44 @@ def _found(table: Table, fields: Mapping[str, OptionField]) -> Iterator[tuple[st
 
 
 def _output(table: Table) -> Setting | None:
+    """A text, a table, or a list of them."""
     if _OUTPUT not in table:
         return None
-    return Setting(texts(table, _OUTPUT), table.where(_OUTPUT))
+    value = table[_OUTPUT]
+    listed = value if isinstance(value, list) else [value]
+    if not listed:
+        raise _no_output(table)
+    return Setting(tuple(_template(table, one) for one in listed), table.where(_OUTPUT))
+
+
+def _template(table: Table, said: Any) -> Output:
+    if isinstance(said, str) and said:
+        return Output(said)
+    if not (isinstance(said, Table) and isinstance(said.get("file"), str) and said["file"]):
+        raise _no_output(table)
+    check_keys(said, ["file", *_WRITING])
+    written = {name: one.value for name, one in _checked(said, _WRITING).items()}
+    return Output(said["file"], **written)
+
+
+def _no_output(table: Table) -> ManifestError:
+    return ManifestError(
+        "'output' is neither a text, a table with a file, nor a list of them",
+        where=table.where(_OUTPUT),
+        remedy='write as in: "{folder}/{name}.glb", or { file = "{folder}/{name}.glb", '
+        'sides = "single" }',
+    )
+
+
+def _check_writing(table: Table) -> None:
+    """One mesh may become several files, each written in its own way."""
+    for key in table:
+        if key.replace("-", "_") in _WRITING:
+            raise ManifestError(
+                f"'{key}' is said of an output",
+                where=table.where(key),
+                remedy=f'write as in: output = {{ file = "{BESIDE.file}", {key} = ... }}',
+            )
 
 
 def _values(settings: Mapping[str, Setting]) -> dict[str, Any]:

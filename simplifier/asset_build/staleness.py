@@ -7,14 +7,15 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from simplifier.asset_build.outputs import level_base
+from simplifier.asset_build.outputs import WRITING_FIELDS, level_base
 from simplifier.asset_build.plan import Asset
 from simplifier.asset_build.record import Entry, Record
 from simplifier.option_fields import SIMPLIFY_FIELDS
+from simplifier.overrides_place import overrides_place
 from simplifier.production.options import SimplifyOptions
 from simplifier.version import VERSION
 
-_DEFAULTS = {field.name: field.default for field in SIMPLIFY_FIELDS}
+_DEFAULTS = {field.name: field.default for field in (*SIMPLIFY_FIELDS, *WRITING_FIELDS)}
 
 Found = Mapping[Path, str | None]
 """The digests of files as they are now, None for one that is not there."""
@@ -23,10 +24,11 @@ Found = Mapping[Path, str | None]
 def files_of(folder: Path, assets: Iterable[Asset], record: Record) -> Iterator[Path]:
     """All files that :func:`reason` asks for the digests of."""
     for asset in assets:
-        yield folder / asset.name
+        mesh = folder / asset.name
+        yield mesh
         entry = record.get(asset.name)
         if entry is not None:
-            yield from ((folder / asset.name).parent / name for name in entry.beside)
+            yield from (mesh.parent / name for name in _beside(mesh, entry))
             yield from (folder / output for output in entry.outputs)
 
 
@@ -37,24 +39,31 @@ def reason(folder: Path, asset: Asset, entry: Entry | None, found: Found) -> str
     mesh = folder / asset.name
     if found[mesh] != entry.mesh:
         return "the mesh has changed"
-    for name, digest in entry.beside.items():
-        if (found[mesh.parent / name] or "") != digest:
+    for name in _beside(mesh, entry):
+        if (found[mesh.parent / name] or "") != entry.beside.get(name, ""):
             return f"'{name}' has changed"
-    chosen = chosen_options(asset.options)
-    for name in sorted(chosen.keys() | entry.options.keys()):
-        was, now = (options.get(name, _DEFAULTS.get(name)) for options in (entry.options, chosen))
-        if was != now:
-            return f"{name} was {_word(was)} and is {_word(now)}"
+    another = _difference(entry.options, chosen_options(asset.options))
+    if another:
+        return another
     if entry.version != VERSION:
         return f"version {entry.version} made it, and this is {VERSION}"
-    recorded = {asset_output(output, asset.outputs) or output for output in entry.outputs}
-    for output in sorted(recorded.symmetric_difference(asset.outputs)):
-        return f"'{output}' is {'a new' if output in asset.outputs else 'no more an'} output"
+    recorded = {asset_output(output, asset.files) or output for output in entry.outputs}
+    for file in sorted(recorded.symmetric_difference(asset.files)):
+        return f"'{file}' is {'a new' if file in asset.files else 'no more an'} output"
+    for one in asset.outputs:
+        another = _difference(entry.written.get(one.file, {}), one.written)
+        if another:
+            return f"'{one.file}': {another}"
     for output, digest in entry.outputs.items():
         now = found[folder / output]
         if now != digest:
             return f"'{output}' is missing" if now is None else f"'{output}' was changed"
     return ""
+
+
+def _beside(mesh: Path, entry: Entry) -> list[str]:
+    """What counts beside a mesh; overrides also where there were none."""
+    return sorted({*entry.beside, overrides_place(mesh).name})
 
 
 def asset_output(file: str, outputs: Collection[str]) -> str | None:
@@ -72,6 +81,15 @@ def chosen_options(options: SimplifyOptions) -> dict[str, Any]:
         for name, value in asdict(options).items()
         if value != _DEFAULTS[name]
     }
+
+
+def _difference(was: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    """The first of some options that is another one, in words; empty where none is."""
+    for name in sorted(was.keys() | now.keys()):
+        before, after = (options.get(name, _DEFAULTS.get(name)) for options in (was, now))
+        if before != after:
+            return f"{name} was {_word(before)} and is {_word(after)}"
+    return ""
 
 
 def _word(value: Any) -> str:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import base64
 import copy
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -28,12 +28,8 @@ from simplifier.io.gltf_json import JsonObject
 from simplifier.io.gltf_levels import EXTENSION, level_ids
 from simplifier.io.scene_writer import encode_scene
 from simplifier.io.source import read_bytes
-from simplifier.io.style import PLAIN, Style
+from simplifier.io.style import PLAIN, Embedding, Style
 from simplifier.io.whole import write_whole
-
-Embedding = Literal["godot", "lod"]
-"""``godot``: a node of the scene whose name ends in "-occonly", of which Godot 4 makes an occluder.
-``lod``: the coarsest level of detail of the scene's root, by MSFT_lod."""
 
 _ARRAYS = ("nodes", "meshes", "materials", "accessors", "bufferViews", "buffers")
 
@@ -46,14 +42,25 @@ def save_with_original(
     how: Embedding,
     style: Style = PLAIN,
 ) -> None:
-    """Write what :func:`embedded` gives, all or nothing.  Raises as :func:`check_place` too."""
+    """Write what :func:`with_original` gives, all or nothing."""
+    write_whole(path, with_original(original, mesh, occluder, path, how, style))
+
+
+def with_original(
+    original: Path,
+    mesh: TriangleMesh,
+    occluder: Occluder,
+    path: Path,
+    how: Embedding,
+    style: Style = PLAIN,
+) -> bytes:
+    """What the file ``path`` is to hold.  Raises as :func:`embedded` and :func:`check_place`."""
     check_place(original, path)
     shown = single_sided(occluder) if style.sides == "single" else occluder
     try:
-        data = embedded(original, mesh, shown, how)
+        return embedded(original, mesh, shown, how)
     except OutputError as error:
         raise OutputError(error.what, where=str(path), remedy=error.remedy) from None
-    write_whole(path, data)
 
 
 def embedded(original: Path, mesh: TriangleMesh, occluder: Occluder, how: Embedding) -> bytes:

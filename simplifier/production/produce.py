@@ -19,9 +19,9 @@ from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.io import save_occluder
-from simplifier.io.glb_embed import Embedding, save_with_original
+from simplifier.io.glb_embed import save_with_original
 from simplifier.io.save_lods import save_lods
-from simplifier.io.style import PLAIN, Style
+from simplifier.io.style import PLAIN, Embedding, Style
 from simplifier.lods.levels import Levels, simplify_levels
 from simplifier.lods.plan import plan_levels
 from simplifier.needs import check_making

@@ -152,6 +152,68 @@ def test_a_killed_build_leaves_no_half_file_and_goes_on(folder):
     assert "3 assets: 1 current, 2 built" in occluder("build", cwd=folder).stdout
 
 
+BY_HAND = """
+[[quad]]
+name = "wall"
+corners = [[-3, -1, 0], [3, -1, 0], [3, 1, 0], [-3, 1, 0]]
+"""
+IN_MANY_WAYS = (
+    QUICK
+    + """
+[[asset]]
+files = "props/box.ply"
+output = [
+  "{folder}/{name}.tres",
+  { file = "{folder}/{name}.obj", sides = "single", as_quads = true },
+  { file = "whole/{name}.glb", with_original = "godot" },
+]
+"""
+)
+
+
+def test_overrides_beside_a_mesh_are_kept_and_are_followed(folder):
+    assert occluder("build", cwd=folder).returncode == 0
+    by_hand = folder / "props/box.overrides.toml"
+    by_hand.write_text(BY_HAND)
+    check = occluder("build", "--check", cwd=folder)
+    assert "error: props/box.ply: stale: 'box.overrides.toml' has changed" in check.stderr
+    done = occluder("build", cwd=folder)
+    assert "3 assets: 2 current, 1 built" in done.stdout, done.stderr
+    assert "warning: props/box.ply: wall (props/box.overrides.toml:2) sticks out" in done.stderr
+    made = simplifier.load_occluder(folder / "props/box_occluder.glb")
+    assert abs(made.vertices[:, 0]).max() == 3.0
+    by_hand.write_text(BY_HAND.replace("corners", "corner"))
+    bad = occluder("build", cwd=folder)
+    assert bad.returncode == 1
+    assert "box.overrides.toml:4: there is no key 'corner' in [[quad]]; choose from" in bad.stderr
+    assert abs(simplifier.load_occluder(folder / "props/box_occluder.glb").vertices).max() == 3.0
+
+
+def test_an_asset_is_written_in_many_ways(folder):
+    (folder / "occluders.toml").write_text(IN_MANY_WAYS)
+    assert occluder("build", cwd=folder).returncode == 0
+    plain = simplifier.load_occluder(folder / "props/box.tres")
+    quads = (folder / "props/box.obj").read_text().splitlines()
+    corners = [len(line.split()) - 1 for line in quads if line.startswith("f ")]
+    assert 4 in corners
+    assert sum(count - 2 for count in corners) >= len(plain.faces)
+    whole = gltf_json(folder / "whole/box.glb")
+    assert [node["name"] for node in whole["nodes"]] == ["box", "box-occonly"]
+    assert occluder("build", "--check", cwd=folder).returncode == 0
+    once = contents(folder)
+    (folder / "occluders.toml").write_text(IN_MANY_WAYS.replace('"godot"', '"lod"'))
+    check = occluder("build", "--check", cwd=folder)
+    assert "'whole/box.glb': with_original was godot and is lod" in check.stderr
+    assert occluder("build", cwd=folder).returncode == 0
+    changed = {name for name, data in contents(folder).items() if once[name] != data}
+    assert changed == {"occluders.toml", "occluders.lock", "whole/box.glb"}
+
+
+def gltf_json(path):
+    data = path.read_bytes()
+    return json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+
+
 SERVED = (
     QUICK
     + """

@@ -32,13 +32,14 @@ class QuickMaker:
         self.made = []
         self._lock = threading.Lock()
 
-    def __call__(self, mesh, options, targets):
+    def __call__(self, job):
+        mesh, options = job.mesh, job.options
         data = mesh.read_bytes()
         with self._lock:
             self.made.append(mesh.name)
         if b"broken" in data:
             raise UnreadableMeshError("it is broken", where=str(mesh), remedy="mend it")
-        for target in targets:
+        for target in (one.draft for one in job.targets):
             levels = options.lods or 0
             for level in range(levels):
                 target.with_name(f"{target.stem}_lod{level}{target.suffix}").write_bytes(data)

@@ -77,6 +77,15 @@ def another_output(folder):
     write(folder, SETTINGS + "[[asset]]\nfiles = 'a.obj'\noutput = 'x.glb'\n")
 
 
+def another_way_to_write(folder):
+    written = "{ file = '{name}_occluder.glb', sides = 'single' }"
+    write(folder, SETTINGS + f"[[asset]]\nfiles = 'a.obj'\noutput = {written}\n")
+
+
+def new_overrides(folder):
+    (folder / "a.overrides.toml").write_text("[ignore]\n")
+
+
 @pytest.mark.parametrize(
     ("change", "why"),
     [
@@ -86,6 +95,8 @@ def another_output(folder):
         (changed_option, "budget was 64 and is 32"),
         (option_and_its_rival, "error_bound was not set and is 0.5"),
         (another_output, "'a_occluder.glb' is no more an output"),
+        (another_way_to_write, "'a_occluder.glb': sides was double and is single"),
+        (new_overrides, "'a.overrides.toml' has changed"),
     ],
 )
 def test_a_change_makes_its_asset_and_no_other(built, change, why):
@@ -144,10 +155,23 @@ def test_a_material_file_that_an_obj_names_counts_also_when_it_was_not_there(tmp
     (tmp_path / "a.obj").write_text("mtllib a.mtl\nmtllib ../b.mtl\nv 0 0 0\nf 1 1 1\n")
     manifest = write(tmp_path, "[[asset]]\nfiles = '*.obj'\n")
     run(manifest)
-    assert dict(read_record(manifest.with_suffix(".lock"))["a.obj"].beside) == {"a.mtl": ""}
+    beside = dict(read_record(manifest.with_suffix(".lock"))["a.obj"].beside)
+    assert beside == {"a.mtl": ""}
     (tmp_path / "a.mtl").write_text("newmtl glass\nd 0.1\n")
     assert run(manifest)["a.obj"].why == "'a.mtl' has changed"
     assert states(run(manifest)) == {"a.obj": CURRENT}
+
+
+def test_overrides_count_while_they_are_there(built):
+    place = built.parent / "props/b.overrides.toml"
+    for change in (
+        lambda: place.write_text("[ignore]\n"),
+        lambda: place.write_text(""),
+        place.unlink,
+    ):
+        change()
+        assert run(built)["props/b.obj"].why == "'b.overrides.toml' has changed"
+        assert set(states(run(built)).values()) == {CURRENT}
 
 
 def test_one_that_fails_costs_no_other_and_is_tried_again(built):
@@ -163,9 +187,9 @@ def test_one_that_fails_costs_no_other_and_is_tried_again(built):
 def test_a_mesh_that_changes_while_it_is_read_is_not_taken(built):
     (built.parent / "a.obj").write_bytes(b"new")
 
-    def maker(mesh, options, targets):
-        mesh.write_bytes(b"newer")
-        return QuickMaker()(mesh, options, targets)
+    def maker(job):
+        job.mesh.write_bytes(b"newer")
+        return QuickMaker()(job)
 
     found = run(built, maker)["a.obj"]
     assert found.state is FAILED
@@ -239,12 +263,12 @@ def test_a_cancelled_build_keeps_what_was_made(tmp_path):
     meshes = {f"m{i}": TRIANGLE for i in range(6)}
     manifest, cancel, quick = write(tmp_path, **meshes), threading.Event(), QuickMaker()
 
-    def maker(mesh, options, targets):
-        if mesh.name == "m3.obj":
+    def maker(job):
+        if job.mesh.name == "m3.obj":
             cancel.set()
         if cancel.is_set():
             raise CancelledError("cancelled")
-        return quick(mesh, options, targets)
+        return quick(job)
 
     found = {one.asset: one for one in build(manifest, cancel, maker=maker, at_once=1)}
     done = {name for name, one in found.items() if one.state is BUILT}

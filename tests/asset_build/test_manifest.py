@@ -5,8 +5,11 @@ from __future__ import annotations
 import pytest
 
 from simplifier.asset_build.manifest import read_manifest
+from simplifier.asset_build.outputs import Output, outputs_of
 from simplifier.asset_build.plan import plan_assets
 from simplifier.errors import ManifestError
+from simplifier.io.formats import suffixes_with_quads
+from simplifier.suffixes import OCCLUDER_SUFFIXES
 from tests.asset_build.quick import TRIANGLE, write
 
 CASCADE = """
@@ -48,13 +51,40 @@ def test_later_blocks_count_over_earlier_ones_setting_by_setting(tmp_path):
     assert sorted(assets) == ["props/crate.obj", "trees/fir.obj", "trees/oak.obj"]
     crate, fir, oak = (assets[name] for name in sorted(assets))
     assert (crate.options.budget, crate.options.resolution, crate.options.ground) == (32, 48, True)
-    assert crate.outputs == ("props/crate_occluder.glb",)
+    assert crate.files == ("props/crate_occluder.glb",)
     assert crate.requirements.min_recall == 0.5
     assert (fir.options.resolution, fir.options.error_bound) == (None, 0.25)  # of two, the later
     assert (fir.requirements.min_recall, fir.requirements.max_triangles) == (0.1, 40)
-    assert fir.outputs == ("made/fir.tres",)
+    assert fir.files == ("made/fir.tres",)
     assert (oak.options.lods, oak.options.error_bound, oak.options.ground) == (3, 0.25, True)
-    assert oak.outputs == ("trees/oak_obj.glb", "made/trees/oak.obj")
+    assert oak.files == ("trees/oak_obj.glb", "made/trees/oak.obj")
+
+
+def test_an_output_says_how_it_is_written(tmp_path):
+    text = """
+[[asset]]
+files = "*.obj"
+output = ["{name}.tres", { file = "{name}.ply", sides = "single", as_quads = true },
+          { file = "whole/{name}.glb", with_original = "godot" }]
+"""
+    plain, quads, whole = planned(tmp_path, text, a=TRIANGLE)["a.obj"].outputs
+    assert plain == Output("a.tres")
+    assert quads == Output("a.ply", "single", True, None)
+    assert whole == Output("whole/a.glb", with_original="godot")
+    assert [one.written for one in (plain, quads, whole)] == [
+        {}, {"sides": "single", "as_quads": True}, {"with_original": "godot"}
+    ]  # fmt: skip
+
+
+def test_formats_with_quads_are_those_of_the_codecs():
+    def taken(suffix):
+        try:
+            outputs_of("a.obj", [Output(f"b{suffix}", as_quads=True)], "here")
+        except ManifestError:
+            return False
+        return True
+
+    assert {one for one in OCCLUDER_SUFFIXES if taken(one)} == set(suffixes_with_quads())
 
 
 BAD = {
@@ -105,6 +135,29 @@ BAD = {
     "an output outside": ("[[asset]]\nfiles='a.obj'\noutput='../x.glb'", 3, "leads out of"),
     "an output of no format": ("[[asset]]\nfiles='a.obj'\noutput='x.png'", 3, "does not end as"),
     "an unknown field": ("[[asset]]\nfiles='a.obj'\noutput='{nam}.glb'", 3, "has no {nam}"),
+    "an output that is no text": ("[defaults]\noutput=3", 2, "neither a text, a table"),
+    "no output": ("[defaults]\noutput=[]", 2, "neither a text, a table"),
+    "an output without a file": ("[defaults]\noutput={ sides='single' }", 2, "a table with a file"),
+    "an unknown way to write": (
+        "[[asset]]\nfiles='a.obj'\noutput=[\n'a.glb',\n{ file='a.ply', quads=true }]", 3,
+        "'quads' is not known; did you mean 'as_quads'?"
+    ),
+    "a way to write of another kind": (
+        "[defaults]\noutput={ file='a.ply', sides='both' }", 2, "sides: 'both' is"
+    ),
+    "a way to write that is said of no output": (
+        "[[asset]]\nfiles='*.obj'\n\nas-quads = true", 4, "is said of an output; write as in: outp"
+    ),
+    "quads in a format without": (
+        "[[asset]]\nfiles='a.obj'\noutput={ file='a.glb', as_quads=true }", 3, "without quads; end"
+    ),
+    "the original in a format without": (
+        "[[asset]]\nfiles='a.obj'\noutput={ file='a.ply', with_original='lod' }", 3, "cannot hold"
+    ),
+    "levels with the original": (
+        "[defaults]\nlods=2\noutput={ file='{name}.glb', with_original='lod' }\n"
+        "[[asset]]\nfiles='a.obj'", 3, "levels of detail are not written with the original"
+    ),
     "no TOML": ("[[asset]]\nfiles = '*.obj\n", 2, "is no TOML"),
 }  # fmt: skip
 

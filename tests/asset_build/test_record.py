@@ -21,7 +21,10 @@ OPTIONS = st.dictionaries(
     st.sampled_from(["budget", "up", "error_bounds"]),
     st.one_of(st.integers(), st.text(max_size=3), st.lists(SHARES, max_size=2), st.booleans()),
 )
-ENTRIES = st.builds(Entry, st.text(max_size=8), HASHES, OPTIONS, st.just("1"), HASHES, FIGURES)
+WRITTEN = st.dictionaries(st.text(max_size=5), OPTIONS, max_size=2)
+ENTRIES = st.builds(
+    Entry, st.text(max_size=8), HASHES, OPTIONS, st.just("1"), HASHES, FIGURES, WRITTEN
+)
 RECORDS = st.dictionaries(st.text(max_size=8), ENTRIES, max_size=4)
 
 

@@ -120,11 +120,11 @@ def test_what_changes_before_the_watch_has_begun_is_seen(tmp_path):
     manifest, changed = write(tmp_path, a=TRIANGLE), threading.Event()
 
     class Meanwhile(QuickMaker):
-        def __call__(self, mesh, options, targets):
+        def __call__(self, job):
             if not changed.is_set():
                 changed.set()
                 (tmp_path / "b.obj").write_bytes(TRIANGLE)
-            return super().__call__(mesh, options, targets)
+            return super().__call__(job)
 
     watch = Watch(manifest, Meanwhile())
     watch.hears("b.obj", BUILT)

@@ -9,11 +9,13 @@ import typer
 
 from simplifier.cli_failures import Debug, run_guarded
 from simplifier.cli_options import typed_lists, with_options
+from simplifier.cli_overrides import NoOverrides, chosen_overrides
 from simplifier.console import print_front, print_line, print_text, run_bar
 from simplifier.errors import MeshError
 from simplifier.evaluation.tradeoff import SweepOptions, Trial, run_count, sweep
 from simplifier.evaluation.tradeoff_cases import check_precision
 from simplifier.evaluation.tradeoff_study import Study, study_files, study_of
+from simplifier.geometry.overrides import Overrides
 from simplifier.interrupts import interrupts
 from simplifier.io.whole import make_folder, write_whole
 from simplifier.option_fields import TRADEOFF_FIELDS
@@ -29,6 +31,7 @@ def tradeoff(
         Path, typer.Option("-o", "--output", help="Folder for tradeoff.csv, .json, .png and .html.")
     ],
     *,
+    no_overrides: NoOverrides = False,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
@@ -44,7 +47,7 @@ def tradeoff(
         options = SweepOptions(**typed)
         make_folder(output)
         with interrupts() as listening:
-            trials = _trials(meshes, options)
+            trials = _trials(meshes, options, no_overrides)
             study = study_of(trials, options, precision)
             with listening.deferred():  # what was measured is not to be lost to a late Ctrl-C
                 for name, data in study_files(study):
@@ -61,13 +64,17 @@ def tradeoff(
     run_guarded(run, debug=debug)
 
 
-def _trials(meshes: list[Path], options: SweepOptions) -> list[Trial]:
+def _trials(meshes: list[Path], options: SweepOptions, no_overrides: bool) -> list[Trial]:
     """All trials, or those up to Ctrl-C if there are any."""
+
+    def overrides_of(mesh: Path) -> Overrides:
+        return chosen_overrides(mesh, None, no_overrides)
+
     trials: list[Trial] = []
     try:
         with run_bar(run_count(meshes, options)) as tell:
             warm_up()
-            for trial in sweep(meshes, options, tell):
+            for trial in sweep(meshes, options, tell, overrides_of):
                 trials.append(trial)  # noqa: PERF402  what came before Ctrl-C must be kept
     except KeyboardInterrupt:
         if not trials:

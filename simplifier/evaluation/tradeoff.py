@@ -20,6 +20,7 @@ from simplifier.errors import CancelledError, OccluderError, OptionError
 from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.io import load_mesh
 from simplifier.memory.limit import check_limit
 from simplifier.memory.runs import Judging
@@ -181,13 +182,20 @@ Tell = Callable[[int, str], object]
 """Called with the number of runs that are done and what is running now."""
 
 
+OverridesOf = Callable[[Path], Overrides]
+"""Those of a mesh's file; raises :class:`~simplifier.errors.OverridesError`."""
+
+
 def sweep(
-    paths: Sequence[Path], options: SweepOptions, tell: Tell = lambda done, name: None
+    paths: Sequence[Path],
+    options: SweepOptions,
+    tell: Tell = lambda done, name: None,
+    overrides_of: OverridesOf = lambda path: NO_OVERRIDES,
 ) -> Iterator[Trial]:
     """Run every setting on every mesh, as results come; what fails is a result too."""
     before = 0
     for name, path in mesh_names(paths).items():
-        yield from _mesh_trials(name, path, options, _counted_from(before, tell))
+        yield from _mesh_trials(name, path, options, _counted_from(before, tell), overrides_of)
         before += len(options.settings()) * options.repeats
     tell(before, "writing")
 
@@ -229,14 +237,22 @@ def _outcome(runs: list[Trial]) -> Outcome:
     return Outcome(middle, ranked[0].seconds, ranked[-1].seconds, len(runs))
 
 
-def _mesh_trials(name: str, path: Path, options: SweepOptions, tell: Tell) -> Iterator[Trial]:
+def _mesh_trials(
+    name: str, path: Path, options: SweepOptions, tell: Tell, overrides_of: OverridesOf
+) -> Iterator[Trial]:
     tell(0, name)
     try:
-        mesh = load_mesh(path, transparent=options.transparent, memory_limit=options.memory_limit)
+        overrides = overrides_of(path)
+        mesh = load_mesh(
+            path,
+            transparent=options.transparent,
+            ignore=overrides.ignore,
+            memory_limit=options.memory_limit,
+        )
     except Exception as error:
         yield Trial(name, None, failure=_reason(error))
         return
-    yield from mesh_trials(name, mesh, options, tell)
+    yield from mesh_trials(name, mesh, options, tell, overrides=overrides)
 
 
 def mesh_trials(
@@ -245,12 +261,14 @@ def mesh_trials(
     options: SweepOptions,
     tell: Tell = lambda done, name: None,
     cancel: Cancel | None = None,
+    overrides: Overrides = NO_OVERRIDES,
 ) -> Iterator[Trial]:
-    """Run every setting on one mesh, as results come.
+    """Run every setting on one mesh, which was loaded with what ``overrides`` ignore, as results
+    come.
 
     Ends soon once ``cancel`` is set; the run that it ends is no trial.
     """
-    judge = _Judge(mesh, options.seed)
+    run = _Run(name, mesh, overrides, options, _Judge(mesh, options.seed))
     failed: set[Setting] = set()
     done = 0
     for _, setting in product(range(options.repeats), options.settings()):
@@ -259,7 +277,7 @@ def mesh_trials(
         if setting in failed:
             continue
         try:
-            trial = _trial(name, mesh, setting, options, judge, cancel)
+            trial = run.trial(setting, cancel)
         except CancelledError:
             return
         if trial.failure:
@@ -267,29 +285,33 @@ def mesh_trials(
         yield trial
 
 
-def _trial(
-    name: str,
-    mesh: TriangleMesh,
-    setting: Setting,
-    options: SweepOptions,
-    judge: _Judge,
-    cancel: Cancel | None,
-) -> Trial:
-    try:
-        resolved = options.resolved(setting, float(mesh.extent.max()))
-        check_making(mesh, resolved, options.memory_limit, Judging(exact=True))
-        begin = time.perf_counter()
-        result = simplify_mesh(mesh, resolved, cancel=cancel)
-        seconds = time.perf_counter() - begin
-        if result.interrupted:
-            raise CancelledError("cancelled while a setting ran")
-        precision, recall = judge.precision_and_recall(result.occluder)
-    except CancelledError:
-        raise
-    except Exception as error:
-        return Trial(name, setting, failure=_reason(error))
-    count = len(result.occluder.faces)
-    return Trial(name, setting, seconds, count, precision, recall, result.warnings)
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """What all settings of a mesh have in common."""
+
+    name: str
+    mesh: TriangleMesh
+    overrides: Overrides
+    options: SweepOptions
+    judge: _Judge
+
+    def trial(self, setting: Setting, cancel: Cancel | None) -> Trial:
+        mesh = self.mesh
+        try:
+            resolved = self.options.resolved(setting, float(mesh.extent.max()))
+            check_making(mesh, resolved, self.options.memory_limit, Judging(exact=True))
+            begin = time.perf_counter()
+            result = simplify_mesh(mesh, resolved, cancel=cancel, overrides=self.overrides)
+            seconds = time.perf_counter() - begin
+            if result.interrupted:
+                raise CancelledError("cancelled while a setting ran")
+            precision, recall = self.judge.precision_and_recall(result.occluder)
+        except CancelledError:
+            raise
+        except Exception as error:
+            return Trial(self.name, setting, failure=_reason(error))
+        count = len(result.occluder.faces)
+        return Trial(self.name, setting, seconds, count, precision, recall, result.warnings)
 
 
 def _reason(error: Exception) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from simplifier.io.gltf_scene import MOST_INSTANCES
 from simplifier.io.load import load_objects
 from simplifier.io.objects import Objects
 from simplifier.options import Transparent
+from simplifier.overrides_place import overrides_beside
 
 
 def objects_of_folder(
@@ -50,7 +52,16 @@ def objects_of_folder(
                 where=str(folder),
                 remedy="split the scene",
             )
-    return Objects.joined(found), warnings
+    return Objects.joined(found), [*warnings, *unused_overrides(files)]
+
+
+def unused_overrides(meshes: Sequence[Path]) -> list[str]:
+    """A warning where meshes have overrides: a scene would have to carry them into every node."""
+    found = [beside for beside in dict.fromkeys(map(overrides_beside, meshes)) if beside]
+    if not found:
+        return []
+    others = f" and {len(found) - 1} more" if len(found) > 1 else ""
+    return [f"{found[0]}{others}: overrides are for single meshes; a scene takes none"]
 
 
 def _mesh_files(folder: Path) -> tuple[list[Path], list[str]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from simplifier.checks import as_path, check_flag
 from simplifier.errors import EmptyMeshError
 from simplifier.geometry.scene import Scene
-from simplifier.io.folder import objects_of_folder
+from simplifier.io.folder import objects_of_folder, unused_overrides
 from simplifier.io.formats import readable_suffixes
 from simplifier.io.load import load_objects
 from simplifier.io.usable import usable_scene
@@ -36,7 +36,7 @@ def load_scene(
     :class:`UnreadableMeshError` as ``load_mesh`` does, the latter also for more than ten million
     objects; there is no limit on the triangles that instances add up to.  ``allow_external``,
     ``transparent`` and ``memory_limit`` as there, of a folder's files each; an object of which
-    nothing is left is left out.
+    nothing is left is left out.  Overrides beside a file are not read, and a warning says so.
     """
     path = as_path("path", path)
     check_flag("allow_external", allow_external)
@@ -44,7 +44,8 @@ def load_scene(
         objects = load_objects(
             path, allow_external=allow_external, transparent=transparent, memory_limit=memory_limit
         )
-        return usable_scene(objects, str(path))
+        scene = usable_scene(objects, str(path))
+        return replace(scene, warnings=(*unused_overrides([path]), *scene.warnings))
     objects, warnings = objects_of_folder(
         path, allow_external=allow_external, transparent=transparent, memory_limit=memory_limit
     )

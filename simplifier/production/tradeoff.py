@@ -10,6 +10,7 @@ from simplifier.errors import CancelledError
 from simplifier.evaluation.tradeoff import SweepOptions, mesh_trials
 from simplifier.evaluation.tradeoff_study import Study, study_of
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
+from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.production.options import TradeoffOptions
 from simplifier.progress import Cancel
 
@@ -24,8 +25,11 @@ def sweep_tradeoff(
     name: str = "mesh",
     tell: TellRun = lambda done, runs, now: None,
     cancel: Cancel | None = None,
+    overrides: Overrides = NO_OVERRIDES,
 ) -> Study:
     """Measure what more time buys on a mesh, which tables and pages call ``name``.
+
+    ``overrides`` hold for every run; the mesh was loaded with what they ignore.
 
     What ``tell`` raises ends the sweep.  ``cancel``, once set, ends it soon.  Raises
     :class:`~simplifier.errors.CancelledError` then, however much was measured.
@@ -34,11 +38,16 @@ def sweep_tradeoff(
     check_kind("options", options, TradeoffOptions, "simplifier.TradeoffOptions")
     check_callable("tell", tell)
     check_cancel(cancel)
+    check_kind("overrides", overrides, Overrides, OVERRIDES)
     chosen = asdict(options)
     precision = chosen.pop("precision")
     sweep = SweepOptions(**chosen)
     runs = len(sweep.settings()) * sweep.repeats
-    trials = list(mesh_trials(name, mesh, sweep, lambda done, now: tell(done, runs, now), cancel))
+
+    def told(done: int, now: str) -> object:
+        return tell(done, runs, now)
+
+    trials = list(mesh_trials(name, mesh, sweep, told, cancel, overrides))
     if cancel is not None and cancel.is_set():
         raise CancelledError(f"cancelled after {len(trials)} of {runs} runs")
     tell(runs, runs, "writing")

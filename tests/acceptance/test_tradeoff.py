@@ -134,3 +134,19 @@ def test_no_folder_to_write_to(command, folder, tmp_path):
     status, _, errors = command("tradeoff", folder / "boxes.ply", "-o", tmp_path / "file")
     assert status == 1
     assert "the folder cannot be made" in errors
+
+
+def test_overrides_beside_a_mesh_hold_for_every_run(tmp_path):
+    mesh = box()
+    simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), tmp_path / "box.ply")
+    by_hand = tmp_path / "box.overrides.toml"
+    by_hand.write_text("[[box]]\ncenter = [0.5, 0.5, 0.5]\nsize = [0.5, 0.5, 0.5]\n")
+    arguments = ("tradeoff", tmp_path / "box.ply", "-o", tmp_path, *SMALL, "--repeats", "1")
+    assert occluder(*arguments).returncode == 1  # a budget of 8, and a box has 12 triangles
+    assert {row["standing"] for row in rows(tmp_path)} == {"failed"}
+    assert {"12" in row["reason"] for row in rows(tmp_path)} == {True}
+    assert occluder(*arguments, "--no-overrides").returncode == 0
+    assert "failed" not in {row["standing"] for row in rows(tmp_path)}
+    by_hand.write_text("[[boxes]]\n")
+    assert occluder(*arguments).returncode == 1
+    assert "box.overrides.toml:1: there is no key 'boxes'" in rows(tmp_path)[0]["reason"]

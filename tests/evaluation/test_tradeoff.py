@@ -39,7 +39,7 @@ def quick(monkeypatch):
     """Every occluder is a square across the box, except where the tests break it."""
     square = Occluder(CORNERS[[0, 1, 7, 6]], np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32))
 
-    def simplify(mesh, options, cancel=None):
+    def simplify(mesh, options, cancel=None, overrides=None):
         return SimpleNamespace(occluder=square, warnings=("mind the gap",), interrupted=False)
 
     monkeypatch.setattr(tradeoff, "simplify_mesh", simplify)
@@ -167,7 +167,7 @@ def test_a_sweep_runs_in_rounds_and_tells_where_it_is(mesh_file, quick, steps):
 
 
 def test_what_fails_is_told_and_the_others_go_on(mesh_file, tmp_path, quick, monkeypatch):
-    def broken(mesh, options, cancel=None):
+    def broken(mesh, options, cancel=None, overrides=None):
         if (options.sections.directions, options.sections.depths) == (16, 4):
             raise MemoryError
         if options.solid.resolution == 8:
@@ -193,7 +193,7 @@ def test_what_fails_is_told_and_the_others_go_on(mesh_file, tmp_path, quick, mon
 
 
 def test_ctrl_c_is_not_a_failure_of_the_mesh(mesh_file, monkeypatch):
-    def interrupted(*_, cancel=None):
+    def interrupted(*_, cancel=None, overrides=None):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(tradeoff, "simplify_mesh", interrupted)

@@ -415,6 +415,23 @@ def test_a_file_that_cannot_be_read_becomes_a_warning(tmp_path):
     assert len(found.warnings) == 5
 
 
+def test_overrides_that_a_scene_passes_over_are_told(tmp_path):
+    files = {
+        "a.obj": text_obj(),
+        "a.ply": text_ply(),
+        "a.overrides.toml": b"no TOML, and nobody reads it",
+        "b.overrides.toml": b"",
+        "deep/c.off": text_off(),
+        "deep/c.overrides.toml": b"",
+    }
+    write(tmp_path, files)
+    words = "overrides are for single meshes; a scene takes none"
+    told = load_scene(tmp_path).warnings[0]
+    assert told == f"{tmp_path / 'a.overrides.toml'} and 1 more: {words}"
+    file = load_scene(tmp_path / "deep/c.off")
+    assert file.warnings == (f"{tmp_path / 'deep/c.overrides.toml'}: {words}",)
+
+
 def test_files_of_one_name_are_numbered(tmp_path):
     found = load_scene(write(tmp_path, {"a.obj": text_obj(), "a.off": text_off()}))
     assert found.names == ("a", "a.2")

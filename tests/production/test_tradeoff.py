@@ -8,6 +8,7 @@ import threading
 import pytest
 
 from simplifier import CancelledError, TradeoffOptions, sweep_tradeoff
+from simplifier.geometry.overrides import DrawnPart, Overrides
 from tests.solids import box
 
 TINY = TradeoffOptions.of(
@@ -39,3 +40,12 @@ def test_a_sweep_ends_soon_when_it_is_cancelled():
 
     with pytest.raises(CancelledError, match="after 2 of 6 runs"):
         sweep_tradeoff(box(), TINY, tell=tell, cancel=cancel)
+
+
+def test_overrides_hold_for_every_run():
+    whole = sweep_tradeoff(box(), TINY)
+    solid = box()
+    small = 0.5 + 0.1 * (solid.vertices[solid.faces[:8]] - 0.5)
+    study = sweep_tradeoff(box(), TINY, overrides=Overrides((DrawnPart("core", small),)))
+    assert {row["triangles"] for row in study.rows} == {8}  # nothing is left of the budget
+    assert max(row["recall"] for row in study.rows) < min(row["recall"] for row in whole.rows)

@@ -32,7 +32,8 @@ def line_of(finding: Finding) -> str:
         f": {found.triangles:,} triangles, recall {percent(found.recall)}, "
         f"precision {percent(found.precision)}"
     )  # fmt: skip
-    return f"{finding.asset}: {finding.state} ({finding.why}){figures}"
+    why = f" ({finding.why})" if finding.why else ""
+    return f"{finding.asset}: {finding.state}{why}{figures}"
 
 
 def _row(finding: Finding) -> tuple[str, ...]:

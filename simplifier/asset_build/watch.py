@@ -34,7 +34,8 @@ def watch_assets(
 ) -> None:
     """Keep the outputs of a manifest current until ``cancel`` is set.
 
-    ``found``    hears of each asset that was made, and of what is wrong with one, once.
+    ``found``    hears of each asset that was made, of what is wrong with one, once, and of one that
+                 is as it was before it went wrong.
     ``refused``  hears why nothing can be made, such as a bad manifest, once.
 
     A mesh that cannot be read, half written perhaps, is tried again when something in its folder
@@ -114,7 +115,8 @@ class _Told:
         for one in findings:
             if one.state is State.STALE:  # it failed before, as was said
                 continue
-            said = replace(one, seconds=0.0)
-            if one.state is State.BUILT or (one.faults and said != self._last.get(one.asset)):
+            before, said = self._last.get(one.asset), replace(one, seconds=0.0)
+            mended = before is not None and bool(before.faults) and not one.faults
+            if one.state is State.BUILT or mended or (one.faults and said != before):
                 self._found(one)
             self._last[one.asset] = said

@@ -8,8 +8,18 @@ import time
 import pytest
 
 from simplifier.asset_build.watch import watch_assets
+from simplifier.cli_findings import line_of
 from simplifier.errors import ManifestError
-from tests.asset_build.quick import BUILT, FAILED, GONE, SETTINGS, TRIANGLE, QuickMaker, write
+from tests.asset_build.quick import (
+    BUILT,
+    CURRENT,
+    FAILED,
+    GONE,
+    SETTINGS,
+    TRIANGLE,
+    QuickMaker,
+    write,
+)
 
 
 class Watch:
@@ -85,6 +95,14 @@ def test_a_fault_is_said_once(watch, tmp_path):
     watch.until(lambda: [one for one in watch.heard if one.asset == "elsewhere/c.obj"])
     assert [one.asset for one in watch.heard] == ["elsewhere/c.obj"]
     assert watch.maker.made.count("b.obj") <= 2  # a change elsewhere is none of it
+
+
+def test_a_fault_that_is_taken_back_is_said(watch, tmp_path):
+    (tmp_path / "a.obj").write_bytes(b"broken")
+    watch.hears("a.obj", FAILED)
+    (tmp_path / "a.obj").write_bytes(TRIANGLE)
+    found = watch.hears("a.obj", CURRENT)
+    assert line_of(found) == "a.obj: current: 64 triangles, recall 90.00%, precision 99.00%"
 
 
 def test_a_renamed_mesh_is_built_and_its_old_occluder_stays(watch, tmp_path):

@@ -16,12 +16,15 @@ from pathlib import Path
 import numpy as np
 
 from simplifier import simplify_scene
+from simplifier.asset_build.figures import Figures
+from simplifier.asset_build.record import Entry, write_record
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
-from simplifier.io import save_camera_path, writable_suffixes, write_scene
+from simplifier.io import load_mesh, save_camera_path, writable_suffixes, write_scene
+from simplifier.io.glb_embed import embedded
 from simplifier.io.save import encoded
 from simplifier.io.save_lods import save_lods
 from tests.fuzz.cases import soup_of, write_case
@@ -41,6 +44,42 @@ from tests.io.builders import (
 )
 from tests.solids import box, table
 
+_OVERRIDES = b"""
+[[box]]
+name = "core"
+center = [1, 0.5, 0.25]
+size = [0.5, 0.5, 0.25]
+angle = 30
+axis = "z"
+
+[[quad]]
+corners = [[0.1, 0, 0.5], [1.9, 0, 0.5], [1.9, 1, 0.5], [0.1, 1, 0.5]]
+
+[[open]]
+center = [0.2, 0.8, 0.9]
+size = [0.2, 0.2, 0.1]
+rotation = [0, 0.6, 0, 0.8]
+
+[ignore]
+meshes = ["flag"]
+transparent = "keep"
+"""
+_MANIFEST = b"""
+[defaults]
+budget = 32
+require = { min_recall = 0.5, max_triangles = 40 }
+
+[[asset]]
+files = ["*.obj", "props/**/*.[pg]l?"]
+exclude = "props/wip/*"
+output = ["made/{folder}/{name}_{suffix}.tres", { file = "{name}.ply", as_quads = true }]
+
+[[asset]]
+files = "trees/**"
+lods = 2
+[asset.require]
+min_recall = 0.1
+"""
 _QUICK = {"budget": 12, "preset": "draft", "resolution": 8, "moves": 20}
 _JUDGED = {"views": 4, "image": 16, "quads": 50}
 
@@ -80,6 +119,7 @@ def _inputs() -> Iterator[tuple[str, str, bytes]]:
     yield from _gltf()
     yield from _text()
     yield from _made_files()
+    yield from _decided_files()
     yield "manifest", "built", (BUILT / "scene.json").read_bytes()
     for path in sorted((BUILT / "occluders").iterdir())[:3]:
         yield "stored", path.stem[:8], path.read_bytes()
@@ -201,6 +241,45 @@ def _made_files() -> Iterator[tuple[str, str, bytes]]:
     frame = {"position": [0, 0, 0], "target": [1, 2, 3], "up": [0, 0, 1], "fov": 60}
     by_hand = {"schema_version": 1, "name": "by hand", "frames": [frame, {**frame, "near": 1e-3}]}
     yield "camera_path", "by_hand", json.dumps(by_hand).encode()
+
+
+def _decided_files() -> Iterator[tuple[str, str, bytes]]:
+    """What people write beside meshes, and what a build keeps."""
+    yield (
+        "mtl",
+        "glass",
+        b"# panes\nnewmtl brick\nKd 0.5 0.4 0.3\nd 1.0\n"
+        b"newmtl cloth\nTr 0.25\nmap_d -clamp on leaf.png\n",
+    )
+    yield "overrides", "all", _OVERRIDES
+    yield "overrides", "ignoring", b'[ignore]\nmaterials = ["cl?th"]\nmeshes = ["[f]*"]\n'
+    yield "build_manifest", "all", _MANIFEST
+    figures = Figures(12, 0.99, 0.9, 0.125, None)
+    entries = {
+        "wall.obj": Entry("ab", {"a.mtl": ""}, {"budget": 12}, "1", {"x.glb": "cd"}, figures),
+        "props/crate.ply": Entry(
+            "ef", {}, {"error_bounds": [0.5, 1.0]}, "1", {"c_lod0.tres": "01"}, figures,
+            {"c.tres": {"sides": "single"}},
+        ),
+    }  # fmt: skip
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "written.lock")
+        write_record(path, entries)
+        yield "build_record", "written", path.read_bytes()
+        mesh = Path(folder, "rock.glb")
+        for name in ("by_hand_glb", "rich"):
+            data = next(data for _, one, data in _all_glb() if one == name)
+            mesh.write_bytes(data)
+            yield "original", name, data
+            added = Occluder(box().vertices, box().faces, 0.5)
+            yield "original", f"{name}_again", embedded(mesh, load_mesh(mesh), added, "lod")
+
+
+def _all_glb() -> Iterator[tuple[str, str, bytes]]:
+    for name, (suffix, data) in valid_files().items():
+        if suffix == ".glb":
+            yield "glb", f"by_hand_{name}", data
+    yield from _gltf()
 
 
 def _cases() -> Iterator[tuple[str, str, bytes]]:

@@ -18,9 +18,13 @@ from tests.fuzz.mutation.documents import edit, edit_glb
 from tests.fuzz.mutation.flips import flip
 from tests.fuzz.mutation.words import reword
 from tests.fuzz.promises import check_refusal
+from tests.fuzz.promises.builds import check_build_manifest, check_build_record
 from tests.fuzz.promises.built_scenes import check_built_scene
 from tests.fuzz.promises.camera_paths import check_camera_path
+from tests.fuzz.promises.materials import check_material_file
 from tests.fuzz.promises.mesh_files import check_mesh_file
+from tests.fuzz.promises.originals import check_original
+from tests.fuzz.promises.overrides import NAMED, check_overrides
 from tests.fuzz.promises.products import check_evaluate, check_simplify
 from tests.fuzz.promises.scene_folders import check_manifest, check_stored
 
@@ -72,6 +76,13 @@ def _mesh_file(suffix: str) -> Check:
     return check
 
 
+def _glass(data: bytes, folder: Path) -> None:
+    mesh = folder / "named.obj"
+    mesh.write_bytes(b"mtllib glass.mtl\n" + NAMED)
+    (folder / "glass.mtl").write_bytes(data)
+    check_material_file(mesh)
+
+
 def _camera_path(data: bytes, folder: Path) -> None:
     path = folder / "path.json"
     path.write_bytes(data)
@@ -96,10 +107,16 @@ READERS = (
     Target("glb", _mesh_file(".glb"), (flip, edit_glb, edit_glb)),
     Target("gltf", _mesh_file(".gltf"), (flip, reword, edit, edit)),
     Target("obj", _mesh_file(".obj"), _TEXT),
+    Target("occ", _mesh_file(".occ"), (flip,)),
     Target("off", _mesh_file(".off"), _TEXT),
     Target("ply", _mesh_file(".ply"), _TEXT),
     Target("stl", _mesh_file(".stl"), _TEXT),
     Target("tres", _mesh_file(".tres"), _TEXT),
+    Target("mtl", _glass, _TEXT),
+    Target("original", check_original, (flip, edit_glb, edit_glb)),
+    Target("overrides", check_overrides, _TEXT, seconds=60.0),
+    Target("build_manifest", check_build_manifest, _TEXT),
+    Target("build_record", check_build_record, (flip, edit, edit)),
     Target("camera_path", _camera_path, (flip, reword, edit, edit)),
     Target("manifest", check_manifest, (flip, edit, edit)),
     Target("stored", check_stored, (flip, edit_glb)),

@@ -1,0 +1,36 @@
+"""A glTF file that an occluder is added to: refused, or all of it is still there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+
+from simplifier.geometry.occluder import Occluder
+from simplifier.io import load_mesh
+from simplifier.io.glb_embed import embedded
+from simplifier.io.style import Embedding
+from tests.fuzz.promises import promise
+from tests.solids import box
+
+_ADDED = Occluder(box().vertices, box().faces, 0.5)
+
+
+def check_original(data: bytes, folder: Path) -> None:
+    """Raises ``OccluderError`` for a file that is refused."""
+    path = folder / "original.glb"
+    path.write_bytes(data)
+    mesh = load_mesh(path)
+    both = folder / "both" / path.name  # nodes are named after the file
+    both.parent.mkdir(exist_ok=True)
+    for how in get_args(Embedding):
+        both.write_bytes(embedded(path, mesh, _ADDED, how))
+        again = load_mesh(both)
+        promise(
+            np.array_equal(again.vertices, mesh.vertices)
+            and np.array_equal(again.faces, mesh.faces),
+            f"the original is the same with an occluder ({how})",
+        )
+        second = embedded(both, again, _ADDED, how)
+        promise(second == both.read_bytes(), "a second occluder takes the place of the first")

@@ -9,7 +9,8 @@ import typer
 
 from simplifier.errors import OptionError
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
-from simplifier.overrides_file import load_overrides, overrides_beside
+from simplifier.overrides_file import load_overrides
+from simplifier.overrides_place import overrides_beside
 
 OverridesFile = Annotated[
     Path | None,

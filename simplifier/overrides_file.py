@@ -19,17 +19,8 @@ from simplifier.geometry.overrides import DrawnPart, Ignore, OpenRegion, Overrid
 from simplifier.geometry.region import Region
 from simplifier.toml_lines import Table, read_toml
 
-SUFFIX = ".overrides.toml"
-"""In place of the mesh's own."""
-
 _LARGEST = 1e100  # of a coordinate
 _BOX = ("name", "center", "size", "rotation", "angle", "axis")
-
-
-def overrides_beside(mesh: Path) -> Path | None:
-    """The file that belongs to a mesh; None where there is none."""
-    path = mesh.with_suffix(SUFFIX)
-    return path if path.is_file() else None
 
 
 def load_overrides(path: str | Path, *, name: str | None = None) -> Overrides:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from simplifier.errors import OverridesError
-from simplifier.overrides_file import load_overrides, overrides_beside
+from simplifier.overrides_file import load_overrides
+from simplifier.overrides_place import overrides_beside
 
 WHOLE = """\
 # of the castle

@@ -58,6 +58,12 @@ class UnreadableMeshError(ServiceError):
     slug, status, title = "unreadable-mesh", 400, "The mesh cannot be read"
 
 
+class InvalidOverridesError(ServiceError):
+    """The overrides are damaged, say what cannot be, or name what the mesh does not have."""
+
+    slug, status, title = "invalid-overrides", 400, "The overrides cannot be used"
+
+
 class UnauthenticatedError(ServiceError):
     """There is no API key, or none that is known."""
 
@@ -182,7 +188,7 @@ class QueueFullError(ServiceError):
 
 
 class JobFailedError(ServiceError):
-    """The job that the answer waited for has failed, and not for the mesh or the options."""
+    """The job that the answer waited for has failed, and not for what was sent."""
 
     slug, status, title = "job-failed", 500, "The job failed"
 

@@ -23,13 +23,13 @@ _LARGEST = 1e100  # of a coordinate
 _BOX = ("name", "center", "size", "rotation", "angle", "axis")
 
 
-def load_overrides(path: str | Path) -> Overrides:
-    """Read a file of overrides.
+def load_overrides(path: str | Path, *, name: str | None = None) -> Overrides:
+    """Read a file of overrides; messages call it ``name``, or by its path.
 
     Raises :class:`~simplifier.errors.OverridesError`, with the line, for what is no TOML, unknown
     keys, wrong values, quads that are none, and drawn parts that reach into open regions.
     """
-    top = read_toml(as_path("path", path), error=OverridesError)
+    top = read_toml(as_path("path", path), name=name, error=OverridesError)
     _check_keys(top, ("box", "quad", "open", "ignore"), "at the top")
     boxes = [
         DrawnPart(_name(row, "box", index), _region(row, "[[box]]").triangles, row.where())

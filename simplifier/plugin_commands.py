@@ -5,6 +5,7 @@
 :func:`print_line`     a line on standard error; :func:`print_text` one on standard output
 :func:`with_options`   gives it the options of a table, such as ``simplifier.SIMPLIFY_FIELDS``
 :func:`typed_lengths`  reads the one option of those that is a list
+:func:`overrides_beside`  the file of overrides that belongs to a mesh
 :func:`interrupts`     listens to Ctrl-C; :data:`INTERRUPTED` is the exit status then
 
 :mod:`simplifier.cli_commands` says how it is found.
@@ -16,11 +17,13 @@ from simplifier.cli_failures import Debug, run_guarded
 from simplifier.cli_options import typed_lengths, with_options
 from simplifier.console import print_line, print_text
 from simplifier.interrupts import INTERRUPTED, interrupts
+from simplifier.overrides_place import overrides_beside
 
 __all__ = [
     "INTERRUPTED",
     "Debug",
     "interrupts",
+    "overrides_beside",
     "print_line",
     "print_text",
     "run_guarded",

@@ -71,14 +71,16 @@ class Table(Mapping[str, Any]):
         return f"{self.file}:{self.line(*keys)}"
 
 
-def read_toml(path: str | Path, *, error: type[OccluderError] = TomlError) -> Table:
-    """The top of a file that holds anything at all.
+def read_toml(
+    path: str | Path, *, name: str | None = None, error: type[OccluderError] = TomlError
+) -> Table:
+    """The top of a file that holds anything at all; messages call it ``name``, or by its path.
 
     Raises ``error``, by default :class:`~simplifier.errors.TomlError`, as :func:`parse_toml` and
     where there is no file to be read.
     """
     data = read_bytes(Path(path), error=error, remedy="name a TOML file")
-    return parse_toml(data, str(path), error=error)
+    return parse_toml(data, name or str(path), error=error)
 
 
 def parse_toml(data: bytes, file: str, *, error: type[OccluderError] = TomlError) -> Table:

@@ -49,6 +49,19 @@ def read(tmp_path: Path, text: str):
     return load_overrides(path)
 
 
+def test_messages_call_a_file_as_the_caller_does(tmp_path):
+    path = tmp_path / "1234.toml"
+    path.write_text(WHOLE)
+    found = load_overrides(path, name="castle.overrides.toml")
+    assert [part.where for part in found.drawn][:2] == [
+        "castle.overrides.toml:2", "castle.overrides.toml:7",
+    ]  # fmt: skip
+    path.write_text("[[box]]\ncentre = 0\n")
+    with pytest.raises(OverridesError) as refused:
+        load_overrides(path, name="castle.overrides.toml")
+    assert refused.value.where == "castle.overrides.toml:2"
+
+
 def test_a_whole_file_is_read(tmp_path):
     found = read(tmp_path, WHOLE)
     assert [part.name for part in found.drawn] == ["keep", "box 2", "curtain"]

@@ -9,6 +9,7 @@ from service.errors import (
     DiskFullError,
     FieldError,
     InvalidOptionsError,
+    InvalidOverridesError,
     JobFailedError,
     NotReadyError,
     ServiceError,
@@ -19,6 +20,7 @@ from service.schemas.job import Failure as FailureBody
 
 _KINDS: dict[str, type[ServiceError]] = {
     "unreadable-mesh": UnreadableMeshError,
+    "invalid-overrides": InvalidOverridesError,
     "disk-full": DiskFullError,
     "unavailable": NotReadyError,
 }

@@ -16,12 +16,17 @@ Tell = Callable[[str, float, float | None], None]
 
 @dataclass(frozen=True)
 class Submission:
-    """A mesh, what to make of it, and where to: ``target`` is the file of a single occluder."""
+    """A mesh, what to make of it, and where to.
+
+    ``target``     the file of a single occluder.
+    ``overrides``  the file of what was decided about the mesh, if there is one.
+    """
 
     mesh: Path
     target: Path
     options: Mapping[str, Any]
     asset: str | None
+    overrides: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -55,6 +60,7 @@ def _submitted(
         submission.mesh,
         options=submission.options,
         asset=submission.asset,
+        overrides=submission.overrides,
         tell=lambda share: tell("uploading", share, None),
     )
     begun(job.id)

@@ -11,7 +11,7 @@ import typer
 
 from service.cli.failures import run_command
 from simplifier import OCCLUDER_SUFFIXES, SIMPLIFY_FIELDS, OptionError, OutputError
-from simplifier.plugin_commands import Debug, typed_lengths, with_options
+from simplifier.plugin_commands import Debug, overrides_beside, typed_lengths, with_options
 
 _FIELDS = tuple(field for field in SIMPLIFY_FIELDS if field.name != "slicer")  # the server's affair
 _DEFAULTS = {field.name: field.default for field in _FIELDS}
@@ -40,14 +40,18 @@ def submit(
         str | None,
         typer.Option(help="Name whose run each becomes; {name} in it is that of the mesh."),
     ] = None,
+    no_overrides: Annotated[
+        bool, typer.Option("--no-overrides", help="Do not send the files of overrides.")
+    ] = False,
     at_once: Annotated[int, typer.Option(min=1, max=64, help="Meshes under way.")] = 8,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
     """Have occluders made by a service: send meshes, wait, fetch NAME_occluder beside each.
 
-    A glb holds all levels of detail; other formats have a file a level, NAME_occluder_lod0 and so
-    on.  Exit status 1 when any failed.  Ctrl-C cancels the jobs that were begun here.
+    A mesh goes with the NAME.overrides.toml beside it, if that is there.  A glb holds all levels of
+    detail; other formats have a file a level, NAME_occluder_lod0 and so on.  Exit status 1 when any
+    failed.  Ctrl-C cancels the jobs that were begun here.
     """
 
     def run() -> int:
@@ -60,7 +64,9 @@ def submit(
         targets = _targets(meshes, output, form)
         names = _asset_names(meshes, asset)
         submissions = [
-            Submission(mesh, target, options, name)
+            Submission(
+                mesh, target, options, name, None if no_overrides else overrides_beside(mesh)
+            )
             for mesh, target, name in zip(meshes, targets, names, strict=True)
         ]
         return submit_all(submissions, server, key, at_once)

@@ -33,6 +33,10 @@ Options = Mapping[str, Any]
 """By the names of ``simplifier.simplify``; what is left out has its default."""
 
 
+def _unheard(share: float) -> None:
+    """For uploads that nobody follows."""
+
+
 class Client:
     """The client of one service, safe to use from any thread.
 
@@ -81,14 +85,21 @@ class Client:
         options: Options | None = None,
         asset: str | None = None,
         webhook: str | None = None,
-        tell: Tell = lambda share: None,
+        overrides: Path | None = None,
+        tell: Tell = _unheard,
     ) -> RemoteJob:
         """Have occluders made of a mesh; ``name`` says the format of bytes by its suffix.
 
+        ``overrides``  a file of what was decided about the mesh; none is looked for beside it.
+
         The job has succeeded already where the same work was done before.
         """
-        query = {**_in_address(options), "asset": asset, "webhook": webhook}
         upload = Upload.of(mesh, name)
+        if overrides is not None:
+            uploads = {"mesh": upload, "overrides": _overrides(overrides)}
+            fields = _in_form(options, asset, webhook)
+            return _submitted(self._wire.post_parts("/v1/occluders", uploads, fields, tell))
+        query = {**_in_address(options), "asset": asset, "webhook": webhook}
         return _submitted(self._wire.post_body("/v1/occluders", upload, query, tell))
 
     def submit_scene(
@@ -99,7 +110,7 @@ class Client:
         options: Options | None = None,
         asset: str | None = None,
         webhook: str | None = None,
-        tell: Tell = lambda share: None,
+        tell: Tell = _unheard,
     ) -> RemoteJob:
         """Have a tree of occluders made of a scene: a GLB, or a zip of a folder of meshes."""
         query = {**_in_address(options), "asset": asset, "webhook": webhook}
@@ -114,12 +125,14 @@ class Client:
         options: Options | None = None,
         asset: str | None = None,
         webhook: str | None = None,
+        overrides: Path | None = None,
     ) -> RemoteJob:
-        """Have an occluder judged that was made elsewhere."""
-        uploads = {"mesh": Upload.of(mesh, None), "occluder": Upload.of(occluder, None)}
-        text = json.dumps(dict(options)) if options else None
-        fields = {"options": text, "asset": asset, "webhook": webhook}
-        return _submitted(self._wire.post_parts("/v1/evaluations", uploads, fields))
+        """Have an occluder judged that was made elsewhere; ``overrides`` are those of the mesh."""
+        uploads = {"mesh": Upload.of(mesh), "occluder": Upload.of(occluder)}
+        if overrides is not None:
+            uploads["overrides"] = _overrides(overrides)
+        fields = _in_form(options, asset, webhook)
+        return _submitted(self._wire.post_parts("/v1/evaluations", uploads, fields, _unheard))
 
     # Jobs.
 
@@ -262,6 +275,17 @@ def _in_address(options: Options | None) -> dict[str, Any]:
         name: ",".join(map(str, value)) if isinstance(value, (list, tuple)) else value
         for name, value in (options or {}).items()
     }
+
+
+def _in_form(options: Options | None, asset: str | None, webhook: str | None) -> dict[str, Any]:
+    """The fields of a form that go along with files."""
+    text = json.dumps(dict(options)) if options else None
+    return {"options": text, "asset": asset, "webhook": webhook}
+
+
+def _overrides(file: Path) -> Upload:
+    """Whatever the file is called."""
+    return Upload.of(file, media_type="application/toml")
 
 
 def _submitted(body: Mapping[str, Any]) -> RemoteJob:

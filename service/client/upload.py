@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -16,20 +16,23 @@ Tell = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Upload:
-    """Bytes and the name whose suffix says their format."""
+    """Bytes and the name whose suffix says their format, unless their media type does."""
 
     source: Path | bytes
     name: str
+    media_type: str | None = None
 
     @classmethod
-    def of(cls, source: Path | bytes, name: str | None) -> Upload:
+    def of(
+        cls, source: Path | bytes, name: str | None = None, media_type: str | None = None
+    ) -> Upload:
         """Raises ValueError for bytes without a name, and OSError for a file that is not there."""
         if isinstance(source, Path):
             with source.open("rb"):  # what cannot be read is said before anything is sent
-                return cls(source, name or source.name)
+                return cls(source, name or source.name, media_type)
         if name is None:
             raise ValueError("bytes need a name, whose suffix says their format")
-        return cls(source, name)
+        return cls(source, name, media_type)
 
     @property
     def size(self) -> int:
@@ -38,11 +41,17 @@ class Upload:
     def open(self) -> BinaryIO:
         return self.source.open("rb") if isinstance(self.source, Path) else BytesIO(self.source)
 
-    def chunks(self, tell: Tell) -> Iterator[bytes]:
+    def chunks(self) -> Iterator[bytes]:
         """All of it from the begin, never more than a chunk in memory."""
-        size, sent = max(1, self.size), 0
         with self.open() as file:
             while chunk := file.read(_CHUNK):
                 yield chunk
-                sent += len(chunk)
-                tell(min(1.0, sent / size))
+
+
+def told(chunks: Iterable[bytes], size: int, tell: Tell) -> Iterator[bytes]:
+    """The chunks of so many bytes; after each the share that was sent by then is told."""
+    sent = 0
+    for chunk in chunks:
+        yield chunk
+        sent += len(chunk)
+        tell(min(1.0, sent / size))

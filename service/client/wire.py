@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import secrets
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import httpx
 
 from service.client.download import download
 from service.client.sending import Sender
 from service.client.server_events import ServerEvent, server_events
-from service.client.upload import Tell, Upload
+from service.client.upload import Tell, Upload, told
 
 _TIMEOUT = httpx.Timeout(60.0, connect=10.0, pool=None)
 _SILENCE = httpx.Timeout(40.0, connect=10.0)  # a stream without even a comment counts as lost
@@ -65,26 +65,31 @@ class Wire:
         params = _given({**query, "filename": upload.name})
 
         def build() -> httpx.Request:
-            chunks = upload.chunks(self._telling(tell))
+            chunks = told(upload.chunks(), upload.size, self._telling(tell))
             return self._http.build_request(
                 "POST", path, params=params, content=chunks, headers=headers
             )
 
         return self._sender.send(build).json()
 
-    def post_parts(self, path: str, uploads: Mapping[str, Upload], fields: Query) -> Any:
-        """Several uploads, and fields of text before them."""
-        headers = _fresh_key()
+    def post_parts(
+        self, path: str, uploads: Mapping[str, Upload], fields: Query, tell: Tell
+    ) -> Any:
+        """Several uploads, read as they go, and fields of text before them."""
+        key = _fresh_key()
         with ExitStack() as opened:
 
             def build() -> httpx.Request:
                 files = {
-                    part: (one.name, opened.enter_context(one.open()))
+                    part: (one.name, opened.enter_context(one.open()), one.media_type)
                     for part, one in uploads.items()
                 }
-                return self._http.build_request(
-                    "POST", path, data=_given(fields), files=files, headers=headers
+                form = self._http.build_request(
+                    "POST", path, data=_given(fields), files=files, headers=key
                 )
+                size = int(form.headers["Content-Length"])
+                chunks = told(cast(Iterable[bytes], form.stream), size, self._telling(tell))
+                return self._http.build_request("POST", path, headers=form.headers, content=chunks)
 
             return self._sender.send(build).json()
 
@@ -114,11 +119,11 @@ class Wire:
         return self._sender.send(lambda: self._http.build_request(verb, path, **more)).json()
 
     def _telling(self, tell: Tell) -> Tell:
-        def told(share: float) -> None:
+        def checked(share: float) -> None:
             self._sender.check()
             tell(share)
 
-        return told
+        return checked
 
 
 def _fresh_key() -> dict[str, str]:

@@ -6,7 +6,7 @@ No pickles: a process that reads hostile meshes must not be able to run code in 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, TypeAdapter
@@ -23,11 +23,12 @@ class Task:
     """A job as its process sees it.
 
     ``name``     of the upload as its owner calls it, for reports and messages.
-    ``inputs``   paths by the name of the input: ``mesh``, ``occluder``, ``scene``.
+    ``inputs``   paths by the name of the input: ``mesh``, ``occluder``, ``overrides``, ``scene``.
     ``results``  an empty folder for the files that are made.
     ``scratch``  an empty folder for whatever else is written; both go when the attempt is over.
     ``threads``  to be used; ``memory`` bytes that it may take beside what the process has.
     ``unpacked``  bytes that an archive may hold.
+    ``labels``   what its owner calls an input, by the input's name, where that is known.
     """
 
     kind: JobKind
@@ -39,6 +40,7 @@ class Task:
     threads: int
     memory: int
     unpacked: int
+    labels: Mapping[str, str] = field(default_factory=dict)
     type: Literal["task"] = "task"
 
 

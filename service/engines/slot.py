@@ -182,7 +182,9 @@ class Slot:
 
         Raises KeyError when an input is no longer stored, and :class:`DiskFullError`.
         """
-        shop, job, inputs = self._shop, claim.job, {}
+        shop, job = self._shop, claim.job
+        inputs: dict[str, str] = {}
+        labels: dict[str, str] = {}
         with _told():
             shutil.rmtree(folder, ignore_errors=True)
             for place in ("results", "scratch", "input"):
@@ -192,10 +194,12 @@ class Slot:
                 link = folder / "input" / name.name  # readers go by the suffix; blobs have none
                 link.symlink_to(shop.blobs.path(one.blob).resolve())
                 inputs[name.stem] = str(link)
+                if one.label is not None:
+                    labels[name.stem] = one.label
         return Task(
             job.kind, job.name, job.options, inputs, str(folder / "results"),
             str(folder / "scratch"), self._threads(), shop.settings.job_memory,
-            shop.settings.max_unpacked,
+            shop.settings.max_unpacked, labels,
         )  # fmt: skip
 
     def _threads(self) -> int:

@@ -41,8 +41,9 @@ class JobState(StrEnum):
 class Failure:
     """Why a job failed.
 
-    ``kind`` is stable, for programs: ``unreadable-mesh``, ``invalid-options``, ``out-of-memory``,
-    ``out-of-time``, ``process-died``, ``disk-full``, ``unavailable`` or ``internal-error``.
+    ``kind`` is stable, for programs: ``unreadable-mesh``, ``invalid-options``,
+    ``invalid-overrides``, ``out-of-memory``, ``out-of-time``, ``process-died``, ``disk-full``,
+    ``unavailable`` or ``internal-error``.
     ``detail`` and ``remedy`` are sentences without a full stop.
     """
 
@@ -63,15 +64,22 @@ class Blob:
 class JobFile:
     """A file of a job, by a name of ours, unique within the job, with forward slashes.
 
-    Inputs: ``input/mesh.glb``, ``input/occluder.obj``, ``input/scene.glb`` and so on.  Results:
-    ``occluder.glb`` with all levels, ``lod0.glb``, ``lod0.obj``... one by one, ``report.json``,
-    ``report.html``, ``pictures/silhouettes.png``...
+    Inputs: ``input/mesh.glb``, ``input/occluder.obj``, ``input/scene.glb`` and so on, and
+    :data:`OVERRIDES_FILE`.  Results: ``occluder.glb`` with all levels, ``lod0.glb``,
+    ``lod0.obj``... one by one, ``report.json``, ``report.html``, ``pictures/silhouettes.png``...
+
+    ``label``  of an input, what its owner calls it, for people only; None where it is not known.
     """
 
     name: str
     blob: Blob
     media_type: str
     is_input: bool = False
+    label: str | None = None
+
+
+OVERRIDES_FILE = "input/overrides.toml"
+"""The input that holds overrides of the mesh, where there are some."""
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ _MEDIA_TYPES: Mapping[str, tuple[str, ...]] = {
     ".ply": ("model/ply", "application/ply", "application/x-ply"),
     ".png": ("image/png",),
     ".stl": ("model/stl", "application/sla", "application/vnd.ms-pki.stl"),
+    ".toml": ("application/toml",),
     ".tres": ("application/x-godot-resource",),
     ".zip": ("application/zip", "application/x-zip-compressed"),
 }

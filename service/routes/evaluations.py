@@ -11,16 +11,17 @@ from service.routes.callers import KEYED, Writer
 from service.routes.services import TheServices
 from service.routes.submission import take_in
 from service.uploads.docs import upload_docs
+from service.uploads.overrides import OVERRIDES
 from service.uploads.receiving import Wanted
 from simplifier import MESH_SUFFIXES
 
 router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
 
-_PARTS = {
-    "mesh": "The mesh, with a file name.",
-    "occluder": "What is to hide as much as the mesh, with a file name.",
-}
-_WANTED = tuple(Wanted(part, MESH_SUFFIXES) for part in _PARTS)
+_PARTS = (
+    Wanted("mesh", MESH_SUFFIXES, "The mesh, with a file name."),
+    Wanted("occluder", MESH_SUFFIXES, "What is to hide as much as the mesh, with a file name."),
+    OVERRIDES,
+)
 
 
 @router.post(
@@ -31,5 +32,7 @@ _WANTED = tuple(Wanted(part, MESH_SUFFIXES) for part in _PARTS)
     summary="Judge an occluder",
 )
 async def judge_occluder(request: Request, services: TheServices, caller: Writer) -> Response:
-    """Precision and recall of any occluder against its mesh: a form with the two as parts."""
-    return await take_in(request, services, caller, JobKind.EVALUATION, _WANTED)
+    """Precision and recall of any occluder against its mesh: a form with the two as parts,
+    and `overrides` of the mesh where there are some.
+    """
+    return await take_in(request, services, caller, JobKind.EVALUATION, _PARTS)

@@ -11,6 +11,7 @@ from service.routes.callers import KEYED, Writer
 from service.routes.services import TheServices
 from service.routes.submission import take_in
 from service.uploads.docs import upload_docs
+from service.uploads.overrides import OVERRIDES
 from service.uploads.receiving import Wanted
 from simplifier import MESH_SUFFIXES
 
@@ -22,20 +23,21 @@ MESHES = (
 )  # fmt: skip
 """Media types of raw bodies; for the last, ``filename`` says the format."""
 
+_PARTS = (Wanted("mesh", MESH_SUFFIXES, "The mesh, with a file name."), OVERRIDES)
+
 
 @router.post(
     "/occluders",
     response_class=Response,
     responses=RESULT_OR_JOB,
-    openapi_extra=upload_docs(JobKind.OCCLUDER, {"mesh": "The mesh, with a file name."}, MESHES),
+    openapi_extra=upload_docs(JobKind.OCCLUDER, _PARTS, MESHES),
     summary="Make occluders of a mesh",
 )
 async def make_occluders(request: Request, services: TheServices, caller: Writer) -> Response:
     """Levels of detail, each judged for precision and recall.
 
-    The body is the mesh, options are in the query; or a form with the parts `mesh` and `options`.
-    The same mesh, options and version give the stored result at once.
+    The body is the mesh, options are in the query; or a form with the parts `mesh` and `options`,
+    and `overrides` where there are some.  The same files, options and version give the stored
+    result at once.
     """
-    return await take_in(
-        request, services, caller, JobKind.OCCLUDER, (Wanted("mesh", MESH_SUFFIXES),)
-    )
+    return await take_in(request, services, caller, JobKind.OCCLUDER, _PARTS)

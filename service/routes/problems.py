@@ -20,6 +20,8 @@ ADVICE = {
     "unreadable-mesh": "Open the file in the program that wrote it and export it again. The detail "
     "says what the reader found. A mesh needs at least one triangle that has an area, and may not "
     "refer to files outside of itself.",
+    "invalid-overrides": "The detail names the line. docs/overrides.md says what a file of "
+    "overrides may hold; names of meshes and materials have to be those of the mesh.",
     "unauthenticated": "Send a key as 'Authorization: Bearer occ_...' or 'X-API-Key: occ_...'. "
     "'occluder keys create' makes one on the machine of the service.",
     "too-many-attempts": "Too many unknown keys came from one address. Check the key, wait as long "

@@ -15,18 +15,23 @@ from service.uploads.receiving import Wanted
 
 router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
 
-_PART = {"scene": "A GLB, or a zip of a folder with a scene, with a file name."}
+_PARTS = (
+    Wanted(
+        "scene",
+        (".glb", ".zip"),
+        "A GLB, or a zip of a folder with a scene, with a file name.",
+    ),
+)
 _SCENES = ("model/gltf-binary", "application/zip", "application/octet-stream")
-_SUFFIXES = (".glb", ".zip")
 
 
 @router.post(
     "/scenes",
     response_class=Response,
     responses=RESULT_OR_JOB,
-    openapi_extra=upload_docs(JobKind.SCENE, _PART, _SCENES),
+    openapi_extra=upload_docs(JobKind.SCENE, _PARTS, _SCENES),
     summary="Make occluders of a scene",
 )
 async def make_scene(request: Request, services: TheServices, caller: Writer) -> Response:
     """A tree of occluders: one an object, and others above for what is far away."""
-    return await take_in(request, services, caller, JobKind.SCENE, (Wanted("scene", _SUFFIXES),))
+    return await take_in(request, services, caller, JobKind.SCENE, _PARTS)

@@ -9,7 +9,7 @@ from service.schemas.problem import MEDIA_TYPE
 Responses = dict[int | str, dict[str, Any]]
 
 _MEANINGS = {
-    400: "The request, or the mesh in it, cannot be read.",
+    400: "The request, or a file in it, cannot be read.",
     401: "An API key is needed.",
     403: "This is not allowed.",
     404: "There is no such thing.",

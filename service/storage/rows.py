@@ -64,7 +64,8 @@ def files_of(session: Session, job_number: int) -> tuple[JobFile, ...]:
         select(JobFileRow).where(JobFileRow.job_number == job_number).order_by(JobFileRow.name)
     )
     return tuple(
-        JobFile(row.name, Blob(row.digest, row.size), row.media_type, row.is_input) for row in rows
+        JobFile(row.name, Blob(row.digest, row.size), row.media_type, row.is_input, row.label)
+        for row in rows
     )
 
 
@@ -77,6 +78,7 @@ def add_files(session: Session, job_number: int, files: Iterable[JobFile]) -> No
             size=file.blob.size,
             media_type=file.media_type,
             is_input=file.is_input,
+            label=file.label,
         )
         for file in files
     )

@@ -156,7 +156,10 @@ class JobRow(Base):
 
 
 class JobFileRow(Base):
-    """A file of a job; the bytes are in the blob store."""
+    """A file of a job; the bytes are in the blob store.
+
+    ``label``  what the job's owner calls an input.
+    """
 
     __tablename__ = "job_files"
 
@@ -168,6 +171,7 @@ class JobFileRow(Base):
     size: Mapped[int]
     media_type: Mapped[str]
     is_input: Mapped[bool]
+    label: Mapped[str | None]
 
 
 class IdempotencyKeyRow(Base):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from service.headers.idempotency_key import IDEMPOTENCY_KEY
@@ -11,6 +12,7 @@ from service.jobs.asset import LONGEST_NAME
 from service.jobs.delivery import LONGEST_URL
 from service.jobs.job import JobKind
 from service.schemas.job_options import option_tables
+from service.uploads.receiving import Wanted
 
 _TABLES = option_tables(math.inf, math.inf)
 _FILE: dict[str, Any] = {"type": "string", "format": "binary", "minLength": 1}
@@ -36,18 +38,20 @@ _FILENAME = {
 }  # fmt: skip
 
 
-def upload_docs(kind: JobKind, parts: dict[str, str], raw: tuple[str, ...] = ()) -> dict[str, Any]:
+def upload_docs(
+    kind: JobKind, parts: Sequence[Wanted], raw: tuple[str, ...] = ()
+) -> dict[str, Any]:
     """Parameters and body.
 
-    ``parts``  files of the form and what they are; ``raw`` media types of a body that is the first.
+    ``parts``  files of the form; ``raw`` media types of a body that is the first of them.
     """
     table = _TABLES[kind]
     form: dict[str, Any] = {
         "type": "object",
         "additionalProperties": False,
-        "required": list(parts),
+        "required": [one.name for one in parts if one.needed],
         "properties": {
-            **{name: {**_FILE, "description": what} for name, what in parts.items()},
+            **{one.name: {**_FILE, "description": one.what} for one in parts},
             "options": table.schema(),
             **{one["name"]: {**one["schema"], "description": one["description"]}
                for one in _LABELS},

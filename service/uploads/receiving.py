@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import AsyncIterator, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 
@@ -32,10 +32,21 @@ _LONGEST_TEXT = 64 << 10
 
 @dataclass(frozen=True)
 class Wanted:
-    """A file that a request has to bring: the name of its part, and the formats that may come."""
+    """A file that a request has to bring, or may.
+
+    ``name``      of its part; ``what`` it is, for the docs.
+    ``suffixes``  of the formats that may come.
+    ``needed``    whether a request without it is refused.
+    ``largest``   bytes that it may have; None for as many as any upload.
+    ``fault``     what an empty one is refused by.
+    """
 
     name: str
     suffixes: Collection[str]
+    what: str = ""
+    needed: bool = True
+    largest: int | None = None
+    fault: type[ServiceError] = UnreadableMeshError
 
 
 @dataclass(frozen=True)
@@ -56,12 +67,12 @@ class Upload:
     def job_file(self) -> JobFile:
         """As an input of a job, by a name of ours."""
         name = f"input/{self.name}{self.suffix}"
-        return JobFile(name, self.blob, media_type_of(name), is_input=True)
+        return JobFile(name, self.blob, media_type_of(name), is_input=True, label=self.label)
 
 
 @dataclass(frozen=True)
 class Uploads:
-    """What a request brought: all files that were wanted, and those texts that came."""
+    """What a request brought: all files that it had to and others that it may, and texts."""
 
     files: Mapping[str, Upload]
     texts: Mapping[str, str]
@@ -72,7 +83,7 @@ async def receive(
 ) -> Uploads:
     """Store the files of a request while they come.
 
-    A body that is not ``multipart/form-data`` is the one file wanted; its format is said by the
+    A body that is not ``multipart/form-data`` is the one file needed; its format is said by the
     query's ``filename``, or else by the media type.  Raises :class:`~service.errors.ServiceError`,
     after which the connection is closed where the client might go on sending, and
     ClientDisconnect.  What was stored by then is not named by any row, and a sweep removes it.
@@ -93,18 +104,19 @@ async def receive(
 async def _one_file(
     request: Request, body: Body, keeping: Keeping, wanted: Sequence[Wanted]
 ) -> Uploads:
-    if len(wanted) > 1:
-        names = " and ".join(f"'{one.name}'" for one in wanted)
+    needed = [one for one in wanted if one.needed]
+    if len(needed) > 1:
+        names = " and ".join(f"'{one.name}'" for one in needed)
         raise UnsupportedMediaTypeError(
             f"the body is one file, and {names} are needed", remedy="send multipart/form-data"
         )
     part = Part(
-        wanted[0].name,
+        needed[0].name,
         request.query_params.get("filename", ""),
         request.headers.get("content-type", ""),
         body.chunks(),
     )
-    return Uploads({part.name: await _stored(part, wanted[0], keeping)}, {})
+    return Uploads({part.name: await _stored(part, needed[0], keeping)}, {})
 
 
 async def _parts(
@@ -125,21 +137,34 @@ async def _parts(
             raise InvalidOptionsError(
                 [FieldError(part.name, "there is no such part", f"the parts are {known}")]
             )
-    for name in by_name:
-        if name not in files:
-            raise BadRequestError(f"there is no part '{name}'", remedy="send the file as that part")
+    for one in wanted:
+        if one.needed and one.name not in files:
+            raise BadRequestError(
+                f"there is no part '{one.name}'", remedy="send the file as that part"
+            )
     return Uploads(files, texts)
 
 
 async def _stored(part: Part, wanted: Wanted, keeping: Keeping) -> Upload:
     label = file_label(part.filename)
     suffix = _suffix(label, part.media_type, wanted.suffixes)
-    blob = await keeping.put_stream(part.chunks)
+    blob = await keeping.put_stream(_limited(part, wanted))
     if not blob.size:
-        raise UnreadableMeshError(
-            f"the {part.name} is empty", remedy="send a file with bytes in it"
-        )
+        raise wanted.fault(f"the {part.name} file is empty", remedy="send a file with bytes in it")
     return Upload(part.name, label or f"{part.name}{suffix}", suffix, blob)
+
+
+async def _limited(part: Part, wanted: Wanted) -> AsyncIterator[bytes]:
+    """Its bytes; raises :class:`TooLargeError`."""
+    size = 0
+    async for chunk in part.chunks:
+        size += len(chunk)
+        if wanted.largest is not None and size > wanted.largest:
+            raise TooLargeError(
+                f"the part '{part.name}' may have {wanted.largest:,} bytes, and this one has more",
+                remedy="send a shorter one",
+            )
+        yield chunk
 
 
 def _suffix(label: str, media_type: str, suffixes: Collection[str]) -> str:
@@ -149,7 +174,7 @@ def _suffix(label: str, media_type: str, suffixes: Collection[str]) -> str:
     if suffix is None:
         said = [f"the name '{label}'"] if label else []
         said += [f"the media type '{media_type}'"] if media_type else []
-        formats = ", ".join(f"{one} ({media_type_of(f'mesh{one}')})" for one in sorted(suffixes))
+        formats = ", ".join(f"{one} ({media_type_of(f'file{one}')})" for one in sorted(suffixes))
         raise UnsupportedMediaTypeError(
             f"no format that can be read is told by {' or '.join(said) or 'the request'}",
             remedy=f"give a file name or a media type of these: {formats}",

@@ -53,16 +53,54 @@ def command(declared, tmp_path):
     return run
 
 
-@pytest.mark.skipif(shutil.which("curl") is None, reason="there is no curl")
-def test_the_curl_of_the_readme_gives_an_occluder(server, tmp_path):
-    blocks = re.findall(r"```sh\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+def curled(page, server, folder):
+    """What the curl of a page fetches, of a box that is called castle.glb."""
+    blocks = re.findall(r"```sh\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)
     block = next(one for one in blocks if "castle_occluder.glb" in one and "curl" in one)
     curl = block[block.index("curl") :].replace("http://127.0.0.1:8000", server.address)
     mesh = solids.box()
-    simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), tmp_path / "castle.glb")
-    done = subprocess.run(["bash", "-c", curl], cwd=tmp_path, capture_output=True, text=True)
+    simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), folder / "castle.glb")
+    done = subprocess.run(["bash", "-c", curl], cwd=folder, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert 0 < len(simplifier.load(tmp_path / "castle_occluder.glb").faces) <= 64
+    return simplifier.load(folder / "castle_occluder.glb")
+
+
+needs_curl = pytest.mark.skipif(shutil.which("curl") is None, reason="there is no curl")
+
+
+@needs_curl
+def test_the_curl_of_the_readme_gives_an_occluder(server, tmp_path):
+    assert 0 < len(curled("README.md", server, tmp_path).faces) <= 64
+
+
+POST = "[[box]]\ncenter = [5, 0.5, 0.5]\nsize = [1, 1, 1]\n"
+"""Drawn beside the box, where nothing would come by itself."""
+
+
+def reach(mesh):
+    return mesh.vertices[:, 0].max()
+
+
+@needs_curl
+def test_the_curl_with_overrides_gives_what_they_draw(server, tmp_path):
+    (tmp_path / "castle.overrides.toml").write_text(POST)
+    assert reach(curled("docs/overrides.md", server, tmp_path)) == pytest.approx(5.5)
+
+
+def test_submit_sends_the_overrides_beside_a_mesh(server, command, tmp_path):
+    (tmp_path / "box.obj").write_bytes(BOX)
+    (tmp_path / "box.overrides.toml").write_text(POST)
+    made, quick = tmp_path / "box_occluder.glb", ("--lods", "1", "--preset", "draft")
+    done = command("submit", "box.obj", "--server", server.address, *quick)
+    assert done.returncode == 0, done.stderr
+    assert reach(simplifier.load(made)) == pytest.approx(5.5)
+    done = command("submit", "box.obj", "--server", server.address, "--no-overrides", *quick)
+    assert done.returncode == 0, done.stderr
+    assert reach(simplifier.load(made)) < 2.0
+    (tmp_path / "box.overrides.toml").write_text("[[box]]\n")
+    done = command("submit", "box.obj", "--server", server.address, *quick)
+    assert done.returncode == 1
+    assert "error: box.obj: box.overrides.toml:1: 'center' is missing" in done.stderr
 
 
 def test_submit_writes_occluders_and_prints_figures(server, command, tmp_path):

@@ -29,7 +29,7 @@ from simplifier.cli_commands import _loaded
 from simplifier.cli_failures import run_guarded
 from simplifier.errors import OccluderError
 from simplifier.toml_lines import read_toml
-from tests.service.routes.serving import Served, served
+from tests.service.routes.serving import OBJ, Served, served
 from tests.solids import box
 
 _IDS = re.compile(r"[0-9a-f]{32}")
@@ -189,6 +189,10 @@ SERVICE: dict[str, Callable[[Served], httpx.Response]] = {
         "/v1/assets", content=b"{", headers={"Content-Type": "application/json"}
     ),
     "unreadable-mesh": lambda one: one.post(body=b""),
+    "invalid-overrides": lambda one: one.http.post(
+        "/v1/occluders",
+        files={"mesh": ("castle.obj", OBJ), "overrides": ("castle.overrides.toml", b"")},
+    ),
     "not-found": lambda one: one.http.get("/v1/jobs/0"),
     "method-not-allowed": lambda one: one.http.delete("/v1/jobs/0"),
     "not-acceptable": lambda one: one.post(headers={"Accept": "image/png"}),

@@ -10,7 +10,7 @@ from typing import Any, Protocol, cast
 from service.dashboard.view_map.projection import Axis
 from service.dashboard.views import View, views_of
 from service.jobs.asset import Asset, AssetStore
-from service.jobs.job import Job, JobKind
+from service.jobs.job import OVERRIDES_FILE, Job, JobKind
 from service.jobs.stores import BlobStore, JobStore
 from service.routes.results import read_report
 from service.schemas.job import Job as JobBody
@@ -67,7 +67,8 @@ class Solid:
 class RunDetail:
     """A job with all that came of it; empty where it has not succeeded, or its kind has none.
 
-    ``original``  address of the mesh to look at; ``sheet`` of the picture of its silhouettes.
+    ``original``  address of the mesh to look at; ``sheet`` of the picture of its silhouettes;
+    ``overrides`` of the file of overrides that came with it.
     ``left_out``  why levels that were asked for are not there, a sentence each.
     ``deviation``  the largest distance that the occluder was found to have, mesh's units.
     """
@@ -91,6 +92,10 @@ class RunDetail:
     @property
     def sheet(self) -> str | None:
         return self._link(_SHEET)
+
+    @property
+    def overrides(self) -> str | None:
+        return self._link(OVERRIDES_FILE)
 
     def _link(self, name: str) -> str | None:
         return next((file.link for file in self.files if file.name == name), None)

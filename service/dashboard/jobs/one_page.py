@@ -39,7 +39,7 @@ def _read(visitor: Visitor, job_id: str) -> RunDetail:
 
 def _show(visitor: Visitor, detail: RunDetail) -> None:
     job = detail.job
-    _about(job)
+    _about(detail)
     if not job.state.ended:
         LiveJob(visitor, job.id, _anew, heading=False)
     elif job.state is JobState.SUCCEEDED:
@@ -51,11 +51,14 @@ def _show(visitor: Visitor, detail: RunDetail) -> None:
         downloads_panel(detail.files)
 
 
-def _about(job: Job) -> None:
+def _about(detail: RunDetail) -> None:
+    job = detail.job
     with ui.element("div").classes("row-of-controls quiet"):
         ui.label(f"{KINDS[job.kind]}, sent {moment(job.created)}, version {job.version}")
         if job.asset_id:
             ui.link(job.asset or "", f"/assets/{job.asset_id}").classes("name")
+        if detail.overrides:
+            ui.link("with overrides", detail.overrides).props["download"] = True
         if job.reused:
             ui.link("the stored result of an earlier job", f"/jobs/{job.reused}")
         if job.retry_of:

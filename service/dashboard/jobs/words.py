@@ -45,6 +45,7 @@ _STAGES = {
 _FAILURES = {
     "unreadable-mesh": "The mesh cannot be read",
     "invalid-options": "The options do not go together",
+    "invalid-overrides": "The overrides cannot be used",
     "out-of-memory": "It needed more memory than it may",
     "out-of-time": "It took longer than it may",
     "process-died": "Its process died at every attempt",

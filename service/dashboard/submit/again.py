@@ -1,8 +1,8 @@
-"""An earlier job's mesh once more, with other settings and without an upload."""
+"""What was sent for an earlier job once more, with other settings and without an upload."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -15,23 +15,25 @@ from service.dashboard.notices import refusals_told, warn
 from service.dashboard.session import Visitor
 from service.dashboard.submit.option_form import OptionForm
 from service.dashboard.submit.typed import typed_options
-from service.jobs.job import Job, JobKind
+from service.jobs.job import OVERRIDES_FILE, Job, JobFile, JobKind
 from service.routes import actions
 
 
 @dataclass(frozen=True)
 class Earlier:
-    """What is run again."""
+    """What is run again; ``overridden`` where overrides came with the mesh."""
 
     id: str
     kind: JobKind
     name: str
     asset: str | None
     options: Mapping[str, Any]
+    overridden: bool
 
     @classmethod
-    def of(cls, job: Job) -> Self:
-        return cls(job.id, job.kind, job.name, job.asset, job.options)
+    def of(cls, job: Job, files: Sequence[JobFile]) -> Self:
+        overridden = any(file.name == OVERRIDES_FILE for file in files)
+        return cls(job.id, job.kind, job.name, job.asset, job.options, overridden)
 
 
 class AgainForm:
@@ -44,6 +46,10 @@ class AgainForm:
             with ui.element("div").classes("row-of-controls"):
                 ui.label("The mesh of").classes("quiet")
                 ui.link(earlier.name, f"/jobs/{earlier.id}").classes("name")
+                if earlier.overridden:
+                    ui.label("with").classes("quiet")
+                    place = f"/v1/jobs/{earlier.id}/files/{OVERRIDES_FILE}"
+                    ui.link("its overrides", place).props["download"] = True
                 if earlier.asset:
                     ui.label("asset").classes("quiet")
                     ui.label(earlier.asset).classes("name")

@@ -28,7 +28,9 @@ async def submit_page(earlier: Annotated[str, Query(alias="from")] = "", asset: 
 
 async def _again(visitor: Visitor, earlier: str) -> None:
     def find() -> Earlier:
-        return Earlier.of(visitor.services.jobs.job(visitor.caller().tenant, earlier))
+        jobs = visitor.services.jobs
+        job = jobs.job(visitor.caller().tenant, earlier)
+        return Earlier.of(job, jobs.files(job.id))
 
     with unknown_told():
         job = await run_sync(find)

@@ -1,6 +1,12 @@
-// Files that are dropped or chosen, sent one after the other by the browser itself.
+// Files that are dropped or chosen, sent one after the other by the browser itself.  Overrides go
+// along with the mesh that they are named after.
 
 const REFUSED = "The connection ended before the answer came.";
+const OVERRIDES = ".overrides.toml"; // in place of the mesh's own ending
+
+function overridesName(mesh) {
+  return mesh.replace(/\.[^.]*$/, "") + OVERRIDES;
+}
 
 export default {
   template: `
@@ -22,8 +28,8 @@ export default {
               <progress v-if="one.state === 'sending'" :value="one.share" max="1"
                         :aria-label="'Sent of ' + one.file.name"></progress>
               <span v-else-if="one.state === 'sent'" class="good">sent</span>
-              <span v-else-if="one.state === 'chosen'" class="quiet">to be sent</span>
-              <div v-else class="fault" role="alert">{{ one.fault }}</div>
+              <div v-else-if="wrong(one)" class="fault name" role="alert">{{ wrong(one) }}</div>
+              <span v-else class="quiet name">{{ plan(one) }}</span>
             </td>
             <td class="button-cell">
               <button v-if="one.state !== 'sent'" type="button" @click="remove(index)"
@@ -64,6 +70,7 @@ export default {
 
   methods: {
     size(bytes) {
+      if (bytes < 1e3) return `${bytes} B`;
       if (bytes < 1e6) return `${(bytes / 1e3).toFixed(1)} kB`;
       return bytes < 1e9 ? `${(bytes / 1e6).toFixed(1)} MB` : `${(bytes / 1e9).toFixed(2)} GB`;
     },
@@ -80,7 +87,9 @@ export default {
 
     add(files) {
       for (const file of files) {
-        this.files.push({ key: this.next++, file, state: "chosen", share: 0, fault: "" });
+        const overrides = /\.toml$/i.test(file.name);
+        if (overrides) this.files = this.files.filter((one) => !this.awaits(one, file.name));
+        this.files.push({ key: this.next++, file, overrides, state: "chosen", share: 0, fault: "" });
       }
       this.tell();
     },
@@ -93,7 +102,39 @@ export default {
     },
 
     waiting() {
-      return this.files.filter((one) => one.state === "chosen" || one.state === "refused");
+      return this.files.filter(
+        (one) => !one.overrides && (one.state === "chosen" || one.state === "refused"),
+      );
+    },
+
+    // Whether these are overrides of that name that a mesh may still take along.
+    awaits(one, name) {
+      return one.overrides && one.state !== "sent" && one.file.name === name;
+    },
+
+    overridesOf(mesh) {
+      return this.files.find((one) => this.awaits(one, overridesName(mesh.file.name)));
+    },
+
+    meshesOf(overrides) {
+      return this.files.filter(
+        (one) => !one.overrides && one.state !== "sent" && this.overridesOf(one) === overrides,
+      );
+    },
+
+    wrong(one) {
+      if (!one.overrides) return one.fault;
+      if (!one.file.name.endsWith(OVERRIDES)) {
+        return `Overrides are named after their mesh: castle${OVERRIDES} for castle.glb.`;
+      }
+      if (this.meshesOf(one).length) return "";
+      const stem = one.file.name.slice(0, -OVERRIDES.length);
+      return `Its mesh is not here. Choose ${stem}.glb, or ${stem} in another format, as well.`;
+    },
+
+    plan(one) {
+      if (!one.overrides) return "to be sent";
+      return `goes with ${this.meshesOf(one).map((mesh) => mesh.file.name).join(", ")}`;
     },
 
     tell() {
@@ -107,17 +148,27 @@ export default {
       for (const [place, one] of files.entries()) {
         if (!this.files.includes(one)) continue; // removed meanwhile
         const query = new URLSearchParams(settings);
-        query.set("filename", one.file.name);
         if (assets[place]) query.set("asset", assets[place]);
-        const answer = await this.post(one, query);
-        if (answer) this.$emit("sent", answer);
+        const overrides = this.overridesOf(one);
+        const answer = await this.post(one, overrides, query);
+        if (!answer) continue;
+        if (overrides && !this.meshesOf(overrides).length) overrides.state = "sent";
+        this.$emit("sent", answer);
       }
       this.busy = false;
       this.tell();
       this.$emit("done");
     },
 
-    post(one, query) {
+    post(one, overrides, query) {
+      let body = one.file;
+      if (overrides) {
+        body = new FormData();
+        body.append("mesh", one.file);
+        body.append("overrides", overrides.file);
+      } else {
+        query.set("filename", one.file.name);
+      }
       Object.assign(one, { state: "sending", share: 0, fault: "" });
       return new Promise((resolve) => {
         const request = new XMLHttpRequest();
@@ -129,9 +180,9 @@ export default {
         request.onerror = () => resolve(this.refuse(one, REFUSED));
         request.onabort = () => resolve(null);
         request.open("POST", `${this.address}?${query}`);
-        request.setRequestHeader("Content-Type", "application/octet-stream");
+        if (!overrides) request.setRequestHeader("Content-Type", "application/octet-stream");
         request.setRequestHeader("Accept", "application/json");
-        request.send(one.file);
+        request.send(body);
       });
     },
 

@@ -12,7 +12,7 @@ from simplifier import MESH_SUFFIXES
 
 
 class Uploader(Element, component="uploader.js"):
-    """Files that wait to be sent are named by ``on_chosen``, each job that came of one by
+    """Meshes that wait to be sent are named by ``on_chosen``, each job that came of one by
     ``on_sent``; ``on_done`` follows the last."""
 
     def __init__(
@@ -25,9 +25,12 @@ class Uploader(Element, component="uploader.js"):
     ) -> None:
         super().__init__()
         self.props["address"] = "/v1/occluders"
-        self.props["accept"] = ",".join(sorted(MESH_SUFFIXES))
+        self.props["accept"] = ",".join([*sorted(MESH_SUFFIXES), ".toml"])
         formats = ", ".join(one.removeprefix(".") for one in sorted(MESH_SUFFIXES))
-        self.props["help"] = f"Choose or drop {formats}; each at most {size(largest)}."
+        self.props["help"] = (
+            f"Choose or drop {formats}; each at most {size(largest)}. "
+            "castle.overrides.toml goes along with castle.glb."
+        )
 
         def chosen(event: GenericEventArguments) -> None:
             on_chosen([str(name) for name in event.args])

@@ -9,6 +9,7 @@ from service.engines.messages import Task
 from service.engines.work.allowance import allowed_options
 from service.engines.work.meter import JUDGING, Meter
 from service.engines.work.numbers import summary_of
+from service.engines.work.overrides import read_overrides
 from service.engines.work.pages import write_pages
 from service.engines.work.refusals import input_path
 from service.engines.worker import Cancel, TaskCancelledError, Tell
@@ -26,14 +27,20 @@ def evaluate_mesh(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     meter.at("load", 0.0)
     path, limit = input_path(task, "mesh"), options.memory_limit
     simplifier.check_file(path, options, pictures=True, viewing=True)
+    overrides = read_overrides(task)
     mesh = simplifier.load(
-        path, allow_external=False, transparent=options.transparent, memory_limit=limit
+        path,
+        allow_external=False,
+        transparent=options.transparent,
+        ignore=overrides.ignore,
+        memory_limit=limit,
     )
     occluder = simplifier.load_occluder(
         input_path(task, "occluder"), allow_external=False, memory_limit=limit
     )
     load_seconds = meter.seconds
-    judgement = simplifier.judge(mesh, occluder, options, meter.part(0.1, 0.8, JUDGING), cancel)
+    listener = meter.part(0.1, 0.8, JUDGING)
+    judgement = simplifier.judge(mesh, occluder, options, listener, cancel, overrides)
     if cancel.is_set():
         raise TaskCancelledError
     meter.at("write", 0.8)

@@ -12,6 +12,7 @@ from service.engines.work.allowance import allowed_options
 from service.engines.work.best_so_far import BestSoFar
 from service.engines.work.meter import MAKING, Meter
 from service.engines.work.numbers import summary_of
+from service.engines.work.overrides import read_overrides
 from service.engines.work.pages import write_pages
 from service.engines.work.refusals import input_path
 from service.engines.worker import Cancel, TaskCancelledError, Tell
@@ -29,15 +30,17 @@ def make_occluder(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     meter.at("load", 0.0)
     path = input_path(task, "mesh")
     simplifier.check_file(path, options, pictures=True, viewing=True)
+    overrides = read_overrides(task)
     mesh = simplifier.load(
         path,
         allow_external=False,
         transparent=options.transparent,
+        ignore=overrides.ignore,
         memory_limit=options.memory_limit,
     )
     load_seconds = meter.seconds
     draw = BestSoFar(mesh, options.up)
-    made = simplifier.make(mesh, options, meter.part(0.05, 0.8, MAKING, draw), cancel)
+    made = simplifier.make(mesh, options, meter.part(0.05, 0.8, MAKING, draw), cancel, overrides)
     if cancel.is_set():  # by then it is the best so far
         raise TaskCancelledError
     meter.at("write", 0.8)

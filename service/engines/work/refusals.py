@@ -19,6 +19,7 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _KINDS = {
     simplifier.MeshError: "unreadable-mesh",
     simplifier.OptionError: "invalid-options",
+    simplifier.OverridesError: "invalid-overrides",
     simplifier.BackendUnavailableError: "unavailable",
 }
 
@@ -56,8 +57,19 @@ def _failure(kind: str, error: simplifier.OccluderError, task: Task) -> Failure:
 def without_paths(text: str, task: Task) -> str:
     """Files by the names that their owner knows."""
     for name, path in task.inputs.items():
-        text = text.replace(path, name if name == "occluder" else task.name)
+        text = text.replace(path, input_label(task, name))
     return text.replace(str(unpacked_folder(task)), task.name)
+
+
+def input_label(task: Task, name: str) -> str:
+    """What messages call an input: an occluder may be called as its mesh is."""
+    match name:
+        case "occluder":
+            return name
+        case "overrides":
+            return task.labels.get(name, "overrides.toml")
+        case _:
+            return task.name
 
 
 def _lacks_room(error: BaseException | None) -> bool:

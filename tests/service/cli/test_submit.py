@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import itertools
+import json
 import signal
 import subprocess
 import threading
@@ -11,7 +12,15 @@ import threading
 import pytest
 
 from tests.acceptance.command import OCCLUDER, environment
-from tests.service.client.scripted import Reply, events, job, problem, serving, summary
+from tests.service.client.scripted import (
+    Reply,
+    events,
+    form_of,
+    job,
+    problem,
+    serving,
+    summary,
+)
 
 
 class Service:
@@ -54,7 +63,7 @@ class Service:
         return problem(404, "not-found", "there is no such thing")
 
     def _begin(self, request):
-        [name] = request.query["filename"]
+        [name] = request.query.get("filename") or [form_of(request)["mesh"][0]]
         if name == "refused.obj":
             return problem(400, "unreadable-mesh", "line 1 is no OBJ")
         number = f"j{next(self._numbers)}"
@@ -122,6 +131,32 @@ def test_only_what_was_chosen_is_sent(service, mesh, command):
         "asset": ["props/a"], "filename": ["a.obj"],
     }  # fmt: skip
     assert sent.headers["authorization"] == "Bearer occ_x"
+
+
+def test_a_mesh_goes_with_the_overrides_beside_it(service, mesh, command, tmp_path):
+    served, address = service
+    (tmp_path / "a.overrides.toml").write_text("[ignore]\n")
+    (tmp_path / "out").mkdir()
+    done = command(
+        "submit", mesh("a.obj"), mesh("b.obj"), "--server", address, "--budget", "32",
+        "-o", tmp_path / "out",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "a.obj: 15,044 -> 64 triangles" in done.stdout
+    sent = [one for one in served.seen if one.path == "/v1/occluders"]
+    [form] = [form_of(one) for one in sent if not one.query]
+    assert form["overrides"] == ("a.overrides.toml", "application/toml", b"[ignore]\n")
+    assert form["mesh"][::2] == ("a.obj", b"a.obj")
+    assert json.loads(form["options"][2]) == {"budget": 32}
+    assert [one.query["filename"] for one in sent if one.query] == [["b.obj"]]
+
+
+def test_overrides_are_not_looked_for_when_told_so(service, mesh, command, tmp_path):
+    served, address = service
+    (tmp_path / "a.overrides.toml").write_text("[ignore]\n")
+    done = command("submit", mesh("a.obj"), "--server", address, "--no-overrides")
+    assert done.returncode == 0, done.stderr
+    assert (served.seen[0].query["filename"], served.seen[0].body) == (["a.obj"], b"a.obj")
 
 
 def test_one_failure_does_not_keep_the_others_from_their_end(service, mesh, command, tmp_path):

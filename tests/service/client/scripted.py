@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import email
+import email.policy
 import json
 import socket
 import threading
@@ -20,6 +22,18 @@ class Request:
     query: dict[str, list[str]]
     headers: dict[str, str]
     body: bytes
+
+
+def form_of(request):
+    """The parts of a form by name: what the file is called, its media type, its bytes."""
+    head = f"Content-Type: {request.headers['content-type']}\r\n\r\n".encode()
+    message = email.message_from_bytes(head + request.body, policy=email.policy.HTTP)
+    return {
+        part.get_param("name", header="content-disposition"): (
+            part.get_filename(), part["content-type"], part.get_payload(decode=True)
+        )
+        for part in message.iter_parts()
+    }  # fmt: skip
 
 
 @dataclass(frozen=True)

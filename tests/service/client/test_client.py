@@ -14,7 +14,16 @@ import pytest
 from service.client import Client, ClientError, StoppedError
 from service.jobs.asset import Thresholds
 from service.jobs.job import Failure, JobState
-from tests.service.client.scripted import DROP, Reply, events, job, problem, serving, summary
+from tests.service.client.scripted import (
+    DROP,
+    Reply,
+    events,
+    form_of,
+    job,
+    problem,
+    serving,
+    summary,
+)
 
 
 @pytest.fixture
@@ -249,6 +258,57 @@ def test_an_evaluation_sends_both_files_in_each_try(talk, tmp_path):
     for request in seen:
         for part in (b'name="mesh"; filename="mesh.obj"', b"\r\noccluder.ply\r\n", b'{"views": 8}'):
             assert part in request.body
+
+
+KEEP = b'[ignore]\nmeshes = ["flag"]\n'
+
+
+def test_overrides_go_along_with_the_mesh_as_it_is_read(talk, tmp_path):
+    client, seen = talk(DROP, DROP, Reply(job(), 202))
+    mesh, keep = tmp_path / "a castle.obj", tmp_path / "of the castle"
+    mesh.write_bytes(bytes(range(256)) * 4000)
+    keep.write_bytes(KEEP)
+    shares = []
+    told = client.submit(
+        mesh, options={"budget": 32, "ground": True}, asset="props/castle", overrides=keep,
+        tell=shares.append,
+    )  # fmt: skip
+    assert told.id == "j1"
+    assert len({request.headers["idempotency-key"] for request in seen}) == 1
+    for request in seen:
+        assert "transfer-encoding" not in request.headers
+        assert int(request.headers["content-length"]) == len(request.body)
+        form = form_of(request)
+        assert json.loads(form["options"][2]) == {"budget": 32, "ground": True}
+        assert form["asset"][2] == b"props/castle"
+        assert form["mesh"][::2] == ("a castle.obj", mesh.read_bytes())
+        assert form["overrides"] == ("of the castle", "application/toml", KEEP)
+        assert set(form) == {"options", "asset", "mesh", "overrides"}
+    begun = [0, *(at for at in range(1, len(shares)) if shares[at] < shares[at - 1])]
+    assert len(begun) == 3  # each try from the begin
+    assert shares[begun[-1] :] == sorted(shares[begun[-1] :])
+    assert shares[-1] == 1.0
+    assert len(shares) > 3 * 8  # never much of it in memory
+
+
+def test_bytes_go_with_overrides_too(talk, tmp_path):
+    client, seen = talk(Reply(job(), 202))
+    (tmp_path / "keep.toml").write_bytes(KEEP)
+    client.submit(b"mesh", name="mesh.obj", overrides=tmp_path / "keep.toml")
+    assert set(form_of(seen[0])) == {"mesh", "overrides"}
+    with pytest.raises(FileNotFoundError):
+        client.submit(b"mesh", name="mesh.obj", overrides=tmp_path / "none.toml")
+    assert len(seen) == 1
+
+
+def test_an_evaluation_takes_overrides(talk, tmp_path):
+    for name in ("mesh.obj", "occluder.ply", "keep.toml"):
+        (tmp_path / name).write_bytes(name.encode())
+    client, seen = talk(Reply(job(kind="evaluation"), 202))
+    client.evaluate(
+        tmp_path / "mesh.obj", tmp_path / "occluder.ply", overrides=tmp_path / "keep.toml"
+    )
+    assert form_of(seen[0])["overrides"] == ("keep.toml", "application/toml", b"keep.toml")
 
 
 def test_an_unknown_member_is_left_aside(talk):

@@ -139,6 +139,95 @@ def test_a_quick_job_sends_none(place, ball):
 SWEEP = {"resolutions": [8], "directions": [4], "budgets": [8], "times": [0.05], "repeats": 1}
 
 
+DRAWN = b"""[[box]]
+name = "a post beside the ball"
+center = [3.0, 0.0, 0.0]
+size = [0.5, 0.5, 0.5]
+
+[[open]]
+name = "the upper half"
+center = [0.0, 1.0, 0.0]
+size = [3.0, 2.0, 3.0]
+"""
+
+
+def overridden_job(place, mesh, overrides, label="ball.overrides.toml", kind=JobKind.OCCLUDER,
+                   more=None, **options):  # fmt: skip
+    files = {"input/mesh.obj": mesh, "input/overrides.toml": overrides, **(more or {})}
+    labels = {"input/overrides.toml": label} if label else {}
+    options = {"resolution": 24, "views": 8, "image": 64, **options}
+    id_ = place.submit_files(kind, files, options, name="ball.obj", labels=labels)
+    return place.end_of(id_, 60.0)
+
+
+def test_overrides_are_kept_and_named_as_their_owner_names_them(place, ball, tmp_path):
+    job = overridden_job(place, ball, DRAWN, preset="draft", moves=50, lods=2)
+    assert job.state is JobState.SUCCEEDED, job.failure
+    results = place.results(job.id)
+    report = json.loads(results["report.json"])
+    assert report["options"]["overrides"] == {
+        "drawn": ["a post beside the ball"], "triangles": 12, "open": ["the upper half"],
+    }  # fmt: skip
+    told = "a post beside the ball (ball.overrides.toml:1) sticks out of the mesh by"
+    assert told in " ".join(report["warnings"])
+    assert told in " ".join(job.summary.warnings)
+    assert tells_no_path(place, [results["report.html"].decode(), repr(report), repr(job.summary)])
+    for level in range(job.summary.levels):
+        (tmp_path / "one.obj").write_bytes(results[f"lod{level}.obj"])
+        made = load_occluder(tmp_path / "one.obj")
+        corners = made.vertices[made.faces]
+        post = (np.abs(corners - [3.0, 0.0, 0.0]) < 0.2501).all(axis=(1, 2))
+        assert post.sum() == 12
+        assert len(post) > 12  # and something in the half that is not open
+        assert corners[~post][..., 1].max() < 0.01
+
+
+def test_what_they_ignore_is_not_there(place):
+    keep, flag = box(), box(low=(0.0, 5.0, 0.0))
+    lines = [f"v {x} {y} {z}" for x, y, z in [*keep.vertices, *flag.vertices]]
+    for name, one in (("keep", 1), ("flag_2", 9)):
+        lines += [f"o {name}", *(f"f {a + one} {b + one} {c + one}" for a, b, c in keep.faces)]
+    mesh, ignore = "\n".join(lines).encode(), b'[ignore]\nmeshes = ["flag*"]\n'
+    job = overridden_job(place, mesh, ignore, preset="draft", moves=0, lods=1)
+    assert job.state is JobState.SUCCEEDED, job.failure
+    assert job.summary.input_triangles == 12
+    theirs = {"input/occluder.obj": obj_of(box()).encode()}
+    judged = overridden_job(place, mesh, ignore, kind=JobKind.EVALUATION, more=theirs)
+    assert judged.summary.input_triangles == 12
+    assert judged.summary.recall > 0.95
+    assert "flag" in " ".join(judged.summary.warnings)
+
+
+def test_an_evaluation_tells_what_passes_through_an_open_region(place, ball):
+    theirs = {"input/occluder.obj": ball}
+    job = overridden_job(place, ball, DRAWN, kind=JobKind.EVALUATION, more=theirs)
+    assert "the open region the upper half (ball.overrides.toml:6)" in " ".join(
+        job.summary.warnings
+    )
+    assert tells_no_path(place, [repr(job.summary)])
+
+
+@pytest.mark.parametrize(
+    ("overrides", "label", "kind", "words"),
+    [
+        (b"[[box]]\ncentre = 1\n", "a.overrides.toml", "invalid-overrides",
+         "a.overrides.toml:2: there is no key 'centre' in [[box]]"),
+        (b"[[box]\n", None, "invalid-overrides", "overrides.toml:1: is no TOML"),
+        (b"\xff", "a.toml", "invalid-overrides", "a.toml:1: is not UTF-8"),
+        (b'\n[ignore]\nmeshes = ["flag"]\n', "a.toml", "invalid-overrides", "a.toml:3: "),
+        (DRAWN.replace(b"[3.0, 0.0", b"[0.0, 0.5"), "a.toml", "invalid-overrides",
+         "a.toml:1: 'a post beside the ball' reaches into the open region the upper half"),
+        (DRAWN, "a.toml", "invalid-options", "12 that the overrides draw"),
+    ],
+)  # fmt: skip
+def test_refused_overrides_name_their_line(place, ball, overrides, label, kind, words):
+    job = overridden_job(place, ball, overrides, label, budget=3)
+    assert (job.state, job.failure.kind, job.attempt) == (JobState.FAILED, kind, 1)
+    assert words in job.failure.detail
+    assert job.failure.remedy
+    assert tells_no_path(place, [job.failure.detail, job.failure.remedy])
+
+
 def test_a_tradeoff_measures_settings_and_tells_how_many_are_done(place, ball):
     files = {"input/mesh.obj": ball}
     id_ = place.submit_files(JobKind.TRADEOFF, files, SWEEP, name="ball <b>.obj")

@@ -36,7 +36,7 @@ options = st.dictionaries(
 @settings(max_examples=30)
 @given(st.text(), options)
 def test_orders_arrive_as_they_were_sent(name, options):
-    task = Task(JobKind.SCENE, name, options, {"scene": "/a/b"}, "r", "s", 2, 3, 4)
+    task = Task(JobKind.SCENE, name, options, {"scene": "/a/b"}, "r", "s", 2, 3, 4, {"scene": name})
     assert order_of(order_bytes(task)) == task
     assert order_of(order_bytes(CancelTask())) == CancelTask()
 

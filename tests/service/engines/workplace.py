@@ -58,9 +58,10 @@ class Workplace:
             name="cat.obj", wake=wake, attempts=attempts,
         )  # fmt: skip
 
-    def submit_files(self, kind, files, options, *, name, wake=True, attempts=3):
+    def submit_files(self, kind, files, options, *, name, labels=(), wake=True, attempts=3):
+        called = dict(labels)
         inputs = tuple(
-            JobFile(path, self.blobs.put(io.BytesIO(data)), "x/y", is_input=True)
+            JobFile(path, self.blobs.put(io.BytesIO(data)), "x/y", True, called.get(path))
             for path, data in files.items()
         )
         submission = Submission("me", kind, name, options, inputs, "1", attempts=attempts)

@@ -66,6 +66,104 @@ def test_an_evaluation_needs_both_its_parts(service):
     assert "occluder" in body["detail"]
 
 
+KEEP = b'[[open]]\nname = "gate"\ncenter = [0, 0, 0]\nsize = [1, 1, 1]\n'
+
+
+def with_overrides(service, overrides=KEEP, label="castle.overrides.toml", query="", **headers):
+    files = {"mesh": ("castle.obj", OBJ), "overrides": (label, overrides)}
+    return service.http.post(f"/v1/occluders{query}", files=files, headers=headers)
+
+
+def inputs(service, job):
+    listed = service.http.get(job["links"]["files"]).json()["items"]
+    return {one["name"]: one["sha256"] for one in listed if one["name"].startswith("input/")}
+
+
+def test_overrides_are_an_input_of_their_own(service):
+    job = with_overrides(service).json()
+    assert job["name"] == "castle.obj"
+    sent = service.http.get(f"{job['links']['files']}/input/overrides.toml")
+    assert sent.content == KEEP
+    assert sent.headers["content-type"] == "application/toml"
+    assert sent.headers["content-disposition"] == 'attachment; filename="overrides.toml"'
+    assert service.hand.begin().id == job["id"]
+    labels = {one.name: one.label for one in service.hand.claim.inputs}
+    assert labels == {
+        "input/mesh.obj": "castle.obj", "input/overrides.toml": "castle.overrides.toml",
+    }  # fmt: skip
+    service.hand.end_cancelled()
+    parts = {"mesh": ("a.obj", OBJ), "occluder": ("b.obj", OBJ), "overrides": ("a.toml", KEEP)}
+    judged = service.http.post("/v1/evaluations", files=parts).json()
+    assert set(inputs(service, judged)) == {
+        "input/mesh.obj", "input/occluder.obj", "input/overrides.toml",
+    }  # fmt: skip
+    service.http.post(judged["links"]["cancel"])
+
+
+def test_other_overrides_are_other_work_and_the_same_is_done_once(service):
+    query = "?budget=19"
+    first = with_overrides(service, query=query).json()
+    assert service.hand.begin().id == first["id"]
+    service.hand.succeed()
+    same = with_overrides(service, query=query, label="renamed.toml")
+    assert same.status_code == 200
+    assert same.json()["job"]["reused"] == first["id"]
+    assert inputs(service, same.json()["job"]) == inputs(service, first)
+    for other in (with_overrides(service, KEEP + b"# more\n", query=query),
+                  service.post(f"/v1/occluders{query}&filename=castle.obj")):  # fmt: skip
+        assert other.status_code == 202
+        service.http.post(other.json()["links"]["cancel"])
+
+
+def test_the_same_key_with_other_overrides_conflicts(service):
+    key = {"Idempotency-Key": "overrides-1"}
+    first = with_overrides(service, **key).json()
+    assert with_overrides(service, **key).json()["id"] == first["id"]
+    problem(with_overrides(service, KEEP + b"# more\n", **key), 409, "conflict")
+    service.http.post(first["links"]["cancel"])
+
+
+def test_done_again_or_with_other_options_they_stay(service):
+    job = with_overrides(service, query="?budget=21").json()
+    sent = inputs(service, job)
+    assert len(sent) == 2
+    service.hand.begin()
+    service.hand.fail("invalid-overrides")
+    again = service.http.post(job["links"]["retry"]).json()
+    assert inputs(service, again) == sent
+    service.hand.begin()
+    assert [one.label for one in service.hand.claim.inputs] == [
+        "castle.obj", "castle.overrides.toml",
+    ]  # fmt: skip
+    service.hand.succeed()
+    other = service.http.post(again["links"]["rerun"], json={"options": {"budget": 22}}).json()
+    assert (other["state"], inputs(service, other)) == ("queued", sent)
+    service.http.post(other["links"]["cancel"])
+    stored = service.http.post(again["links"]["rerun"], json={"options": {}}).json()
+    assert stored["reused"] == again["id"]
+
+
+def test_a_tradeoff_takes_the_mesh_alone(service):
+    files = {"mesh": ("castle.obj", OBJ), "overrides": ("castle.overrides.toml", KEEP)}
+    job = service.http.post("/v1/occluders?asset=kept&budget=23", files=files).json()
+    service.hand.begin()
+    service.hand.succeed()
+    swept = service.http.post(f"/v1/assets/{job['asset']['id']}/tradeoff", json={}).json()
+    assert set(inputs(service, swept)) == {"input/mesh.obj"}
+    service.http.post(swept["links"]["cancel"])
+
+
+def test_overrides_that_cannot_be_taken_in_are_refused(service):
+    large = b"#" * ((1 << 20) + 1)
+    told = problem(with_overrides(service, large), 413, "too-large")
+    assert "'overrides' may have 1,048,576 bytes" in told["detail"]
+    problem(with_overrides(service, b""), 400, "invalid-overrides")
+    told = problem(with_overrides(service, label="a.json"), 415, "unsupported-media-type")
+    assert told["remedy"].endswith("of these: .toml (application/toml)")
+    scene = {"scene": ("a.glb", b"glTF"), "overrides": ("a.toml", KEEP)}
+    assert "overrides" in faults(service.http.post("/v1/scenes", files=scene))
+
+
 def test_a_scene_comes_as_one_file(service):
     job = service.post("/v1/scenes?filename=city.zip&budget=16", b"PK").json()
     assert (job["kind"], job["options"]["budget"], job["options"]["width"]) == ("scene", 16, 8)
@@ -194,6 +292,7 @@ def test_a_result_that_does_not_come_in_time_leaves_the_job(service):
     [
         ("unreadable-mesh", 400, "unreadable-mesh"),
         ("invalid-options", 422, "invalid-options"),
+        ("invalid-overrides", 400, "invalid-overrides"),
         ("disk-full", 507, "disk-full"),
         ("unavailable", 503, "not-ready"),
         ("out-of-memory", 500, "job-failed"),

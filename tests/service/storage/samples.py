@@ -26,7 +26,7 @@ def blob(text: str) -> Blob:
 
 
 def mesh(text: str = "a cube") -> JobFile:
-    return JobFile("input/mesh.obj", blob(text), "model/obj", is_input=True)
+    return JobFile("input/mesh.obj", blob(text), "model/obj", is_input=True, label="cube.obj")
 
 
 def results(text: str = "a result") -> list[JobFile]:

@@ -13,6 +13,7 @@ from starlette.requests import ClientDisconnect, Request
 from service.errors import (
     BadRequestError,
     InvalidOptionsError,
+    InvalidOverridesError,
     ServiceError,
     TooLargeError,
     UnreadableMeshError,
@@ -28,6 +29,7 @@ from tests.service.storage.blob_store_contract import blob_of
 
 MESH = Wanted("mesh", (".glb", ".obj", ".ply", ".stl"))
 OCCLUDER = Wanted("occluder", (".glb", ".obj"))
+OVERRIDES = Wanted("overrides", (".toml",), needed=False, largest=10, fault=InvalidOverridesError)
 BOUNDARY = "a-boundary"
 
 
@@ -69,6 +71,7 @@ def part(name, content=b"", filename=None, **headers):
 
 
 END = f"--{BOUNDARY}--\r\n".encode()
+GOOD = part("mesh", b"x", "a.obj")
 
 
 def form(*parts, **headers):
@@ -83,7 +86,7 @@ def test_a_body_is_stored_as_it_is(store):
         {"mesh": Upload("mesh", "castle.OBJ", ".obj", blob_of(b"o castle"))}, {}
     )
     assert uploads.files["mesh"].job_file == JobFile(
-        "input/mesh.obj", blob_of(b"o castle"), "model/obj", is_input=True
+        "input/mesh.obj", blob_of(b"o castle"), "model/obj", is_input=True, label="castle.OBJ"
     )
 
 
@@ -134,6 +137,35 @@ def test_parts_go_where_they_belong(store):
     }
 
 
+def test_a_file_that_may_be_missing_is_stored_where_it_comes(store):
+    wanted = (MESH, OVERRIDES)
+    assert set(received(store, request_of([b"x"], "filename=a.obj"), wanted).files) == {"mesh"}
+    assert set(received(store, form(GOOD), wanted).files) == {"mesh"}
+    for label in ("keep.overrides.toml", "keep"):
+        more = part("overrides", b"0123456789", label, Content_Type="application/toml")
+        files = received(store, form(more, GOOD), wanted).files
+        assert files["overrides"].job_file == JobFile(
+            "input/overrides.toml", blob_of(b"0123456789"), "application/toml", True, label
+        )
+
+
+@pytest.mark.parametrize(
+    ("content", "label", "kind", "said"),
+    [
+        (b"0123456789a", "a.toml", TooLargeError, "'overrides' may have 10 bytes"),
+        (b"", "a.toml", InvalidOverridesError, "the overrides file is empty"),
+        (b"x", "a.json", UnsupportedMediaTypeError, "told by the name 'a.json'"),
+    ],
+)
+def test_it_has_limits_of_its_own(store, tmp_path, content, label, kind, said):
+    more = part("overrides", content, label)
+    with pytest.raises(kind, match=said) as caught:
+        received(store, form(GOOD, more, part("asset", b"x" * 100)), (MESH, OVERRIDES))
+    assert caught.value.remedy
+    assert caught.value.headers["Connection"] == "close"
+    assert list((tmp_path / "drafts").iterdir()) == []
+
+
 # What looks like a boundary, or nearly.
 TOKENS = [b"\r\n", b"\r", b"\n", b"--", f"\r\n--{BOUNDARY[:-1]}".encode(), b"--x", b"\0" * 50]
 
@@ -158,7 +190,6 @@ def test_however_the_body_is_cut_the_same_is_stored(store):
 
 
 FORM = "multipart/form-data; boundary=a-boundary"
-GOOD = part("mesh", b"x", "a.obj")
 REFUSED = {
     "no boundary": (BadRequestError, "no boundary", "multipart/form-data", GOOD + END),
     "too long a boundary": (BadRequestError, "malformed", f"{FORM}{'x' * 300}", GOOD + END),

@@ -39,7 +39,7 @@ def jobs_of(page: Page) -> Locator:
     return page.get_by_role("region", name="Job")
 
 
-def submit(page: Page, address: str, path: Path, **more: str) -> Locator:
+def submit(page: Page, address: str, path: Path | list[Path], **more: str) -> Locator:
     """The panel of the job that comes of it."""
     page.goto(f"{address}/submit")
     page.get_by_label("Meshes").set_input_files(path)
@@ -138,6 +138,73 @@ def test_a_broken_mesh_explains_itself(page: Page, working: str, tmp_path: Path)
     expect(fault).to_contain_text("The mesh cannot be read", timeout=PATIENCE)
     expect(fault).to_contain_text("broken.glb: the file is truncated: 16 of 65535 bytes are there.")
     expect(fault).to_contain_text("What to do: Copy or export it again.")
+
+
+KEEP = '[[open]]\nname = "gate"\ncenter = [0, 2.4, 28]\nsize = [4.2, 4.8, 11]\n'
+
+
+@pytest.mark.vital
+def test_overrides_go_along_with_their_mesh_and_are_kept(
+    page: Page, working: str, mesh: Path, tmp_path: Path
+) -> None:
+    keep = tmp_path / "castle.overrides.toml"
+    keep.write_text(KEEP)
+    job = submit(page, working, [keep, mesh], Budget="13")
+    expect(page.get_by_role("row", name="castle.overrides.toml")).to_contain_text("sent")
+    expect(job.get_by_role("status")).to_have_text("succeeded", timeout=PATIENCE)
+    job.get_by_role("link", name="See the job").click()
+    with page.expect_download() as download:
+        page.get_by_role("link", name="with overrides").click()
+    assert download.value.path().read_text() == KEEP
+    expect(page.get_by_role("link", name="input/overrides.toml")).to_be_visible()
+    page.get_by_role("link", name="Run again with other settings").click()
+    expect(page.get_by_role("link", name="its overrides")).to_be_visible()
+    page.get_by_label("Budget", exact=True).fill("15")
+    page.get_by_role("button", name="Run again").click()
+    again = jobs_of(page).first
+    expect(again.get_by_role("status")).to_have_text("succeeded", timeout=PATIENCE)
+    again.get_by_role("link", name="See the job").click()
+    expect(page.get_by_role("link", name="with overrides")).to_be_visible()
+
+
+def test_overrides_without_their_mesh_are_told(page: Page, working: str, tmp_path: Path) -> None:
+    for name in ("tower.obj", "tower.ply", "tower.overrides.toml", "keep.toml"):
+        (tmp_path / name).write_text(KEEP)
+    page.goto(f"{working}/submit")
+    row = page.get_by_role("row", name="tower.overrides.toml")
+    chooser, send = page.get_by_label("Meshes"), page.get_by_role("button", name="Submit")
+    chooser.set_input_files([tmp_path / "tower.overrides.toml", tmp_path / "keep.toml"])
+    lone = "Its mesh is not here. Choose tower.glb, or tower in another format, as well."
+    expect(row.get_by_role("alert")).to_have_text(lone)
+    expect(page.get_by_role("row", name="keep.toml").get_by_role("alert")).to_have_text(
+        "Overrides are named after their mesh: castle.overrides.toml for castle.glb."
+    )
+    expect(send).to_be_disabled()
+    page.get_by_role("button", name="Remove keep.toml").click()
+    chooser.set_input_files([tmp_path / "tower.obj", tmp_path / "tower.ply"])
+    expect(row).to_contain_text("goes with tower.obj, tower.ply")
+    expect(send).to_be_enabled()
+    chooser.set_input_files(tmp_path / "tower.overrides.toml")  # anew, in place of the first
+    expect(row).to_have_count(1)
+    page.get_by_role("button", name="Remove tower.obj").click()
+    expect(row).to_contain_text("goes with tower.ply")
+    page.get_by_role("button", name="Remove tower.ply").click()
+    expect(row.get_by_role("alert")).to_have_text(lone)
+    for size in (DESKTOP, TABLET):
+        page.set_viewport_size(size)
+        assert faint_texts(page) == []
+        assert not overflows(page)
+
+
+def test_broken_overrides_explain_themselves(
+    page: Page, working: str, mesh: Path, tmp_path: Path
+) -> None:
+    keep = tmp_path / "castle.overrides.toml"
+    keep.write_text(f"{KEEP}\n[[box]]\ncentre = [0, 0, 0]\n")
+    fault = submit(page, working, [mesh, keep]).get_by_role("alert")
+    expect(fault).to_contain_text("The overrides cannot be used", timeout=PATIENCE)
+    expect(fault).to_contain_text("castle.overrides.toml:7: there is no key 'centre' in [[box]].")
+    expect(fault).to_contain_text("What to do: Choose from name, center, size")
 
 
 def test_a_fault_stands_beside_its_setting_as_one_types(

@@ -13,10 +13,15 @@ from service.engines.work.refusals import refusals
 from service.engines.worker import TaskCancelledError, TaskFailedError
 from service.jobs.job import JobKind
 
-INPUTS = {"mesh": "/data/job/input/mesh.obj", "occluder": "/data/job/input/occluder.stl"}
+INPUTS = {
+    "mesh": "/data/job/input/mesh.obj",
+    "occluder": "/data/job/input/occluder.stl",
+    "overrides": "/data/job/input/overrides.toml",
+}
 TASK = Task(
-    JobKind.EVALUATION, "cat.obj", {}, INPUTS, "/data/job/results", "/data/job/scratch", 1, 1, 1
-)
+    JobKind.EVALUATION, "cat.obj", {}, INPUTS, "/data/job/results", "/data/job/scratch", 1, 1, 1,
+    {"mesh": "cat.obj", "occluder": "cat.obj", "overrides": "cat.overrides.toml"},
+)  # fmt: skip
 
 NOTHING = simplifier.Occluder(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))
 
@@ -32,6 +37,7 @@ def failure_of(error):
     [
         (INPUTS["mesh"], "cat.obj: what"),
         (INPUTS["occluder"], "occluder: what"),
+        (f"{INPUTS['overrides']}:7", "cat.overrides.toml:7: what"),
         ("/data/job/scratch/unpacked/town/a.obj", "cat.obj/town/a.obj: what"),
         ("", "what"),
     ],
@@ -47,6 +53,7 @@ def test_files_have_the_names_that_their_owner_knows(where, words):
         (simplifier.UnknownFormatError("x"), "unreadable-mesh"),
         (simplifier.EmptyMeshError("x"), "unreadable-mesh"),
         (simplifier.OptionError("x", where="budget"), "invalid-options"),
+        (simplifier.OverridesError("x"), "invalid-overrides"),
         (simplifier.BackendUnavailableError("x"), "unavailable"),
         (OSError(errno.ENOSPC, "no space"), "disk-full"),
     ],

@@ -4,6 +4,7 @@ extends EditorScenePostImport
 ##
 ## Choose this file as "Import Script" of a scene in the Import dock.  All meshes of the scene
 ## become one OccluderInstance3D below its root, in the root's space: metres, +y up, as they are.
+## Surfaces with a transparent material are left out, for they must hide nothing.
 ## Another budget for some scenes: a script that extends this one and sets [member budget] in
 ## [code]_init[/code].
 
@@ -17,7 +18,7 @@ var options: PackedStringArray = []
 func _post_import(scene: Node) -> Object:
 	var triangles := _triangles_of(scene, Transform3D.IDENTITY)
 	if triangles.is_empty():
-		push_warning("%s: it has no meshes to make an occluder of" % get_source_file())
+		push_warning("%s: it has no opaque mesh to make an occluder of" % get_source_file())
 		return scene
 	var occluder := _made_of(triangles)
 	if occluder != null:
@@ -29,16 +30,32 @@ func _post_import(scene: Node) -> Object:
 	return scene
 
 
-## Corners of all triangles below a node, three by three, in the space that [param above] leads to.
+## Corners of all opaque triangles below a node, three by three, in the space that [param above]
+## leads to.
 func _triangles_of(node: Node, above: Transform3D) -> PackedVector3Array:
 	var place := above
 	if node is Node3D and node.get_parent() != null:
 		place = above * (node as Node3D).transform
 	var found := PackedVector3Array()
 	if node is MeshInstance3D and (node as MeshInstance3D).mesh != null:
-		found = place * (node as MeshInstance3D).mesh.get_faces()
+		found = place * _opaque_triangles(node as MeshInstance3D)
 	for child in node.get_children():
 		found.append_array(_triangles_of(child, place))
+	return found
+
+
+## Corners of the triangles that one cannot see through, three by three, in the mesh's own space.
+func _opaque_triangles(instance: MeshInstance3D) -> PackedVector3Array:
+	var found := PackedVector3Array()
+	for surface in instance.mesh.get_surface_count():
+		var material := instance.get_active_material(surface) as BaseMaterial3D
+		if material != null and material.transparency != BaseMaterial3D.TRANSPARENCY_DISABLED:
+			continue
+		var tool := SurfaceTool.new()
+		tool.create_from(instance.mesh, surface)
+		if tool.get_primitive_type() == Mesh.PRIMITIVE_TRIANGLES:
+			tool.deindex()
+			found.append_array(tool.commit_to_arrays()[Mesh.ARRAY_VERTEX])
 	return found
 
 

@@ -77,7 +77,7 @@ _UNUSABLE = ("non_finite", "repeated_index", "zero_area")
 class Omitted:
     """Triangles of a file that were not taken: what they are called, why, and how many.
 
-    ``see_through``  whether for that; else the user ignores them.
+    ``see_through``  whether for that; else the user ignores them, or they are an occluder already.
     """
 
     name: str

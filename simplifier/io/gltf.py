@@ -66,7 +66,7 @@ def _embedded(root: JsonObject) -> int | None:
 def labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
     """As :func:`decode`, with the names of nodes, meshes and materials."""
     buffers = Buffers(open_document(data, str(path)), path)
-    instances = list_instances(buffers).shown()
+    instances = list_instances(buffers)
     meshes: dict[int, tuple[FloatArray, IndexArray]] = {}
     kinds: dict[int, list[tuple[str, bool, int]]] = {}
     for mesh in _used(instances):
@@ -77,10 +77,12 @@ def labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
     vertices, faces = _placed(meshes, instances, str(path))
     names = {mesh: mesh_name(buffers.document.root, mesh) for mesh in meshes}
     labels, counts = [], []
-    for owner, mesh in zip(instances.owners, instances.mesh_of.tolist(), strict=True):
+    for owner, mesh, is_occluder in zip(
+        instances.owners, instances.mesh_of.tolist(), instances.occluders().tolist(), strict=True
+    ):
         objects = tuple(dict.fromkeys(name for name in (owner, names[mesh]) if name))
         for material, see_through, count in kinds[mesh]:
-            labels.append(Label(objects, material, see_through))
+            labels.append(Label(objects, material, see_through, is_occluder))
             counts.append(count)
     return Labelled(vertices, faces, labels, counts)
 
@@ -128,7 +130,7 @@ def objects(data: bytes, path: Path, see_through: bool) -> Objects:
     :func:`decode` refuses, but there is no limit on what the instances add up to.
     """
     buffers = Buffers(open_document(data, str(path)), path)
-    instances = list_instances(buffers, lenient=True).shown()
+    instances = list_instances(buffers, lenient=True)
     used, mesh_of = np.unique(instances.mesh_of, return_inverse=True)
     found = [read_gltf_mesh(buffers, mesh) for mesh in used.tolist()]
     left_out = [[one for one in parts if one.see_through and not see_through] for parts in found]
@@ -136,7 +138,10 @@ def objects(data: bytes, path: Path, see_through: bool) -> Objects:
         joined([one for one in parts if see_through or not one.see_through]) for parts in found
     ]
     counts = [sum(len(one.faces) for one in parts) for parts in left_out]
-    return Objects(instances.names, meshes, mesh_of.reshape(-1), instances.transforms, counts)
+    places = mesh_of.reshape(-1)
+    return Objects(
+        instances.names, meshes, places, instances.transforms, counts, instances.occluders()
+    )
 
 
 def external(data: bytes, path: Path) -> list[str]:

@@ -36,16 +36,11 @@ class Instances:
     mesh_of: NDArray[np.int64]
     transforms: FloatArray
 
-    def shown(self) -> Instances:
-        """Those that a viewer is to see: not the meshes of nodes "...-occonly", which Godot makes
-        occluders of; all where there are no others."""
-        kept = [i for i, owner in enumerate(self.owners) if not owner.endswith("-occonly")]
-        if len(kept) in (0, len(self.owners)):
-            return self
-        return Instances(
-            [self.names[i] for i in kept], [self.owners[i] for i in kept], self.mesh_of[kept],
-            self.transforms[kept],
-        )  # fmt: skip
+    def occluders(self) -> NDArray[np.bool_]:
+        """(n,) those that a viewer is not to see: the meshes of nodes "...-occonly", which Godot
+        makes occluders of; none where there are no others."""
+        found = np.array([owner.endswith("-occonly") for owner in self.owners], dtype=np.bool_)
+        return found & (not found.all())
 
 
 @dataclass(frozen=True, eq=False)

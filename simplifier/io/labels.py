@@ -26,11 +26,13 @@ class Label:
     ``objects``      names of what they belong to, the first for messages; empty ones count not.
     ``material``     its name, empty without one.
     ``see_through``  whether what is behind can be seen through it.
+    ``occluder``     whether it is an occluder already, which viewers do not see.
     """
 
     objects: tuple[str, ...] = ()
     material: str = ""
     see_through: bool = False
+    occluder: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +92,8 @@ def _reason(label: Label, ignore: Ignore) -> tuple[str, bool] | None:
         for name in label.objects:
             if pattern.matches([name]):
                 return f"mesh '{name}'", False
+    if label.occluder:
+        return f"occluder '{label.objects[0]}'", False
     if not (label.see_through and ignore.see_through):
         return None
     return f"material '{label.material}'", True

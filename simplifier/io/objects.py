@@ -23,6 +23,7 @@ class Objects:
     ``mesh_of``     (n,) int64, places in ``meshes``.
     ``transforms``  (n, 4, 4) float64, from the mesh's space to the world (column vectors).
     ``see_through``  how many triangles of each mesh were left out for that.
+    ``occluders``   (n,) bool, which are occluders already, that viewers do not see.
     """
 
     names: list[str]
@@ -30,11 +31,15 @@ class Objects:
     mesh_of: NDArray[np.int64]
     transforms: FloatArray
     see_through: list[int]
+    occluders: NDArray[np.bool_]
 
     @classmethod
     def one(cls, name: str, mesh: RawMesh, see_through: int = 0) -> Objects:
         """A single object that stands where its mesh says."""
-        return cls([name], [mesh], np.zeros(1, dtype=np.int64), np.eye(4)[None], [see_through])
+        return cls(
+            [name], [mesh], np.zeros(1, dtype=np.int64), np.eye(4)[None], [see_through],
+            np.zeros(1, dtype=np.bool_),
+        )  # fmt: skip
 
     @classmethod
     def joined(cls, parts: Sequence[Objects]) -> Objects:
@@ -47,4 +52,5 @@ class Objects:
             np.concatenate([np.empty(0, dtype=np.int64), *places]),
             np.concatenate([np.empty((0, 4, 4)), *(part.transforms for part in parts)]),
             [count for part in parts for count in part.see_through],
+            np.concatenate([np.empty(0, dtype=np.bool_), *(part.occluders for part in parts)]),
         )

@@ -145,8 +145,8 @@ def _nodes(scene: Scene, transforms: FloatArray) -> tuple[list[dict[str, Any]], 
         own = transform
         if split:
             outer, own = _without_shear(transform)
-            nodes.append({"matrix": _columns(outer), "children": [len(nodes) + 1]})
-        nodes.append({"name": name, "mesh": mesh, "matrix": _columns(own)})
+            nodes.append({**_place(outer), "children": [len(nodes) + 1]})
+        nodes.append({"name": name, "mesh": mesh, **_place(own)})
     return nodes, roots
 
 
@@ -167,5 +167,8 @@ def _without_shear(transform: FloatArray) -> tuple[FloatArray, FloatArray]:
     return outer, inner
 
 
-def _columns(transform: FloatArray) -> list[float]:
-    return [float(value) for value in transform.T.ravel()]
+def _place(transform: FloatArray) -> dict[str, list[float]]:
+    """The members of a node that tell its transform, none where it has none."""
+    if (transform == np.eye(4)).all():
+        return {}
+    return {"matrix": [float(value) for value in transform.T.ravel()]}

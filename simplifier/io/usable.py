@@ -21,6 +21,9 @@ _NO_TRIANGLE = (
     "no triangle with a finite, non-zero area; export with faces, or take it off the scene"
 )
 _SEE_THROUGH = f"all of it is see-through; {KEEP}"
+_OCCLUDER = (
+    "an occluder already, as its name ends in '-occonly'; rename its node if it is to be shown"
+)
 _NOT_FINITE = "a transform that is not finite; repair the matrix or scale of its node or parents"
 _NOT_AFFINE = "a matrix whose last row is not 0 0 0 1; take the projection out of its node"
 _FLATTENED = "a transform that flattens it; give its node a scale that is not 0 on any axis"
@@ -41,6 +44,8 @@ def usable_scene(objects: Objects, where: str) -> Scene:
     for place in np.nonzero(see_through)[0].tolist():
         if faults[place] == _NO_TRIANGLE:
             faults[place] = _SEE_THROUGH
+    for place in np.nonzero(objects.occluders)[0].tolist():
+        faults[place] = _OCCLUDER
     left_out = _left_out(names, faults)
     warnings += left_out
     good = np.array([not fault for fault in faults], dtype=np.bool_)

@@ -75,6 +75,25 @@ def test_the_original_is_in_the_file(mesh, tmp_path, how):
     assert json.loads((tmp_path / "r.json").read_text())["recall"] > 0.5
 
 
+def test_an_occluder_of_an_earlier_run_is_left_out_and_told(mesh, tmp_path):
+    both = made(mesh, tmp_path / "both.glb", "--with-original", "godot")
+    report = tmp_path / "r.json"
+    done = occluder("simplify", both, "-o", tmp_path / "a.glb", *QUICK, "--report", report)
+    assert done.returncode == 0, done.stderr
+    count = len(load_occluder(both).faces)
+    told = f"{count} ignored triangles were left out (occluder 'castle-occonly')"
+    assert f"warning: {told}" in done.stderr
+    (omitted,) = json.loads(report.read_text())["input"]["omitted"]
+    assert omitted == {
+        "name": "occluder 'castle-occonly'",
+        "see_through": False,
+        "triangles": count,
+    }
+    assert told in json.loads(report.read_text())["warnings"]
+    plain = made(mesh, tmp_path / "b.glb")
+    assert plain.read_bytes() == (tmp_path / "a.glb").read_bytes()
+
+
 def test_levels_and_the_original_exclude_each_other(mesh, tmp_path):
     done = occluder(
         "simplify", mesh, "-o", tmp_path / "a.glb", *QUICK, "--lods", "2", "--with-original", "lod"

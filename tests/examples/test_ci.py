@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
+import shutil
 import subprocess
 import sys
+import tomllib
 
 import pytest
 import yaml
@@ -106,6 +109,8 @@ def test_the_workflow_runs_the_script_with_the_branch_that_the_change_goes_into(
 
 
 HOOKS = yaml.safe_load((ROOT / ".pre-commit-hooks.yaml").read_text())
+SCRIPTS = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]
+PRE_COMMIT = shutil.which("pre-commit")
 
 
 def test_hooks_have_what_pre_commit_asks_for():
@@ -113,7 +118,47 @@ def test_hooks_have_what_pre_commit_asks_for():
     for hook in HOOKS:
         assert {"id", "name", "entry", "language"} <= set(hook)
         assert hook["pass_filenames"] is False
-        assert all(suffix[1:] in hook["files"] for suffix in MESH_SUFFIXES)
+        assert shlex.split(hook["entry"])[0] in SCRIPTS
+
+
+@pytest.mark.parametrize("hook", HOOKS, ids=lambda hook: hook["id"])
+@pytest.mark.parametrize("suffix", [*MESH_SUFFIXES, ".bin", ".mtl", ".lock", ".overrides.toml"])
+def test_a_hook_sees_all_that_a_check_depends_on(hook, suffix):
+    assert re.search(hook["files"], f"art/castle{suffix}")
+
+
+@pytest.mark.skipif(not PRE_COMMIT, reason="pre-commit is not installed")
+def test_pre_commit_runs_the_hooks(repository, path, tmp_path_factory):
+    hooks = tmp_path_factory.mktemp("hooks")
+    shutil.copy(ROOT / ".pre-commit-hooks.yaml", hooks)
+    git(hooks, "init", "-q", "-b", "main")
+    git(hooks, "add", ".")
+    git(hooks, "commit", "-q", "-m", "hooks")
+    used = [{"id": hook["id"], "language": "system"} for hook in HOOKS]
+    config = {"repos": [{"repo": str(hooks), "rev": "main", "hooks": used}]}
+    (repository / ".pre-commit-config.yaml").write_text(yaml.safe_dump(config))
+    git(repository, "add", ".")
+    home = str(tmp_path_factory.mktemp("pre-commit"))
+
+    def runs(hook):
+        done = subprocess.run(
+            [PRE_COMMIT, "run", hook, "--all-files", "--color", "never"], cwd=repository,
+            env=environment(PATH=path, PRE_COMMIT_HOME=home), capture_output=True, text=True,
+            timeout=120, check=False,
+        )  # fmt: skip
+        return done.returncode, done.stdout
+
+    assert runs("occluder-build-check")[0] == 0
+    (repository / "occluders.toml").write_text(MANIFEST.format(budget=32, loss=0.005))
+    status, said = runs("occluder-build-check")
+    assert status == 1
+    assert "error: torus.ply: stale: budget was 64 and is 32" in said
+    git(repository, "add", ".")
+    status, said = runs("occluder-build")
+    assert status == 1
+    assert "files were modified by this hook" in said
+    git(repository, "add", ".")
+    assert [runs(hook["id"])[0] for hook in HOOKS] == [0, 0]
 
 
 @pytest.mark.parametrize("hook", HOOKS, ids=lambda hook: hook["id"])

@@ -199,6 +199,29 @@ Tr 0.5
 """
 
 
+def test_an_occluder_for_godot_is_left_out_and_told(tmp_path):
+    """Of an earlier run, or by hand: it is no part of what is shown."""
+    builder = gltf_of(["stone", "glass"], name="rock")
+    builder.node(mesh=0, name="rock-occonly", translation=[0.0, 0.0, 5.0])
+    path = write(tmp_path / "a.glb", builder.glb())
+    found = load_mesh(path)
+    assert heights(found) == [0.0]
+    assert [(one.name, one.see_through, one.triangles) for one in found.omitted] == [
+        ("material 'glass'", True, 1), ("occluder 'rock-occonly'", False, 2),
+    ]  # fmt: skip
+    assert heights(load_mesh(path, transparent="keep")) == [0.0, 1.0]
+    scene = load_scene(path)
+    assert scene.names == ("rock",)
+    assert "object 'rock-occonly' left out: an occluder already" in scene.warnings[0]
+
+
+def test_occluders_alone_are_a_mesh(tmp_path):
+    path = write(tmp_path / "a.glb", gltf_of(["stone"], name="rock-occonly").glb())
+    found = load_mesh(path)
+    assert (heights(found), found.omitted) == ([0.0], ())
+    assert load_scene(path).warnings == ()
+
+
 def obj(tmp_path, text=OBJ, mtl=MTL):
     (tmp_path / "my materials.mtl").write_text(mtl)
     path = tmp_path / "a.obj"

@@ -34,6 +34,7 @@ def check_built_scene(case: Case, folder: Path) -> None:
         mesh_of_object,
         np.array(case["transforms"], dtype=np.float64).reshape(-1, 4, 4),
         [0] * len(meshes),
+        np.zeros(len(mesh_of_object), dtype=np.bool_),
     )
     scene = usable_scene(objects, "case")
     check_scene(scene)

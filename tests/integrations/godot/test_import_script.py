@@ -1,7 +1,4 @@
-"""The Godot import script: its grammar, and the command as the script calls it.
-
-There is no Godot here that could run it.
-"""
+"""The Godot import script without Godot: its grammar, and the command as the script calls it."""
 
 from __future__ import annotations
 

@@ -17,6 +17,7 @@ from simplifier import (
     SimplifyOptions,
     __version__,
 )
+from simplifier.plugin_commands import overrides_beside
 
 if TYPE_CHECKING:
     from service.client import Client, RemoteJob
@@ -62,7 +63,8 @@ class RemoteMaker:
         asked = _asked(job.options)
         _check_plain(job)
         try:
-            done = self._ended(self._client.submit(job.mesh, options=asked))
+            by_hand = overrides_beside(job.mesh)
+            done = self._ended(self._client.submit(job.mesh, overrides=by_hand, options=asked))
             report = self._client.result(done.id).report
             for target in job.targets:
                 self._fetch(done.id, target.draft, job.options.levels is not None)

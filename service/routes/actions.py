@@ -11,8 +11,11 @@ from typing import Any
 
 from service.access.key import Caller
 from service.errors import ConflictError
-from service.jobs.job import Job, JobFile, JobKind, JobState, Submission
+from service.jobs.job import Job, JobKind, JobState, Submission
 from service.routes.services import Services
+
+_SWEPT = ("input/mesh.", "input/overrides.")
+"""Of a run's inputs: it may be that of an occluder that was made elsewhere."""
 
 
 def cancel(services: Services, caller: Caller, job_id: str) -> Job:
@@ -62,7 +65,7 @@ def sweep(
     options: Mapping[str, Any],
     key: str | None = None,
 ) -> Job:
-    """Measure speed against accuracy on the mesh of an asset's latest run."""
+    """Measure speed against accuracy on the mesh of an asset's latest run, with its overrides."""
     resolved = services.tables[JobKind.TRADEOFF].read(options)
     asset = services.assets.asset(caller.tenant, asset_id)
     if asset.latest is None or asset.latest.kind is JobKind.SCENE:
@@ -87,7 +90,7 @@ def _once_more(
         inputs = tuple(
             file
             for file in services.jobs.files(job.id)
-            if file.is_input and (not sweeps or _is_mesh(file))
+            if file.is_input and (not sweeps or file.name.startswith(_SWEPT))
         )
         try:
             for file in inputs:
@@ -109,7 +112,3 @@ def _once_more(
     if new:
         services.taken(again)
     return again
-
-
-def _is_mesh(file: JobFile) -> bool:
-    return file.name.startswith("input/mesh.")

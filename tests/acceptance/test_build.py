@@ -233,6 +233,7 @@ output = "made/{name}.obj"
 def test_a_service_makes_the_same_bytes(folder, tmp_path_factory):
     declared = os.pathsep.join([str(declare(tmp_path_factory.mktemp("declared"))), str(ROOT)])
     (folder / "occluders.toml").write_text(SERVED)
+    (folder / "props/torus.overrides.toml").write_text(BY_HAND)
     here = tmp_path_factory.mktemp("here")
     for name, data in contents(folder).items():
         (here / name).parent.mkdir(exist_ok=True)

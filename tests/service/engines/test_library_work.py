@@ -243,6 +243,14 @@ def test_a_tradeoff_measures_settings_and_tells_how_many_are_done(place, ball):
     assert tells_no_path(place, [results["tradeoff.html"].decode(), repr(job.summary)])
 
 
+def test_overrides_hold_for_a_tradeoff(place, ball):
+    files = {"input/mesh.obj": ball, "input/overrides.toml": DRAWN}
+    id_ = place.submit_files(JobKind.TRADEOFF, files, {**SWEEP, "budgets": [8]}, name="ball.obj")
+    job = place.end_of(id_, 60.0)
+    assert job.failure.detail.startswith("no setting could be measured: ")
+    assert "12 that the overrides draw" in job.failure.detail
+
+
 def test_a_tradeoff_ends_when_it_is_cancelled(place, ball):
     slow = {**SWEEP, "times": [60.0], "repeats": 1000}
     id_ = place.submit_files(JobKind.TRADEOFF, {"input/mesh.obj": ball}, slow, name="ball.obj")

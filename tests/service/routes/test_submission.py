@@ -143,13 +143,13 @@ def test_done_again_or_with_other_options_they_stay(service):
     assert stored["reused"] == again["id"]
 
 
-def test_a_tradeoff_takes_the_mesh_alone(service):
+def test_a_tradeoff_takes_the_mesh_and_its_overrides(service):
     files = {"mesh": ("castle.obj", OBJ), "overrides": ("castle.overrides.toml", KEEP)}
     job = service.http.post("/v1/occluders?asset=kept&budget=23", files=files).json()
     service.hand.begin()
     service.hand.succeed()
     swept = service.http.post(f"/v1/assets/{job['asset']['id']}/tradeoff", json={}).json()
-    assert set(inputs(service, swept)) == {"input/mesh.obj"}
+    assert set(inputs(service, swept)) == {"input/mesh.obj", "input/overrides.toml"}
     service.http.post(swept["links"]["cancel"])
 
 

@@ -20,6 +20,7 @@ from simplifier.geometry.region import Region
 from simplifier.toml_lines import Table, read_toml
 
 _LARGEST = 1e100  # of a coordinate
+_MOST = 1000  # of a kind: each region is held against each part and each voxel
 _BOX = ("name", "center", "size", "rotation", "angle", "axis")
 
 
@@ -51,7 +52,13 @@ def _region(row: Table, title: str) -> Region:
     centre, size = _numbers(row, "center", 3), _numbers(row, "size", 3)
     if not (size > 0.0).all():
         raise _wrong(row, "size", "has an edge that is not above 0", "give three lengths above 0")
-    return Region.of(centre, size, _rotation(row))
+    region = Region.of(centre, size, _rotation(row))
+    if not have_area(region.triangles).all():
+        raise _wrong(
+            row, "center", "is so far off that rounding flattens the size",
+            "give a larger size, or a nearer center",
+        )  # fmt: skip
+    return region
 
 
 def _rotation(row: Table) -> FloatArray:
@@ -118,6 +125,12 @@ def _tables(top: Table, key: str) -> list[Table]:
     found = top.get(key, [])
     if not isinstance(found, list) or not all(isinstance(row, Table) for row in found):
         raise _wrong(top, key, "is no table of its own", f"write [[{key}]]")
+    if len(found) > _MOST:
+        raise OverridesError(
+            f"there are {len(found):,} of [[{key}]]",
+            where=top.where(key, _MOST),
+            remedy=f"keep the {_MOST:,} that matter most",
+        )
     return found
 
 

@@ -118,6 +118,8 @@ BOX = "[[box]]\ncenter = [0, 0, 0]\nsize = [1, 1, 1]\n"
         ("[[box]]\ncenter = [0, 0, nan]\nsize = [1, 1, 1]\n", 2, "'center' is not 3 finite"),
         ("[[box]]\ncenter = [0, 0, true]\nsize = [1, 1, 1]\n", 2, "'center' is not 3 finite"),
         ("[[box]]\ncenter = [0, 0, 0]\nsize = [1, 0, 1]\n", 3, "'size' has an edge that is not"),
+        (BOX.replace("0]", "1e17]"), 2, "'center' is so far off that rounding flattens the size"),
+        (BOX * 1001, 3001, r"there are 1,001 of \[\[box\]\]; keep the 1,000 that matter most"),
         (BOX + "rotation = [0, 0, 0, 2]\n", 4, "'rotation' is no unit quaternion"),
         (BOX + "angle = 3\nrotation = [0, 0, 0, 1]\n", 5, "'rotation' stands beside an angle"),
         (BOX + 'angle = "3"\n', 4, "'angle' is '3'"),

@@ -95,15 +95,18 @@ class Overrides:
     ignore: Ignore = ALL_OPAQUE
 
     def __post_init__(self) -> None:
+        triangles = self.triangles
+        owners = np.repeat(np.arange(len(self.drawn)), [len(one.triangles) for one in self.drawn])
         for one in self.open:
             touch = _TOUCH * float(one.region.half.max())
-            for part in self.drawn:
-                if one.region.crossed_by(part.triangles, touch).any():
-                    raise OverridesError(
-                        f"'{part.name}' reaches into the open region {one}",
-                        where=part.where,
-                        remedy="make one of them smaller",
-                    )
+            crossed = one.region.crossed_by(triangles, touch)
+            if crossed.any():
+                part = self.drawn[owners[crossed.argmax()]]
+                raise OverridesError(
+                    f"'{part.name}' reaches into the open region {one}",
+                    where=part.where,
+                    remedy="make one of them smaller",
+                )
 
     @property
     def triangles(self) -> FloatArray:

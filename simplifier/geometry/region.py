@@ -59,20 +59,28 @@ class Region:
         """
         half = np.maximum(self.half - tolerance, 0.0)
         inside = (triangles - self.centre) @ self.axes.T
-        edges = np.roll(inside, -1, axis=1) - inside
-        # (m, k, 3), in the region's own space; where one vanishes, another separates as well.
-        axes = np.concatenate(
-            [
-                np.broadcast_to(np.eye(3), (len(inside), 3, 3)),
-                np.cross(edges[:, :1], edges[:, 1:2]),
-                *(np.cross(np.eye(3)[axis], edges) for axis in range(3)),
-            ],
-            axis=1,
-        )
-        seen = np.einsum("mki,mci->mkc", axes, inside)
-        reach = np.abs(axes) @ half
-        apart = (seen.min(axis=2) >= reach) | (seen.max(axis=2) <= -reach)
-        return np.asarray(~(apart & (axes != 0.0).any(axis=2)).any(axis=1))
+        # The box's own axes first: they separate most.
+        crossed = ((inside.min(axis=1) < half) & (inside.max(axis=1) > -half)).all(axis=1)
+        crossed[crossed] = _not_apart(inside[crossed], half)
+        return np.asarray(crossed)
+
+
+def _not_apart(inside: FloatArray, half: FloatArray) -> NDArray[np.bool_]:
+    """(m,) which of the triangles (m, 3, 3), in the box's own space, neither their normals nor the
+    products of edges separate from it."""
+    edges = np.roll(inside, -1, axis=1) - inside
+    # (m, k, 3); where one vanishes, another separates as well.
+    axes = np.concatenate(
+        [
+            np.cross(edges[:, :1], edges[:, 1:2]),
+            *(np.cross(np.eye(3)[axis], edges) for axis in range(3)),
+        ],
+        axis=1,
+    )
+    seen = np.einsum("mki,mci->mkc", axes, inside)
+    reach = np.abs(axes) @ half
+    apart = (seen.min(axis=2) >= reach) | (seen.max(axis=2) <= -reach)
+    return np.asarray(~(apart & (axes != 0.0).any(axis=2)).any(axis=1))
 
 
 def _products(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -11,7 +11,8 @@ import pytest
 
 from service.errors import DatabaseDamagedError, DiskFullError, NotReadyError
 from service.jobs.job import Claim, JobState, Summary
-from tests.service.engines.workplace import Workplace, until
+from tests.service.engines.workplace import Workplace
+from tests.waiting import until
 
 MIB = 1 << 20
 

@@ -21,8 +21,9 @@ from service.jobs.job import JobKind, JobState
 from service.jobs.progress import LARGEST_PICTURE
 from simplifier import load_lods, load_occluder, save, simplify
 from tests.acceptance.command import environment
-from tests.service.engines.workplace import Workplace, until
+from tests.service.engines.workplace import Workplace
 from tests.solids import box, sphere
+from tests.waiting import until
 
 MIB = 1 << 20
 DRAFT = {"preset": "draft", "resolution": 24, "moves": 200, "views": 8, "image": 64}
@@ -125,10 +126,10 @@ def test_a_job_that_refines_for_long_sends_pictures_of_the_best_so_far(place, ba
         assert len(png) <= LARGEST_PICTURE
 
 
-def test_a_quick_job_sends_none(place, ball):
+def test_a_job_that_does_not_refine_sends_none(place, ball):
     told = []
-    files = {"input/mesh.obj": ball}
-    id_ = place.submit_files(JobKind.OCCLUDER, files, DRAFT, name="ball.obj", wake=False)
+    files, options = {"input/mesh.obj": ball}, {**DRAFT, "moves": 0}
+    id_ = place.submit_files(JobKind.OCCLUDER, files, options, name="ball.obj", wake=False)
     stop = place.board.listen(id_, lambda _: told.append(place.board.latest(id_)))
     place.engine.wake()
     assert place.end_of(id_, 60.0).state is JobState.SUCCEEDED

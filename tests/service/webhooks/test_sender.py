@@ -18,7 +18,8 @@ from service.settings import Settings
 from service.webhooks.sender import WebhookSender
 from service.webhooks.signing import SignatureError, verify
 from service.webhooks.tenant_secrets import TenantSecrets
-from tests.service.webhooks.receivers import Deliveries, Names, receiving, until
+from tests.service.webhooks.receivers import Deliveries, Names, receiving
+from tests.waiting import until
 
 SECRETS = TenantSecrets(b"m" * 32)
 ENDED = "2024-05-01T12:00:00Z"

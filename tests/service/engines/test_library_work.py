@@ -204,23 +204,25 @@ def test_too_fine_a_grid_ends_for_want_of_memory_and_the_next_job_is_done(place,
     assert occluder_job(place, ball).state is JobState.SUCCEEDED
 
 
-def check_cancel(place, stage, files, **options):
-    """A job is cancelled at a stage and ends."""
-    id_ = place.submit_files(JobKind.OCCLUDER, files, options, name="heavy")
-    until(lambda: (now := place.board.latest(id_)) and now.stage == stage)
+def end_of_cancelled(place, id_):
     place.jobs.cancel(None, id_)
     place.engine.wake()
-    assert place.end_of(id_).state is JobState.CANCELLED
+    return place.end_of(id_).state
 
 
 def test_cancel_ends_reading_a_large_mesh(place, asset):
-    check_cancel(place, "load", {"input/mesh.ply": asset("dragon_871k.ply").read_bytes()})
+    files = {"input/mesh.ply": asset("dragon_871k.ply").read_bytes()}
+    id_ = place.submit_files(JobKind.OCCLUDER, files, {}, name="heavy")
+    until(lambda: place.job(id_).state is JobState.RUNNING)  # it begins by reading
+    assert end_of_cancelled(place, id_) is JobState.CANCELLED
 
 
 def test_a_long_search_hears_that_it_is_cancelled(place, ball, monkeypatch):
     monkeypatch.setattr("service.engines.attempt._PATIENCE", 600.0)  # the work ends itself
-    files = {"input/mesh.obj": ball}
-    check_cancel(place, "refine", files, preset="best", moves=50_000_000)
+    files, options = {"input/mesh.obj": ball}, {"preset": "best", "moves": 50_000_000}
+    id_ = place.submit_files(JobKind.OCCLUDER, files, options, name="heavy")
+    until(lambda: (now := place.board.latest(id_)) and now.stage == "refine")
+    assert end_of_cancelled(place, id_) is JobState.CANCELLED
 
 
 def test_an_evaluation_judges_what_was_made_elsewhere(place, ball, tmp_path):

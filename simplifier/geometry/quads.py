@@ -11,7 +11,7 @@ from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
 
 FLAT = 1e-6
-"""Of the longest edge of the occluder's box: how far the fourth corner may be off the plane of the others."""
+"""Of the box's longest edge: how far the fourth corner may be off the plane of the others."""
 
 _STRAIGHT = 1e-6  # sine of the least angle at a corner, so that rounding leaves it convex
 

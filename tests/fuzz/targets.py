@@ -96,6 +96,7 @@ READERS = (
     Target("glb", _mesh_file(".glb"), (flip, edit_glb, edit_glb)),
     Target("gltf", _mesh_file(".gltf"), (flip, reword, edit, edit)),
     Target("obj", _mesh_file(".obj"), _TEXT),
+    Target("occ", _mesh_file(".occ"), (flip,)),
     Target("off", _mesh_file(".off"), _TEXT),
     Target("ply", _mesh_file(".ply"), _TEXT),
     Target("stl", _mesh_file(".stl"), _TEXT),

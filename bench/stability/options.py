@@ -1,6 +1,6 @@
 """Options at the ends of their ranges: ``python -m bench.stability.options``.
 
-One solid, a rolling sphere of 20,000 triangles, with one option changed in each row.  Writes
+One solid, a bumpy sphere of 20,000 triangles, with one option changed in each row.  Writes
 ``bench/results/stability_options.csv`` and prints the table as Markdown.
 """
 

@@ -36,7 +36,7 @@ def quick(options: Options) -> Options:
 
 
 def fewer_directions(options: Options) -> list[Options]:
-    """The same with all directions, half of them, and so on down to those of a quick start."""
+    """The same with all directions, half of them, and so on; more than those of a quick start."""
     count = options.sections.directions
     made = []
     while count > QUICK.directions:

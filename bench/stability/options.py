@@ -1,21 +1,18 @@
 """Options at the ends of their ranges: ``python -m bench.stability.options``.
 
-One solid, a rolling sphere of 20,000 triangles, with one option changed in each row.  Writes
+One solid, a bumpy sphere of 20,000 triangles, with one option changed in each row.  Writes
 ``bench/results/stability_options.csv`` and prints the table as Markdown.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
 from bench.meshes import bumpy_sphere
 from bench.record import Row
-from bench.stability.produced import RESULTS, produced_row, record
-from simplifier.warmup import warm_up
+from bench.stability.produced import arguments_of, produced_row, record
 
 
 def cases(longest: float) -> tuple[dict[str, Any], ...]:
@@ -53,13 +50,10 @@ def _word(value: Any) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Parse the command line, measure, write and print."""
-    parser = argparse.ArgumentParser(prog="python -m bench.stability.options")
+    parser = arguments_of("options")
     parser.add_argument("--triangles", type=int, default=20_000, help="of the solid")
-    parser.add_argument("--views", type=int, default=64, help="that accuracy is measured from")
-    parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args(arguments)
-    warm_up()
-    record(rows(given.triangles, given.views), "options", given.out, "lengths are in voxels")
+    record(rows(given.triangles, given.views), "options", given.out)
 
 
 if __name__ == "__main__":

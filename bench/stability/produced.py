@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import time
 from collections.abc import Iterable
 from pathlib import Path
@@ -11,8 +12,17 @@ import simplifier
 from bench.machine import ROOT
 from bench.record import Row, markdown, read_table, told, write_table
 from simplifier.geometry.mesh import TriangleMesh
+from simplifier.warmup import warm_up
 
 RESULTS = ROOT / "bench" / "results"
+
+
+def arguments_of(name: str) -> argparse.ArgumentParser:
+    """What every benchmark that makes such rows is told on its command line."""
+    parser = argparse.ArgumentParser(prog=f"python -m bench.stability.{name}")
+    parser.add_argument("--views", type=int, default=64, help="that accuracy is measured from")
+    parser.add_argument("--out", type=Path, default=RESULTS)
+    return parser
 
 
 def produced_row(mesh: TriangleMesh, case: Row, views: int, options: dict[str, Any]) -> Row:
@@ -43,12 +53,13 @@ def produced_row(mesh: TriangleMesh, case: Row, views: int, options: dict[str, A
     }
 
 
-def record(rows: Iterable[Row], name: str, folder: Path, *remarks: str) -> None:
+def record(rows: Iterable[Row], name: str, folder: Path) -> None:
     """Tell each row, write ``stability_NAME.csv``, print it as Markdown."""
+    warm_up()
     kept = []
     for row in rows:
         print(told(row), flush=True)
         kept.append(row)
     path = folder / f"stability_{name}.csv"
-    write_table(path, kept, f"python -m bench.stability.{name}", *remarks)
+    write_table(path, kept, f"python -m bench.stability.{name}", "lengths are in voxels")
     print(markdown(read_table(path)))

@@ -6,14 +6,11 @@ Needles, sheets, holes of all widths, shells in shells, specks, sponges.  Writes
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
 from bench.record import Row
-from bench.stability.produced import RESULTS, produced_row, record
-from simplifier.warmup import warm_up
+from bench.stability.produced import arguments_of, produced_row, record
 from tests.extremes.shapes import SHAPES
 
 _ALSO: tuple[tuple[str, dict[str, Any]], ...] = (
@@ -45,13 +42,10 @@ def rows(views: int, only: str) -> Iterator[Row]:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Parse the command line, measure, write and print."""
-    parser = argparse.ArgumentParser(prog="python -m bench.stability.shapes")
+    parser = arguments_of("shapes")
     parser.add_argument("--only", default="", metavar="WORD", help="shapes with it in their name")
-    parser.add_argument("--views", type=int, default=64, help="that accuracy is measured from")
-    parser.add_argument("--out", type=Path, default=RESULTS)
     given = parser.parse_args(arguments)
-    warm_up()
-    record(rows(given.views, given.only), "shapes", given.out, "lengths are in voxels")
+    record(rows(given.views, given.only), "shapes", given.out)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
 
 FLAT = 1e-6
-"""Of the occluder's longest edge: how far the fourth corner may be off the plane of the others."""
+"""Of the box's longest edge: how far the fourth corner may be off the plane of the others."""
 
 _STRAIGHT = 1e-6  # sine of the least angle at a corner, so that rounding leaves it convex
 
@@ -63,10 +63,10 @@ def _possible(
 
 
 def _by_edge(faces: IntArray) -> dict[tuple[int, int], list[int]]:
-    """The faces at each edge, whichever way they run along it."""
+    """The faces at each edge, whichever way they run along it; none that repeats a corner."""
     found: defaultdict[tuple[int, int], list[int]] = defaultdict(list)
     for index, face in enumerate(faces.tolist()):
-        for k in range(3):
+        for k in range(3) if len(set(face)) == 3 else ():
             tail, head = sorted((face[k], face[(k + 1) % 3]))
             found[tail, head].append(index)
     return found

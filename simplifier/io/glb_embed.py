@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import base64
 import copy
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +25,7 @@ from simplifier.io.formats import codec_for_reading
 from simplifier.io.glb_meshes import GlbMeshes
 from simplifier.io.glb_writer import occluder_extras
 from simplifier.io.gltf import BEFORE, GENERATOR
-from simplifier.io.gltf_container import open_document, pack_glb
+from simplifier.io.gltf_container import GltfDocument, open_document, pack_glb
 from simplifier.io.gltf_json import JsonObject
 from simplifier.io.gltf_levels import EXTENSION, level_ids
 from simplifier.io.scene_writer import encode_scene
@@ -66,12 +68,24 @@ def with_original(
 def embedded(original: Path, mesh: TriangleMesh, occluder: Occluder, how: Embedding) -> bytes:
     """A GLB of the file ``original``, or of ``mesh`` where that is no glTF, and the occluder.
 
-    Raises :class:`UnreadableMeshError` for an original that changed meanwhile and is damaged now,
-    and :class:`OutputError` where the occluder does not fit float32.
+    Raises :class:`UnreadableMeshError` for an original that is damaged where reading passes over
+    it, and :class:`OutputError` where the occluder does not fit float32.
     """
-    root, binary = _opened(original, mesh)
-    if len(occluder.faces) == 0:
+    document = _opened(original, mesh)
+    level_ids(document.root)  # refuses levels that form a cycle
+    with _damage_told(
+        document.root, "its JSON is not as glTF has it: nothing can be added", "export it again"
+    ):
+        root, binary = _without_earlier(document)
+        if len(occluder.faces):
+            binary = _with_occluder(root, binary, occluder, original.stem, how)
         return pack_glb(root, binary)
+
+
+def _with_occluder(
+    root: dict[str, Any], binary: bytes, occluder: Occluder, stem: str, how: Embedding
+) -> bytes:
+    """Put it into the root, whose file has that ``stem``; the binary chunk with its data."""
     meshes = GlbMeshes()
     node = meshes.add(occluder, {})
     before: dict[str, Any] = {key: len(root.get(key, [])) for key in _ARRAYS}
@@ -86,13 +100,13 @@ def embedded(original: Path, mesh: TriangleMesh, occluder: Occluder, how: Embedd
     if scene is not None:
         before["scene_nodes"] = list(scene["nodes"])
     if how == "godot":
-        node["name"] = f"{original.stem}-occonly"
+        node["name"] = f"{stem}-occonly"
         (scene or _new_scene(root)).setdefault("nodes", []).append(before["nodes"])
     else:
-        node["name"] = f"{original.stem}_lod"
-        _add_level(root, scene or _new_scene(root), before, original.stem)
+        node["name"] = f"{stem}_lod"
+        _add_level(root, scene or _new_scene(root), before, stem)
     root.setdefault("nodes", []).append(node)
-    return pack_glb(root, binary)
+    return binary
 
 
 def external_names(original: Path) -> list[str]:
@@ -105,22 +119,28 @@ def external_names(original: Path) -> list[str]:
     return [uri for uri in uris if isinstance(uri, str) and not uri.startswith("data:")]
 
 
-def _opened(original: Path, mesh: TriangleMesh) -> tuple[dict[str, Any], bytes]:
-    """The JSON and the binary chunk, without an occluder of an earlier run."""
+@contextmanager
+def _damage_told(root: JsonObject, what: str, remedy: str) -> Iterator[None]:
+    """Whatever JSON that is of another shape than it should be makes of the block."""
+    try:
+        yield
+    except (AttributeError, LookupError, RecursionError, TypeError, ValueError):
+        raise root.fail(what, remedy) from None
+
+
+def _opened(original: Path, mesh: TriangleMesh) -> GltfDocument:
     if codec_for_reading(original).external:
         data = read_bytes(original)
     else:
         place = np.zeros(1, dtype=np.int32), np.eye(4)[None]
         data = encode_scene(Scene((mesh,), (original.stem,), *place))
-    document = open_document(data, str(original))
-    level_ids(document.root)  # refuses levels that form a cycle
+    return open_document(data, str(original))
+
+
+def _without_earlier(document: GltfDocument) -> tuple[dict[str, Any], bytes]:
+    """A copy of the JSON, and the binary chunk, without an occluder of an earlier run."""
     root: dict[str, Any] = copy.deepcopy(document.root.members)
-    return _without_earlier(root, document.binary or b"", document.root)
-
-
-def _without_earlier(
-    root: dict[str, Any], binary: bytes, checked: JsonObject
-) -> tuple[dict[str, Any], bytes]:
+    binary = document.binary or b""
     nodes = root.get("nodes", [])
     extras = nodes[-1].get("extras", {}) if nodes and isinstance(nodes[-1], dict) else {}
     if not (isinstance(extras, dict) and extras.get("generator") == GENERATOR):
@@ -128,7 +148,11 @@ def _without_earlier(
     before = extras.get(BEFORE)
     if not isinstance(before, dict):
         return root, binary
-    try:
+    with _damage_told(
+        document.root,
+        "the occluder of an earlier run was changed by another program",
+        "use the original, without an occluder",
+    ):
         for key in _ARRAYS:
             root[key] = root.get(key, [])[: before[key]]
             if not root[key]:
@@ -137,11 +161,6 @@ def _without_earlier(
         if root.get("buffers") and "uri" not in root["buffers"][0]:
             root["buffers"][0]["byteLength"] = before["byte_length"]
         _restore_scene(root, before)
-    except (KeyError, IndexError, TypeError, AttributeError):
-        raise checked.fail(
-            "the occluder of an earlier run was changed by another program",
-            "use the original, without an occluder",
-        ) from None
     return root, binary
 
 
@@ -229,8 +248,9 @@ def _add_level(
     levels = top.setdefault("extensions", {}).setdefault(EXTENSION, {}).setdefault("ids", [])
     levels.append(len(nodes))
     extras = top.get("extras")
-    if isinstance(extras, dict) and "MSFT_screencoverage" in extras:
-        extras["MSFT_screencoverage"].append(0.0)
+    coverage = extras.get("MSFT_screencoverage") if isinstance(extras, dict) else None
+    if isinstance(coverage, list):
+        coverage.append(0.0)
     used = root.get("extensionsUsed")
     before["extensions_used"] = copy.deepcopy(used)
     if EXTENSION not in (used or []):

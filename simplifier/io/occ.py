@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.errors import EmptyMeshError, UnreadableMeshError
+from simplifier.errors import EmptyMeshError, OptionError, UnreadableMeshError
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
@@ -109,22 +109,34 @@ def decode_lods(data: bytes, path: Path) -> LodChain:
     """
     where = str(path)
     header, rows = _opened(data, where)
-    lens = Lens(int(header["screen_height"]), float(header["fov"]))
-    pixels = float(header["pixel_error"])
-    if not (lens.rows > 0 and 0.0 < lens.fov < 180.0 and 0.0 < pixels < math.inf):
+    if header["screen_height"] == 0:
         raise UnreadableMeshError(
             "holds no levels of detail",
             where=where,
             remedy="name a file that was written with them",
         )
-    levels = []
+    lens, pixels = _screen(header, where)
+    levels: list[Level] = []
     for index, row in enumerate(rows):
         arrays = _level_arrays(data, header, row, index, where)
         bound, deviation = float(row["error_bound"]), float(row["deviation"])
         if not 0.0 <= deviation < math.inf:
             raise _damaged(f"the deviation of level {index} is {deviation}", where)
+        if levels and bound < levels[-1].error_bound:
+            raise _damaged("the error bounds of its levels fall", where)
         levels.append(Level(_occluder(*arrays, bound, where), int(row["resolution"]), deviation))
     return LodChain(tuple(levels), lens, pixels)
+
+
+def _screen(header: np.void, where: str) -> tuple[Lens, float]:
+    """The lens, and the error in pixels, that the levels are for."""
+    pixels = float(header["pixel_error"])
+    if not 0.0 < pixels < math.inf:
+        raise _damaged(f"its levels are for an error of {pixels} pixels", where)
+    try:
+        return Lens(int(header["screen_height"]), float(header["fov"])), pixels
+    except OptionError as error:
+        raise _damaged(f"its levels are for no screen ({error})", where) from None
 
 
 def _occluder(vertices: FloatArray, faces: IndexArray, error_bound: float, where: str) -> Occluder:

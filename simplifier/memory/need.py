@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Self
 
 GIB = 1 << 30
 MIB = 1 << 20
@@ -38,9 +37,9 @@ class MemoryNeed:
         """The peak in GiB."""
         return self.peak / GIB
 
-    def beside(self, held: int) -> Self:
+    def beside(self, held: int) -> MemoryNeed:
         """The same where so many bytes are held by others all the while."""
-        return type(self)({name: held + count for name, count in self.stages.items()})
+        return MemoryNeed({name: held + count for name, count in self.stages.items()})
 
     def joined(self, other: MemoryNeed) -> MemoryNeed:
         """Of a run that does this and then the other; the larger where both have a stage."""

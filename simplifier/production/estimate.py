@@ -7,12 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
+from simplifier.checks import as_path, check_flag, check_kind
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.io.load import claim_of
 from simplifier.memory.limit import check_need
 from simplifier.memory.need import MemoryNeed
 from simplifier.memory.runs import drawing, judging, loading, showing, simplifying, solidifying
 from simplifier.memory.stages import MeshSize
+from simplifier.needs import size_of
 from simplifier.options import Options
 from simplifier.production.measures import judging_of
 from simplifier.production.options import EvaluateOptions, SimplifyOptions
@@ -38,11 +40,13 @@ def estimate_memory(
     do not fit the mesh.
     """
     chosen = SimplifyOptions() if chosen is None else chosen
+    _check_chosen("chosen", chosen)
+    check_flag("pictures", pictures)
+    check_flag("viewing", viewing)
     if isinstance(mesh, TriangleMesh):
-        size = MeshSize(len(mesh.vertices), len(mesh.faces))
         options = resolved(chosen, float(mesh.extent.max()))
-        return _need(size, mesh.extent, chosen, options, pictures, viewing)
-    claim = claim_of(Path(mesh))
+        return _need(size_of(mesh), mesh.extent, chosen, options, pictures, viewing)
+    claim = claim_of(as_path("mesh", mesh))
     size = MeshSize(claim.vertices, claim.triangles)
     reading = loading(claim.vertices, claim.triangles, claim.decoding)
     rod = np.array([1.0, 0.0, 0.0])
@@ -51,12 +55,18 @@ def estimate_memory(
 
 
 def check_file(
-    path: Path, options: Chosen, *, pictures: bool = False, viewing: bool = False
+    path: str | Path, options: Chosen, *, pictures: bool = False, viewing: bool = False
 ) -> None:
     """Raise :class:`~simplifier.errors.MemoryLimitError` for a file that the options' run would
     need too much memory for, whatever the shape of its grid."""
-    need = estimate_memory(path, options, pictures=pictures, viewing=viewing)
+    _check_chosen("options", options)
+    need = estimate_memory(as_path("path", path), options, pictures=pictures, viewing=viewing)
     check_need(need, options.memory_limit, where=str(path))
+
+
+def _check_chosen(name: str, chosen: Chosen) -> None:
+    kinds = SimplifyOptions | EvaluateOptions
+    check_kind(name, chosen, kinds, "simplifier.SimplifyOptions or EvaluateOptions")
 
 
 def _need(

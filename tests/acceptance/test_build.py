@@ -14,7 +14,8 @@ import simplifier
 from tests import solids
 from tests.acceptance.command import OCCLUDER, ROOT, environment, occluder
 from tests.service.declared import declare
-from tests.service.real import running, until
+from tests.service.real import running
+from tests.waiting import until
 
 QUICK = """
 [defaults]

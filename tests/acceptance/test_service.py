@@ -21,7 +21,8 @@ from service.jobs.job import JobState
 from tests import solids
 from tests.acceptance.command import ROOT, occluder
 from tests.service.declared import declare
-from tests.service.real import BOX, QUICK, running, until
+from tests.service.real import BOX, QUICK, running
+from tests.waiting import until
 
 LONG = {"budget": 11, "preset": "best", "time_limit": 60.0, "views": 4, "image": 32}
 

@@ -12,7 +12,7 @@ import pytest
 import simplifier
 from tests import solids
 from tests.acceptance.command import OCCLUDER, environment
-from tests.service.real import until
+from tests.waiting import until
 
 MANIFEST = """
 [defaults]

@@ -29,6 +29,7 @@ from bench import (
 )
 from bench.methods import OURS
 from bench.peers import PEERS, SLOW_PEERS, occluder_from, prepared
+from simplifier.options import PRESETS
 
 HEADER = ("command: ", "machine: ", "versions: ", "on: ")
 
@@ -41,6 +42,13 @@ def tiny_stand_in(tmp_path, monkeypatch):
     bunny = meshes.STAND_INS[0]
     simplifier.save(simplifier.Occluder(solid.vertices, solid.faces), tmp_path / bunny.file)
     return bunny
+
+
+@pytest.fixture
+def few_moves(monkeypatch):
+    """Presets that are done soon."""
+    for name, effort in PRESETS.items():
+        monkeypatch.setitem(PRESETS, name, replace(effort, moves=effort.moves // 100))
 
 
 def check_table(path, command):
@@ -103,6 +111,7 @@ def test_table_goes_there_and_back(tmp_path):
 
 
 def test_point_measures_its_own_process_only():
+    simplifier.warm_up()  # a process that compiles kernels takes twice the memory
     ballast = np.ones(60_000_000)  # 460 MiB that must not count
     measured = point.measure("simplify", "bumpy-100", 2, budget=4, resolution=8, preset="draft")
     assert ballast.nbytes / 2**20 > 400
@@ -149,6 +158,7 @@ def test_fitted_slope_of_a_power():
     assert growth.fitted_slopes(rows, "budget", "median_s")["m"] == pytest.approx(1.5)
 
 
+@pytest.mark.usefixtures("few_moves")
 def test_occluder_times_skip_what_is_absent(tiny_stand_in, tmp_path, monkeypatch):
     def measured(work, mesh, repeats, **options):
         return point.measured_here(work, mesh, repeats, {**options, "resolution": 8})
@@ -199,6 +209,7 @@ def test_quality_rows(tiny_stand_in, tmp_path, monkeypatch):
     assert {row["method"] for row in read} == {*quick, *PEERS}
 
 
+@pytest.mark.usefixtures("few_moves")
 def test_quality_over_seeds_and_assets(tiny_stand_in, tmp_path):
     rows = list(quality.seed_rows(2, (tiny_stand_in,), views=4, image=32, quads=100))
     assert [row["figure"] for row in rows] == ["precision", "recall"]
@@ -210,6 +221,7 @@ def test_quality_over_seeds_and_assets(tiny_stand_in, tmp_path):
     assert found["broken"]["note"].startswith("refused: ")
 
 
+@pytest.mark.usefixtures("few_moves")
 def test_tradeoff_replaces_what_was_measured_and_nothing_else(tiny_stand_in, tmp_path, monkeypatch):
     docs, results = tmp_path / "docs", tmp_path / "results"
     (docs / "images").mkdir(parents=True)

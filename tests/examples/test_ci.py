@@ -7,7 +7,6 @@ import re
 import shlex
 import shutil
 import subprocess
-import sys
 import tomllib
 
 import pytest
@@ -17,6 +16,7 @@ import simplifier
 from simplifier.suffixes import MESH_SUFFIXES
 from tests import solids
 from tests.acceptance.command import ROOT, environment, occluder
+from tests.integrations.commands import make_command
 
 SCRIPT = ROOT / "examples" / "ci" / "check_occluders.sh"
 MANIFEST = """
@@ -36,11 +36,8 @@ require = {{ max_recall_loss = {loss} }}
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
     """A PATH on which ``occluder`` is this checkout's."""
-    folder = tmp_path_factory.mktemp("bin")
-    command = folder / "occluder"
-    command.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -m simplifier "$@"\n')
-    command.chmod(0o755)
-    return os.pathsep.join([str(folder), os.environ["PATH"]])
+    command = make_command(tmp_path_factory.mktemp("bin"))
+    return os.pathsep.join([str(command.parent), os.environ["PATH"]])
 
 
 @pytest.fixture

@@ -28,7 +28,8 @@ from service.webhooks.tenant_secrets import TenantSecrets
 from tests.acceptance.command import ROOT, environment
 from tests.service.real import BOX, QUICK
 from tests.service.routes.serving import listening
-from tests.service.webhooks.receivers import Deliveries, until
+from tests.service.webhooks.receivers import Deliveries
+from tests.waiting import until
 
 COMMIT = ROOT / "examples" / "webhook_receiver" / "commit.sh"
 

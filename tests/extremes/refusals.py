@@ -45,55 +45,30 @@ def library_errors() -> list[type[OccluderError]]:
     )
 
 
-# --- What raises each; ``folder`` is empty but for "castle.obj", a mesh
+# --- What raises each; ``folder`` is empty
+
+
+def _file(name: str, data: bytes, read: Callable[[Path], object]) -> Callable[[Path], object]:
+    """A file that is read."""
+
+    def written_and_read(folder: Path) -> object:
+        path = folder / name
+        path.write_bytes(data)
+        return read(path)
+
+    return written_and_read
 
 
 def _arrays(folder: Path) -> object:
     return simplifier.TriangleMesh.from_soup([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 3]])
 
 
-def _damaged(folder: Path) -> object:
-    path = folder / "tower.obj"
-    path.write_bytes(b"v 0 0 0\nv 1,5 0 0\nv 0 1 0\nf 1 2 3\n")
-    return simplifier.load(path)
-
-
 def _unknown(folder: Path) -> object:
     return simplifier.load(folder / "castle.fbx")
 
 
-def _empty(folder: Path) -> object:
-    path = folder / "flat.obj"
-    path.write_bytes(b"v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n")
-    return simplifier.load(path)
-
-
 def _unbuilt(folder: Path) -> object:
     return simplifier.load_occluder_tree(folder)
-
-
-def _no_path(folder: Path) -> object:
-    path = folder / "walk.json"
-    path.write_text('{"schema_version": 1, "name": "walk", "frames": []}')
-    return simplifier.load_camera_path(path)
-
-
-def _no_toml(folder: Path) -> object:
-    path = folder / "occluders.toml"
-    path.write_text('[[asset]]\nfiles = "*.glb\n')
-    return read_toml(path)
-
-
-def _overrides(folder: Path) -> object:
-    path = folder / "castle.overrides.toml"
-    path.write_text("[[box]]\ncentre = [0, 0, 0]\nsize = [1, 2, 3]\n")
-    return simplifier.load_overrides(path)
-
-
-def _manifest(folder: Path) -> object:
-    path = folder / "occluders.toml"
-    path.write_text('[defaults]\nbugdet = 64\n\n[[asset]]\nfiles = "*.glb"\n')
-    return read_manifest(path)
 
 
 def _memory(folder: Path) -> object:
@@ -125,14 +100,30 @@ def _cancelled(folder: Path) -> object:
 
 LIBRARY: dict[type[OccluderError], Callable[[Path], object]] = {
     errors.MeshError: _arrays,
-    errors.UnreadableMeshError: _damaged,
+    errors.UnreadableMeshError: _file(
+        "tower.obj", b"v 0 0 0\nv 1,5 0 0\nv 0 1 0\nf 1 2 3\n", simplifier.load
+    ),
     errors.UnknownFormatError: _unknown,
-    errors.EmptyMeshError: _empty,
+    errors.EmptyMeshError: _file(
+        "flat.obj", b"v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n", simplifier.load
+    ),
     errors.SceneError: _unbuilt,
-    errors.UnreadablePathError: _no_path,
-    errors.TomlError: _no_toml,
-    errors.OverridesError: _overrides,
-    errors.ManifestError: _manifest,
+    errors.UnreadablePathError: _file(
+        "walk.json",
+        b'{"schema_version": 1, "name": "walk", "frames": []}',
+        simplifier.load_camera_path,
+    ),
+    errors.TomlError: _file("occluders.toml", b'[[asset]]\nfiles = "*.glb\n', read_toml),
+    errors.OverridesError: _file(
+        "castle.overrides.toml",
+        b"[[box]]\ncentre = [0, 0, 0]\nsize = [1, 2, 3]\n",
+        simplifier.load_overrides,
+    ),
+    errors.ManifestError: _file(
+        "occluders.toml",
+        b'[defaults]\nbugdet = 64\n\n[[asset]]\nfiles = "*.glb"\n',
+        read_manifest,
+    ),
     errors.OptionError: _option,
     errors.MemoryLimitError: _memory,
     errors.BackendUnavailableError: _without_opengl,

@@ -63,12 +63,13 @@ class Call:
 
 @dataclass(frozen=True)
 class Given:
-    """A mesh in memory and, at ``path``, on disk."""
+    """A mesh in memory and, at ``path``, on disk; overrides at ``overrides``."""
 
     folder: Path
     mesh: simplifier.TriangleMesh
     occluder: simplifier.Occluder
     path: Path
+    overrides: Path
 
     def judged(self, function: Callable[..., Any], **more: Any) -> Call:
         return Call(function, {"mesh": self.mesh, "occluder": self.occluder, **more}, ("listener",))
@@ -102,6 +103,10 @@ CALLS: dict[str, Callable[[Given], Call]] = {
     "judge": lambda given: given.judged(simplifier.judge, options=JUDGE),
     "picture_of": lambda given: given.judged(simplifier.picture_of, size=16),
     "load": lambda given: Call(simplifier.load, {"path": given.path}),
+    "check_file": lambda given: Call(simplifier.check_file, {"path": given.path, "options": MADE}),
+    "estimate_memory": lambda given: Call(simplifier.estimate_memory, {"mesh": given.mesh}),
+    "load_overrides": lambda given: Call(simplifier.load_overrides, {"path": given.overrides}),
+    "Viewpoint": lambda given: Call(simplifier.Viewpoint, {"mesh": given.mesh, "size": 16}),
     "load_scene": lambda given: Call(simplifier.load_scene, {"path": given.path}),
     "load_occluder": lambda given: Call(simplifier.load_occluder, {"path": given.path}),
     "load_lods": lambda given: Call(simplifier.load_lods, {"path": given.path}),
@@ -144,7 +149,9 @@ def given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Given:
     mesh = box()
     occluder = simplifier.Occluder(mesh.vertices, mesh.faces)
     simplifier.save(occluder, tmp_path / "box.glb")
-    return Given(tmp_path, mesh, occluder, tmp_path / "box.glb")
+    overrides = tmp_path / "box.overrides.toml"
+    overrides.write_text('[ignore]\ntransparent = "keep"\n')
+    return Given(tmp_path, mesh, occluder, tmp_path / "box.glb", overrides)
 
 
 @pytest.mark.parametrize("name", CALLS)
@@ -160,6 +167,13 @@ def test_whatever_is_handed_over_is_taken_or_refused(given: Given, name: str) ->
                 pass
             except OccluderError as error:
                 assert error.remedy, error  # noqa: PT017
+
+
+def test_no_public_function_is_left_out() -> None:
+    functions = {
+        name for name in simplifier.__all__ if inspect.isfunction(getattr(simplifier, name))
+    }
+    assert functions - set(CALLS) == {"default_limit", "warm_up"}  # which take nothing
 
 
 @pytest.mark.parametrize("listener", ["odd", 5, object()])

@@ -13,7 +13,8 @@ from pathlib import Path
 import httpx
 
 from tests.acceptance.command import OCCLUDER, environment
-from tests.service.real import BOX, running, until
+from tests.service.real import BOX, running
+from tests.waiting import until
 
 TIMEOUT = 60.0
 

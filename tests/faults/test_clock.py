@@ -12,8 +12,9 @@ from datetime import datetime
 import pytest
 
 from tests.faults.remains import assert_folder_is_clean, jobs_left
-from tests.service.real import BOX, until
+from tests.service.real import BOX
 from tests.service.webhooks.receivers import receiving
+from tests.waiting import until
 
 DAY = 86_400.0
 JUMPS = (DAY, -DAY)

@@ -7,7 +7,7 @@ import shutil
 
 import pytest
 
-from tests.service.real import until
+from tests.waiting import until
 
 PAGE = 4096
 

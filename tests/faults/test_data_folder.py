@@ -11,7 +11,8 @@ from sqlalchemy import create_engine
 
 from service.storage.migrate import alembic_config
 from tests.faults.remains import assert_folder_is_clean
-from tests.service.real import BOX, until
+from tests.service.real import BOX
+from tests.waiting import until
 
 FIRST = "0001"
 """The revision of the first version; what that one wrote is below, never to be changed."""

@@ -11,7 +11,8 @@ from contextlib import contextmanager, suppress
 import pytest
 
 from tests.faults.remains import assert_folder_is_clean, jobs_left
-from tests.service.real import BOX, until
+from tests.service.real import BOX
+from tests.waiting import until
 
 ROOM = 24 << 20
 LARGE = b"# " + bytes(random.Random(1).choices(b"abcdefgh", k=1 << 20)) + b"\n" + BOX

@@ -19,8 +19,9 @@ import pytest
 from tests.faults.conftest import LIGHT_WORK
 from tests.faults.light_work import RESULTS
 from tests.faults.remains import assert_folder_is_clean, jobs_left
-from tests.service.real import BOX, QUICK, until
+from tests.service.real import BOX, QUICK
 from tests.service.webhooks.receivers import receiving
+from tests.waiting import until
 
 CLIENTS = 4
 WORKERS = 2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.service.real import until
+from tests.waiting import until
 
 
 def test_a_poisonous_mesh_fails_after_its_attempts_and_nothing_else_does(server):

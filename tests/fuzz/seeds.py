@@ -222,10 +222,11 @@ def _text() -> Iterator[tuple[str, str, bytes]]:
 def _made_files() -> Iterator[tuple[str, str, bytes]]:
     """By writers that need a folder."""
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "made.glb")
         fine, coarse = tetrahedron(0.1), tetrahedron(0.2)
-        save_lods(LodChain((Level(fine, 8, 0.05), Level(coarse, 4, 0.1))), path)
-        yield "glb", "levels", path.read_bytes()
+        for suffix in (".occ", ".glb"):
+            path = Path(folder, f"made{suffix}")
+            save_lods(LodChain((Level(fine, 8, 0.05), Level(coarse, 4, 0.1))), path)
+            yield suffix[1:], "levels", path.read_bytes()
         write_scene(street(3), path)
         yield "glb", "scene", path.read_bytes()
         path = path.with_suffix(".json")

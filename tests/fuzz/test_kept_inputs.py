@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from simplifier.io import readable_suffixes
 from tests.fuzz.corpus import CORPUS, FIXTURES, kept_inputs
 from tests.fuzz.targets import TARGETS
 from tests.fuzz.watched import Watched
@@ -23,6 +24,10 @@ def test_a_kept_input_is_taken_or_refused(watched: Watched, path: Path) -> None:
 def test_every_target_has_a_corpus_and_every_folder_is_a_target() -> None:
     assert {path.name for path in CORPUS.iterdir()} == set(TARGETS)
     assert {path.name for path in FIXTURES.iterdir()} <= set(TARGETS)
+
+
+def test_every_format_that_is_read_is_a_target() -> None:
+    assert {suffix.removeprefix(".") for suffix in readable_suffixes()} <= set(TARGETS)
 
 
 def test_the_corpus_stays_small() -> None:

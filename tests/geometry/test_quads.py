@@ -108,3 +108,11 @@ def test_there_are_as_many_as_there_can_be(seed: int) -> None:
     assert 2 * len(quads) + len(rest) == len(part.faces)
     assert len(quads) == greatest(part)
     assert as_sets(np.concatenate([cut(quads), rest])) == as_sets(part.faces)
+
+
+def test_a_triangle_that_repeats_a_corner_was_a_traceback() -> None:
+    sheet = grid(1, 1)
+    faces = np.array([[0, 0, 1], *sheet.faces.tolist()], dtype=np.int32)
+    quads, rest = quads_and_triangles(Occluder(sheet.vertices, faces))
+    assert as_sets(cut(quads)) == as_sets(sheet.faces)
+    assert rest.tolist() == [[0, 0, 1]]

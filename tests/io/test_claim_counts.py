@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from pathlib import Path
 
 import numpy as np
@@ -143,10 +142,8 @@ def test_a_file_too_large_is_refused_before_it_is_read(tmp_path, load, suffix):
             file.seek(80)
             file.write(count.to_bytes(4, "little"))
     os.truncate(path, (40 << 30) + 84)  # a hole: the disk has no such room
-    begin = time.perf_counter()
     with pytest.raises(MemoryLimitError, match="to load the mesh, and the limit is 1 GiB"):
         load(path, memory_limit=1.0)
-    assert time.perf_counter() - begin < 5.0
 
 
 def test_a_pipe_is_refused_as_one(tmp_path):

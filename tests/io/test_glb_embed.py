@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
+from functools import reduce
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +22,7 @@ from tests.io.builders import (
     TETRAHEDRON_POINTS,
     GltfBuilder,
     tetrahedron,
+    tetrahedron_gltf,
     valid_files,
 )
 from tests.io.test_glb_writer import take_apart
@@ -132,11 +136,48 @@ def test_files_beside_the_original_have_to_stay_beside_it(tmp_path: Path) -> Non
         check_place(path, tmp_path / "both.obj")
 
 
-def test_what_another_program_changed_is_refused(tmp_path: Path) -> None:
+def rock(tmp_path: Path, **changed: Any) -> Path:
+    """A GLB of a tetrahedron, members of its JSON changed."""
+    builder = tetrahedron_gltf()
+    builder.root |= changed
+    path = tmp_path / "rock.glb"
+    path.write_bytes(builder.glb())
+    return path
+
+
+DAMAGES: dict[str, dict[str, Any]] = {
+    "a scene that is none": {"scenes": 7},
+    "a node that is not there": {"scenes": [{"nodes": [2]}]},
+    "no array of nodes": {"scenes": [{"nodes": 5}]},
+    "no array of materials": {"materials": "none"},
+    "an array of nothing": {"materials": None},
+    "extensions by number": {"extensionsUsed": 3},
+    "NaN": {"extras": math.nan},
+    "lists in lists": {"extras": reduce(lambda inner, _: [inner], range(700), [])},
+}
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+def test_an_original_that_is_read_and_cannot_be_added_to(tmp_path: Path, name: str) -> None:
+    """Reading passes over what it does not need; adding to it was a traceback."""
+    path = rock(tmp_path, **DAMAGES[name])
+    with pytest.raises(UnreadableMeshError, match="nothing can be added; export it again"):
+        embedded(path, load_mesh(path), tetrahedron(), "lod")
+
+
+def test_a_coverage_that_is_no_list_stays(tmp_path: Path) -> None:
+    extras = {"MSFT_screencoverage": 0.5}
+    path = rock(tmp_path, nodes=[{"mesh": 0, "extras": extras}])
+    document, _ = take_apart(embedded(path, load_mesh(path), tetrahedron(), "lod"))
+    assert document["nodes"][0]["extras"] == extras
+
+
+@pytest.mark.parametrize("change", [{"nodes": "many"}, {"root": [0]}], ids=str)
+def test_what_another_program_changed_is_refused(tmp_path: Path, change: dict[str, Any]) -> None:
     path = original(tmp_path)
     mesh = load_mesh(path)
     document, binary = take_apart(embedded(path, mesh, tetrahedron(), "godot"))
-    document["nodes"][-1]["extras"]["before"]["nodes"] = "many"
+    document["nodes"][-1]["extras"]["before"] |= change
     path.write_bytes(pack_glb(document, binary))
     with pytest.raises(UnreadableMeshError, match="changed by another program"):
         embedded(path, mesh, tetrahedron(), "godot")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from simplifier.errors import OutputError, UnknownFormatError, UnreadableMeshErr
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import load_lods, load_mesh, load_occluder, writable_suffixes
+from simplifier.io import load_lods, load_mesh, load_occluder, save_occluder, writable_suffixes
 from simplifier.io.glb_writer import encode_lods, screen_coverages
 from simplifier.io.gltf_container import pack_glb
 from simplifier.io.save_lods import is_level_path, save_lods
@@ -315,3 +316,34 @@ def test_paths_of_levels(tmp_path: Path) -> None:
         assert not is_level_path(tmp_path / "other" / name, output)
     for name in ("castle.glb", "castle_lod1.obj", "castle_lod01.glb", "castle_lodx.glb"):
         assert not is_level_path(tmp_path / name, output)
+
+
+OCC_DAMAGES = {
+    "an error of no pixels": (80, struct.pack("<d", 0.0), "an error of 0.0 pixels"),
+    "no field of view": (88, struct.pack("<d", math.nan), "for no screen"),
+    "a screen of no height": (96, struct.pack("<I", 0), "holds no levels of detail"),
+    "a screen of endless height": (96, struct.pack("<I", 2**32 - 1), "for no screen"),
+    "bounds that fall": (128, struct.pack("<d", 9.0), "the error bounds of its levels fall"),
+    "a deviation below 0": (136, struct.pack("<d", -1.0), "deviation of level 0 is -1.0"),
+}
+
+
+@pytest.mark.parametrize("name", OCC_DAMAGES)
+def test_an_occluder_file_whose_levels_are_none_is_refused_as_damaged(
+    tmp_path: Path, name: str
+) -> None:
+    """Of the screen an OptionError told, as if the caller had chosen it."""
+    path = tmp_path / "ball.occ"
+    save_lods(chain(), path)
+    offset, patch, said = OCC_DAMAGES[name]
+    data = bytearray(path.read_bytes())
+    data[offset : offset + len(patch)] = patch
+    path.write_bytes(data)
+    with pytest.raises(UnreadableMeshError, match=said):
+        load_lods(path)
+
+
+def test_an_occluder_file_of_one_holds_no_levels(tmp_path: Path) -> None:
+    save_occluder(tetrahedron(), tmp_path / "one.occ")
+    with pytest.raises(UnreadableMeshError, match="holds no levels of detail"):
+        load_lods(tmp_path / "one.occ")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import subprocess
-import time
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -68,12 +67,3 @@ def running(declared, data, *arguments, **variables):
             yield RunningServer(line.split()[-1], process, log)
         finally:
             process.kill()
-
-
-def until(condition, seconds=30.0):
-    """Wait for a condition; what it gives once that is true."""
-    end = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < end, f"{condition} did not come true"
-        time.sleep(0.02)
-    return found

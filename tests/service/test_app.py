@@ -14,8 +14,8 @@ import pytest
 
 from service.app import create_app
 from service.settings import Settings
-from tests.service.real import until
 from tests.service.routes.serving import listening, problem
+from tests.waiting import until
 
 HOUSE = (
     b"v 0 0 0\nv 2 0 0\nv 2 0 2\nv 0 0 2\nv 0 2 0\nv 2 2 0\nv 2 2 2\nv 0 2 2\nv 1 3 1\n"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 
@@ -13,6 +15,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
 from simplifier.io import load_lods, load_mesh, load_occluder, load_scene, writable_suffixes
 from simplifier.io.formats import CODECS
+from simplifier.io.glb_embed import Embedding, embedded
 from simplifier.io.save import encoded
 from tests.fuzz.promises import check_sentence, promise
 from tests.fuzz.promises.soups import FURTHEST, check_soup
@@ -38,8 +41,9 @@ def check_mesh_file(path: Path) -> None:
     check_round_trips(occluder)
     _check_alone(path, mesh)
     _check_scene(path, mesh)
-    if path.suffix in (".glb", ".gltf"):
+    if path.suffix in (".glb", ".gltf", ".occ"):
         _check_levels(path)
+    _check_addition(path, mesh, occluder)
 
 
 def check_occluder(occluder: Occluder) -> None:
@@ -119,6 +123,13 @@ def _check_levels(path: Path) -> None:
     except UnreadableMeshError:
         return
     check_levels(chain)
+
+
+def _check_addition(path: Path, mesh: TriangleMesh, occluder: Occluder) -> None:
+    """What was read may be damaged where reading passes over it, so no more is promised."""
+    for how in get_args(Embedding):
+        with suppress(OutputError, UnreadableMeshError):
+            embedded(path, mesh, occluder, how)
 
 
 def check_levels(chain: LodChain) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from service.storage.database import Database
 from service.storage.key_store import SqlKeyStore
 from tests.service.dashboard.chromium import Watch
 from tests.service.dashboard.serving import served
+from tests.waiting import until
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,5 @@ def test_a_revoked_key_ends_its_sessions(keyed: Keyed) -> None:
     with httpx.Client(base_url=keyed.address, cookies={COOKIE: token}) as http:
         assert http.get("/").status_code == 200
         keyed.keys.revoke(key.id)
-        deadline = time.monotonic() + 10.0
-        while http.get("/v1/jobs").status_code == 200:
-            assert time.monotonic() < deadline
+        until(lambda: http.get("/v1/jobs").status_code != 200)
         assert http.get("/").status_code == 303

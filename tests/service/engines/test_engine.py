@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 import signal
-import time
 from pathlib import Path
 
 import pytest
 
 from service.errors import DatabaseDamagedError, DiskFullError, NotReadyError
 from service.jobs.job import Claim, JobState, Summary
-from tests.service.engines.workplace import Workplace, until
+from tests.service.engines.workplace import Workplace
+from tests.waiting import until
 
 MIB = 1 << 20
 
@@ -101,16 +101,17 @@ def test_a_killed_process_costs_one_attempt(shared, tmp_path):
     assert shared.end_of(id_).state is JobState.CANCELLED
 
 
-@pytest.mark.parametrize("deed", ["wait", "hang"])
-def test_cancel_ends_a_job_within_a_second(shared, tmp_path, deed):
+@pytest.mark.parametrize(("deed", "patience"), [("wait", 60.0), ("hang", 0.1)])
+def test_cancel_ends_a_job_that_listens_and_one_that_does_not(
+    shared, tmp_path, monkeypatch, deed, patience
+):
+    monkeypatch.setattr("service.engines.attempt._PATIENCE", patience)
     note = tmp_path / "note"
     id_ = shared.submit(deed, note=str(note))
     until(lambda: pids(note))
-    begin = time.monotonic()
     shared.jobs.cancel(None, id_)
     shared.engine.wake()
     job = shared.end_of(id_)
-    assert time.monotonic() - begin < 1.0
     assert (job.state, job.failure) == (JobState.CANCELLED, None)
     # A process that answers is kept, one that does not is ended.
     assert is_alive(pids(note)[0]) == (deed == "wait")
@@ -206,8 +207,6 @@ def test_stopping_ends_processes_and_costs_no_attempt(tmp_path):
     with place.open():
         ids = [place.submit("hang", note=str(note)) for _ in range(3)]
         until(lambda: len(pids(note)) == 2)
-        begin = time.monotonic()
-    assert time.monotonic() - begin < 1.0
     jobs = [place.job(one) for one in ids]
     assert [job.state for job in jobs] == [JobState.QUEUED] * 3
     assert {job.attempts - job.attempt for job in jobs} == {3}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import time
 from pathlib import Path
 
 from service.engines.engine import Engine
@@ -12,19 +11,9 @@ from service.jobs.job import JobFile, JobKind, Submission
 from service.jobs.progress import ProgressBoard
 from service.settings import Settings
 from tests.service.engines.memory import FolderBlobs, MemoryJobs
+from tests.waiting import until
 
 WORK = "tests.service.engines.works:start"
-
-
-def until(true, seconds=30.0):
-    """Wait until something is so, and give it; fails where it never is."""
-    deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
-        value = true()
-        if value:
-            return value
-        time.sleep(0.005)
-    raise AssertionError(f"not so within {seconds} s")
 
 
 class Workplace:

@@ -30,6 +30,7 @@ from service.storage.blobs.file_blobs import FileBlobs
 from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
 from service.storage.key_store import SqlKeyStore
+from tests.waiting import until
 
 OBJ = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 REPORT = {
@@ -182,7 +183,7 @@ def listening(app) -> Iterator[str]:
     thread = threading.Thread(target=server.run)
     thread.start()
     try:
-        wait_until(lambda: server.started or not thread.is_alive())
+        until(lambda: server.started or not thread.is_alive())
         port = server.servers[0].sockets[0].getsockname()[1]
         yield f"http://127.0.0.1:{port}"
     finally:
@@ -198,10 +199,3 @@ def problem(response: httpx.Response, status: int, slug: str) -> dict:
         status, status, f"/problems/{slug}",
     )  # fmt: skip
     return body
-
-
-def wait_until(holds: Callable[[], bool], seconds: float = 20.0) -> None:
-    deadline = time.monotonic() + seconds
-    while not holds():
-        assert time.monotonic() < deadline, "it never came true"
-        time.sleep(0.005)

@@ -10,7 +10,8 @@ from collections.abc import Iterator
 
 from service.answers.following import news
 from service.jobs.progress import JobProgress
-from tests.service.routes.serving import OBJ, wait_until
+from tests.service.routes.serving import OBJ
+from tests.waiting import until
 
 
 def events(lines: Iterator[str]) -> Iterator[tuple[str, dict]]:
@@ -56,13 +57,13 @@ def test_many_follow_one_job_and_leave_nothing_behind(service):
     followers = [threading.Thread(target=follow) for _ in range(16)]
     for follower in followers:
         follower.start()
-    wait_until(lambda: len(listeners(service, job_id)) == 16)
+    until(lambda: len(listeners(service, job_id)) == 16)
     service.hand.begin()
     service.hand.succeed()
     for follower in followers:
         follower.join()
     assert ends == ["succeeded"] * 16
-    wait_until(lambda: not listeners(service, job_id))
+    until(lambda: not listeners(service, job_id))
 
 
 def test_silence_is_broken_now_and_then(service):
@@ -99,10 +100,10 @@ def test_a_wait_ends_when_its_client_goes(service):
             b"POST /v1/occluders?filename=a.obj HTTP/1.1\r\nHost: localhost\r\nPrefer: wait=60\r\n"
             b"Content-Length: %d\r\n\r\n%s" % (len(body), body)
         )
-        wait_until(lambda: service.services.jobs.counts().get("queued", 0) > 0)
+        until(lambda: service.services.jobs.counts().get("queued", 0) > 0)
         job = service.http.get("/v1/jobs?state=queued").json()["items"][0]
-        wait_until(lambda: len(listeners(service, job["id"])) == 1)
-    wait_until(lambda: not listeners(service, job["id"]), seconds=2.0)
+        until(lambda: len(listeners(service, job["id"])) == 1)
+    until(lambda: not listeners(service, job["id"]), seconds=2.0)
     service.http.post(job["links"]["cancel"])
 
 

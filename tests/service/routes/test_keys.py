@@ -8,7 +8,8 @@ import httpx
 import pytest
 
 from service.access.key import Scope
-from tests.service.routes.serving import problem, served, wait_until
+from tests.service.routes.serving import problem, served
+from tests.waiting import until
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +68,7 @@ def test_the_log_says_whose_key_it_was(keyed, keys, caplog):
     with caplog.at_level(logging.INFO, "service.requests"):
         keyed.http.get("/v1/jobs", headers=keys["ours", Scope.READ])
         problem(keyed.post(headers=keys["ours", Scope.READ]), 403, "forbidden")
-    wait_until(lambda: len(caplog.messages) == 2)
+    until(lambda: len(caplog.messages) == 2)
     assert all(f" key={key_id} " in line for line in caplog.messages)
     assert secret not in caplog.text
 

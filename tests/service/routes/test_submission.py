@@ -8,7 +8,8 @@ import time
 
 import pytest
 
-from tests.service.routes.serving import OBJ, RESULTS, problem, wait_until
+from tests.service.routes.serving import OBJ, RESULTS, problem
+from tests.waiting import until
 
 WAIT = {"Prefer": "wait=20"}
 
@@ -247,7 +248,7 @@ def test_the_same_key_gives_the_same_job_and_another_request_none(service):
 
 def test_a_result_that_comes_in_time_is_the_answer(service):
     def work():
-        wait_until(lambda: service.services.jobs.counts().get("queued", 0) > 0)
+        until(lambda: service.services.jobs.counts().get("queued", 0) > 0)
         service.hand.begin()
         service.hand.succeed()
 
@@ -300,7 +301,7 @@ def test_a_result_that_does_not_come_in_time_leaves_the_job(service):
 )
 def test_a_job_that_fails_in_time_is_a_problem(service, kind, status, slug):
     def work():
-        wait_until(lambda: service.services.jobs.counts().get("queued", 0) > 0)
+        until(lambda: service.services.jobs.counts().get("queued", 0) > 0)
         service.hand.begin()
         service.hand.fail(kind)
 

@@ -16,6 +16,7 @@ from service.storage.blobs.file_blobs import FileBlobs
 from service.uploads import body
 from tests.service.storage.blob_store_contract import blob_of
 from tests.service.uploads.upload_server import Connection, served
+from tests.waiting import until
 
 MIB = 1 << 20
 
@@ -36,13 +37,6 @@ def connect(store, request):
 
 def is_left_behind(store, tmp_path):
     return bool(list((tmp_path / "drafts").iterdir()) or list(store.digests()))
-
-
-def wait_until(condition):
-    deadline = time.monotonic() + 10
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
 
 
 def limits(**values):
@@ -90,18 +84,18 @@ def test_chunks_over_the_limit_are_refused_in_the_midst(connect, store, tmp_path
 def test_broken_chunks_leave_nothing_behind(connect, store, tmp_path, broken):
     client = connect()
     client.send("Transfer-Encoding: chunked", body=b"40000\r\n" + b"x" * 0x40000 + b"\r\n")
-    wait_until(lambda: list((tmp_path / "drafts").iterdir()))
+    until(lambda: list((tmp_path / "drafts").iterdir()))
     client.socket.sendall(broken)
     assert client.answer()[0] == 400
-    wait_until(lambda: not is_left_behind(store, tmp_path))
+    until(lambda: not is_left_behind(store, tmp_path))
 
 
 def test_a_client_that_goes_away_leaves_nothing_behind(connect, store, tmp_path):
     client = connect()
     client.send(f"Content-Length: {4 * MIB}", body=b"x" * 2 * MIB)
-    wait_until(lambda: list((tmp_path / "drafts").iterdir()))
+    until(lambda: list((tmp_path / "drafts").iterdir()))
     client.socket.close()
-    wait_until(lambda: not is_left_behind(store, tmp_path))
+    until(lambda: not is_left_behind(store, tmp_path))
 
 
 @limits(upload_idle_seconds=0.2)

@@ -6,7 +6,7 @@ import asyncio
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -152,11 +152,3 @@ class Names:
         answers = self._answers[host]
         answer = answers.popleft() if len(answers) > 1 else answers[0]
         return [ip_address(one) for one in answer.split()]
-
-
-def until(condition: Callable[[], object], seconds: float = 10.0) -> None:
-    """Wait for something to become so."""
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "it did not come to pass"
-        time.sleep(0.005)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import logging
 import threading
-import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
@@ -18,7 +17,8 @@ from service.settings import Settings
 from service.webhooks.sender import WebhookSender
 from service.webhooks.signing import SignatureError, verify
 from service.webhooks.tenant_secrets import TenantSecrets
-from tests.service.webhooks.receivers import Deliveries, Names, receiving, until
+from tests.service.webhooks.receivers import Deliveries, Names, receiving
+from tests.waiting import until
 
 SECRETS = TenantSecrets(b"m" * 32)
 ENDED = "2024-05-01T12:00:00Z"
@@ -67,15 +67,14 @@ def test_a_receiver_hears_of_the_job_signed_with_its_tenants_secret() -> None:
     assert deliveries.notes == [("delivered", "d7", "")]
 
 
-def test_a_word_goes_out_as_soon_as_the_sender_is_woken() -> None:
+def test_a_word_goes_out_as_soon_as_the_sender_is_woken(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("service.webhooks.sender._GLANCE", 600.0)  # no look by itself
     deliveries = Deliveries()
     with receiving() as receiver, sending(deliveries) as sender:
         until(lambda: deliveries.looks)
         deliveries.add(receiver.url)
-        begin = time.monotonic()
         sender.wake()
         until(lambda: deliveries.notes)
-        assert time.monotonic() - begin < 0.5
 
 
 def test_a_receiver_that_fails_is_tried_again_with_the_same_word() -> None:
@@ -221,10 +220,8 @@ def test_a_stop_does_not_wait_for_receivers() -> None:
         deliveries.add(receiver.url)
         with sending(deliveries) as sender:
             until(lambda: receiver.heard)
-            begin = time.monotonic()
             sender.stop()
-            assert time.monotonic() - begin < 1.0
-        assert not deliveries.notes
+        assert not deliveries.notes  # which an answer, or the end of waiting for it, would be
         assert "webhooks" not in {thread.name for thread in threading.enumerate()}
         receiver.gate.set()
         with sending(deliveries):

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from simplifier.asset_build.figures import Figures
+from simplifier.checks import is_finite
 from simplifier.errors import ManifestError
 from simplifier.io.source import read_bytes
 from simplifier.io.whole import write_whole
@@ -75,7 +76,7 @@ def parse_record(data: bytes, where: str) -> Record:
     try:
         content = json.loads(data)
         version = content["schema_version"]
-        entries = {name: _entry(one) for name, one in content["assets"].items()}
+        entries = {_text(name): _entry(one) for name, one in content["assets"].items()}
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise ManifestError(
             "this is no record of a build", where=where, remedy="remove it and build again"
@@ -133,20 +134,56 @@ class RecordKeeper:
 
 
 def _entry(data: Mapping[str, Any]) -> Entry:
+    """Raises what a value of another kind makes of it."""
     figures = data["figures"]
     bound = figures["error_bound"]
     return Entry(
-        str(data["mesh"]),
-        dict(data["beside"]),
-        dict(data["options"]),
-        str(data["version"]),
-        dict(data["outputs"]),
+        _text(data["mesh"]),
+        _texts(data["beside"]),
+        _settings(data["options"]),
+        _text(data["version"]),
+        _texts(data["outputs"]),
         Figures(
-            int(figures["triangles"]),
-            float(figures["precision"]),
-            float(figures["recall"]),
-            float(figures["deviation"]),
-            None if bound is None else float(bound),
+            _whole(figures["triangles"]),
+            _number(figures["precision"]),
+            _number(figures["recall"]),
+            _number(figures["deviation"]),
+            None if bound is None else _number(bound),
         ),
-        {output: dict(said) for output, said in data["written"].items()},
+        {_text(output): _settings(said) for output, said in data["written"].items()},
     )
+
+
+def _texts(data: Mapping[str, Any]) -> dict[str, str]:
+    return {_text(key): _text(value) for key, value in data.items()}
+
+
+def _settings(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Of options, whose values are single, or lists of numbers."""
+    return {
+        _text(name): [_number(one) for one in value] if isinstance(value, list) else _single(value)
+        for name, value in data.items()
+    }
+
+
+def _single(value: Any) -> Any:
+    if value is None or isinstance(value, bool):
+        return value
+    return _text(value) if isinstance(value, str) else _number(value)
+
+
+def _text(value: str) -> str:
+    value.encode()  # JSON may hold halves of characters, which no file can
+    return value
+
+
+def _whole(value: int) -> int:
+    if not isinstance(value, int):
+        raise TypeError
+    return value
+
+
+def _number(value: float) -> float:
+    if not is_finite(value):
+        raise TypeError
+    return value

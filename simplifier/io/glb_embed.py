@@ -99,13 +99,15 @@ def _with_occluder(
     scene = _scene(root)
     if scene is not None:
         before["scene_nodes"] = list(scene["nodes"])
+    if not root.get("nodes"):
+        _give_nodes(root, scene, before["meshes"])
     if how == "godot":
         node["name"] = f"{stem}-occonly"
-        (scene or _new_scene(root)).setdefault("nodes", []).append(before["nodes"])
+        (scene or _new_scene(root))["nodes"].append(len(root["nodes"]))
     else:
         node["name"] = f"{stem}_lod"
         _add_level(root, scene or _new_scene(root), before, stem)
-    root.setdefault("nodes", []).append(node)
+    root["nodes"].append(node)
     return binary
 
 
@@ -223,6 +225,13 @@ def _scene(root: dict[str, Any]) -> dict[str, Any] | None:
     return scene
 
 
+def _give_nodes(root: dict[str, Any], scene: dict[str, Any] | None, meshes: int) -> None:
+    """To a file of meshes alone: beside the occluder's node, nobody would look at them."""
+    root["nodes"] = [{"mesh": mesh} for mesh in range(meshes)]
+    if scene is not None:
+        scene["nodes"] = list(range(meshes))
+
+
 def _new_scene(root: dict[str, Any]) -> dict[str, Any]:
     """Of a file without one: all nodes that no other has as a child."""
     nodes = root.get("nodes", [])
@@ -239,7 +248,8 @@ def _add_level(
     nodes = root.setdefault("nodes", [])
     if len(scene["nodes"]) == 1:
         index = scene["nodes"][0]
-        before["root"] = [index, copy.deepcopy(nodes[index])]
+        if index < before["nodes"]:
+            before["root"] = [index, copy.deepcopy(nodes[index])]
     else:
         index = len(nodes)
         nodes.append({"name": name, "children": list(scene["nodes"])})

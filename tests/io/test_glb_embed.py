@@ -76,6 +76,29 @@ def test_any_original_loads_as_before(tmp_path: Path, name: str, how: str) -> No
 
 
 @pytest.mark.parametrize("how", HOWS)
+@pytest.mark.parametrize("scenes", [{}, {"scenes": [{"name": "empty"}], "scene": 0}])
+@pytest.mark.parametrize("count", [1, 2])
+def test_meshes_without_nodes_get_some_and_lose_them_again(
+    tmp_path: Path, how: str, scenes: dict, count: int
+) -> None:
+    builder = GltfBuilder()
+    for _ in range(count):
+        builder.mesh(TETRAHEDRON_POINTS, TETRAHEDRON_FACES)
+    builder.root |= scenes
+    path = tmp_path / "library.glb"
+    path.write_bytes(builder.glb())
+    mesh = load_mesh(path)
+    both = tmp_path / "both" / "library.glb"
+    both.parent.mkdir()
+    both.write_bytes(embedded(path, mesh, tetrahedron(), how))
+    again = load_mesh(both)
+    assert again.vertices.tobytes() == mesh.vertices.tobytes()
+    assert again.faces.tobytes() == mesh.faces.tobytes()
+    second = embedded(both, again, tetrahedron(), how)
+    assert take_apart(second) == take_apart(both.read_bytes())
+
+
+@pytest.mark.parametrize("how", HOWS)
 def test_all_of_the_original_is_there(tmp_path: Path, how: str) -> None:
     path = rich(tmp_path)
     before, binary = take_apart(path.read_bytes())

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from simplifier.asset_build.finding import Finding, State
-from simplifier.asset_build.words import headline, percent
+from simplifier.asset_build.words import headline
 from simplifier.console import print_line, print_table, print_text
+from simplifier.evaluation.wording import percent
 
 
 def print_findings(name: str, findings: Sequence[Finding]) -> None:
@@ -29,8 +30,8 @@ def line_of(finding: Finding) -> str:
         return f"{finding.asset}: {'; '.join(finding.faults)}"
     found = finding.figures
     figures = "" if found is None else (
-        f": {found.triangles:,} triangles, recall {percent(found.recall)}, "
-        f"precision {percent(found.precision)}"
+        f": {found.triangles:,} triangles, recall {percent(found.recall, 2)}, "
+        f"precision {percent(found.precision, 2)}"
     )  # fmt: skip
     why = f" ({finding.why})" if finding.why else ""
     return f"{finding.asset}: {finding.state}{why}{figures}"
@@ -39,6 +40,6 @@ def line_of(finding: Finding) -> str:
 def _row(finding: Finding) -> tuple[str, ...]:
     found = finding.figures
     figures = ("", "", "") if found is None else (
-        f"{found.triangles:,}", percent(found.recall), percent(found.precision)
+        f"{found.triangles:,}", percent(found.recall, 2), percent(found.precision, 2)
     )  # fmt: skip
     return (finding.asset, *figures, f"{finding.seconds:.1f}", finding.why)

@@ -21,6 +21,7 @@ from rich.progress import Progress as Bars
 from rich.table import Table
 from rich.text import Text
 
+from simplifier.evaluation.wording import percent
 from simplifier.progress import STAGES, Listener, Progress
 
 _UNBROKEN = 1000  # columns
@@ -67,7 +68,7 @@ class _Figures(ProgressColumn):
 
     def render(self, task: Task) -> Text:
         measure = task.fields["measure"]
-        shown = "" if measure is None else f"  measure {measure:.1%}"
+        shown = "" if measure is None else f"  measure {percent(measure)}"
         return Text(f"{task.elapsed or 0.0:.1f} s{shown}")
 
 
@@ -168,8 +169,8 @@ def _print_levels(report: dict[str, Any]) -> None:
         table.add_column(name, justify="right")
     for level in report["levels"]:
         table.add_row(
-            str(level["level"]), f"{level['triangles']:,}", f"{level['recall']:.2%}",
-            f"{level['precision']:.2%}", _length(level["error_bound"], "none"),
+            str(level["level"]), f"{level['triangles']:,}", percent(level["recall"], 2),
+            percent(level["precision"], 2), _length(level["error_bound"], "none"),
             str(level["resolution"]), _length(level["switch_distance"], "none"),
         )  # fmt: skip
     Console(soft_wrap=True).print(table)
@@ -202,10 +203,13 @@ def _rows(report: dict[str, Any]) -> list[tuple[str, str]]:
     worst = report["worst_view"]
     rows = [
         ("triangles", f"{report['input']['triangles']:,} -> {report['triangles']:,}"),
-        ("precision", f"{report['precision']:.2%}"),
-        ("recall", f"{report['recall']:.2%}"),
-        ("worst view", f"recall {worst['recall']:.2%}, precision {worst['precision']:.2%}"),
-        ("occlusion measure kept", f"{report['occlusion_measure']['ratio']:.2%}"),
+        ("precision", percent(report["precision"], 2)),
+        ("recall", percent(report["recall"], 2)),
+        (
+            "worst view",
+            f"recall {percent(worst['recall'], 2)}, precision {percent(worst['precision'], 2)}",
+        ),
+        ("occlusion measure kept", percent(report["occlusion_measure"]["ratio"], 2)),
         ("error bound", _length(report["error_bound"], "none promised")),
         ("deviation", f"{report['deviation']:.6g}"),
         ("solid", " x ".join(str(n) for n in report["solid"]["resolution"]) + " voxels"),

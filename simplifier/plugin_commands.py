@@ -4,6 +4,7 @@
 :func:`run_guarded`    does its work; an error is one line on standard error and an exit status
 :func:`print_line`     a line on standard error; :func:`print_text` one on standard output
 :func:`with_options`   gives it the options of a table, such as ``simplifier.SIMPLIFY_FIELDS``
+:func:`percent`        a share of 0 to 1 as all commands write it
 :func:`typed_lengths`  reads the one option of those that is a list
 :func:`overrides_beside`  the file of overrides that belongs to a mesh
 :func:`interrupts`     listens to Ctrl-C; :data:`INTERRUPTED` is the exit status then
@@ -16,6 +17,7 @@ from __future__ import annotations
 from simplifier.cli_failures import Debug, run_guarded
 from simplifier.cli_options import typed_lengths, with_options
 from simplifier.console import print_line, print_text
+from simplifier.evaluation.wording import percent
 from simplifier.interrupts import INTERRUPTED, interrupts
 from simplifier.overrides_place import overrides_beside
 
@@ -24,6 +26,7 @@ __all__ = [
     "Debug",
     "interrupts",
     "overrides_beside",
+    "percent",
     "print_line",
     "print_text",
     "run_guarded",

@@ -27,8 +27,8 @@ def test_the_table_has_the_headline_figures(capsys):
     print_report(REPORT, "castle.obj")
     shown = capsys.readouterr()
     for words in (
-        "castle.obj", "1,234,567 -> 53", "99.87%", "83.54%", "recall 50.00%, precision 75.00%",
-        "90.00%", "0.0537", "64 x 32 x 16 voxels", "1,500 ms",
+        "castle.obj", "1,234,567 -> 53", "99.87 %", "83.54 %", "recall 50.00 %, precision 75.00 %",
+        "90.00 %", "0.0537", "64 x 32 x 16 voxels", "1,500 ms",
     ):  # fmt: skip
         assert words in shown.out
     assert "surface" not in shown.out
@@ -88,7 +88,7 @@ def test_an_encoding_without_the_letters(monkeypatch):
     print_report(REPORT, "schloß.obj")
     sys.stdout.flush()
     assert b"schlo\\xdf.obj" in raw.getvalue()
-    assert b"83.54%" in raw.getvalue()
+    assert b"83.54 %" in raw.getvalue()
 
 
 def test_no_bar_where_there_is_no_terminal(capsys):
@@ -124,5 +124,5 @@ def test_the_bar_knows_every_stage(monkeypatch):
         listener(Progress("refine", 0.62, 1.2, 0.9134))
     shown = terminal.getvalue()
     assert "refining triangles  62%" in shown
-    assert "measure 91.3%" in shown
+    assert "measure 91.3 %" in shown
     assert "\x1b[2K" in shown  # it wipes itself away

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from simplifier.plugin_commands import print_line, print_text
+from simplifier.plugin_commands import percent, print_line, print_text
 
 _LONGEST_NAME = 32
 
@@ -31,7 +31,7 @@ class SubmissionBars:
 
     def tell(self, name: str, now: str, share: float, measure: float | None) -> None:
         if self._bars is not None:
-            reached = "" if measure is None else f"measure {measure:.1%}"
+            reached = "" if measure is None else f"measure {percent(measure)}"
             self._bars.update(self._tasks[name], completed=share, now=now, measure=reached)
 
     def end(self, name: str) -> None:

@@ -10,7 +10,7 @@ from contextlib import suppress
 from service.cli.submission import Outcome, Submission, submit_one
 from service.cli.submission_bars import SubmissionBars, submission_bars
 from service.client import Client, ClientError
-from simplifier.plugin_commands import INTERRUPTED, interrupts, print_line
+from simplifier.plugin_commands import INTERRUPTED, interrupts, percent, print_line
 
 _GLANCE = 0.1  # seconds between looks at whether to stop
 _PATIENCE = 3600.0  # seconds for which a full queue is waited for
@@ -100,5 +100,5 @@ def _line(outcome: Outcome) -> str:
     told = outcome.job.summary
     figures = [f"{told.input_triangles:,} -> {told.triangles:,} triangles"]
     if told.precision is not None and told.recall is not None:
-        figures += [f"precision {told.precision:.2%}", f"recall {told.recall:.2%}"]
+        figures += [f"precision {percent(told.precision, 2)}", f"recall {percent(told.recall, 2)}"]
     return f"{mesh}: {', '.join(figures)}; {', '.join(map(str, outcome.files))}"

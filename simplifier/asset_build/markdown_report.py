@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from simplifier.asset_build.finding import Finding, State
-from simplifier.asset_build.words import headline, percent
+from simplifier.asset_build.words import headline
+from simplifier.evaluation.wording import percent
 
 _MOST_ROWS = 500  # such pages take a megabyte
 
@@ -32,7 +33,7 @@ def _row(finding: Finding) -> str:
     figures = (
         ["", "", ""]
         if found is None
-        else [f"{found.triangles:,}", percent(found.recall), percent(found.precision)]
+        else [f"{found.triangles:,}", percent(found.recall, 2), percent(found.precision, 2)]
     )
     why = "; ".join(finding.faults) or finding.why
     return f"| {' | '.join([_plain(finding.asset), mark, *figures, _plain(why)])} |"

@@ -17,7 +17,3 @@ def headline(findings: Sequence[Finding]) -> str:
         words.append(f"{short:,} not good enough")
     what = "asset" if len(findings) == 1 else "assets"
     return f"{len(findings):,} {what}: {', '.join(words)}"
-
-
-def percent(share: float) -> str:
-    return f"{share:.2%}"

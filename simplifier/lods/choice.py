@@ -18,6 +18,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from simplifier.evaluation.wording import percent
+
 HIDES_MORE = 0.005
 """Recall that counts as a difference: about what two seeds of a search differ by."""
 
@@ -52,8 +54,8 @@ def why_useless(coarser: Figures, finer: Figures) -> str:
     if _cheaper(coarser, finer) or coarser.recall > finer.recall + HIDES_MORE:
         return ""
     return (
-        f"{coarser.triangles} triangles for {finer.triangles} and a recall of {coarser.recall:.1%}"
-        f" for {finer.recall:.1%}: no better than the finer level"
+        f"{coarser.triangles} triangles for {finer.triangles} and a recall of "
+        f"{percent(coarser.recall)} for {percent(finer.recall)}: no better than the finer level"
     )
 
 
@@ -67,7 +69,7 @@ def why_replaced(finer: Figures, coarser: Figures) -> str:
         return ""
     return (
         f"the coarser level of {coarser.triangles} triangles for {finer.triangles} keeps its error"
-        f" bound, with a recall of {coarser.recall:.1%} for {finer.recall:.1%}"
+        f" bound, with a recall of {percent(coarser.recall)} for {percent(finer.recall)}"
     )
 
 

@@ -39,7 +39,9 @@ def test_markdown_leads_with_what_is_wrong_and_leaves_out_what_is_as_it_was():
     assert lines[0] == "### occluders.toml: " + headline(FINDINGS).replace("_", r"\_")
     rows = [line for line in lines if line.startswith("| ")][1:]
     assert rows[0].startswith(r"| d.glb | ❌ |") or rows[0].startswith(r"| props/b")
-    assert any(r"props/b\|\<c\>.glb | ❌ | 64 | 80.00% | 99.00% | recall |" in row for row in rows)
+    assert any(
+        r"props/b\|\<c\>.glb | ❌ | 64 | 80.00 % | 99.00 % | recall |" in row for row in rows
+    )
     assert len(rows) == 3
 
 

@@ -103,7 +103,7 @@ def test_occluders_come_to_lie_beside_their_meshes(service, mesh, command, tmp_p
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "a_occluder.glb").read_text() == "a.obj occluder.glb"
     assert (tmp_path / "deeper" / "b_occluder.glb").read_text() == "b.ply occluder.glb"
-    assert "a.obj: 15,044 -> 64 triangles, precision 99.80%, recall 90.00%" in done.stdout
+    assert "a.obj: 15,044 -> 64 triangles, precision 99.80 %, recall 90.00 %" in done.stdout
     assert done.stderr == ""
 
 

@@ -93,7 +93,9 @@ def test_triangles_that_only_touch_do_not_cross():
     assert region.crossed_by(np.stack([flush, deeper, beside, through])).tolist() == [
         False, True, False, True,
     ]  # fmt: skip
-    assert not region.crossed_by(np.stack([deeper]), 1e-5).any()
+    tip = np.array([[1.0, 0.0, 0.0], [3.0, 1.0, 0.0], [4.0, -1.0, 1.0]])  # one axis parts them
+    assert not region.crossed_by(np.stack([flush, -flush, tip, -tip])).any()
+    assert not region.crossed_by(np.stack([deeper, -deeper]), 1e-5).any()
     assert not region.crossed_by(region.triangles).any()
     assert region.crossed_by(0.999 * region.triangles).all()
 

@@ -17,7 +17,7 @@ from tests.io.builders import FAN, TETRAHEDRON_FACES, TETRAHEDRON_POINTS, GltfBu
 from tests.solids import sphere
 
 BALL = sphere(rings=24)
-EXACT = (".glb", ".ply", ".stl", ".off")
+EXACT = (".glb", ".occ", ".ply", ".stl", ".off")
 
 
 def saved(path: Path) -> Path:
@@ -89,6 +89,16 @@ def test_polygons_of_a_ply_count_as_their_triangles(tmp_path, encoding):
     claim = claim_of(path)
     assert claim.vertices == 5
     assert claim.triangles == (3 if encoding != "ascii" else 1)  # text has no fixed length
+
+
+@pytest.mark.parametrize("mode", [4, 5, 6])
+def test_a_strip_and_a_fan_claim_a_triangle_a_corner(tmp_path, mode):
+    scene = GltfBuilder()
+    corners = [0, 1, 2, 3, 4, 0]
+    scene.node(mesh=scene.mesh(FAN, corners, mode=mode))
+    path = tmp_path / "fan.glb"
+    path.write_bytes(scene.glb())
+    assert claim_of(path).triangles == (2 if mode == 4 else len(corners))
 
 
 def test_instances_of_a_gltf_mesh_count_each(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -101,3 +102,12 @@ def test_a_slit_is_filled_from_one_end_to_the_other():
     )  # fmt: skip
     faces = np.array([[0, 1, 2], [0, 3, 5], [3, 4, 5], [4, 1, 5]], dtype=np.int32)
     assert cracks(points, faces).tolist() == [[0, 3, 1], [3, 4, 1]]
+
+
+@pytest.mark.parametrize(("off", "count"), [(0.0, 1), (5e-4, 1), (5e-3, 0)])
+def test_a_vertex_lies_on_an_edge_within_a_thousandth_of_a_cell(off, count):
+    points = np.array([
+        [0.5, 0.5, 0.5], [8.5, 0.5, 0.5], [4.5, 8.5, 0.5], [4.5, 0.5 + off, 0.5], [2.5, 0.5, 8.5],
+    ])  # fmt: skip
+    faces = np.array([[0, 1, 2], [0, 3, 4]], dtype=np.int32)
+    assert len(cracks(points, faces)) == count

@@ -13,7 +13,7 @@ from simplifier.errors import MemoryLimitError, OptionError
 from simplifier.memory.limit import check_need, default_limit
 from simplifier.memory.machine import machine_memory
 from simplifier.memory.need import BASE_BYTES, GIB, MIB, MemoryNeed
-from simplifier.memory.runs import Judging, drawing, judging, loading, showing, simplifying
+from simplifier.memory.runs import Judging, drawing, judging, loading, seeing, showing, simplifying
 from simplifier.memory.stages import MeshSize
 from simplifier.options import make_options
 
@@ -80,6 +80,17 @@ def test_a_hole_a_shrink_and_levels_cost_what_they_hold():
     ):
         other = simplifying(size, shape, 1.0, replace(plain, solid=solid))
         assert other.stages["fill"] >= simplifying(size, shape, 1.0, plain).stages["fill"]
+
+
+def test_the_solid_is_held_while_an_occluder_is_judged_and_drawn():
+    size, shape, options = MeshSize(1000, 2000), (256, 256, 256), make_options(1.0)
+    solid = 2 * 256**3  # touched and filled
+    alone = seeing(size, Judging())
+    assert (
+        judging(size, shape, options, Judging()).stages["accuracy"]
+        >= alone.peak - BASE_BYTES + solid
+    )
+    assert drawing(size, shape, options).stages["pictures"] > 100 * MIB + solid
 
 
 def test_the_largest_stage_is_the_peak_and_joining_keeps_the_larger():

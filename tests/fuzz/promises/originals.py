@@ -11,6 +11,7 @@ import numpy as np
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import load_mesh
 from simplifier.io.glb_embed import embedded
+from simplifier.io.gltf import BEFORE
 from simplifier.io.style import Embedding
 from tests.fuzz.promises import promise
 from tests.solids import box
@@ -23,10 +24,13 @@ def check_original(data: bytes, folder: Path) -> None:
     path = folder / "original.glb"
     path.write_bytes(data)
     mesh = load_mesh(path)
+    believed = BEFORE.encode() in data  # an earlier run, which says what it added
     both = folder / "both" / path.name  # nodes are named after the file
     both.parent.mkdir(exist_ok=True)
     for how in get_args(Embedding):
         both.write_bytes(embedded(path, mesh, _ADDED, how))
+        if believed:
+            continue
         again = load_mesh(both)
         promise(
             np.array_equal(again.vertices, mesh.vertices)

@@ -68,7 +68,7 @@ class _Wire:
     """This end of the pair: a thread reads it, and whoever has something to say writes to it."""
 
     def __init__(self, connection: Connection) -> None:
-        self.tasks: queue.SimpleQueue[Task] = queue.SimpleQueue()
+        self._tasks: queue.SimpleQueue[Task] = queue.SimpleQueue()
         self.cancel = threading.Event()
         self._connection = connection
         self._told = float("-inf")
@@ -80,11 +80,17 @@ class _Wire:
                 order = order_of(self._connection.recv_bytes(LARGEST))
                 if isinstance(order, Task):
                     self.cancel = threading.Event()
-                    self.tasks.put(order)
+                    self._tasks.put(order)
                 else:
                     self.cancel.set()
         except (EOFError, OSError):
             end_group()  # the server is gone, or wants this process gone
+
+    def next_task(self) -> Task:
+        """Waits for it; the first that it tells goes at once, however late the last one spoke."""
+        task = self._tasks.get()
+        self._told = float("-inf")
+        return task
 
     def say(self, answer: Answer) -> None:
         """From the main thread only."""
@@ -111,7 +117,7 @@ def serve(connection: Connection, start: Start) -> None:
     gc.freeze()  # what is loaded stays, and need not be looked through after each task
     wire.say(Ready())
     while True:
-        task = wire.tasks.get()
+        task = wire.next_task()
         wire.say(_answer(work, task, wire))
         gc.collect()  # now, while nobody waits for it
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from pathlib import PurePosixPath
 from typing import Any
 
 
@@ -76,6 +77,11 @@ class JobFile:
     media_type: str
     is_input: bool = False
     label: str | None = None
+
+
+def inputs_by_part(files: Iterable[JobFile]) -> dict[str, JobFile]:
+    """A job's inputs by the part that they came as: ``mesh``, ``occluder``, ``overrides``..."""
+    return {PurePosixPath(file.name).stem: file for file in files if file.is_input}
 
 
 OVERRIDES_FILE = "input/overrides.toml"

@@ -161,7 +161,7 @@ def compare_runs(
     services: TheServices,
     caller: Reader,
 ) -> Comparison:
-    """What changed in numbers and options: by default, from the run before to the latest."""
+    """What changed in numbers, options and files: by default, from the run before to the latest."""
     asset = services.assets.asset(caller.tenant, asset_id)
     b = _run(services, asset, wanted.b) if wanted.b else asset.latest
     a = _run(services, asset, wanted.a) if wanted.a else _before(services, asset, b)
@@ -170,7 +170,12 @@ def compare_runs(
             f"the asset '{asset.name}' has no two runs to compare",
             remedy="name them by a and b, or make another run",
         )
-    return Comparison.of(Run.of(a, asset.thresholds), Run.of(b, asset.thresholds))
+    return Comparison.of(
+        Run.of(a, asset.thresholds),
+        Run.of(b, asset.thresholds),
+        services.jobs.files(a.id),
+        services.jobs.files(b.id),
+    )
 
 
 def _shown(caller: Caller, asset: StoredAsset) -> Asset:

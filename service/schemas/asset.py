@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import datetime
 from typing import Annotated, Any, Self
 
@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 from service.jobs import asset as stored
 from service.jobs.asset import LONGEST_NAME
 from service.jobs.job import Job as StoredJob
+from service.jobs.job import JobFile, inputs_by_part
 from service.schemas.job import Job, Summary
 from service.schemas.moment import moment
 
@@ -138,9 +139,29 @@ class Comparison(BaseModel):
         examples=[{"preset": ["balanced", "best"]}],
     )
 
+    inputs_changed: dict[str, tuple[str | None, str | None]] = Field(
+        description="Files sent that differ, by part: the SHA-256 of each; null without one.",
+        examples=[
+            {
+                "overrides": [
+                    None,
+                    "41a846c658ea760908b2799586c6a34cd344593abacbeb53814e98a49cf266bc",
+                ]
+            }
+        ],
+    )
+
     @classmethod
-    def of(cls, a: Run, b: Run) -> Self:
-        return cls(a=a, b=b, change=_change(a, b), options_changed=_differing(a.options, b.options))
+    def of(
+        cls, a: Run, b: Run, inputs_of_a: Iterable[JobFile], inputs_of_b: Iterable[JobFile]
+    ) -> Self:
+        return cls(
+            a=a,
+            b=b,
+            change=_change(a, b),
+            options_changed=_differing(a.options, b.options),
+            inputs_changed=_differing(_digests(inputs_of_a), _digests(inputs_of_b)),
+        )
 
 
 _COMPARED = (
@@ -156,6 +177,10 @@ def _change(a: Run, b: Run) -> dict[str, float | None]:
         name: None if before is None or after is None else after - before
         for name, (before, after) in pairs.items()
     }
+
+
+def _digests(files: Iterable[JobFile]) -> dict[str, str]:
+    return {part: file.blob.digest for part, file in inputs_by_part(files).items()}
 
 
 def _differing(a: Mapping[str, Any], b: Mapping[str, Any]) -> dict[str, tuple[Any, Any]]:

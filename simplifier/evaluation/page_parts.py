@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -100,7 +100,7 @@ def facts(report: Report) -> list[str]:
     return [
         _table("Input", _input_rows(report["input"])),
         _table("Solid", _solid_rows(report["solid"])),
-        _table("Options", [(key, _plain(value)) for key, value in report["options"].items()]),
+        _table("Options", list(_option_rows(report["options"]))),
     ]
 
 
@@ -111,12 +111,13 @@ def _input_rows(facts: Report) -> Rows:
         for reason, count in facts["dropped"].items()
         if count
     ]
+    omitted = [f"{one['triangles']:,} of {one['name']}" for one in facts["omitted"]]
     return [
         ("triangles", f"{facts['triangles']:,}"),
         ("vertices", f"{facts['vertices']:,}"),
         ("lowest corner", ", ".join(map(number, low))),
         ("highest corner", ", ".join(map(number, high))),
-        ("left out", ", ".join(dropped) or "none"),
+        ("left out", ", ".join([*dropped, *omitted]) or "none"),
     ]
 
 
@@ -132,9 +133,20 @@ def _solid_rows(facts: Report) -> Rows:
     ]
 
 
+def _option_rows(options: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Those of a group each with the group's name before its own."""
+    for name, value in options.items():
+        if isinstance(value, Mapping):
+            yield from ((f"{name}: {own}", text) for own, text in _option_rows(value))
+        else:
+            yield name, _plain(value)
+
+
 def _plain(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
+    if isinstance(value, list | tuple):
+        return ", ".join(map(_plain, value)) or "none"
     return "default" if value is None else str(value)
 
 

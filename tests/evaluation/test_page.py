@@ -67,6 +67,7 @@ def report(scene):
             "vertices": 2503,
             "bounds": [[-1.0, 0.0, -2.0], [1.0, 3.0, 2.5]],
             "dropped": {"non_finite": 3, "repeated_index": 0, "zero_area": 7},
+            "omitted": [],
         },
         "solid": {
             "resolution": [64, 63, 50],
@@ -162,6 +163,22 @@ def test_all_figures_are_there(report, gallery):
         "sections 1.25 s", "cut 500 ms", "total 1.75 s",
     ):  # fmt: skip
         assert figure in text, figure
+
+
+def test_options_within_options_and_lists_are_words(report, gallery):
+    report["options"] = {
+        "refine": {"moves": 600, "draft": None, "deeper": {"on": True}},
+        "bounds": [0.5, 1.0], "drawn": [],
+    }  # fmt: skip
+    report["input"]["omitted"] = [
+        {"name": "material 'glass'", "see_through": True, "triangles": 1200}
+    ]
+    text = Reader(page_text(report, gallery)).text
+    for words in (
+        "refine: moves 600", "refine: draft default", "refine: deeper: on yes", "bounds 0.5, 1.0",
+        "drawn none", "7 zero area, 1,200 of material 'glass'",
+    ):  # fmt: skip
+        assert words in text, words
 
 
 def test_stages_that_did_not_run_are_left_out_and_bars_are_to_scale(report, gallery):

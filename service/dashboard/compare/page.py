@@ -54,7 +54,7 @@ def _show(compared: ComparedRuns) -> None:
         )
     with ui.element("div").classes("run-panels"):
         _numbers(compared.numbers)
-        _options(compared.options)
+        _differences(compared.options, compared.files)
         _views(compared.views, first, second)
 
 
@@ -73,13 +73,15 @@ def _numbers(numbers: Sequence[NumberChange]) -> None:
                 table.number(number.change).classes(_LOOKS[number.better])
 
 
-def _options(options: Sequence[tuple[str, str, str]]) -> None:
-    with panel("Options that differ"):
-        if not options:
-            ui.label("None: both runs have the same options.")
+def _differences(
+    options: Sequence[tuple[str, str, str]], files: Sequence[tuple[str, str, str]]
+) -> None:
+    with panel("Options and files that differ"):
+        if not (options or files):
+            ui.label("None: both runs have the same options and were sent the same files.")
             return
-        table = PlainTable("Options that differ", ["Option", "A", "B"])
-        for name, a, b in options:
+        table = PlainTable("Options and files that differ", ["What", "A", "B"])
+        for name, a, b in (*options, *files):
             with table.row():
                 table.heading(name)
                 table.text(a)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +10,7 @@ from service.dashboard.asset.rows import RunDetail, Stores, read_run
 from service.dashboard.views import View
 from service.dashboard.wording import length, percent, points, seconds, whole
 from service.errors import NotFoundError
-from service.jobs.job import Summary
+from service.jobs.job import JobFile, Summary, inputs_by_part
 
 _ALIKE = 1e-9
 _LISTED = 8
@@ -48,6 +48,7 @@ class ComparedRuns:
     """Two runs and how they differ.
 
     ``options``  by name, those that differ, as they are in a and in b.
+    ``files``    likewise, what was sent, by the part that it came as.
     ``views``    in which recall changed most; empty where they were looked at along other lines.
     """
 
@@ -55,6 +56,7 @@ class ComparedRuns:
     b: RunDetail
     numbers: tuple[NumberChange, ...]
     options: tuple[tuple[str, str, str], ...]
+    files: tuple[tuple[str, str, str], ...]
     views: tuple[ViewChange, ...]
 
 
@@ -73,6 +75,7 @@ def read_comparison(stores: Stores, tenant: str, a: str, b: str) -> ComparedRuns
         second,
         tuple(_numbers(first.job.summary, second.job.summary)),
         tuple(_options(first.job.options, second.job.options)),
+        tuple(_files(stores.jobs.files(a), stores.jobs.files(b))),
         tuple(most_changed(first.views, second.views)),
     )
 
@@ -145,6 +148,21 @@ def _options(a: Any, b: Any) -> list[tuple[str, str, str]]:
         for name in sorted({*a, *b})
         if a.get(name) != b.get(name)
     ]
+
+
+def _files(a: Iterable[JobFile], b: Iterable[JobFile]) -> Iterator[tuple[str, str, str]]:
+    first, second = inputs_by_part(a), inputs_by_part(b)
+    for part in sorted({*first, *second}):
+        one, other = first.get(part), second.get(part)
+        if one is None or other is None or one.blob.digest != other.blob.digest:
+            yield part, _called(one), _called(other)
+
+
+def _called(file: JobFile | None) -> str:
+    """Runs of an asset often send files of one name, so the begin of the hash tells them apart."""
+    if file is None:
+        return "-"
+    return f"{file.label or file.name} ({file.blob.digest[:8]})"
 
 
 def _said(value: object) -> str:

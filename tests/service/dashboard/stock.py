@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from service.jobs.asset import Thresholds
-from service.jobs.job import Failure, Job, JobFile, JobKind, Submission
+from service.jobs.job import OVERRIDES_FILE, Failure, Job, JobFile, JobKind, Submission
 from service.jobs.media_types import media_type_of
 from service.schemas.job_options import option_tables
 from service.schemas.options import OptionTable
@@ -33,7 +34,14 @@ class Stock:
     blobs: FileBlobs
     tables: Mapping[JobKind, OptionTable]
 
-    def run(self, result: JobResult, *, asset: str | None = None, **summary: Any) -> Job:
+    def run(
+        self,
+        result: JobResult,
+        *,
+        asset: str | None = None,
+        overrides: bytes | None = None,
+        **summary: Any,
+    ) -> Job:
         """A job that has made this; members of its summary can be others."""
         with self.blobs.keeping() as keeping:
             paths = sorted(path for path in result.folder.rglob("*") if path.is_file())
@@ -42,7 +50,7 @@ class Stock:
                 name = path.relative_to(result.folder).as_posix()
                 with path.open("rb") as source:
                     files.append(JobFile(name, keeping.put(source), media_type_of(name)))
-            job = self._submit(result.options, result.input, asset)
+            job = self._submit(result.options, result.input, asset, overrides)
             claim = self.jobs.claim("stock", 60.0)
             assert claim is not None
             assert claim.job.id == job.id
@@ -61,14 +69,21 @@ class Stock:
         """The asset's id; it is made where it is not there."""
         return self.assets.put(TENANT, asset, thresholds)[0].id
 
-    def _submit(self, options: Any, mesh: Path, asset: str | None) -> Job:
+    def _submit(
+        self, options: Any, mesh: Path, asset: str | None, overrides: bytes | None = None
+    ) -> Job:
         resolved = self.tables[JobKind.OCCLUDER].read(options)
         with self.blobs.keeping() as keeping, mesh.open("rb") as source:
-            blob = keeping.put(source)
-            inputs = (JobFile("input/mesh.ply", blob, "model/ply", is_input=True),)
+            inputs = [JobFile("input/mesh.ply", keeping.put(source), "model/ply", is_input=True)]
+            if overrides is not None:
+                decided = keeping.put(BytesIO(overrides))
+                name = "castle.overrides.toml"
+                inputs.append(
+                    JobFile(OVERRIDES_FILE, decided, "application/toml", is_input=True, label=name)
+                )
             job, _ = self.jobs.submit(
                 Submission(
-                    TENANT, JobKind.OCCLUDER, "castle.ply", resolved, inputs, __version__,
+                    TENANT, JobKind.OCCLUDER, "castle.ply", resolved, tuple(inputs), __version__,
                     asset=asset, may_reuse=False,
                 ),
                 queue_limit=1000,

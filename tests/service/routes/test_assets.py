@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from hashlib import sha256
+
 import pytest
 
 from tests.service.routes.serving import problem
@@ -68,6 +70,18 @@ def test_two_runs_are_compared_by_number_and_option(service):
     assert latest["options_changed"] == {"budget": [64, 9]}
     since = service.http.get(f"{place}?a={a}").json()
     assert (since["a"]["job_id"], since["b"]["job_id"]) == (a, c)
+
+
+def test_runs_that_were_sent_other_files_say_which(service):
+    mesh, decided = ("a.obj", b"v 0 0 0\n"), ("a.overrides.toml", b"[ignore]\n")
+    for files in ({"mesh": mesh}, {"mesh": mesh, "overrides": decided}):
+        service.http.post("/v1/occluders?asset=decided&budget=31", files=files)
+        service.hand.begin()
+        service.hand.succeed()
+    place = service.http.get("/v1/assets?name=decided").json()["items"][0]["links"]["compare"]
+    seen = service.http.get(place).json()
+    assert seen["inputs_changed"] == {"overrides": [None, sha256(decided[1]).hexdigest()]}
+    assert seen["options_changed"] == {}
 
 
 def test_only_runs_of_the_asset_are_compared(service):

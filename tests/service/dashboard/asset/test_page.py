@@ -127,7 +127,7 @@ def test_two_runs_are_chosen_and_compared(page: Page, filled: Filled, tmp_path: 
         boxes.nth(box).click()
     compare.click()
     page.wait_for_url(f"**/compare?a={filled.first}&b={filled.second}")
-    options = page.get_by_role("table", name="Options that differ")
+    options = page.get_by_role("table", name="Options and files that differ")
     expect(options.get_by_role("row", name="resolution")).to_contain_text("3248")
     page.locator(".mesh-viewer[data-state=ready]").nth(1).wait_for(timeout=20_000)
     page.get_by_role("table", name="Recall of views").get_by_role("button").first.click()

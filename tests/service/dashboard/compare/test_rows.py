@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -39,7 +40,20 @@ def test_numbers_say_what_became_better_and_what_worse(tmp_path: Path, castle: J
     assert told["Precision"] == ("+0.05 points", True)
     assert told["Triangles"] == ("", None)
     assert told["Worst view's recall"] == ("", None)
-    assert compared.options == ()
+    assert (compared.options, compared.files) == ((), ())
+
+
+def test_files_that_differ_are_told_by_name_and_hash(tmp_path: Path, castle: JobResult) -> None:
+    with stocked(tmp_path / "data") as stock:
+        plain, one, other = (
+            stock.run(castle, overrides=sent) for sent in (None, b"[ignore]\n", b"# none\n")
+        )
+        without = read_comparison(stock, TENANT, plain.id, one.id).files
+        between = read_comparison(stock, TENANT, one.id, other.id).files
+    hashes = [sha256(sent).hexdigest()[:8] for sent in (b"[ignore]\n", b"# none\n")]
+    first, second = (f"castle.overrides.toml ({start})" for start in hashes)
+    assert without == (("overrides", "-", first),)
+    assert between == (("overrides", first, second),)
 
 
 def test_a_job_without_a_result_cannot_be_compared(tmp_path: Path, castle: JobResult) -> None:

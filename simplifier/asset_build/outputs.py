@@ -66,7 +66,7 @@ def outputs_of(mesh: str, templates: Iterable[Output], where: str) -> tuple[Outp
         path = posixpath.normpath(_FIELD.sub(lambda found: values[found[1]], text))
         if path.startswith(("/", "../")) or "\\" in text or ":" in path.split("/")[0]:
             raise _refused(text, "leads out of the manifest's folder", where)
-        if not path.lower().endswith(OCCLUDER_SUFFIXES):
+        if posixpath.splitext(path)[1].lower() not in OCCLUDER_SUFFIXES:  # ".glb" is a name
             raise _refused(text, "does not end as an occluder's file does", where)
         _check_format(template, path.lower(), where)
         return replace(template, file=path)

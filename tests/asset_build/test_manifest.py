@@ -134,6 +134,7 @@ BAD = {
     ),
     "an output outside": ("[[asset]]\nfiles='a.obj'\noutput='../x.glb'", 3, "leads out of"),
     "an output of no format": ("[[asset]]\nfiles='a.obj'\noutput='x.png'", 3, "does not end as"),
+    "an output without a name": ("[[asset]]\nfiles='a.obj'\noutput='x/.glb'", 3, "does not end as"),
     "an unknown field": ("[[asset]]\nfiles='a.obj'\noutput='{nam}.glb'", 3, "has no {nam}"),
     "an output that is no text": ("[defaults]\noutput=3", 2, "neither a text, a table"),
     "no output": ("[defaults]\noutput=[]", 2, "neither a text, a table"),

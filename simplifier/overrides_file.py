@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from simplifier.checks import as_path, is_number
+from simplifier.checks import as_path, check_kind, is_number
 from simplifier.errors import OverridesError
 from simplifier.geometry.mesh import FloatArray, have_area
 from simplifier.geometry.overrides import DrawnPart, Ignore, OpenRegion, Overrides, Pattern
@@ -30,6 +30,7 @@ def load_overrides(path: str | Path, *, name: str | None = None) -> Overrides:
     Raises :class:`~simplifier.errors.OverridesError`, with the line, for what is no TOML, unknown
     keys, wrong values, quads that are none, and drawn parts that reach into open regions.
     """
+    check_kind("name", name, str | None, "a text")
     top = read_toml(as_path("path", path), name=name, error=OverridesError)
     _check_keys(top, ("box", "quad", "open", "ignore"), "at the top")
     boxes = [

@@ -78,6 +78,14 @@ def test_a_changed_mesh_and_a_new_one_are_built(watch, tmp_path):
     assert (tmp_path / "props" / "b_occluder.glb").read_bytes() == TRIANGLE
 
 
+def test_overrides_that_come_and_go_are_followed(watch, tmp_path):
+    decided = tmp_path / "a.overrides.toml"
+    decided.write_text("[ignore]\n")
+    assert watch.hears("a.obj", BUILT).why == "'a.overrides.toml' has changed"
+    decided.unlink()
+    assert watch.hears("a.obj", BUILT).why == "'a.overrides.toml' has changed"
+
+
 def test_a_half_written_mesh_is_built_when_it_is_whole(watch, tmp_path):
     (tmp_path / "b.obj").write_bytes(TRIANGLE + b"broken")
     watch.hears("b.obj", FAILED)

@@ -11,6 +11,7 @@ import simplifier
 from simplifier.errors import OptionError, OverridesError
 from simplifier.geometry.overrides import DrawnPart, OpenRegion, Overrides
 from simplifier.geometry.region import Region
+from tests.schema import check_report
 from tests.solids import blob, box, joined, sphere
 
 QUICK = {"resolution": 16, "preset": "draft", "moves": 600}
@@ -232,4 +233,7 @@ def test_judging_tells_of_triangles_that_pass_through_an_open_region():
     whole = simplifier.Occluder(box().vertices, box().faces)
     window = opening((0.5, 0.5, 0.0), (0.2, 0.2, 0.2), name="window")
     judged = simplifier.judge(box(), whole, options, overrides=Overrides(open=(window,)))
-    assert judged.report()["warnings"] == ["2 triangles pass through the open region window"]
+    report = judged.report()
+    assert report["warnings"] == ["2 triangles pass through the open region window"]
+    assert report["options"]["overrides"] == {"drawn": [], "triangles": 0, "open": ["window"]}
+    check_report(report)

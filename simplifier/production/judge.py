@@ -19,7 +19,7 @@ from simplifier.needs import check_options, need_of_judging, need_of_solid
 from simplifier.options import Options
 from simplifier.production.measures import accuracy_options, judging_of
 from simplifier.production.options import EvaluateOptions
-from simplifier.production.remarks import remarks
+from simplifier.production.remarks import named, remarks
 from simplifier.production.resolve import resolved
 from simplifier.progress import Cancel, Listener, Stopwatch
 from simplifier.solidify import solidify
@@ -59,6 +59,7 @@ class Judgement:
                 **asdict(self.resolved.solid),
                 "viewers": self.options.viewers,
                 "transparent": self.options.transparent,
+                "overrides": named(self.overrides),
                 "accuracy": asdict(self.accuracy.options),
             },
             timings={**self.timings, "load": load_seconds}, warnings=self.warnings,

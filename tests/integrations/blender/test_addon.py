@@ -306,6 +306,11 @@ def mixed(made):
     return mix
 
 
+def glass_through_a_muted_mix(made):
+    transmissive(made)
+    mixed(made).mute = True
+
+
 def clear_in_cycles_alone(made):
     tree = made.node_tree
     tree.get_output_node("EEVEE").target = "EEVEE"
@@ -318,7 +323,8 @@ def grouped(made, alpha=0.5):
     inside = bpy.data.node_groups.new("paint", "ShaderNodeTree")
     inside.interface.new_socket("How much", in_out="INPUT", socket_type="NodeSocketFloat")
     inside.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
-    paint = add(inside, "ShaderNodeBsdfPrincipled", add(inside, "NodeGroupInput"), "Alpha")
+    bend = add(inside, "NodeReroute", add(inside, "NodeGroupInput"))
+    paint = add(inside, "ShaderNodeBsdfPrincipled", bend, "Alpha")
     add(inside, "NodeGroupOutput", paint)
     group = made.node_tree.nodes.new("ShaderNodeGroup")
     group.node_tree = inside
@@ -367,7 +373,7 @@ def left_out(part, *items, transparent="leave-out"):
     "declare",
     [
         blended, thin, cut_out, transmissive, transmissive_by_picture, of_glass, refracting, mixed,
-        clear_in_cycles_alone, grouped, foggy,
+        glass_through_a_muted_mix, clear_in_cycles_alone, grouped, foggy,
     ],
 )  # fmt: skip
 def test_what_declares_that_one_can_see_through_is_left_out(settings, part, declare):

@@ -9,22 +9,31 @@
 //
 // Positions pass as they are, though Unity is left-handed and files are not: the command sees the
 // mirror image of the model and gives that of the occluder, whose numbers are those that Unity wants.
+//
+// Submeshes that are drawn with the cut-out and the transparent ones pass with the names of their
+// materials, as what one can see through: the command leaves them out, and says so in the import's
+// log, unless the options have "--transparent keep".
 
 using System;
 using System.Collections.Generic;
 using System.Diagnostics;
 using System.Globalization;
 using System.IO;
+using System.Linq;
 using System.Text;
+using System.Text.RegularExpressions;
 using UnityEditor;
 using UnityEngine;
+using UnityEngine.Rendering;
 
 public sealed class OccluderPostprocessor : AssetPostprocessor
 {
     // Where the command is not on PATH: EditorPrefs.SetString(CommandKey, "/path/to/occluder").
     public const string CommandKey = "PlanarOccluder.Command";
 
-    public override uint GetVersion() => 1;
+    private const string Warning = "warning: "; // how the command begins such lines
+
+    public override uint GetVersion() => 2;
 
     private void OnPostprocessModel(GameObject root)
     {
@@ -40,7 +49,10 @@ public sealed class OccluderPostprocessor : AssetPostprocessor
             string target = Path.Combine(folder, "occluder.obj");
             WriteObj(root, source);
             string options = string.Join(" ", File.ReadAllLines(optionsPath));
-            Run($"simplify \"{source}\" -o \"{target}\" {options}");
+            string said = Run($"simplify \"{source}\" -o \"{target}\" {options}");
+            foreach (string line in said.Split('\n'))
+                if (line.StartsWith(Warning, StringComparison.Ordinal))
+                    context.LogImportWarning($"{assetPath}: {line.Substring(Warning.Length).Trim()}");
             Add(root, ReadObj(target));
         }
         catch (Exception error)
@@ -53,10 +65,14 @@ public sealed class OccluderPostprocessor : AssetPostprocessor
         }
     }
 
-    // All meshes below the root, in its space.
+    // All meshes below the root, in its space; beside it an MTL file of what one can see through.
     private static void WriteObj(GameObject root, string path)
     {
-        var text = new StringBuilder();
+        string library = Path.ChangeExtension(path, ".mtl");
+        // What comes before any material is opaque, whatever the others are called.
+        var vertexLines = new StringBuilder($"mtllib {Path.GetFileName(library)}\n");
+        StringBuilder opaque = new StringBuilder(), clear = new StringBuilder();
+        var names = new HashSet<string>();
         int first = 1;
         foreach (MeshFilter filter in root.GetComponentsInChildren<MeshFilter>(true))
         {
@@ -69,17 +85,42 @@ public sealed class OccluderPostprocessor : AssetPostprocessor
             foreach (Vector3 vertex in vertices)
             {
                 Vector3 p = toRoot.MultiplyPoint3x4(vertex);
-                text.AppendLine(FormattableString.Invariant($"v {p.x:R} {p.y:R} {p.z:R}"));
+                vertexLines.AppendLine(FormattableString.Invariant($"v {p.x:R} {p.y:R} {p.z:R}"));
             }
-            int[] corners = mesh.triangles;
-            for (int i = 0; i < corners.Length; i += 3)
+            var renderer = filter.GetComponent<Renderer>();
+            Material[] materials = renderer == null ? new Material[0] : renderer.sharedMaterials;
+            for (int part = 0; part < mesh.subMeshCount; part++)
             {
-                int a = first + corners[i], b = first + corners[i + 1], c = first + corners[i + 2];
-                text.AppendLine($"f {a} {b} {c}");
+                Material material = part < materials.Length ? materials[part] : null;
+                bool seeThrough =
+                    material != null && material.renderQueue >= (int)RenderQueue.AlphaTest;
+                if (seeThrough)
+                {
+                    names.Add(Word(material.name));
+                    clear.AppendLine("usemtl " + Word(material.name));
+                }
+                WriteFaces(seeThrough ? clear : opaque, mesh.GetTriangles(part), first);
             }
             first += vertices.Length;
         }
-        File.WriteAllText(path, text.ToString());
+        File.WriteAllText(path, vertexLines.Append(opaque).Append(clear).ToString());
+        File.WriteAllLines(library, names.Select(name => $"newmtl {name}\nd 0.5"));
+    }
+
+    // A name as a line of OBJ can hold it: in one line, which no backslash joins to the next.
+    private static string Word(string name)
+    {
+        string word = Regex.Replace(name, @"[\\\s]+", " ").Trim();
+        return word == "" ? "unnamed" : word;
+    }
+
+    private static void WriteFaces(StringBuilder text, int[] corners, int first)
+    {
+        for (int i = 0; i < corners.Length; i += 3)
+        {
+            int a = first + corners[i], b = first + corners[i + 1], c = first + corners[i + 2];
+            text.AppendLine($"f {a} {b} {c}");
+        }
     }
 
     private static Mesh ReadObj(string path)
@@ -105,7 +146,8 @@ public sealed class OccluderPostprocessor : AssetPostprocessor
 
     private static float Number(string word) => float.Parse(word, CultureInfo.InvariantCulture);
 
-    private static void Run(string arguments)
+    // What the command says beside its results.
+    private static string Run(string arguments)
     {
         var start = new ProcessStartInfo(EditorPrefs.GetString(CommandKey, "occluder"), arguments)
         {
@@ -119,6 +161,7 @@ public sealed class OccluderPostprocessor : AssetPostprocessor
             process.WaitForExit();
             if (process.ExitCode != 0)
                 throw new InvalidOperationException(said);
+            return said;
         }
     }
 

@@ -4,6 +4,7 @@
     operator > session                      one press of the button, object by object
     command | service                       who makes one: both are a ``Run``
     geometry, ply                           objects to triangles and back, and their file
+    materials                               what one can see through, which is left out
 
 Nothing of the library runs inside of Blender.
 """

@@ -1,7 +1,12 @@
 """Objects to triangles, and triangles to an object."""
 
+from collections import Counter
+from functools import cache
+
 import bpy
 import numpy as np
+
+from .materials import is_see_through
 
 MARK = "planar_occluder"
 """Custom property of the objects that are occluders; it holds their figures."""
@@ -29,14 +34,16 @@ def frame_of(item):
     return frame
 
 
-def triangles_of(context, members, anchor):
+def triangles_of(context, members, anchor, transparent):
     """Vertices (n, 3) and faces (m, 3) of objects as they are shown, in ``anchor``'s frame.
 
     With modifiers, and with whatever they instance: collections, points, geometry nodes.
-    Occluders among them are left out.
+    Occluders among them are left out, and by ``transparent``, "leave-out" or "keep", what one can
+    see through: last of the result are the counts of those triangles by their material's name.
     """
     origin = np.array(anchor.matrix_world.translation)
-    vertices, faces, count = [], [], 0
+    is_clear = cache(is_see_through)  # instances share materials
+    vertices, faces, count, omitted = [], [], 0, Counter()
     for instance in context.evaluated_depsgraph_get().object_instances:
         source = instance.parent if instance.is_instance else instance.object
         shown = instance.is_instance or instance.show_self
@@ -45,15 +52,17 @@ def triangles_of(context, members, anchor):
             continue
         if is_occluder(shape.original):
             continue
-        points, corners = _mesh_arrays(shape)
+        points, corners, slots = _mesh_arrays(shape)
+        if transparent == "leave-out":
+            corners = corners[~_clear(shape, slots, is_clear, omitted)]
         matrix = _array(instance.matrix_world)
         matrix[:3, 3] -= origin
         vertices.append(_moved(points, matrix))
         faces.append(_outward(corners, matrix) + count)
         count += len(points)
     if not count:
-        return np.empty((0, 3)), np.empty((0, 3), np.int32)
-    return np.concatenate(vertices), np.concatenate(faces)
+        return np.empty((0, 3)), np.empty((0, 3), np.int32), omitted
+    return np.concatenate(vertices), np.concatenate(faces), omitted
 
 
 def attach(context, anchor, frame, triangles, name, figures):
@@ -89,17 +98,31 @@ def _home(context, anchor):
     return next(own, context.scene.collection)
 
 
+def _clear(shape, slots, is_clear, omitted):
+    """Which triangles (m,) have a material that is clear; they are counted by its name."""
+    clear = np.zeros(len(slots), bool)
+    slots = np.minimum(slots, len(shape.material_slots) - 1)  # as Blender draws what is past them
+    for index, slot in enumerate(shape.material_slots):
+        if is_clear(slot.material) and (own := slots == index).any():
+            clear |= own
+            omitted[slot.material.name] += int(own.sum())
+    return clear
+
+
 def _mesh_arrays(shape):
+    """Vertices (n, 3) and corners (m, 3) in the object's space, and the triangles' slots (m,)."""
     mesh = shape.to_mesh()
     try:
         mesh.calc_loop_triangles()
         points = np.empty(3 * len(mesh.vertices), np.float32)
         corners = np.empty(3 * len(mesh.loop_triangles), np.int32)
+        slots = np.empty(len(mesh.loop_triangles), np.int32)
         mesh.vertices.foreach_get("co", points)
         mesh.loop_triangles.foreach_get("vertices", corners)
+        mesh.loop_triangles.foreach_get("material_index", slots)
     finally:
         shape.to_mesh_clear()
-    return points.reshape(-1, 3).astype(np.float64), corners.reshape(-1, 3)
+    return points.reshape(-1, 3).astype(np.float64), corners.reshape(-1, 3), slots
 
 
 def _array(matrix):

@@ -76,6 +76,8 @@ class OBJECT_OT_make_occluder(bpy.types.Operator):
         context.workspace.status_text_set(None)
 
     def _told(self, session):
+        for remark in session.remarks:
+            self.report({"WARNING"}, remark)
         for failure in session.failures:
             self.report({"WARNING" if session.made else "ERROR"}, failure)
         if session.made:

@@ -5,6 +5,10 @@ import bpy
 from .geometry import MARK, is_occluder, occluder_of
 from .operator import OBJECT_OT_make_occluder
 
+_ASKED = (
+    "budget", "preset", "scope", "ground", "above", "smallest_hole", "transparent", "suffix",
+)  # fmt: skip
+
 
 class VIEW3D_PT_planar_occluder(bpy.types.Panel):
     bl_label = "Occluder"
@@ -15,7 +19,7 @@ class VIEW3D_PT_planar_occluder(bpy.types.Panel):
     def draw(self, context):
         layout, settings = self.layout, context.scene.planar_occluder
         layout.use_property_split = True
-        for name in ("budget", "preset", "scope", "ground", "above", "smallest_hole", "suffix"):
+        for name in _ASKED:
             layout.prop(settings, name)
         layout.operator(OBJECT_OT_make_occluder.bl_idname)
         layout.prop(settings, "preview")

@@ -6,6 +6,7 @@ import bpy
 
 from . import ply
 from .geometry import attach, frame_of, is_occluder, triangles_of
+from .materials import KEEP, omitted_words
 from .preferences import start_run
 from .run import RunError
 
@@ -35,7 +36,10 @@ def tasks_of(context):
 
 
 class Session:
-    """``made`` counts, ``failures`` says what was wrong with the others."""
+    """``made`` counts, ``failures`` says what was wrong with the others.
+
+    ``remarks``  what was left out of which object.
+    """
 
     def __init__(self, context):
         settings = context.scene.planar_occluder
@@ -44,7 +48,7 @@ class Session:
         self._count = len(self._tasks)
         self._task = self._run = self._frame = None
         self.made = 0
-        self.failures = []
+        self.failures, self.remarks = [], []
 
     @property
     def done(self):
@@ -89,9 +93,15 @@ class Session:
             )
         members = [item for item in bpy.data.objects if item.session_uid in self._task.members]
         self._frame = frame_of(anchor)  # as it is now: the anchor may be moved meanwhile
-        vertices, faces = triangles_of(context, members, anchor)
+        vertices, faces, omitted = triangles_of(
+            context, members, anchor, self._options["transparent"]
+        )
+        if not len(faces) and omitted:
+            raise RunError(f"nothing opaque is left: {omitted_words(omitted)}; {KEEP}")
         if not len(faces):
             raise RunError("it shows no triangles: select objects with faces")
+        if omitted:
+            self.remarks.append(f"{anchor.name}: {omitted_words(omitted)}; {KEEP}")
         return start_run(context, ply.encode(vertices, faces), self._options)
 
     def _keep(self, context, made):

@@ -35,6 +35,12 @@ class OccluderSettings(bpy.types.PropertyGroup):
         min=0.0,
         subtype="DISTANCE",
     )
+    transparent: EnumProperty(
+        name="See-through",
+        description="Faces of materials that one can see through, which must hide nothing",
+        items=[("leave-out", "Leave Out", ""), ("keep", "Keep", "")],
+        default="leave-out",
+    )
     suffix: StringProperty(
         name="Suffix",
         description="Of the occluder's name. Godot makes an occluder of what ends in -occonly",
@@ -55,6 +61,7 @@ class OccluderSettings(bpy.types.PropertyGroup):
             "ground": self.ground,
             "viewers": "above" if self.above else "all",
             "smallest_hole": self.smallest_hole,
+            "transparent": self.transparent,
         }
 
 

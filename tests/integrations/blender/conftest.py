@@ -72,11 +72,12 @@ def preferences(installed, command):
 @pytest.fixture
 def settings(preferences):
     """Of an empty scene: quick ones."""
-    for kind in (bpy.data.objects, bpy.data.meshes, bpy.data.collections):
+    data = bpy.data
+    for kind in (data.objects, data.meshes, data.collections, data.materials, data.node_groups):
         for item in list(kind):
             kind.remove(item)
     chosen = bpy.context.scene.planar_occluder
-    for name in ("scope", "ground", "above", "smallest_hole", "suffix"):
+    for name in ("scope", "ground", "above", "smallest_hole", "transparent", "suffix"):
         chosen.property_unset(name)
     chosen.preview, chosen.budget, chosen.preset = False, 40, "draft"
     return chosen

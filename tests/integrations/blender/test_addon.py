@@ -169,7 +169,7 @@ def test_instances_of_a_collection_count_as_what_they_show_without_its_occluders
     bpy.context.scene.collection.objects.link(holder)
     place(holder, (0, 0, 10), (0, 0, np.pi / 2))
     select(holder)
-    vertices, _ = part("geometry").triangles_of(bpy.context, [holder], holder)
+    vertices, _, _ = part("geometry").triangles_of(bpy.context, [holder], holder, "leave-out")
     assert len(vertices) == 8
     assert make() == {"FINISHED"}
     assert_fits(occluder_of(holder), [[-1, 0, 9], [1, 2, 11]], 1e-4)
@@ -182,7 +182,7 @@ def test_points_of_geometry_nodes_that_carry_instances_count(settings, part):
     ground.instance_type = "VERTS"
     box.parent = ground
     bpy.context.view_layer.update()
-    vertices, faces = part("geometry").triangles_of(bpy.context, [ground], ground)
+    vertices, faces, _ = part("geometry").triangles_of(bpy.context, [ground], ground, "leave-out")
     # Four boxes, one a corner; the instancer is shown as well.
     assert len(faces) in (4 * 12, 4 * 12 + 2)
     assert np.abs(vertices[:, :2]).max() == pytest.approx(11.0)
@@ -231,6 +231,261 @@ def test_an_object_that_is_deleted_meanwhile_is_told_of_and_the_others_are_made(
     assert session.made == 1
     assert session.failures == ["an object: it is there no more"]
     occluder_of(kept)
+
+
+# What one can see through.
+
+
+def material(name):
+    made = bpy.data.materials.new(name)
+    if bpy.app.version < (5, 0, 0):  # later ones have nodes, and do not like to be asked
+        made.use_nodes = True
+    return made
+
+
+def principled(made):
+    return made.node_tree.nodes["Principled BSDF"]
+
+
+def add(tree, kind, source=None, into=None):
+    """A node; of its inputs, ``into`` is fed by what ``source`` gives first."""
+    node = tree.nodes.new(kind)
+    if source is not None:
+        tree.links.new(source.outputs[0], node.inputs[into or 0])
+    return node
+
+
+def finish_with(made, node):
+    """Make a node the surface."""
+    tree = made.node_tree
+    tree.links.new(node.outputs[0], tree.get_output_node("EEVEE").inputs["Surface"])
+
+
+def glass(name="glass"):
+    made = material(name)
+    principled(made).inputs["Transmission Weight"].default_value = 0.9
+    return made
+
+
+def blended(made):
+    made.surface_render_method = "BLENDED"
+
+
+def thin(made):
+    principled(made).inputs["Alpha"].default_value = 0.99
+
+
+def cut_out(made):
+    image = made.node_tree.nodes.new("ShaderNodeTexImage")
+    made.node_tree.links.new(image.outputs["Alpha"], principled(made).inputs["Alpha"])
+
+
+def transmissive(made):
+    principled(made).inputs["Transmission Weight"].default_value = 0.01
+
+
+def transmissive_by_picture(made):
+    image = made.node_tree.nodes.new("ShaderNodeTexImage")
+    weight = principled(made).inputs["Transmission Weight"]
+    made.node_tree.links.new(image.outputs["Color"], weight)
+
+
+def of_glass(made):
+    finish_with(made, made.node_tree.nodes.new("ShaderNodeBsdfGlass"))
+
+
+def refracting(made):
+    finish_with(made, made.node_tree.nodes.new("ShaderNodeBsdfRefraction"))
+
+
+def mixed(made):
+    tree = made.node_tree
+    mix = add(tree, "ShaderNodeMixShader", principled(made), 1)
+    tree.links.new(add(tree, "ShaderNodeBsdfTransparent").outputs[0], mix.inputs[2])
+    finish_with(made, add(tree, "NodeReroute", mix))
+    return mix
+
+
+def glass_through_a_muted_mix(made):
+    transmissive(made)
+    mixed(made).mute = True
+
+
+def clear_in_cycles_alone(made):
+    tree = made.node_tree
+    tree.get_output_node("EEVEE").target = "EEVEE"
+    other = add(tree, "ShaderNodeOutputMaterial", add(tree, "ShaderNodeBsdfTransparent"))
+    other.target = "CYCLES"
+
+
+def grouped(made, alpha=0.5):
+    """A group with a surface whose alpha is set outside of it."""
+    inside = bpy.data.node_groups.new("paint", "ShaderNodeTree")
+    inside.interface.new_socket("How much", in_out="INPUT", socket_type="NodeSocketFloat")
+    inside.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+    bend = add(inside, "NodeReroute", add(inside, "NodeGroupInput"))
+    paint = add(inside, "ShaderNodeBsdfPrincipled", bend, "Alpha")
+    add(inside, "NodeGroupOutput", paint)
+    group = made.node_tree.nodes.new("ShaderNodeGroup")
+    group.node_tree = inside
+    group.inputs[0].default_value = alpha
+    finish_with(made, group)
+
+
+def foggy(made):
+    tree, output = made.node_tree, made.node_tree.get_output_node("EEVEE")
+    tree.nodes.remove(principled(made))
+    fog = tree.nodes.new("ShaderNodeVolumePrincipled")
+    tree.links.new(fog.outputs[0], output.inputs["Volume"])
+
+
+def as_it_comes(made):
+    pass
+
+
+def clear_shader_that_goes_nowhere(made):
+    made.node_tree.nodes.new("ShaderNodeBsdfTransparent")
+
+
+def mix_that_is_muted(made):
+    mixed(made).mute = True
+
+
+def link_that_is_muted(made):
+    cut_out(made)
+    principled(made).inputs["Alpha"].links[0].is_muted = True
+
+
+def group_with_full_alpha(made):
+    grouped(made, 1.0)
+
+
+def unlinked(made):
+    made.node_tree.nodes.remove(principled(made))
+
+
+def left_out(part, *items, transparent="leave-out"):
+    """Counts of triangles by material, of objects at the origin."""
+    return dict(part("geometry").triangles_of(bpy.context, items, items[0], transparent)[2])
+
+
+@pytest.mark.parametrize(
+    "declare",
+    [
+        blended, thin, cut_out, transmissive, transmissive_by_picture, of_glass, refracting, mixed,
+        glass_through_a_muted_mix, clear_in_cycles_alone, grouped, foggy,
+    ],
+)  # fmt: skip
+def test_what_declares_that_one_can_see_through_is_left_out(settings, part, declare):
+    box, made = cube(), material("pane")
+    declare(made)
+    box.data.materials.append(made)
+    bpy.context.view_layer.update()
+    assert left_out(part, box) == {"pane": 12}
+    assert left_out(part, box, transparent="keep") == {}
+
+
+@pytest.mark.parametrize(
+    "declare",
+    [
+        as_it_comes, clear_shader_that_goes_nowhere, mix_that_is_muted, link_that_is_muted,
+        group_with_full_alpha, unlinked,
+    ],
+)  # fmt: skip
+def test_what_shows_nothing_behind_it_is_taken(settings, part, declare):
+    box, made = cube(), material("wall")
+    declare(made)
+    box.data.materials.append(made)
+    bpy.context.view_layer.update()
+    assert left_out(part, box) == {}
+
+
+def test_a_material_counts_where_it_is_shown(settings, part):
+    """By the face's slot, the object's own material before the mesh's, the last for what is past
+    them; a slot without faces, and one without a material, hide what they did."""
+    stone, pane, unused = material("stone"), glass("pane"), glass("unused")
+    box = cube()
+    for one in (pane, None, pane, unused):
+        box.data.materials.append(one)
+    box.material_slots[0].link = "OBJECT"
+    box.material_slots[0].material = stone
+    for face, slot in zip(box.data.polygons, (0, 0, 0, 1, 2, 2), strict=True):
+        face.material_index = slot
+    bpy.context.view_layer.update()
+    assert left_out(part, box) == {"pane": 4}
+    box.data.polygons[0].material_index = 7
+    box.data.update()
+    bpy.context.view_layer.update()
+    assert left_out(part, box) == {"pane": 4, "unused": 2}
+
+
+def test_instances_have_the_materials_of_what_they_show(settings, part):
+    box = cube()
+    box.data.materials.append(glass())
+    bpy.ops.mesh.primitive_plane_add(size=20.0)
+    ground = bpy.context.object
+    ground.instance_type = "VERTS"
+    box.parent = ground
+    bpy.context.view_layer.update()
+    assert left_out(part, ground) == {"glass": 4 * 12}
+
+
+def house(at=(0, 0, 0)):
+    """A box with a wing of glass to its right, one object."""
+    body, wing = cube(), cube(at=(3, 0, 0))
+    body.data.materials.append(material("stone"))
+    wing.data.materials.append(glass())
+    select(wing, body)
+    bpy.ops.object.join()
+    return place(body, at)
+
+
+def test_glass_is_left_out_of_the_occluder_and_told_of(settings, part):
+    one = house()
+    select(one)
+    press = Press(part)
+    assert pressed(press) == {"FINISHED"}
+    assert_fits(occluder_of(one), [[-1, -1, -1], [1, 1, 1]], 1e-5)
+    assert press.reports == [
+        ("WARNING", "Cube: 12 see-through triangles were left out (material 'glass'); keep them "
+         "with See-through: Keep"),
+        ("INFO", "1 occluder made"),
+    ]  # fmt: skip
+
+
+def test_glass_is_kept_where_that_is_asked_for(settings, part):
+    one = house()
+    settings.transparent = "keep"
+    select(one)
+    press = Press(part)
+    assert pressed(press) == {"FINISHED"}
+    assert_fits(occluder_of(one), [[-1, -1, -1], [4, 1, 1]], 1e-5)
+    assert press.reports == [("INFO", "1 occluder made")]
+
+
+def test_an_object_of_which_nothing_is_left_is_told_of_and_the_others_are_made(settings, part):
+    lamp, wall = cube(), cube(at=(5, 0, 0))
+    lamp.name = "lamp"
+    lamp.data.materials.append(glass())
+    select(lamp, wall)
+    press = Press(part)
+    assert pressed(press) == {"FINISHED"}
+    assert lamp.children == ()
+    occluder_of(wall)
+    assert press.reports == [
+        ("WARNING", "lamp: nothing opaque is left: 12 see-through triangles were left out "
+         "(material 'glass'); keep them with See-through: Keep"),
+        ("INFO", "1 occluder made"),
+    ]  # fmt: skip
+
+
+def test_the_first_few_materials_are_named(part):
+    words = part("materials").omitted_words
+    assert words({"a": 1}) == "1 see-through triangle was left out (material 'a')"
+    assert words(dict.fromkeys("abcdefg", 2)) == (
+        "14 see-through triangles were left out (material 'a', material 'b', material 'c', "
+        "material 'd', material 'e' and 2 more)"
+    )
 
 
 # What goes wrong.
@@ -346,6 +601,15 @@ class Press:
         return getattr(self._kind, name).__get__(self)
 
 
+def pressed(press, seconds=60.0):
+    """How a press ends that is left alone."""
+    end = time.monotonic() + seconds
+    while press.state <= {"RUNNING_MODAL", "PASS_THROUGH"}:
+        assert time.monotonic() < end
+        press.send("TIMER")
+    return press.state
+
+
 def test_a_press_in_a_window_ends_by_its_timer(settings, part):
     box = cube()
     select(box)
@@ -353,11 +617,7 @@ def test_a_press_in_a_window_ends_by_its_timer(settings, part):
     assert press.state == {"RUNNING_MODAL"}
     assert len(press.window.timers) == 1
     assert not bpy.ops.object.make_occluder.poll()
-    end = time.monotonic() + 60.0
-    while press.state != {"FINISHED"}:
-        press.send("TIMER")
-        assert press.state in ({"PASS_THROUGH"}, {"FINISHED"})
-        assert time.monotonic() < end
+    assert pressed(press) == {"FINISHED"}
     assert press.window.timers == []
     assert press.reports == [("INFO", "1 occluder made")]
     assert bpy.ops.object.make_occluder.poll()

@@ -1,7 +1,12 @@
 // Imports a model as Unity would, and prints what became of it as lines of words.
+//
+// Import.exe Wedge.fbx [QUEUE:MATERIAL ...]: a wedge for each material, ten apart along x, all of
+// one mesh; "none" is a submesh without a material.  Without any a single wedge has none.
 
 using System;
+using System.Collections.Generic;
 using System.Globalization;
+using System.Linq;
 using System.Reflection;
 using System.Threading;
 using UnityEditor;
@@ -28,9 +33,9 @@ public static class Import
         var part = new GameObject("part");
         part.transform.Place = new Vector3(0.5f, 0.25f, -4);
         part.transform.SetParent(root.transform, false);
-        part.AddComponent<MeshFilter>().sharedMesh =
-            new Mesh { vertices = Corners, triangles = Faces };
-        part.AddComponent<MeshRenderer>();
+        Material[] materials = arguments.Skip(1).Select(MaterialOf).ToArray();
+        part.AddComponent<MeshFilter>().sharedMesh = Wedges(Math.Max(materials.Length, 1));
+        part.AddComponent<MeshRenderer>().sharedMaterials = materials;
         part.Flags = StaticEditorFlags.OccluderStatic | StaticEditorFlags.BatchingStatic;
 
         var context = new AssetImportContext();
@@ -44,6 +49,8 @@ public static class Import
             Console.WriteLine("depends " + path);
         foreach (string text in context.Errors)
             Console.WriteLine("error " + text);
+        foreach (string text in context.Warnings)
+            Console.WriteLine("warning " + text);
         Console.WriteLine("part " + part.Flags);
         foreach (Transform child in root.transform.Children)
         {
@@ -55,11 +62,32 @@ public static class Import
                 Console.WriteLine("stored " + context.Added.Contains(filter.sharedMesh));
                 foreach (Vector3 p in filter.sharedMesh.vertices)
                     Console.WriteLine($"vertex {p.x:R} {p.y:R} {p.z:R}");
-                int[] t = filter.sharedMesh.triangles;
+                int[] t = filter.sharedMesh.GetTriangles(0);
                 for (int i = 0; i < t.Length; i += 3)
                     Console.WriteLine($"face {t[i]} {t[i + 1]} {t[i + 2]}");
             }
         }
         return 0;
+    }
+
+    private static Material MaterialOf(string said)
+    {
+        string[] words = said.Split(new[] { ':' }, 2);
+        return words.Length == 1
+            ? null : new Material { name = words[1], renderQueue = int.Parse(words[0]) };
+    }
+
+    private static Mesh Wedges(int count)
+    {
+        var mesh = new Mesh();
+        var vertices = new List<Vector3>();
+        for (int part = 0; part < count; part++)
+        {
+            int first = vertices.Count;
+            vertices.AddRange(Corners.Select(p => new Vector3(p.x + 10 * part, p.y, p.z)));
+            mesh.SetTriangles(Faces.Select(corner => first + corner).ToList(), part);
+        }
+        mesh.SetVertices(vertices);
+        return mesh;
     }
 }

@@ -9,7 +9,7 @@ using System.Linq;
 namespace UnityEngine
 {
     public class Object { public string name = ""; }
-    public class Material : Object { }
+    public class Material : Object { public int renderQueue = 2000; }
 
     public struct Vector3
     {
@@ -32,6 +32,7 @@ namespace UnityEngine
     {
         public GameObject gameObject;
         public Transform transform => gameObject.transform;
+        public T GetComponent<T>() where T : Component => gameObject.GetComponent<T>();
     }
 
     public class Transform : Component
@@ -82,6 +83,8 @@ namespace UnityEngine
             return made;
         }
 
+        public T GetComponent<T>() where T : Component => Components.OfType<T>().FirstOrDefault();
+
         public T[] GetComponentsInChildren<T>(bool includeInactive) =>
             Components.OfType<T>()
                 .Concat(transform.Children.SelectMany(
@@ -92,26 +95,41 @@ namespace UnityEngine
     public class Mesh : Object
     {
         public Vector3[] vertices = new Vector3[0];
-        public int[] triangles = new int[0];
+        public List<int[]> Parts = new List<int[]>();
+        public int subMeshCount => Parts.Count;
+        public int[] GetTriangles(int submesh) => Parts[submesh];
         public void SetVertices(List<Vector3> them) { vertices = them.ToArray(); }
-        public void SetTriangles(List<int> them, int submesh) { triangles = them.ToArray(); }
+        public void SetTriangles(List<int> them, int submesh)
+        {
+            if (submesh != Parts.Count)
+                throw new NotImplementedException();
+            Parts.Add(them.ToArray());
+        }
+
         public void RecalculateNormals() { }
         public void RecalculateBounds() { }
     }
 
     public class MeshFilter : Component { public Mesh sharedMesh; }
-    public class Renderer : Component { public Material[] sharedMaterials; }
+    public class Renderer : Component { public Material[] sharedMaterials = new Material[0]; }
     public class MeshRenderer : Renderer { }
+}
+
+namespace UnityEngine.Rendering
+{
+    public enum RenderQueue { Geometry = 2000, AlphaTest = 2450, Transparent = 3000 }
 }
 
 namespace UnityEditor.AssetImporters
 {
     public class AssetImportContext
     {
-        public readonly List<string> Errors = new List<string>(), Dependencies = new List<string>();
+        public readonly List<string> Errors = new List<string>(), Warnings = new List<string>(),
+            Dependencies = new List<string>();
         public readonly List<UnityEngine.Object> Added = new List<UnityEngine.Object>();
         public void DependsOnSourceAsset(string path) { Dependencies.Add(path); }
         public void LogImportError(string text) { Errors.Add(text); }
+        public void LogImportWarning(string text) { Warnings.Add(text); }
         public void AddObjectToAsset(string id, UnityEngine.Object it) { Added.Add(it); }
     }
 }

@@ -38,12 +38,16 @@ def command(tmp_path_factory):
     return make_command(tmp_path_factory.mktemp("bin"))
 
 
-def imported(program, project, command, options):
-    """Import Wedge.fbx of a project; what the program prints, by the first word of its lines."""
+def imported(program, project, command, options, *materials):
+    """Import Wedge.fbx of a project; what the program prints, by the first word of its lines.
+
+    ``materials``  of a wedge each, as "3000:glass", render queue and name.
+    """
     if options is not None:
         (project / "Wedge.fbx.occluder").write_text(options)
     done = subprocess.run(
-        ["mono", program, "Wedge.fbx"], cwd=project, capture_output=True, text=True, timeout=120,
+        ["mono", program, "Wedge.fbx", *materials],
+        cwd=project, capture_output=True, text=True, timeout=120,
         env={**os.environ, "TEST_COMMAND": str(command)}, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -87,6 +91,52 @@ def test_what_the_command_refuses_is_an_error_of_the_import(program, tmp_path, c
     (error,) = found["error"]
     assert error.startswith("Wedge.fbx: no occluder was made: ")
     assert "budget" in error
+    assert "child" not in found
+
+
+def wedges(found):
+    """Where the occluder's wedges stand, by the number of their material."""
+    return set((numbers(found["vertex"])[:, 0] // 10).astype(int).tolist())
+
+
+def test_what_one_can_see_through_is_left_out_and_told_of(program, tmp_path, command):
+    # 2449 is the last queue of what is opaque, 2450 the first of what is cut out.
+    found = imported(
+        program, tmp_path, command, "--preset draft",
+        "2449:wall", "2450:ivy, dry", "3000:glass", "none", "3000:glass",
+    )  # fmt: skip
+    assert wedges(found) == {0, 3}
+    assert found["warning"] == [
+        "Wedge.fbx: 12 see-through triangles were left out (material 'ivy, dry', "
+        "material 'glass'); keep them with --transparent keep (transparent=\"keep\" in Python)"
+    ]
+
+
+@pytest.mark.parametrize("option", ["--transparent keep", "--transparent=keep"])
+def test_what_one_can_see_through_is_kept_by_the_option(program, tmp_path, command, option):
+    options = f"--preset draft\n{option}"
+    found = imported(program, tmp_path, command, options, "2000:wall", "3000:glass")
+    assert wedges(found) == {0, 1}
+    assert "warning" not in found
+
+
+def test_names_of_materials_may_be_anything(program, tmp_path, command):
+    """One that opaque ones have too, none, and such as end or join the lines of a file."""
+    found = imported(
+        program, tmp_path, command, "--preset draft",
+        "2000:", "2000:same", "3000:same", "3000:", "3000:back\\", "3000:two\nlines", "2000:wall",
+    )  # fmt: skip
+    assert wedges(found) == {0, 1, 6}
+    assert found["warning"][0].startswith(
+        "Wedge.fbx: 16 see-through triangles were left out (material 'same', "
+        "material 'unnamed', material 'back', material 'two lines');"
+    )
+
+
+def test_a_model_that_is_all_glass_is_an_error_of_the_import(program, tmp_path, command):
+    found = imported(program, tmp_path, command, "", "3000:glass")
+    (error,) = found["error"]
+    assert "nothing opaque is left: 4 see-through triangles were left out" in error
     assert "child" not in found
 
 

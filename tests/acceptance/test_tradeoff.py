@@ -41,7 +41,7 @@ def rows(out):
 def test_a_sweep_with_a_mesh_that_fails_and_a_hostile_name(folder, tmp_path):
     out = tmp_path / "deep" / "out"
     done = occluder(
-        "tradeoff", folder / "damaged.glb", folder / HOSTILE, "-o", out, *SMALL, "--repeats", "2",
+        "tradeoff", folder / "damaged.glb", folder / HOSTILE, "-o", out, *SMALL, "--repeats", "1",
         "--precision", "0.9",
     )  # fmt: skip
     assert done.returncode == 0
@@ -54,7 +54,7 @@ def test_a_sweep_with_a_mesh_that_fails_and_a_hostile_name(folder, tmp_path):
     names = ["draft", "balanced", "best", "resolution 8", "4 directions", "time 0.05 s"]
     assert [row["setting"] for row in measured] == names
     assert {row["mesh"] for row in measured} == {HOSTILE}
-    assert {row["repeats"] for row in measured} == {"2"}
+    assert {row["repeats"] for row in measured} == {"1"}
     front = {row["setting"] for row in measured if row["standing"] == "front"}
     assert front
     for row in measured:
@@ -137,16 +137,17 @@ def test_no_folder_to_write_to(command, folder, tmp_path):
 
 
 def test_overrides_beside_a_mesh_hold_for_every_run(tmp_path):
+    """A budget that the drawn box uses up, and that else would do for the mesh itself."""
     mesh = box()
     simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), tmp_path / "box.ply")
     by_hand = tmp_path / "box.overrides.toml"
     by_hand.write_text("[[box]]\ncenter = [0.5, 0.5, 0.5]\nsize = [0.5, 0.5, 0.5]\n")
-    arguments = ("tradeoff", tmp_path / "box.ply", "-o", tmp_path, *SMALL, "--repeats", "1")
-    assert occluder(*arguments).returncode == 1  # a budget of 8, and a box has 12 triangles
-    assert {row["standing"] for row in rows(tmp_path)} == {"failed"}
-    assert {"12" in row["reason"] for row in rows(tmp_path)} == {True}
+    arguments = ("tradeoff", tmp_path / "box.ply", "-o", tmp_path, *SMALL, "--repeats", "1",
+                 "--budgets", "12")  # fmt: skip
+    assert occluder(*arguments).returncode == 0
+    assert all(float(row["recall"]) < 0.5 for row in rows(tmp_path))
     assert occluder(*arguments, "--no-overrides").returncode == 0
-    assert "failed" not in {row["standing"] for row in rows(tmp_path)}
+    assert all(float(row["recall"]) == 1.0 for row in rows(tmp_path))
     by_hand.write_text("[[boxes]]\n")
     assert occluder(*arguments).returncode == 1
     assert "box.overrides.toml:1: there is no key 'boxes'" in rows(tmp_path)[0]["reason"]

@@ -29,7 +29,7 @@ def by_pixel(fine):
     return parts.reshape(ROWS, COLUMNS, -1)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1))
 def test_a_triangle_is_drawn_where_it_holds_the_whole_pixel_at_its_farthest(seed):
     rng = np.random.default_rng(seed)
@@ -48,7 +48,7 @@ def test_a_triangle_is_drawn_where_it_holds_the_whole_pixel_at_its_farthest(seed
     assert (depth >= least - 1.1 * slope - push)[core].all()
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1))
 def test_a_mesh_is_drawn_only_where_it_leaves_no_gap(seed):
     rng = np.random.default_rng(seed)

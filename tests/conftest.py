@@ -13,6 +13,12 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from simplifier.kernels.threads import thread_count
+
+# Workers share the processors: threads in each that wait for one another's take a seventh longer.
+if workers := int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "0")):
+    os.environ.setdefault("OCCLUDER_THREADS", str(max(1, thread_count() // workers)))
+
 ASSETS = Path(os.environ.get("OCCLUDER_ASSETS", Path(__file__).parents[2] / "shared" / "assets"))
 
 settings.register_profile("steady", derandomize=True, deadline=None)

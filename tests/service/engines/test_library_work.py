@@ -18,7 +18,7 @@ import pytest
 from service.engines.engine import LIBRARY_WORK
 from service.jobs.job import JobKind, JobState
 from service.jobs.progress import LARGEST_PICTURE
-from simplifier import load_lods, load_occluder, save, simplify
+from simplifier import Occluder, load_lods, load_occluder, save, simplify
 from tests.acceptance.command import environment
 from tests.service.engines.workplace import Workplace
 from tests.solids import box, sphere
@@ -228,15 +228,18 @@ def test_refused_overrides_name_their_line(place, ball, overrides, label, kind, 
     assert tells_no_path(place, [job.failure.detail, job.failure.remedy])
 
 
-def test_a_tradeoff_measures_settings_and_tells_how_many_are_done(place, ball):
-    files = {"input/mesh.obj": ball}
-    id_ = place.submit_files(JobKind.TRADEOFF, files, SWEEP, name="ball <b>.obj")
+def test_a_tradeoff_measures_settings_and_tells_how_many_are_done(place, tmp_path):
+    cube = box()
+    save(Occluder(cube.vertices, cube.faces), tmp_path / "cube.obj")
+    files = {"input/mesh.obj": (tmp_path / "cube.obj").read_bytes()}
+    whole = {**SWEEP, "budgets": [len(cube.faces)]}  # it is its own occluder: nothing is searched
+    id_ = place.submit_files(JobKind.TRADEOFF, files, whole, name="cube <b>.obj")
     job = place.end_of(id_, 60.0)
     assert (job.state, job.summary.levels) == (JobState.SUCCEEDED, 6)
     results = place.results(id_)
     assert set(results) == {f"tradeoff.{suffix}" for suffix in ("csv", "html", "json", "png")}
     settings = json.loads(results["tradeoff.json"])["settings"]
-    assert {row["mesh"] for row in settings} == {"ball <b>.obj"}
+    assert {row["mesh"] for row in settings} == {"cube <b>.obj"}
     assert job.summary.recall == max(
         row["recall"] for row in settings if row["standing"] == "front"
     )

@@ -138,6 +138,28 @@ if __name__ == "__main__":
 """
 
 
+BLOCKED = """
+import signal
+from simplifier.hierarchy.worker import without_interrupts
+from multiprocessing import resource_tracker
+
+with without_interrupts():
+    resource_tracker.getfd()  # as the start of any process does
+    print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))
+print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="there are no signal masks")
+def test_the_first_process_is_started_without_interrupts_too():
+    """The resource tracker, which starts with the first, unblocks what was blocked before it."""
+    done = subprocess.run(
+        [sys.executable, "-c", BLOCKED], env=environment(), capture_output=True, text=True,
+        check=True,
+    )  # fmt: skip
+    assert done.stdout.split() == ["True", "False"]
+
+
 def is_alive(pid):
     """Of a process that may be nobody's child; a zombie is not."""
     try:

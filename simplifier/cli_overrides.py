@@ -9,8 +9,7 @@ import typer
 
 from simplifier.errors import OptionError
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
-from simplifier.overrides_file import load_overrides
-from simplifier.overrides_place import overrides_beside
+from simplifier.overrides_file import load_overrides, overrides_of
 
 OverridesFile = Annotated[
     Path | None,
@@ -37,5 +36,6 @@ def chosen_overrides(mesh: Path, file: Path | None, none: bool) -> Overrides:
             where="overrides",
             remedy="choose one of the two",
         )
-    found = file if file is not None or none else overrides_beside(mesh)
-    return NO_OVERRIDES if found is None else load_overrides(found)
+    if none:
+        return NO_OVERRIDES
+    return overrides_of(mesh) if file is None else load_overrides(file)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
@@ -18,7 +18,7 @@ from simplifier.interrupts import Interrupts
 from simplifier.io import check_writable, load_mesh
 from simplifier.io.glb_embed import check_place
 from simplifier.io.save_lods import is_level_path
-from simplifier.io.style import Style
+from simplifier.io.style import Embedding, Sides, Style
 from simplifier.memory.limit import default_limit
 from simplifier.memory.need import BASE_BYTES, GIB
 from simplifier.option_fields import SIMPLIFY_FIELDS
@@ -37,14 +37,14 @@ def simplify(
     ],
     *,
     sides: Annotated[
-        Literal["double", "single"],
+        Sides,
         typer.Option(help="single: for engines that cull back faces, both windings are written."),
     ] = "double",
     as_quads: Annotated[
         bool, typer.Option("--as-quads", help="Write quads where triangles pair up: obj, off, ply.")
     ] = False,
     with_original: Annotated[
-        Literal["godot", "lod"] | None,
+        Embedding | None,
         typer.Option(
             help="Write the original too, to a glb, with the occluder as a node NAME-occonly"
             " (godot) or as its coarsest level of detail (lod)."

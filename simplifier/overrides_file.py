@@ -15,13 +15,27 @@ import numpy as np
 from simplifier.checks import as_path, check_kind, is_number
 from simplifier.errors import OverridesError
 from simplifier.geometry.mesh import FloatArray, have_area
-from simplifier.geometry.overrides import DrawnPart, Ignore, OpenRegion, Overrides, Pattern
+from simplifier.geometry.overrides import (
+    NO_OVERRIDES,
+    DrawnPart,
+    Ignore,
+    OpenRegion,
+    Overrides,
+    Pattern,
+)
 from simplifier.geometry.region import Region
+from simplifier.overrides_place import overrides_beside
 from simplifier.toml_lines import Table, read_toml
 
 _LARGEST = 1e100  # of a coordinate
 _MOST = 1000  # of a kind: each region is held against each part and each voxel
 _BOX = ("name", "center", "size", "rotation", "angle", "axis")
+
+
+def overrides_of(mesh: Path) -> Overrides:
+    """Those of the file beside a mesh, as :func:`load_overrides`; none decided without one."""
+    beside = overrides_beside(mesh)
+    return NO_OVERRIDES if beside is None else load_overrides(beside)
 
 
 def load_overrides(path: str | Path, *, name: str | None = None) -> Overrides:

@@ -10,3 +10,6 @@ MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".occ", ".off", ".ply", ".stl", ".tres
 
 OCCLUDER_SUFFIXES = (".glb", ".obj", ".occ", ".off", ".ply", ".stl", ".tres")
 """Files that an occluder is written to."""
+
+QUAD_SUFFIXES = (".obj", ".off", ".ply")
+"""Files that hold quads, too."""

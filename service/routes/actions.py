@@ -11,11 +11,11 @@ from typing import Any
 
 from service.access.key import Caller
 from service.errors import ConflictError
-from service.jobs.job import Job, JobKind, JobState, Submission
+from service.jobs.job import Job, JobKind, JobState, Submission, inputs_by_part
 from service.routes.services import Services
 
-_SWEPT = ("input/mesh.", "input/overrides.")
-"""Of a run's inputs: it may be that of an occluder that was made elsewhere."""
+_SWEPT = ("mesh", "overrides")
+"""Parts of a run that a sweep takes: the run may be that of an occluder made elsewhere."""
 
 
 def cancel(services: Services, caller: Caller, job_id: str) -> Job:
@@ -89,8 +89,8 @@ def _once_more(
     with services.blobs.keeping() as keeping:
         inputs = tuple(
             file
-            for file in services.jobs.files(job.id)
-            if file.is_input and (not sweeps or file.name.startswith(_SWEPT))
+            for part, file in inputs_by_part(services.jobs.files(job.id)).items()
+            if not sweeps or part in _SWEPT
         )
         try:
             for file in inputs:

@@ -83,13 +83,11 @@ def make(maker: Maker, job: Job) -> Made:
 def make_here(job: Job) -> Mapping[str, Any]:
     """The maker of this machine."""
     # Here, not above: a build on a server need not load what makes occluders.
-    from simplifier.geometry.overrides import NO_OVERRIDES
     from simplifier.io import load_mesh
-    from simplifier.overrides_file import load_overrides
+    from simplifier.overrides_file import overrides_of
     from simplifier.production.produce import produce
 
-    file, options = overrides_beside(job.mesh), job.options
-    by_hand = NO_OVERRIDES if file is None else load_overrides(file)
+    by_hand, options = overrides_of(job.mesh), job.options
     soup = load_mesh(
         job.mesh,
         transparent=options.transparent,

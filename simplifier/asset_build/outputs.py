@@ -6,24 +6,23 @@ import posixpath
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, get_args
 
 from simplifier.errors import ManifestError
 from simplifier.io.style import Embedding, Sides
 from simplifier.option_fields import OptionField
-from simplifier.suffixes import OCCLUDER_SUFFIXES
+from simplifier.suffixes import OCCLUDER_SUFFIXES, QUAD_SUFFIXES
 
 WRITING_FIELDS = (
-    OptionField("sides", "choice", "double", "Sides drawn.", choices=("double", "single")),
+    OptionField("sides", "choice", "double", "Sides drawn.", choices=get_args(Sides)),
     OptionField("as_quads", "flag", False, "Quads where triangles pair up."),
     OptionField(
-        "with_original", "choice", None, "The original too.", choices=("godot", "lod"),
+        "with_original", "choice", None, "The original too.", choices=get_args(Embedding),
         nullable=True,
     ),
 )  # fmt: skip
 """How an output may be written, by the names of ``occluder simplify``."""
 
-_QUADS = (".obj", ".off", ".ply")  # those of io/formats.py, which takes long to import
 _FIELD = re.compile(r"\{([^{}]*)\}")
 _LEVEL = re.compile(r"(.*)_lod(?:0|[1-9][0-9]*)(\.[^./]*)")
 
@@ -81,9 +80,9 @@ def level_base(path: str) -> str | None:
 
 
 def _check_format(template: Output, path: str, where: str) -> None:
-    if template.as_quads and not path.endswith(_QUADS):
+    if template.as_quads and not path.endswith(QUAD_SUFFIXES):
         what = f"the output '{template.file}' is of a format without quads"
-        remedy = f"end it in one of {' '.join(_QUADS)}, or take as_quads out"
+        remedy = f"end it in one of {' '.join(QUAD_SUFFIXES)}, or take as_quads out"
         raise ManifestError(what, where=where, remedy=remedy)
     if template.with_original is not None and not path.endswith(".glb"):
         what = f"the output '{template.file}' cannot hold the original"

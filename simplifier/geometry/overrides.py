@@ -51,6 +51,10 @@ ALL_OPAQUE = Ignore()
 """Nothing is ignored by name."""
 
 
+def _called(name: str, where: str) -> str:
+    return f"{name} ({where})" if where else name
+
+
 @dataclass(frozen=True, eq=False)
 class DrawnPart:
     """Triangles drawn by hand, (m, 3, 3) world units: a box or a quad with its ``name``.
@@ -63,7 +67,7 @@ class DrawnPart:
     where: str = ""
 
     def __str__(self) -> str:
-        return f"{self.name} ({self.where})" if self.where else self.name
+        return _called(self.name, self.where)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +79,7 @@ class OpenRegion:
     where: str = ""
 
     def __str__(self) -> str:
-        return f"{self.name} ({self.where})" if self.where else self.name
+        return _called(self.name, self.where)
 
 
 @dataclass(frozen=True, eq=False)

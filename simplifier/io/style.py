@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from simplifier.checks import check_flag, check_one_of
 
@@ -28,7 +28,7 @@ class Style:
     quads: bool = False
 
     def __post_init__(self) -> None:
-        check_one_of("sides", self.sides, ("double", "single"))
+        check_one_of("sides", self.sides, get_args(Sides))
         check_flag("quads", self.quads)
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import simplifier
 from service.engines.messages import Task
 from service.engines.work.allowance import allowed_options
+from service.engines.work.input_mesh import read_mesh
 from service.engines.work.meter import JUDGING, Meter
 from service.engines.work.numbers import summary_of
-from service.engines.work.overrides import read_overrides
 from service.engines.work.pages import write_pages
 from service.engines.work.refusals import input_path
 from service.engines.worker import Cancel, TaskCancelledError, Tell
@@ -25,18 +25,10 @@ def evaluate_mesh(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     meter = Meter(tell)
     options = simplifier.EvaluateOptions.of(allowed_options(task))
     meter.at("load", 0.0)
-    path, limit = input_path(task, "mesh"), options.memory_limit
-    simplifier.check_file(path, options, pictures=True, viewing=True)
-    overrides = read_overrides(task)
-    mesh = simplifier.load(
-        path,
-        allow_external=False,
-        transparent=options.transparent,
-        ignore=overrides.ignore,
-        memory_limit=limit,
-    )
+    simplifier.check_file(input_path(task, "mesh"), options, pictures=True, viewing=True)
+    mesh, overrides = read_mesh(task, options)
     occluder = simplifier.load_occluder(
-        input_path(task, "occluder"), allow_external=False, memory_limit=limit
+        input_path(task, "occluder"), allow_external=False, memory_limit=options.memory_limit
     )
     load_seconds = meter.seconds
     listener = meter.part(0.1, 0.8, JUDGING)

@@ -10,9 +10,9 @@ import simplifier
 from service.engines.messages import Task
 from service.engines.work.allowance import allowed_options
 from service.engines.work.best_so_far import BestSoFar
+from service.engines.work.input_mesh import read_mesh
 from service.engines.work.meter import MAKING, Meter
 from service.engines.work.numbers import summary_of
-from service.engines.work.overrides import read_overrides
 from service.engines.work.pages import write_pages
 from service.engines.work.refusals import input_path
 from service.engines.worker import Cancel, TaskCancelledError, Tell
@@ -28,16 +28,8 @@ def make_occluder(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     meter, results = Meter(tell), Path(task.results)
     options = simplifier.SimplifyOptions.of(allowed_options(task))
     meter.at("load", 0.0)
-    path = input_path(task, "mesh")
-    simplifier.check_file(path, options, pictures=True, viewing=True)
-    overrides = read_overrides(task)
-    mesh = simplifier.load(
-        path,
-        allow_external=False,
-        transparent=options.transparent,
-        ignore=overrides.ignore,
-        memory_limit=options.memory_limit,
-    )
+    simplifier.check_file(input_path(task, "mesh"), options, pictures=True, viewing=True)
+    mesh, overrides = read_mesh(task, options)
     load_seconds = meter.seconds
     draw = BestSoFar(mesh, options.up)
     made = simplifier.make(mesh, options, meter.part(0.05, 0.8, MAKING, draw), cancel, overrides)

@@ -7,9 +7,8 @@ from pathlib import Path
 import simplifier
 from service.engines.messages import Task
 from service.engines.work.allowance import allowed_options
+from service.engines.work.input_mesh import read_mesh
 from service.engines.work.meter import Meter
-from service.engines.work.overrides import read_overrides
-from service.engines.work.refusals import input_path
 from service.engines.worker import Cancel, TaskCancelledError, TaskFailedError, Tell
 from service.jobs.job import Failure, Summary
 
@@ -24,14 +23,7 @@ def measure_tradeoff(task: Task, tell: Tell, cancel: Cancel) -> Summary:
     meter, results = Meter(tell), Path(task.results)
     options = simplifier.TradeoffOptions.of(allowed_options(task))
     meter.at("load", 0.0)
-    overrides = read_overrides(task)
-    mesh = simplifier.load(
-        input_path(task, "mesh"),
-        allow_external=False,
-        transparent=options.transparent,
-        ignore=overrides.ignore,
-        memory_limit=options.memory_limit,
-    )
+    mesh, overrides = read_mesh(task, options)
 
     def told(done: int, runs: int, now: str) -> None:
         meter.counted("runs", _MEASURED * done / runs, done, runs)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from simplifier.geometry.grid import grid_shape
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.memory.limit import check_need
 from simplifier.memory.need import MemoryNeed
 from simplifier.memory.runs import Judging, judging, simplifying, solidifying
 from simplifier.memory.stages import MeshSize, Shape
 from simplifier.options import Options
-from simplifier.voxel.voxelize import grid_shape
 
 
 def size_of(mesh: TriangleMesh) -> MeshSize:

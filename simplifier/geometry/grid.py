@@ -7,9 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.errors import MeshError
 from simplifier.geometry.mesh import FloatArray
 
 BoolArray = NDArray[np.bool_]
+
+_SMALLEST_CELL = 1e-290  # world units; below, float64 loses digits and its reciprocal overflows
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,3 +72,30 @@ class VoxelGrid:
         places = np.argwhere(columns)
         ends = [np.column_stack([places, depth]) for depth in (first, last)]
         return np.asarray(np.concatenate(ends) + 0.5)
+
+
+def grid_shape(extent: FloatArray, resolution: int) -> tuple[int, int, int]:
+    """Voxels along each axis of the grid of a mesh whose bounding box has those edges.
+
+    Raises :class:`MeshError` as :func:`cells_of`.
+    """
+    nx, ny, nz = cells_of(extent, resolution)[0].tolist()
+    return nx, ny, nz
+
+
+def cells_of(extent: FloatArray, resolution: int) -> tuple[NDArray[np.int64], float]:
+    """Voxels along each axis, (3,), and the edge of a voxel, world units.
+
+    ``resolution`` (1 or more) voxels lie along the longest edge of the ``extent``; the other axes
+    get as many as they need, at least one.  Raises :class:`MeshError` for an extent below 1e-290
+    world units a voxel.
+    """
+    cell_size = float(extent.max()) / resolution
+    if cell_size < _SMALLEST_CELL:
+        raise MeshError(
+            f"the mesh is {extent.max():g} units long, too small to divide into voxels",
+            remedy="scale it up",
+        )
+    # An extent of 3.0000000001 cells is 3 cells and a rounding error, not 4.
+    whole = np.ceil(extent / cell_size - 1e-9).astype(np.int64)
+    return np.maximum(whole, 1), cell_size

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from simplifier.geometry.grid import grid_shape
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.node import is_own_occluder, node_options
@@ -14,7 +15,6 @@ from simplifier.hierarchy.plan import Job
 from simplifier.memory.need import MIB, MemoryNeed
 from simplifier.memory.runs import Judging, judging, simplifying
 from simplifier.memory.stages import MeshSize
-from simplifier.voxel.voxelize import grid_shape
 
 _COPIES = 2  # of the scene: as it was read, and in parts
 _WORKER = 90 * MIB  # of a process beside the first: their libraries' pages are the same

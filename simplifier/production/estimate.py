@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from simplifier.checks import as_path, check_flag, check_kind
+from simplifier.geometry.grid import grid_shape
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.io.load import claim_of
 from simplifier.memory.limit import check_need
@@ -19,7 +20,6 @@ from simplifier.options import Options
 from simplifier.production.measures import judging_of
 from simplifier.production.options import EvaluateOptions, SimplifyOptions
 from simplifier.production.resolve import Chosen, resolved
-from simplifier.voxel.voxelize import grid_shape
 
 
 def estimate_memory(

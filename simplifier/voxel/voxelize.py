@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simplifier.errors import MeshError
-from simplifier.geometry.grid import VoxelGrid
-from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.geometry.grid import VoxelGrid, cells_of
+from simplifier.geometry.mesh import TriangleMesh
 from simplifier.kernels.threads import run_chunks
 from simplifier.kernels.voxels import mark_triangles
 
 _LEAST_TRIANGLES = 4096  # fewer are not worth a hand-over to another thread
-_SMALLEST_CELL = 1e-290  # world units; below, float64 loses digits and its reciprocal overflows
 
 
 def voxelize(mesh: TriangleMesh, resolution: int) -> VoxelGrid:
@@ -27,7 +24,7 @@ def voxelize(mesh: TriangleMesh, resolution: int) -> VoxelGrid:
     than 1e-290 world units a voxel.
     """
     low, high = mesh.bounds
-    cells, cell_size = _fitted(high - low, resolution)
+    cells, cell_size = cells_of(high - low, resolution)
     origin = low - (cells * cell_size - (high - low)) / 2.0
     scale = 1.0 / cell_size
     touched = np.zeros(tuple(cells), dtype=np.bool_)
@@ -39,25 +36,3 @@ def voxelize(mesh: TriangleMesh, resolution: int) -> VoxelGrid:
         least=_LEAST_TRIANGLES,
     )
     return VoxelGrid(touched, origin, cell_size)
-
-
-def grid_shape(extent: FloatArray, resolution: int) -> tuple[int, int, int]:
-    """Voxels along each axis of the grid of a mesh whose bounding box has those edges.
-
-    Raises :class:`MeshError` as :func:`voxelize`.
-    """
-    nx, ny, nz = _fitted(extent, resolution)[0].tolist()
-    return nx, ny, nz
-
-
-def _fitted(extent: FloatArray, resolution: int) -> tuple[NDArray[np.int64], float]:
-    """Voxels along each axis, and the edge of a voxel."""
-    cell_size = float(extent.max()) / resolution
-    if cell_size < _SMALLEST_CELL:
-        raise MeshError(
-            f"the mesh is {extent.max():g} units long, too small to divide into voxels",
-            remedy="scale it up",
-        )
-    # An extent of 3.0000000001 cells is 3 cells and a rounding error, not 4.
-    whole = np.ceil(extent / cell_size - 1e-9).astype(np.int64)
-    return np.maximum(whole, 1), cell_size

@@ -15,11 +15,12 @@ from unittest.mock import patch
 
 import simplifier
 from bench.meshes import STAND_INS, load_stand_in
-from simplifier.evaluation.occlusion import occlusion_measures
+from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.options import Options, RefineOptions, make_options
 from simplifier.pipeline import simplify_mesh
-from simplifier.selection import annealing, exchange
+from simplifier.refinement import annealing
+from simplifier.selection import exchange
 from simplifier.warmup import warm_up
 
 CUT_ONLY = {"preset": "best", "moves": 0}

@@ -20,25 +20,25 @@ from bench.meshes import bumpy_sphere
 from bench.rates import bytes_a_second, lookups_a_second, seconds, word_operations_a_second
 from bench.record import Row
 from examples.castle import castle
-from simplifier.cut import cut_solid
+from simplifier.accuracy.accuracy import view_masks
 from simplifier.deadline import Deadline
-from simplifier.evaluation.accuracy import view_masks
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import image_axes, random_directions
 from simplifier.kernels.coverage import covered
-from simplifier.kernels.flooding import flood
+from simplifier.kernels.fill import flood
 from simplifier.kernels.polygon_views import score_images
 from simplifier.kernels.soup_views import UNIT
-from simplifier.kernels.voxels import mark_triangles
+from simplifier.kernels.voxelize import mark_triangles
 from simplifier.options import SectionOptions, make_options
 from simplifier.progress import Stopwatch
-from simplifier.selection.annealing import Annealing, RefineViews, Room
+from simplifier.refinement.annealing import Annealing, RefineViews, Room
+from simplifier.refinement.search import pulled_in
 from simplifier.selection.measure import directional_measures, silhouettes
-from simplifier.selection.refine import pulled_in
 from simplifier.sight import search_projections
 from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler
-from simplifier.solidify import solidify
+from simplifier.steps.cut import cut_solid
+from simplifier.steps.solid import solidify
 from simplifier.voxel.fill import fill
 from simplifier.voxel.morphology import dilated
 from simplifier.voxel.voxelize import voxelize

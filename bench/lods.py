@@ -15,7 +15,7 @@ from typing import Any
 
 import simplifier
 from bench.meshes import ASSETS, cube, readable_assets
-from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracies
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracies
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.warmup import warm_up
 

@@ -11,8 +11,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 import simplifier
-from simplifier.evaluation.machine import processor_name
 from simplifier.kernels.threads import thread_count
+from simplifier.report.machine import processor_name
 
 ROOT = Path(__file__).parents[1]
 

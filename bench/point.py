@@ -28,7 +28,7 @@ from typing import Any
 import simplifier
 from bench.machine import ROOT
 from bench.meshes import bumpy_sphere, mesh_named
-from simplifier.cli import app
+from simplifier.cli.main import app
 
 Stages = Mapping[str, float]
 

@@ -31,8 +31,8 @@ from bench.record import Row, write_page, write_table
 from examples.castle import castle
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.quads import quads_and_triangles
 from simplifier.io.formats import suffixes_with_quads
+from simplifier.io.quad_pairs import quads_and_triangles
 
 RESULTS = Path("bench/results")
 _BLENDER = Path(".venv-blender/bin/python")

@@ -65,7 +65,7 @@ def _cell(mesh: TriangleMesh, changes: dict[str, Any]) -> str:
     typed = {key: value for key, value in changes.items() if key != "tolerance"}
     if "shrink" in typed:
         typed["shrink"] *= longest
-    with patch("simplifier.cut.TOLERANCE_VOXELS", changes.get("tolerance", 1.0)):
+    with patch("simplifier.steps.cut.TOLERANCE_VOXELS", changes.get("tolerance", 1.0)):
         occluder = simplify_mesh(mesh, make_options(longest, **typed)).occluder
     report = simplifier.evaluate(mesh, occluder, exact=True)
     return f"{report.recall:.1%} at {report.precision:.2%}"

@@ -18,15 +18,15 @@ from pathlib import Path
 
 from bench.machine import ROOT, header
 from bench.meshes import STAND_INS, StandIn
-from simplifier.evaluation import tradeoff_words as words
-from simplifier.evaluation.tradeoff import SweepOptions, sweep
-from simplifier.evaluation.tradeoff_advice import Advice, advise
-from simplifier.evaluation.tradeoff_cases import Case
-from simplifier.evaluation.tradeoff_plot import overview_picture
-from simplifier.evaluation.tradeoff_study import Study, study_of
-from simplifier.evaluation.tradeoff_table import table_bytes
-from simplifier.evaluation.wording import percent
+from simplifier.tradeoff import words
+from simplifier.tradeoff.advice import Advice, advise
+from simplifier.tradeoff.cases import Case
+from simplifier.tradeoff.plot import overview_picture
+from simplifier.tradeoff.study import Study, study_of
+from simplifier.tradeoff.sweep import SweepOptions, sweep
+from simplifier.tradeoff.table import table_bytes
 from simplifier.warmup import warm_up
+from simplifier.wording import percent
 
 RESULTS, DOCS = ROOT / "bench" / "results", ROOT / "docs"
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"

@@ -13,9 +13,9 @@ import numpy as np
 
 import simplifier
 from examples.castle import castle
-from simplifier.evaluation.png import encoded
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.views import image_axes
+from simplifier.report.png import encoded
 
 _EYE = np.array([0.25, -0.3, -1.0])  # the direction in which one looks
 _CENTRE, _SPAN = np.array([-6.0, 11.0, 24.0]), (60.0, 34.0)  # metres that a panel shows

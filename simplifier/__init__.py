@@ -18,7 +18,7 @@
     json.dump(product.report(), file)
 
 Errors are :class:`OccluderError` and its kinds.  Commands from outside use
-:mod:`simplifier.plugin_commands` beside.  A name is imported when it is first used, so that
+:mod:`simplifier.cli.plugin` beside.  A name is imported when it is first used, so that
 a process that only describes options or loads nothing stays without numpy.
 """
 
@@ -30,6 +30,7 @@ from typing import TYPE_CHECKING, Any
 from simplifier.version import VERSION as __version__
 
 if TYPE_CHECKING:
+    from simplifier.accuracy.accuracy import AccuracyReport
     from simplifier.api import evaluate, save, simplify, simplify_lods, simplify_scene
     from simplifier.culling.cull import Culled, Culler
     from simplifier.culling.depth_buffer import DepthBuffer, Verdict
@@ -48,9 +49,6 @@ if TYPE_CHECKING:
         UnknownFormatError,
         UnreadableMeshError,
     )
-    from simplifier.evaluation.accuracy import AccuracyReport
-    from simplifier.evaluation.tradeoff_study import Study
-    from simplifier.evaluation.viewpoint import Viewpoint, picture_of
     from simplifier.geometry.camera import Camera, CameraPath, Lens
     from simplifier.geometry.lod_chain import Level, LodChain
     from simplifier.geometry.mesh import TriangleMesh
@@ -61,6 +59,8 @@ if TYPE_CHECKING:
     from simplifier.hierarchy.occluder_tree import OccluderTree
     from simplifier.io import load_camera_path, load_lods, load_occluder, load_scene
     from simplifier.io import load_mesh as load
+    from simplifier.io.overrides import load_overrides
+    from simplifier.io.suffixes import MESH_SUFFIXES, OCCLUDER_SUFFIXES
     from simplifier.memory.limit import default_limit
     from simplifier.memory.need import BASE_BYTES, MemoryNeed
     from simplifier.option_fields import (
@@ -70,15 +70,15 @@ if TYPE_CHECKING:
         TRADEOFF_FIELDS,
         OptionField,
     )
-    from simplifier.overrides_file import load_overrides
     from simplifier.production.estimate import check_file, estimate_memory
     from simplifier.production.judge import Judgement, judge
     from simplifier.production.options import EvaluateOptions, SimplifyOptions, TradeoffOptions
     from simplifier.production.produce import Made, Product, make, produce
-    from simplifier.production.tradeoff import sweep_tradeoff
     from simplifier.production.viewing import save_for_viewing
     from simplifier.progress import STAGES, Progress
-    from simplifier.suffixes import MESH_SUFFIXES, OCCLUDER_SUFFIXES
+    from simplifier.report.viewpoint import Viewpoint, picture_of
+    from simplifier.tradeoff.produce import sweep_tradeoff
+    from simplifier.tradeoff.study import Study
     from simplifier.warmup import warm_up
 
 __all__ = [
@@ -187,9 +187,9 @@ _NAMES = {
         "UnknownFormatError",
         "UnreadableMeshError",
     ),
-    "evaluation.accuracy": ("AccuracyReport",),
-    "evaluation.tradeoff_study": ("Study",),
-    "evaluation.viewpoint": (
+    "accuracy.accuracy": ("AccuracyReport",),
+    "tradeoff.study": ("Study",),
+    "report.viewpoint": (
         "Viewpoint",
         "picture_of",
     ),
@@ -226,7 +226,7 @@ _NAMES = {
         "SIMPLIFY_FIELDS",
         "TRADEOFF_FIELDS",
     ),
-    "overrides_file": ("load_overrides",),
+    "io.overrides": ("load_overrides",),
     "production.estimate": (
         "check_file",
         "estimate_memory",
@@ -246,13 +246,13 @@ _NAMES = {
         "make",
         "produce",
     ),
-    "production.tradeoff": ("sweep_tradeoff",),
+    "tradeoff.produce": ("sweep_tradeoff",),
     "production.viewing": ("save_for_viewing",),
     "progress": (
         "Progress",
         "STAGES",
     ),
-    "suffixes": (
+    "io.suffixes": (
         "MESH_SUFFIXES",
         "OCCLUDER_SUFFIXES",
     ),

@@ -1,6 +1,6 @@
 """``python -m simplifier`` is the ``occluder`` command."""
 
-from simplifier.cli import main
+from simplifier.cli.main import main
 
 if __name__ == "__main__":
     main()

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from simplifier.accuracy.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
 from simplifier.checks import as_path, check_callable, check_cancel, check_kind
-from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
 from simplifier.geometry.lod_chain import LodChain
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
@@ -24,9 +24,9 @@ from simplifier.hierarchy.options import SceneOptions
 from simplifier.io import save_occluder, write_scene
 from simplifier.io.save_lods import save_lods
 from simplifier.io.style import Sides, Style
+from simplifier.lods.level_plan import plan_levels
 from simplifier.lods.levels import simplify_levels
 from simplifier.lods.options import LodOptions, finest_bound
-from simplifier.lods.plan import plan_levels
 from simplifier.memory.limit import check_need
 from simplifier.memory.runs import Judging, seeing
 from simplifier.needs import check_making, size_of

@@ -7,18 +7,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from simplifier.cut import cut_solid
 from simplifier.deadline import Deadline
 from simplifier.errors import OptionError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, NOTHING, Overrides
 from simplifier.geometry.solid import Solid
-from simplifier.improve import improve
-from simplifier.itself import fits, seen_triangles
 from simplifier.options import ERROR_VOXELS, Options
 from simplifier.progress import Cancel, Listener, Stopwatch
-from simplifier.solidify import solid_warnings, solidify
+from simplifier.steps.cut import cut_solid
+from simplifier.steps.refine import improve
+from simplifier.steps.solid import solid_warnings, solidify
+from simplifier.steps.verbatim import fits, seen_triangles
 
 _EMPTY = (
     "nothing within the error bound hides more rightly than wrongly, so the occluder is empty; "

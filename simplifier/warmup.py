@@ -12,14 +12,13 @@ from typing import get_args
 
 import numpy as np
 
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.camera_paths.options import PathKind
 from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.depth_buffer import Coverage, DepthBuffer
 from simplifier.culling.flythrough import fly
 from simplifier.culling.item_buffer import ItemBuffer
 from simplifier.errors import BackendUnavailableError, MeshError
-from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
-from simplifier.evaluation.report import build_report
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
@@ -32,6 +31,7 @@ from simplifier.kernels.item_buffer import merge_pictures
 from simplifier.kernels.t_junctions import crack_triangles
 from simplifier.options import Options, SectionOptions, Trim, make_options
 from simplifier.pipeline import simplify_mesh
+from simplifier.report.report import build_report
 
 _HEADER = """ply
 format {} 1.0

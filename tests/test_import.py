@@ -22,10 +22,10 @@ LIGHT = {
         "from simplifier import TradeoffOptions, TRADEOFF_FIELDS\n"
         "SimplifyOptions.of({'budget': 7, 'error_bounds': [1, 2]}); EvaluateOptions()"
     ),
-    "the command line": "import simplifier.cli",
-    "what commands from outside use": "import simplifier.plugin_commands",
+    "the command line": "import simplifier.cli.main",
+    "what commands from outside use": "import simplifier.cli.plugin",
     "what reads TOML and writes whole files": (
-        "import simplifier.toml_lines, simplifier.io.source, simplifier.io.whole"
+        "import simplifier.io.toml, simplifier.io.source, simplifier.io.atomic"
     ),
 }
 

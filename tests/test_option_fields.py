@@ -19,12 +19,12 @@ from simplifier import (
     SimplifyOptions,
     TradeoffOptions,
 )
-from simplifier.evaluation.accuracy import AccuracyOptions
-from simplifier.evaluation.tradeoff import SweepOptions
+from simplifier.accuracy.accuracy import AccuracyOptions
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.lods.options import LodOptions
 from simplifier.memory.limit import check_limit
 from simplifier.options import make_options
+from simplifier.tradeoff.sweep import SweepOptions
 
 ACCURACY = {"views", "image", "quads", "exact"}
 LODS = {"lods", "error_bounds", "pixel_error", "screen_height", "fov"}
@@ -196,7 +196,7 @@ def test_functions_have_the_defaults_of_the_table():
 def test_the_command_line_shows_the_table(table, command):
     from typer.main import get_command
 
-    from simplifier.cli import app
+    from simplifier.cli.main import app
 
     shown = {one.name: one for one in get_command(app).commands[command].params}
     assert [name for name in shown if name in {one.name for one in table}] == [

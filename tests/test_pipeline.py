@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 
 import simplifier
 from examples.castle import castle
+from simplifier.accuracy.deviation import deviation
 from simplifier.errors import BackendUnavailableError, CancelledError
-from simplifier.evaluation.deviation import deviation
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.options import ERROR_VOXELS, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import STAGES, Stopwatch
-from simplifier.solidify import solidify
+from simplifier.steps.solid import solidify
 from tests.conftest import ASSETS
 from tests.solids import box, joined, sphere, table
 
@@ -439,7 +439,7 @@ def test_the_seed_reaches_the_exchange(monkeypatch):
     # It once stopped at the options.
     seen = []
     monkeypatch.setattr(
-        "simplifier.cut.choose_by_gain",
+        "simplifier.steps.cut.choose_by_gain",
         lambda candidates, budget, alpha, exchanges, seed, tell: (
             seen.append(seed) or np.zeros(len(candidates), np.int32)
         ),

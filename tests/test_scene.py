@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import simplifier
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
+from simplifier.accuracy.deviation import deviation
 from simplifier.errors import BackendUnavailableError
-from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
-from simplifier.evaluation.deviation import deviation
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.kernels.voxels import mark_triangles
+from simplifier.kernels.voxelize import mark_triangles
 from simplifier.options import make_options
 from simplifier.pipeline import simplify_mesh
 from tests.segments import crossings, outside

@@ -19,8 +19,8 @@ import simplifier
 from bench.machine import ROOT
 from bench.meshes import ASSETS
 from bench.record import Row, markdown, read_table, told, write_table
-from simplifier.evaluation.deviation import deviation
-from simplifier.evaluation.occlusion import occlusion_measures
+from simplifier.accuracy.deviation import deviation
+from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.options import ERROR_VOXELS, Axis, make_options
 from simplifier.pipeline import Simplification, simplify_mesh

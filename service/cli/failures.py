@@ -8,7 +8,7 @@ import typer
 
 from service.errors import ServiceError, SettingsError
 from simplifier import OccluderError, OptionError
-from simplifier.plugin_commands import print_line, run_guarded
+from simplifier.cli.plugin import print_line, run_guarded
 
 _OURS = ("service", "simplifier")
 

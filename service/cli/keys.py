@@ -17,7 +17,7 @@ import typer
 from service.access.key import LOCAL, ApiKey, Scope
 from service.cli.failures import run_command
 from simplifier import OptionError
-from simplifier.plugin_commands import Debug, print_line, print_text
+from simplifier.cli.plugin import Debug, print_line, print_text
 
 if TYPE_CHECKING:
     from service.access.key import KeyStore

@@ -17,11 +17,11 @@ from simplifier import (
     SimplifyOptions,
     __version__,
 )
-from simplifier.plugin_commands import overrides_beside
+from simplifier.cli.plugin import overrides_beside
 
 if TYPE_CHECKING:
     from service.client import Client, RemoteJob
-    from simplifier.asset_build.makers import Job
+    from simplifier.builds.makers import Job
 
 _PATIENCE = 3600.0  # seconds for which a full queue is waited for
 _DEFAULTS = {field.name: field.default for field in SIMPLIFY_FIELDS}

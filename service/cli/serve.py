@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from service.cli.failures import run_command
-from simplifier.plugin_commands import Debug, print_line
+from simplifier.cli.plugin import Debug, print_line
 
 
 def serve(

@@ -20,7 +20,7 @@ from service.errors import SettingsError
 from service.settings import Settings
 from service.storage.data_folder import DataFolder
 from service.storage.key_store import SqlKeyStore
-from simplifier.plugin_commands import print_text
+from simplifier.cli.plugin import print_text
 
 _IDLE = 75  # seconds that a connection without a request is kept: longer than proxies keep theirs
 _GRACE = 3  # seconds that answers under way have once the server is to end

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from simplifier.plugin_commands import percent, print_line, print_text
+from simplifier.cli.plugin import percent, print_line, print_text
 
 _LONGEST_NAME = 32
 

@@ -10,7 +10,7 @@ from contextlib import suppress
 from service.cli.submission import Outcome, Submission, submit_one
 from service.cli.submission_bars import SubmissionBars, submission_bars
 from service.client import Client, ClientError
-from simplifier.plugin_commands import INTERRUPTED, interrupts, percent, print_line
+from simplifier.cli.plugin import INTERRUPTED, interrupts, percent, print_line
 
 _GLANCE = 0.1  # seconds between looks at whether to stop
 _PATIENCE = 3600.0  # seconds for which a full queue is waited for

@@ -11,7 +11,7 @@ import typer
 
 from service.cli.failures import run_command
 from simplifier import OCCLUDER_SUFFIXES, SIMPLIFY_FIELDS, OptionError, OutputError
-from simplifier.plugin_commands import Debug, overrides_beside, typed_lengths, with_options
+from simplifier.cli.plugin import Debug, overrides_beside, typed_lengths, with_options
 
 _FIELDS = tuple(field for field in SIMPLIFY_FIELDS if field.name != "slicer")  # the server's affair
 _DEFAULTS = {field.name: field.default for field in _FIELDS}

@@ -19,7 +19,7 @@ from simplifier.camera_paths.routes import Ids
 from simplifier.camera_paths.upright import UprightScene
 from simplifier.geometry.grid import BoolArray, VoxelGrid
 from simplifier.geometry.mesh import FloatArray
-from simplifier.kernels.voxels import mark_triangles
+from simplifier.kernels.voxelize import mark_triangles
 
 _MOST_VOXELS = 24_000_000
 _FINEST, _COARSEST = 0.06, 0.18  # a voxel's edge, eye heights

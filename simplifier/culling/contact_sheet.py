@@ -15,10 +15,10 @@ from simplifier.culling.fate import Fate
 from simplifier.culling.flythrough import Flythrough
 from simplifier.culling.flythrough_words import counted, pixel_words, recall_words, share
 from simplifier.culling.frame import Figures
-from simplifier.culling.plan import COLOURS, plan_picture, up_axis
 from simplifier.culling.shot import RED, Shot
-from simplifier.evaluation.png import RgbImage, drawn, encoded
-from simplifier.evaluation.wording import percent, plain
+from simplifier.culling.top_view import COLOURS, plan_picture, up_axis
+from simplifier.report.png import RgbImage, drawn, encoded
+from simplifier.wording import percent, plain
 
 # Pixels.
 _PICTURE, _PLAN = (384, 216), (270, 216)

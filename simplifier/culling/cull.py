@@ -11,8 +11,8 @@ from simplifier.culling.depth_buffer import DepthBuffer, Verdict
 from simplifier.culling.shared_edges import shared_edges
 from simplifier.geometry.camera import Camera, Lens
 from simplifier.geometry.mesh import FloatArray, IntArray
-from simplifier.hierarchy.cut import CutFinder
 from simplifier.hierarchy.occluder_tree import OccluderTree
+from simplifier.hierarchy.visible_nodes import CutFinder
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,8 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from simplifier.culling.flythrough import Flythrough
 from simplifier.culling.flythrough_words import counted, pixel_words, recall_words, share
 from simplifier.culling.frame import Figures
-from simplifier.evaluation.png import drawn, encoded
-from simplifier.evaluation.wording import plain
+from simplifier.report.png import drawn, encoded
+from simplifier.wording import plain
 
 _INK, _SOFT, _LINE = "#1b1b1a", "#6a6a66", "#e4e4e0"
 _PARTS, _OBJECTS, _WRONG, _COST = "#1d5fc4", "#c77b0a", "#c80028", "#00795c"

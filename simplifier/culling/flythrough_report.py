@@ -12,7 +12,7 @@ from simplifier.culling.flythrough import Flythrough
 from simplifier.culling.flythrough_table import table_bytes
 from simplifier.culling.flythrough_words import median_milliseconds
 from simplifier.culling.frame import Figures, Frame
-from simplifier.evaluation.machine import this_machine
+from simplifier.report.machine import this_machine
 from simplifier.version import VERSION
 
 SCHEMA_VERSION = 1

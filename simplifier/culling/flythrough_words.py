@@ -8,7 +8,7 @@ import statistics
 from simplifier.culling.fate import Counts
 from simplifier.culling.flythrough import Flythrough
 from simplifier.culling.frame import Figures
-from simplifier.evaluation.wording import percent
+from simplifier.wording import percent
 
 COUNTED = (
     "hidden: visible in no pixel, though it would cover one alone; a part is an object or a piece "

@@ -15,16 +15,16 @@ from simplifier.errors import CancelledError, EmptyMeshError, MeshError
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.needs import need_of_building
 from simplifier.hierarchy.node import node_occluder
+from simplifier.hierarchy.node_plan import Job, Keys, Plan, plan_occluders
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.packed import pack, unpack
 from simplifier.hierarchy.parts import Parts, split_large
-from simplifier.hierarchy.plan import Job, Keys, Plan, plan_occluders
 from simplifier.hierarchy.store import OccluderStore, Summary
 from simplifier.hierarchy.tree import Tree, build_tree
-from simplifier.hierarchy.workers import Outcome, run_jobs, run_jobs_here
 from simplifier.kernels.threads import thread_count
 from simplifier.memory.limit import check_need
 from simplifier.memory.need import MemoryNeed
+from simplifier.processes import Outcome, run_jobs, run_jobs_here
 from simplifier.progress import Cancel
 
 Tell = Callable[[int, int], None]

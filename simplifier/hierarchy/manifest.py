@@ -35,8 +35,8 @@ from simplifier.hierarchy.manifest_rows import (
 from simplifier.hierarchy.occluder_tree import OccluderTree
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.store import OccluderStore, Summary
+from simplifier.io.atomic import make_folder, write_whole
 from simplifier.io.source import read_bytes
-from simplifier.io.whole import make_folder, write_whole
 from simplifier.version import VERSION
 
 NAME = "scene.json"

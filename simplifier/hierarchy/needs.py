@@ -10,8 +10,8 @@ from simplifier.geometry.grid import grid_shape
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.node import is_own_occluder, node_options
+from simplifier.hierarchy.node_plan import Job
 from simplifier.hierarchy.options import SceneOptions
-from simplifier.hierarchy.plan import Job
 from simplifier.memory.need import MIB, MemoryNeed
 from simplifier.memory.runs import Judging, judging, simplifying
 from simplifier.memory.stages import MeshSize

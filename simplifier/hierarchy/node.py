@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
+from simplifier.accuracy.deviation import SLACK, deviation
 from simplifier.errors import CancelledError
-from simplifier.evaluation.deviation import SLACK, deviation
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import hemisphere_directions, image_axes

@@ -13,8 +13,8 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.hierarchy.keys import is_key
 from simplifier.hierarchy.node import hiding_radius
 from simplifier.io import load_occluder, save_occluder
+from simplifier.io.atomic import remove_drafts
 from simplifier.io.source import read_bytes
-from simplifier.io.whole import remove_drafts
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray, IntArray
-from simplifier.kernels.surface_area import bound_nodes, split_boxes, widen
+from simplifier.kernels.tree import bound_nodes, split_boxes, widen
 
 
 @dataclass(frozen=True, eq=False)

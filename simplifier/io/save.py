@@ -13,11 +13,11 @@ from simplifier.checks import as_path, check_kind
 from simplifier.errors import OutputError
 from simplifier.geometry.lod_chain import LodChain
 from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
-from simplifier.geometry.quads import quads_and_triangles
-from simplifier.geometry.sides import single_sided
+from simplifier.io.atomic import check_folder, write_whole
 from simplifier.io.formats import CODECS, Codec, suffixes_with_quads, writable_suffixes
+from simplifier.io.quad_pairs import quads_and_triangles
+from simplifier.io.sides import single_sided
 from simplifier.io.style import PLAIN, Style
-from simplifier.io.whole import check_folder, write_whole
 
 
 def save_occluder(occluder: Occluder, path: str | Path, style: Style = PLAIN) -> None:

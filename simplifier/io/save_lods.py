@@ -8,9 +8,9 @@ from pathlib import Path
 from simplifier.checks import as_path
 from simplifier.errors import OutputError
 from simplifier.geometry.lod_chain import LodChain
+from simplifier.io.atomic import write_all_whole
 from simplifier.io.save import check_writable, encoded, encoded_chain
 from simplifier.io.style import PLAIN, Style
-from simplifier.io.whole import write_all_whole
 
 
 def save_lods(chain: LodChain, path: str | Path, style: Style = PLAIN) -> tuple[Path, ...]:

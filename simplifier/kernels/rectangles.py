@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.kernels.compile import inline_kernel, kernel
-from simplifier.kernels.quads import bit, bounding_box
+from simplifier.kernels.random_quads import bit, bounding_box
 from simplifier.kernels.threads import run_chunks
 
 
@@ -26,8 +26,8 @@ def exact_quad_pixels(
     """(V, 3) float64: the expectation of Nt, Pf and Nf for one quad a view, pixels.
 
     ``original``, ``occluder``  (V, rows, words) bit rows of :mod:`simplifier.kernels.coverage`.
-    What :func:`simplifier.evaluation.quads.sampled_quad_pixels` tends to with more quads, at about
-    the same cost.
+    What :func:`simplifier.accuracy.random_quads.sampled_quad_pixels` tends to with more quads, at
+    about the same cost.
     """
     pixels = np.zeros((len(original), 3), dtype=np.float64)
     run_chunks(

@@ -22,7 +22,7 @@ import numpy as np
 
 from simplifier.kernels.bit_image import draw_edge, measure_both_twice, measure_twice
 from simplifier.kernels.compile import kernel
-from simplifier.kernels.voxels import contained
+from simplifier.kernels.voxelize import contained
 
 _BLOCK = 8  # triangles of a block at least
 

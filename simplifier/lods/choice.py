@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from simplifier.evaluation.wording import percent
+from simplifier.wording import percent
 
 HIDES_MORE = 0.005
 """Recall that counts as a difference: about what two seeds of a search differ by."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
-from simplifier.evaluation.deviation import SLACK, deviation
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
+from simplifier.accuracy.deviation import SLACK, deviation
 from simplifier.geometry.lod_chain import LeftOut, Level
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder

@@ -14,7 +14,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.lods.keeping import Kept, judged, taken
-from simplifier.lods.plan import LodPlan
+from simplifier.lods.level_plan import LodPlan
 from simplifier.options import Options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel, Listener, Progress, Stopwatch, check_run

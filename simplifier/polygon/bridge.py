@@ -12,7 +12,7 @@ from itertools import accumulate
 import numpy as np
 
 from simplifier.geometry.polygon import Loop, Polygon
-from simplifier.kernels.bridging import bridge_loops
+from simplifier.kernels.bridge import bridge_loops
 
 
 def bridge_holes(polygon: Polygon) -> Loop:

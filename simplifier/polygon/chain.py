@@ -13,7 +13,7 @@ import numpy as np
 
 from simplifier.geometry.polygon import Chain, Loop
 from simplifier.geometry.section import Plane
-from simplifier.kernels.ears import clip_ears
+from simplifier.kernels.chain import clip_ears
 
 
 def simplification_chain(ring: Loop, plane: Plane) -> Chain:

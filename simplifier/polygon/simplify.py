@@ -12,7 +12,7 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from simplifier.geometry.polygon import Polygon
-from simplifier.kernels.simplification import simplify_loops
+from simplifier.kernels.simplify import simplify_loops
 
 
 def simplify_polygon(polygon: Polygon, tolerance: float) -> Polygon | None:

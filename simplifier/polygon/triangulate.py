@@ -11,7 +11,7 @@ import numpy as np
 
 from simplifier.geometry.mesh import IntArray
 from simplifier.geometry.polygon import Loop, signed_area
-from simplifier.kernels.ears import clip_ears, wind_triangles
+from simplifier.kernels.chain import clip_ears, wind_triangles
 
 _AREA_ERROR = 1e-9
 

@@ -6,10 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from simplifier.accuracy.accuracy import AccuracyReport, evaluate_accuracy
 from simplifier.checks import check_kind
-from simplifier.evaluation.accuracy import AccuracyReport, evaluate_accuracy
-from simplifier.evaluation.page import write_pictures
-from simplifier.evaluation.report import Report, build_report
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
@@ -22,7 +20,9 @@ from simplifier.production.options import EvaluateOptions
 from simplifier.production.remarks import named, remarks
 from simplifier.production.resolve import resolved
 from simplifier.progress import Cancel, Listener, Stopwatch
-from simplifier.solidify import solidify
+from simplifier.report.page import write_pictures
+from simplifier.report.report import Report, build_report
+from simplifier.steps.solid import solidify
 
 
 @dataclass(frozen=True, eq=False)

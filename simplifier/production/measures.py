@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simplifier.evaluation.accuracy import AccuracyOptions
+from simplifier.accuracy.accuracy import AccuracyOptions
 from simplifier.memory.runs import Judging
 from simplifier.production.options import EvaluateOptions, SimplifyOptions
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from simplifier.evaluation.deviation import deviation
+from simplifier.accuracy.deviation import deviation
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import Overrides

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from simplifier.checks import as_path, check_kind, check_whole
-from simplifier.decimation.thinned import thinned
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.views import BoundingSphere
+from simplifier.io.atomic import write_whole
 from simplifier.io.glb_surface import encode_surface
-from simplifier.io.whole import write_whole
+from simplifier.refinement.thinned import thinned
 
 
 def save_for_viewing(

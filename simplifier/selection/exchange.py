@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import IntArray
-from simplifier.kernels.cut_search import search_cut
+from simplifier.kernels.exchange import search_cut
 from simplifier.kernels.threads import Tell, run_chunks, silent
 from simplifier.selection.candidates import Candidates
 from simplifier.selection.greedy import Cut

@@ -16,7 +16,7 @@ from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.kernels.bit_image import SIZE
 from simplifier.kernels.coverage import covered
-from simplifier.kernels.distance_transform import distance_sum
+from simplifier.kernels.measure import distance_sum
 from simplifier.kernels.polygon_views import score_images
 from simplifier.kernels.threads import Tell, run_chunks, silent
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.grid import BoolArray, VoxelGrid
 from simplifier.geometry.section import ImageFrame
-from simplifier.kernels.sampling import sample_plane, slice_areas
+from simplifier.kernels.sampler import sample_plane, slice_areas
 from simplifier.kernels.threads import Tell, run_chunks, silent
 from simplifier.slicing.planes import SamplingPlan
 

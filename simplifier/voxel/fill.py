@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.grid import BoolArray, VoxelGrid
-from simplifier.kernels.flooding import flood
+from simplifier.kernels.fill import flood
 
 Side = tuple[int, int]
 """(axis 0 to 2, 0 for the low or -1 for the high end)."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.geometry.grid import VoxelGrid
-from simplifier.kernels.hollow import count_hollow
+from simplifier.kernels.leaks import count_hollow
 
 _ENCLOSED = 0.02  # enclosed voxels, as a share of the touched ones, below which little is inside
 _SIDES = 5  # of six, that have the surface in sight: one may be what is open

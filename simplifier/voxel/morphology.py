@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.grid import BoolArray, VoxelGrid
+from simplifier.kernels.morphology import FAR, spread_rows
 from simplifier.kernels.threads import run_chunks
-from simplifier.kernels.voxel_distance import FAR, spread_rows
 
 _LEAST_ROWS = 64  # fewer are not worth a hand-over to another thread
 

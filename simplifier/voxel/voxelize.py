@@ -7,7 +7,7 @@ import numpy as np
 from simplifier.geometry.grid import VoxelGrid, cells_of
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.kernels.threads import run_chunks
-from simplifier.kernels.voxels import mark_triangles
+from simplifier.kernels.voxelize import mark_triangles
 
 _LEAST_TRIANGLES = 4096  # fewer are not worth a hand-over to another thread
 

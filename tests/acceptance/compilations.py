@@ -11,7 +11,7 @@ from itertools import groupby
 
 from numba.core import event
 
-from simplifier import cli
+from simplifier.cli.main import main as cli
 
 
 class Compilations(event.Listener):

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from simplifier import cli
+from simplifier.cli.main import main as cli
 
 
 @pytest.fixture

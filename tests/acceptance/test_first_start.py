@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import simplifier
-from simplifier import cli, kernels
+from simplifier import kernels
+from simplifier.cli.main import main as cli
 from simplifier.io import writable_suffixes
 from simplifier.warmup import warm_up
 from tests.acceptance.command import environment, occluder

@@ -12,7 +12,7 @@ import time
 import pytest
 
 import simplifier
-from simplifier.evaluation.tradeoff_table import COLUMNS
+from simplifier.tradeoff.table import COLUMNS
 from tests.acceptance.command import OCCLUDER, environment, occluder, read_all, read_until
 from tests.solids import box, joined
 

@@ -14,8 +14,8 @@ from simplifier.culling.fate import Fate
 from simplifier.culling.flythrough import fly
 from simplifier.culling.flythrough_plot import flythrough_plot
 from simplifier.culling.item_buffer import ItemBuffer
-from simplifier.culling.plan import COLOURS, plan_picture, up_axis
 from simplifier.culling.shot import RED, Shot, view_picture
+from simplifier.culling.top_view import COLOURS, plan_picture, up_axis
 from simplifier.geometry.camera import Camera, CameraPath
 from tests.culling.occluded import (
     SMALL,

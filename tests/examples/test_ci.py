@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 import simplifier
-from simplifier.suffixes import MESH_SUFFIXES
+from simplifier.io.suffixes import MESH_SUFFIXES
 from tests import solids
 from tests.acceptance.command import ROOT, environment, occluder
 from tests.integrations.commands import make_command

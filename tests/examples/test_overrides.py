@@ -8,11 +8,11 @@ from pathlib import Path
 
 import simplifier
 from examples.castle import castle
-from simplifier.evaluation.deviation import deviation
+from simplifier.accuracy.deviation import deviation
 from simplifier.geometry.mesh import as_mesh
 from simplifier.options import SolidOptions
 from simplifier.progress import Stopwatch
-from simplifier.solidify import solidify
+from simplifier.steps.solid import solidify
 
 ROOT = Path(__file__).parents[2]
 FILE = ROOT / "examples" / "castle.overrides.toml"

@@ -24,11 +24,11 @@ import simplifier
 from service.errors import ServiceError
 from service.routes.problems import ADVICE, kinds
 from simplifier import errors
-from simplifier.asset_build.manifest import read_manifest
-from simplifier.cli_commands import _loaded
-from simplifier.cli_failures import run_guarded
+from simplifier.builds.manifest import read_manifest
+from simplifier.cli.commands import _loaded
+from simplifier.cli.running import run_guarded
 from simplifier.errors import OccluderError
-from simplifier.toml_lines import read_toml
+from simplifier.io.toml import read_toml
 from tests.service.routes.serving import OBJ, Served, served
 from tests.solids import box
 

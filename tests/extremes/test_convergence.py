@@ -13,10 +13,10 @@ from bench.stability.convergence.forms import both_forms, compared_choices, pict
 from bench.stability.convergence.report import pixels_of, view_curves
 from bench.stability.convergence.spread import HALF_A_POINT, Spread, fitted_power
 from examples.castle import castle
-from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracy
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.options import make_options
 from simplifier.progress import Stopwatch
-from simplifier.solidify import solidify
+from simplifier.steps.solid import solidify
 
 
 @pytest.fixture(scope="module")

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 import simplifier
 from examples.castle import castle
+from simplifier.accuracy.deviation import deviation
+from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.camera_paths.generate import generate_path
 from simplifier.culling.flythrough import fly
 from simplifier.errors import EmptyMeshError, MeshError, OutputError
-from simplifier.evaluation.deviation import deviation
-from simplifier.evaluation.occlusion import occlusion_measures
 from simplifier.geometry.camera import CameraPath
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
@@ -33,7 +33,7 @@ from simplifier.io import (
 from simplifier.io.save_lods import save_lods
 from simplifier.options import SolidOptions
 from simplifier.progress import Stopwatch
-from simplifier.solidify import solidify
+from simplifier.steps.solid import solidify
 from tests.culling.occluded import SMALL, WALL, exact, looking, path_of, street, tree_of
 from tests.extremes.transforms import (
     OFFSETS,

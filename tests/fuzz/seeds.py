@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from simplifier import simplify_scene
-from simplifier.asset_build.figures import Figures
-from simplifier.asset_build.record import Entry, write_record
+from simplifier.builds.figures import Figures
+from simplifier.builds.record import Entry, write_record
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import TriangleMesh

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import simplifier
 from examples.castle import castle
-from simplifier.evaluation.occlusion import occlusion_measures
+from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.options import make_options
 from simplifier.pipeline import simplify_mesh
 from tests.conftest import ASSETS

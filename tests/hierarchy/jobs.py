@@ -12,7 +12,7 @@ from simplifier.kernels.threads import thread_count
 
 
 def starter(folder=""):
-    """``start`` of :func:`simplifier.hierarchy.workers.run_jobs`."""
+    """``start`` of :func:`simplifier.processes.run_jobs`."""
     return lambda job: work(Path(folder), *job)
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from simplifier import evaluate
+from simplifier.accuracy.deviation import SLACK, deviation
 from simplifier.errors import CancelledError
-from simplifier.evaluation.deviation import SLACK, deviation
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import hemisphere_directions, image_axes

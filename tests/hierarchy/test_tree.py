@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.hierarchy.tree import build_tree
-from tests.kernels.test_surface_area import whole_boxes
+from tests.kernels.test_tree import whole_boxes
 
 
 def check(tree, boxes, width):

@@ -18,12 +18,12 @@ import pytest
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
-from simplifier.geometry.sides import single_sided
 from simplifier.geometry.views import BoundingSphere
 from simplifier.io import glb_writer, load_mesh
 from simplifier.io.glb_embed import embedded
 from simplifier.io.glb_surface import encode_surface
 from simplifier.io.scene_writer import encode_scene
+from simplifier.io.sides import single_sided
 from tests.io.builders import (
     TETRAHEDRON_FACES,
     TETRAHEDRON_POINTS,

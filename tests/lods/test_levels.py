@@ -8,17 +8,17 @@ import threading
 import numpy as np
 import pytest
 
+from simplifier.accuracy.deviation import SLACK, deviation
 from simplifier.errors import CancelledError, OptionError
-from simplifier.evaluation.deviation import SLACK, deviation
 from simplifier.geometry.occluder import Occluder
 from simplifier.lods import levels as making
+from simplifier.lods.level_plan import plan_levels
 from simplifier.lods.levels import simplify_levels
 from simplifier.lods.options import LodOptions, finest_bound
-from simplifier.lods.plan import plan_levels
 from simplifier.options import SolidOptions, make_options
 from simplifier.pipeline import Simplification
 from simplifier.progress import STAGES, Stopwatch
-from simplifier.solidify import solidify
+from simplifier.steps.solid import solidify
 from tests.solids import blob, box, sphere, torus
 
 QUICK = {"preset": "draft", "moves": 1500}

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.geometry.polygon import Polygon, signed_area
-from simplifier.kernels.ears import clip_ears
+from simplifier.kernels.chain import clip_ears
 from simplifier.polygon.bridge import bridge_holes
 from simplifier.polygon.chain import simplification_chain
 from simplifier.polygon.simplify import simplify_polygon

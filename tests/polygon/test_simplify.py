@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from simplifier.geometry.polygon import Polygon, signed_area
-from simplifier.kernels.simplification import simplify_loops
+from simplifier.kernels.simplify import simplify_loops
 from simplifier.polygon.simplify import simplify_polygon
 from tests.polygon.checks import region
 from tests.polygon.corpus import (

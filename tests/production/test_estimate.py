@@ -11,8 +11,8 @@ import pytest
 import simplifier
 from bench.stability.balls import write_ball
 from simplifier import EvaluateOptions, MemoryLimitError, OptionError, SimplifyOptions
-from simplifier.evaluation import tradeoff
 from simplifier.production.estimate import check_file, estimate_memory
+from simplifier.tradeoff import sweep as tradeoff
 from tests.acceptance.command import ROOT, environment
 from tests.solids import sphere
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from simplifier.errors import MeshError
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.kernels.voxels import mark_triangles
+from simplifier.kernels.voxelize import mark_triangles
 from simplifier.voxel.voxelize import voxelize
 
 SIZE = 4

@@ -39,7 +39,7 @@ from simplifier.slicing.loops import edge_loops
 from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler
 from simplifier.slicing.sections import best_sections
-from simplifier.solidify import solidify
+from simplifier.steps.solid import solidify
 
 _VIEWS = 512
 _SIZE = 64

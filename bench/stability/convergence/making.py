@@ -14,7 +14,7 @@ from bench.record import Row
 from bench.stability.convergence.pictures import made_by_pictures
 from bench.stability.convergence.spread import Spread, below_half_a_point
 from bench.stability.convergence.subjects import Subject
-from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracies
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracies
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.options import Options, make_options

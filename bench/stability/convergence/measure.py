@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 import simplifier
 from bench.stability.convergence.curve import Curve, curves
 from bench.stability.convergence.subjects import Subject
-from simplifier.evaluation.accuracy import view_masks
+from simplifier.accuracy.accuracy import view_masks
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import hemisphere_directions, random_directions

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.cut import cut_solid
 from simplifier.deadline import Deadline
-from simplifier.decimation.starts import enclosed_start, sheet_start
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.options import ERROR_VOXELS, Options
 from simplifier.progress import Stopwatch
-from simplifier.selection.annealing import RefineViews
-from simplifier.selection.judge import FineViews, best_of
+from simplifier.refinement.annealing import RefineViews
+from simplifier.refinement.finalists import FineViews, best_of
+from simplifier.refinement.search import pulled_in, refine
+from simplifier.refinement.starts import enclosed_start, sheet_start
+from simplifier.refinement.thin import thinned
 from simplifier.selection.measure import silhouettes
-from simplifier.selection.refine import pulled_in, refine
-from simplifier.selection.thin import thinned
 from simplifier.sight import search_projections
-from simplifier.solidify import solidify
+from simplifier.steps.cut import cut_solid
+from simplifier.steps.solid import solidify
 from simplifier.voxel.morphology import dilated
 
 _WHOLE = 64  # pixels a side that the search's pictures have

@@ -19,7 +19,7 @@ import numpy as np
 import simplifier
 from bench.stability.convergence.curve import Curve, curves, together
 from bench.stability.convergence.subjects import Subject
-from simplifier.evaluation.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
+from simplifier.accuracy.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import random_directions

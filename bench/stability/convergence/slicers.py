@@ -20,8 +20,8 @@ import simplifier
 from bench.meshes import readable_assets
 from bench.record import Row
 from bench.stability.convergence.spread import Spread
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracies
 from simplifier.errors import OccluderError
-from simplifier.evaluation.accuracy import AccuracyOptions, evaluate_accuracies
 from simplifier.geometry.grid import BoolArray, VoxelGrid
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.section import ImageFrame
@@ -31,7 +31,7 @@ from simplifier.slicing.planes import SamplingPlan, plan_sections
 from simplifier.slicing.sampler import GridSampler
 from simplifier.slicing.sections import Slicer, best_sections
 from simplifier.slicing.stencil import StencilSlicer
-from simplifier.solidify import solidify
+from simplifier.steps.solid import solidify
 from simplifier.voxel.surface import voxel_mesh
 
 _SLICERS: tuple[Slicing, ...] = ("cpu", "gl")

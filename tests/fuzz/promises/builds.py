@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from simplifier.asset_build.examine import check
-from simplifier.asset_build.finding import State
-from simplifier.asset_build.manifest import read_manifest
-from simplifier.asset_build.plan import plan_assets
-from simplifier.asset_build.record import Record, parse_record, read_record, write_record
-from simplifier.suffixes import OCCLUDER_SUFFIXES
+from simplifier.builds.asset_plan import plan_assets
+from simplifier.builds.examine import check
+from simplifier.builds.finding import State
+from simplifier.builds.manifest import read_manifest
+from simplifier.builds.record import Record, parse_record, read_record, write_record
+from simplifier.io.suffixes import OCCLUDER_SUFFIXES
 from tests.fuzz.promises import check_sentence, promise
 
 _MESHES = ("wall.obj", "props/crate.ply", "props/wip/chair.glb", "trees/oak.stl")

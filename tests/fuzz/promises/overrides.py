@@ -6,7 +6,7 @@ from pathlib import Path
 
 from simplifier import SimplifyOptions, load, produce
 from simplifier.geometry.mesh import FloatArray, have_area
-from simplifier.overrides_file import load_overrides
+from simplifier.io.overrides import load_overrides
 from simplifier.overrides_place import overrides_place
 from tests.fuzz.promises import check_sentence, promise
 

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier import EvaluateOptions, SimplifyOptions, judge, produce, save
+from simplifier.accuracy.accuracy import AccuracyReport, view_masks
 from simplifier.errors import OutputError
-from simplifier.evaluation.accuracy import AccuracyReport, view_masks
 from simplifier.geometry.lod_chain import Level
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder

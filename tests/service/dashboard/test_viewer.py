@@ -11,9 +11,9 @@ from playwright.sync_api import Page, expect
 
 import simplifier
 from service.dashboard.palette import BOTH, MISSED, NEITHER, WRONG
-from simplifier.evaluation.accuracy import view_masks
-from simplifier.evaluation.gallery import COLOURS
-from simplifier.evaluation.silhouettes import WHITE, silhouette
+from simplifier.accuracy.accuracy import view_masks
+from simplifier.report.gallery import COLOURS
+from simplifier.report.silhouettes import WHITE, silhouette
 from tests.service.dashboard.chromium import Watch
 from tests.service.dashboard.results import JobResult
 from tests.service.dashboard.viewer_pages import (

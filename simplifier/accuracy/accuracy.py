@@ -1,0 +1,270 @@
+"""Precision and recall of an occluder over many views (paper section 6.1).
+
+Views are orthographic, directions uniform on the sphere from a seeded generator (those that rise
+are turned about where viewers are above), the image a square that spans the original's bounding
+sphere, coverage by the pixel-centre rule.  In every view random quads are tested against both
+silhouettes (:mod:`simplifier.accuracy.random_quads`), and
+
+    precision = Nt / (Nt + Nf)        recall = Nt / (Nt + Pf)
+
+with the sums taken over all views.  Precision is 1 when nothing was hidden at all (an occluder
+without triangles), recall is 1 when nothing could be hidden (no quad fits in the original).  Quads
+lie in the original's bounding box, so parts of the occluder beyond it, or beyond the image, cost
+nothing here; the deviation tells them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import get_args
+
+import numpy as np
+
+from simplifier.accuracy.random_quads import sampled_quad_pixels
+from simplifier.checks import check_flag, check_kind, check_one_of, check_whole, settle_numbers
+from simplifier.errors import MeshError, OptionError
+from simplifier.geometry.grid import BoolArray
+from simplifier.geometry.mesh import A_MESH, FloatArray, TriangleMesh
+from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
+from simplifier.geometry.views import BoundingSphere, from_above, image_axes, random_directions
+from simplifier.kernels.coverage import MaskArray, covered, unpacked
+from simplifier.kernels.rectangles import exact_quad_pixels
+from simplifier.options import Axis, Viewers
+
+QUANTILE_LEVELS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
+"""The shares of views that the report's quantiles stand for."""
+
+_BLOCK_BYTES = 1 << 26  # masks held at once, original and occluders together
+
+
+@dataclass(frozen=True)
+class AccuracyOptions:
+    """How accuracy is measured; two reports compare only when these are equal.
+
+    ``views``  orthographic views, 1..65536.  More narrow the spread by the choice of directions.
+    ``image``  pixels a side, 8..4096.  More resolve thinner parts; time and memory grow as its
+               square.
+    ``quads``  random quads a view, 1..10,000,000.  More lessen the sampling noise; not used when
+               ``exact``.
+    ``seed``   of directions and quads, 0..2^63 - 1.
+    ``exact``  the expectation over all quads in place of a sample: no noise, about the same time.
+    ``viewers``  where they can be: ``all``, or ``above``, looking level or down (d . up <= 0).
+    ``up``     the mesh's up axis, for viewers above.
+
+    Raises :class:`OptionError` for a value out of range or not known.
+    """
+
+    views: int = 256
+    image: int = 256
+    quads: int = 32000
+    seed: int = 0
+    exact: bool = False
+    viewers: Viewers = "all"
+    up: Axis = "y"
+
+    def __post_init__(self) -> None:
+        settle_numbers(self)
+        check_one_of("viewers", self.viewers, get_args(Viewers))
+        check_one_of("up", self.up, get_args(Axis))
+        check_flag("exact", self.exact)
+        check_whole("views", self.views, 1, 65536)
+        check_whole("image", self.image, 8, 4096)
+        check_whole("quads", self.quads, 1, 10_000_000)
+        check_whole("seed", self.seed, 0, 2**63 - 1)
+
+
+@dataclass(frozen=True, eq=False)
+class AccuracyReport:
+    """Precision and recall, over all views and view by view; fractions from 0 to 1.
+
+    ``precision``, ``recall``  from the sums over all views.
+    ``directions``             (V, 3) float64 unit vectors, the lines of sight.
+    ``precision_by_view``, ``recall_by_view``  (V,) float64.
+    ``nt``, ``pf``, ``nf``     (V,) float64: mean pixels a quad that are hidden rightly, missed, and
+                               hidden wrongly.
+    ``options``                how it was measured (``options.views`` is not used where directions
+                               were given).
+    """
+
+    precision: float
+    recall: float
+    directions: FloatArray
+    precision_by_view: FloatArray
+    recall_by_view: FloatArray
+    nt: FloatArray
+    pf: FloatArray
+    nf: FloatArray
+    options: AccuracyOptions
+
+    @property
+    def shows_nothing(self) -> bool:
+        """Whether the original covers no pixel in any view, so that the figures are no measure."""
+        return not (self.nt + self.pf).any()
+
+    @property
+    def worst_view(self) -> int:
+        """The view of lowest recall, the first of equals."""
+        return int(np.argmin(self.recall_by_view))
+
+    @property
+    def worst_precision_view(self) -> int:
+        """The view of lowest precision, the first of equals: where most is hidden wrongly."""
+        return int(np.argmin(self.precision_by_view))
+
+    @property
+    def precision_quantiles(self) -> FloatArray:
+        """(7,) float64: precision of the views at :data:`QUANTILE_LEVELS`, lowest first."""
+        return np.quantile(self.precision_by_view, QUANTILE_LEVELS)
+
+    @property
+    def recall_quantiles(self) -> FloatArray:
+        """(7,) float64: recall of the views at :data:`QUANTILE_LEVELS`, lowest first."""
+        return np.quantile(self.recall_by_view, QUANTILE_LEVELS)
+
+
+def evaluate_accuracy(
+    mesh: TriangleMesh,
+    occluder: Occluder,
+    options: AccuracyOptions | None = None,
+    *,
+    directions: FloatArray | None = None,
+) -> AccuracyReport:
+    """Judge an occluder by views that no search has seen; the same on any number of threads.
+
+    ``directions``  (V, 3) unit vectors to use in place of ``options.views`` random ones, whatever
+                    ``options.viewers`` says.
+
+    An occluder without triangles has precision 1 and recall 0.  Raises :class:`MeshError` when the
+    occluder's arrays cannot be drawn and :class:`OptionError` for directions that are not unit
+    vectors.
+    """
+    return evaluate_accuracies(mesh, [occluder], options, directions=directions)[0]
+
+
+def evaluate_accuracies(
+    mesh: TriangleMesh,
+    occluders: Sequence[Occluder],
+    options: AccuracyOptions | None = None,
+    *,
+    directions: FloatArray | None = None,
+) -> tuple[AccuracyReport, ...]:
+    """As :func:`evaluate_accuracy` each, but the mesh is drawn once for all."""
+    check_kind("mesh", mesh, TriangleMesh, A_MESH)
+    for occluder in occluders:
+        check_kind("occluder", occluder, Occluder, AN_OCCLUDER)
+    chosen = options if options is not None else AccuracyOptions()
+    lines = _checked_directions(_sight(chosen) if directions is None else directions)
+    pixels = np.zeros((len(occluders), len(lines), 3))
+    for first, last, original, masks in _mask_blocks(mesh, occluders, lines, chosen.image):
+        for index, hidden in enumerate(masks):
+            pixels[index, first:last] = _quad_pixels(original, hidden, chosen, first)
+    return tuple(_report(one, lines, chosen) for one in pixels)
+
+
+def _report(pixels: FloatArray, lines: FloatArray, options: AccuracyOptions) -> AccuracyReport:
+    """``pixels`` (V, 3): hidden rightly, missed and hidden wrongly in each view."""
+    nt, pf, nf = np.ascontiguousarray(pixels.T)
+    return AccuracyReport(
+        precision=float(_share(nt.sum(), nf.sum())),
+        recall=float(_share(nt.sum(), pf.sum())),
+        directions=lines,
+        precision_by_view=_share(nt, nf),
+        recall_by_view=_share(nt, pf),
+        nt=nt,
+        pf=pf,
+        nf=nf,
+        options=options,
+    )
+
+
+def view_masks(
+    mesh: TriangleMesh, occluder: Occluder, directions: FloatArray, image: int
+) -> tuple[BoolArray, BoolArray]:
+    """Silhouettes of original and occluder: two (V, image, image) bool arrays.
+
+    ``directions`` (V, 3) unit vectors.  Row 0 is the BOTTOM of the picture (v points up), column 0
+    its u-lowest side; flip the rows before showing it as an image.  Raises as
+    :func:`evaluate_accuracy`.
+    """
+    check_whole("image", image, 8, 4096)
+    original, (hidden,) = _masks(mesh, [occluder], _checked_directions(directions), image)
+    return unpacked(original, image), unpacked(hidden, image)
+
+
+def _sight(options: AccuracyOptions) -> FloatArray:
+    """(V, 3) random lines of sight of those who can look."""
+    directions = random_directions(options.views, options.seed)
+    if options.viewers == "above":
+        directions = from_above(directions, "xyz".index(options.up))
+    return directions
+
+
+def _quad_pixels(
+    original: MaskArray, hidden: MaskArray, options: AccuracyOptions, first_view: int
+) -> FloatArray:
+    if options.exact:
+        return exact_quad_pixels(original, hidden, options.image)
+    return sampled_quad_pixels(
+        original,
+        hidden,
+        options.image,
+        quads=options.quads,
+        seed=options.seed,
+        first_view=first_view,
+    )
+
+
+def _mask_blocks(
+    mesh: TriangleMesh, occluders: Sequence[Occluder], directions: FloatArray, image: int
+) -> Iterator[tuple[int, int, MaskArray, list[MaskArray]]]:
+    """(first, last, original, occluders) masks of views first .. last - 1, in bounded memory."""
+    bytes_per_view = (1 + len(occluders)) * image * 8 * -(-image // 64)
+    block = max(4, _BLOCK_BYTES // bytes_per_view)
+    for first in range(0, len(directions), block):
+        last = min(first + block, len(directions))
+        yield first, last, *_masks(mesh, occluders, directions[first:last], image)
+
+
+def _masks(
+    mesh: TriangleMesh, occluders: Sequence[Occluder], directions: FloatArray, image: int
+) -> tuple[MaskArray, list[MaskArray]]:
+    """Bit rows of all, the image spanning the original's bounding sphere."""
+    sphere = BoundingSphere.of(mesh)
+    projections = np.empty((len(directions), 2, 4))
+    projections[:, :, :3] = image_axes(directions)[:, :2] * (image / 2.0)
+    projections[:, :, 3] = image / 2.0
+
+    # Centred before it is scaled: coordinates of a map keep all their digits.
+    def silhouettes(item: TriangleMesh | Occluder) -> MaskArray:
+        unit = np.empty(item.vertices.shape[::-1])  # as it is drawn, so that nothing copies it
+        for axis, column in enumerate(item.vertices.T):
+            unit[axis] = (column - sphere.centre[axis]) / sphere.radius
+        return covered(unit.T, item.faces, projections, image, image)
+
+    original = silhouettes(mesh)
+    try:
+        hidden = [silhouettes(occluder) for occluder in occluders]
+    except ValueError as error:
+        raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error
+    return original, hidden
+
+
+def _share(right: FloatArray, other: FloatArray) -> FloatArray:
+    """right / (right + other), and 1 where both are 0."""
+    total = np.asarray(right + other)
+    return np.divide(right, total, out=np.ones_like(total), where=total > 0.0)
+
+
+def _checked_directions(directions: FloatArray) -> FloatArray:
+    """A copy as (V, 3) float64, at least one row, each of length 1."""
+    lines = np.array(directions, dtype=np.float64)
+    if lines.ndim != 2 or lines.shape[1] != 3 or len(lines) == 0:
+        raise OptionError(
+            f"directions have shape {lines.shape}", where="directions", remedy="pass (V, 3)"
+        )
+    if not (np.abs(np.linalg.norm(lines, axis=1) - 1.0) < 1e-6).all():
+        raise OptionError(
+            "a direction does not have length 1", where="directions", remedy="normalize them"
+        )
+    return lines

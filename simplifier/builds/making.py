@@ -1,0 +1,128 @@
+"""One asset made: its files in a folder to be moved from, and what the record says of them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import unquote
+
+from simplifier.builds.digests import Digests
+from simplifier.builds.figures import Figures
+from simplifier.builds.outputs import Output
+from simplifier.errors import MeshError, OccluderError, OutputError
+from simplifier.io.source import read_bytes
+from simplifier.overrides_place import overrides_beside
+from simplifier.production.options import SimplifyOptions
+
+if TYPE_CHECKING:
+    from simplifier.production.produce import Product
+
+
+@dataclass(frozen=True)
+class Target:
+    """``draft`` is written as ``output`` says, in a folder of its own; later it is moved to
+    ``place``."""
+
+    draft: Path
+    place: Path
+    output: Output
+
+
+@dataclass(frozen=True)
+class Job:
+    """A mesh, its overrides beside it where it has any, and the files to make of it."""
+
+    mesh: Path
+    options: SimplifyOptions
+    targets: tuple[Target, ...]
+
+
+Maker = Callable[[Job], Mapping[str, Any]]
+"""Writes the drafts of a job and returns the report, as ``docs/report.schema.json`` says; levels of
+detail go to files as ``Product.save`` names them.
+
+Raises :class:`~simplifier.errors.OccluderError`.
+"""
+
+
+@dataclass(frozen=True)
+class Made:
+    """``mesh`` and ``beside`` as in :class:`~simplifier.builds.record.Entry`."""
+
+    mesh: str
+    beside: Mapping[str, str]
+    version: str
+    figures: Figures
+    warnings: tuple[str, ...]
+    seconds: float
+
+
+def make(maker: Maker, job: Job) -> Made:
+    """Raises :class:`~simplifier.errors.MeshError` where the mesh changes meanwhile, and else what
+    the maker raises; what cannot be written costs this asset alone, too."""
+    begin = time.perf_counter()
+    before = _stamp(job.mesh)
+    for target in job.targets:
+        target.draft.parent.mkdir(parents=True)
+    try:
+        report = maker(job)
+    except OutputError as error:
+        raise OccluderError(error.what, where=error.where, remedy=error.remedy) from None
+    if _stamp(job.mesh) != before:
+        raise MeshError("it changed while it was read", where=str(job.mesh), remedy="build again")
+    mesh, beside = before
+    return Made(
+        mesh, beside, str(report["version"]), Figures.of(report), tuple(report["warnings"]),
+        time.perf_counter() - begin,
+    )  # fmt: skip
+
+
+def make_here(job: Job) -> Mapping[str, Any]:
+    """The maker of this machine."""
+    # Here, not above: a build on a server need not load what makes occluders.
+    from simplifier.io import load_mesh
+    from simplifier.io.overrides import overrides_of
+    from simplifier.production.produce import produce
+
+    by_hand, options = overrides_of(job.mesh), job.options
+    soup = load_mesh(
+        job.mesh,
+        transparent=options.transparent,
+        ignore=by_hand.ignore,
+        memory_limit=options.memory_limit,
+    )
+    product = produce(soup, options, overrides=by_hand)
+    for target in job.targets:
+        _write(product, job.mesh, target)
+    return product.report()
+
+
+def _write(product: Product, mesh: Path, target: Target) -> None:
+    from simplifier.io.glb_embed import with_original
+    from simplifier.io.style import Style
+
+    output = target.output
+    style = Style(output.sides, output.as_quads)
+    if output.with_original is None:
+        product.save(target.draft, style)
+    else:
+        made = (product.mesh, product.occluder, target.place, output.with_original, style)
+        target.draft.write_bytes(with_original(mesh, *made))
+
+
+def _stamp(mesh: Path) -> tuple[str, dict[str, str]]:
+    """The digests of a mesh and of the files that it is read with, its overrides among them."""
+    # Here, not above: a build in which nothing is stale need not load the codecs.
+    from simplifier.io.formats import codec_for_reading
+
+    digests = Digests()
+    codec, data = codec_for_reading(mesh), read_bytes(mesh)
+    names = [unquote(uri) for uri in codec.external(data, mesh)] if codec.external else []
+    names += codec.consulted(data, mesh) if codec.consulted else []
+    by_hand = overrides_beside(mesh)
+    names += [] if by_hand is None else [by_hand.name]
+    beside = {name: digests.of(mesh.parent / name) or "" for name in sorted(set(names))}
+    return digests.of(mesh) or "", beside

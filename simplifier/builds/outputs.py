@@ -1,0 +1,99 @@
+"""Where an asset's occluders go, by templates as ``occluders/{folder}/{name}.glb``, and how."""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+from typing import Any, get_args
+
+from simplifier.errors import ManifestError
+from simplifier.io.style import Embedding, Sides
+from simplifier.io.suffixes import OCCLUDER_SUFFIXES, QUAD_SUFFIXES
+from simplifier.option_fields import OptionField
+
+WRITING_FIELDS = (
+    OptionField("sides", "choice", "double", "Sides drawn.", choices=get_args(Sides)),
+    OptionField("as_quads", "flag", False, "Quads where triangles pair up."),
+    OptionField(
+        "with_original", "choice", None, "The original too.", choices=get_args(Embedding),
+        nullable=True,
+    ),
+)  # fmt: skip
+"""How an output may be written, by the names of ``occluder simplify``."""
+
+_FIELD = re.compile(r"\{([^{}]*)\}")
+_LEVEL = re.compile(r"(.*)_lod(?:0|[1-9][0-9]*)(\.[^./]*)")
+
+
+@dataclass(frozen=True)
+class Output:
+    """A file and how it is written, as :data:`WRITING_FIELDS` says.
+
+    ``file``  relative to the manifest's folder; in a template with ``{name}`` and so on.
+    """
+
+    file: str
+    sides: Sides = "double"
+    as_quads: bool = False
+    with_original: Embedding | None = None
+
+    @property
+    def written(self) -> dict[str, Any]:
+        """What of it is not as it is where nothing is said, as JSON has it."""
+        values = ((one.name, getattr(self, one.name), one.default) for one in fields(self)[1:])
+        return {name: value for name, value, default in values if value != default}
+
+
+def outputs_of(mesh: str, templates: Iterable[Output], where: str) -> tuple[Output, ...]:
+    """Of a mesh, by its path relative to the manifest's folder; ``{folder}`` and ``{name}`` are the
+    mesh's, ``{suffix}`` is its own without the dot.
+
+    Raises :class:`ManifestError`, at ``where``, for a template that leads out of the folder, holds
+    an unknown field or ends as no occluder does, or not as it is to be written.
+    """
+    folder, file = posixpath.split(mesh)
+    name, suffix = posixpath.splitext(file)
+    values = {"folder": folder or ".", "name": name, "suffix": suffix[1:]}
+
+    def filled(template: Output) -> Output:
+        text = template.file
+        for field in _FIELD.findall(text):
+            if field not in values:
+                raise _refused(text, f"has no {{{field}}}", where)
+        path = posixpath.normpath(_FIELD.sub(lambda found: values[found[1]], text))
+        if path.startswith(("/", "../")) or "\\" in text or ":" in path.split("/")[0]:
+            raise _refused(text, "leads out of the manifest's folder", where)
+        if posixpath.splitext(path)[1].lower() not in OCCLUDER_SUFFIXES:  # ".glb" is a name
+            raise _refused(text, "does not end as an occluder's file does", where)
+        _check_format(template, path.lower(), where)
+        return replace(template, file=path)
+
+    return tuple(filled(template) for template in templates)
+
+
+def level_base(path: str) -> str | None:
+    """The output that a path may hold a level of detail of: of ``a_lod2.glb`` it is ``a.glb``."""
+    found = _LEVEL.fullmatch(path)
+    return found[1] + found[2] if found else None
+
+
+def _check_format(template: Output, path: str, where: str) -> None:
+    if template.as_quads and not path.endswith(QUAD_SUFFIXES):
+        what = f"the output '{template.file}' is of a format without quads"
+        remedy = f"end it in one of {' '.join(QUAD_SUFFIXES)}, or take as_quads out"
+        raise ManifestError(what, where=where, remedy=remedy)
+    if template.with_original is not None and not path.endswith(".glb"):
+        what = f"the output '{template.file}' cannot hold the original"
+        raise ManifestError(what, where=where, remedy="end it in .glb, or take with_original out")
+
+
+def _refused(template: str, what: str, where: str) -> ManifestError:
+    known = " ".join(OCCLUDER_SUFFIXES)
+    return ManifestError(
+        f"the output '{template}' {what}",
+        where=where,
+        remedy="write as in '{folder}/{name}_occluder.glb', with {folder}, {name}, {suffix} of the "
+        f"mesh and one of {known}",
+    )

@@ -1,0 +1,64 @@
+"""The command that judges an occluder against its mesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from simplifier.cli.interrupts import Interrupts
+from simplifier.cli.options import Mesh, Pictures, ReportFile, with_options
+from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_overrides
+from simplifier.cli.report import check_extras, shown
+from simplifier.cli.running import Debug
+from simplifier.io import load_mesh, load_occluder
+from simplifier.option_fields import EVALUATE_FIELDS
+from simplifier.production.estimate import check_file
+from simplifier.production.judge import judge
+from simplifier.production.options import EvaluateOptions
+from simplifier.progress import Listener, Stopwatch
+from simplifier.report.report import Report, write_report
+
+
+@with_options(EVALUATE_FIELDS)
+def evaluate(
+    mesh: Mesh,
+    occluder: Annotated[Path, typer.Argument(help="The occluder to judge.")],
+    *,
+    overrides: OverridesFile = None,
+    no_overrides: NoOverrides = False,
+    report: ReportFile = None,
+    pictures: Pictures = None,
+    debug: Debug = False,
+    **chosen: Any,
+) -> None:
+    """Judge an occluder, made here or elsewhere, against its mesh.
+
+    Resolution, up, ground and smallest hole say what counts as the mesh's inside, for the deviation
+    alone; viewers say where it is judged from as well.
+    """
+
+    def run(listener: Listener, interrupts: Interrupts) -> Report:
+        options = EvaluateOptions(**chosen)
+        check_extras(report, pictures)
+        by_hand = chosen_overrides(mesh, overrides, no_overrides)
+        check_file(mesh, options, pictures=pictures is not None)
+        watch, limit = Stopwatch(listener), options.memory_limit
+        with watch.stage("load"):
+            soup = load_mesh(
+                mesh,
+                transparent=options.transparent,
+                ignore=by_hand.ignore,
+                memory_limit=limit,
+            )
+            judged = load_occluder(occluder, memory_limit=limit)
+        judgement = judge(soup, judged, options, listener, overrides=by_hand)
+        summary = judgement.report(load_seconds=watch.timings["load"])
+        if report is not None:
+            write_report(summary, report)
+        if pictures is not None:
+            judgement.write_pictures(pictures, mesh.name, summary)
+        return summary
+
+    shown(run, f"{mesh.name}, {occluder.name}", debug=debug)

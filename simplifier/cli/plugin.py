@@ -1,0 +1,35 @@
+"""What a command from outside may use, so that it looks and ends as those of ``occluder`` do.
+
+:data:`Debug`          the type of its ``--debug``, which it hands to :func:`run_guarded`
+:func:`run_guarded`    does its work; an error is one line on standard error and an exit status
+:func:`print_line`     a line on standard error; :func:`print_text` one on standard output
+:func:`with_options`   gives it the options of a table, such as ``simplifier.SIMPLIFY_FIELDS``
+:func:`percent`        a share of 0 to 1 as all commands write it
+:func:`typed_lengths`  reads the one option of those that is a list
+:func:`overrides_beside`  the file of overrides that belongs to a mesh
+:func:`interrupts`     listens to Ctrl-C; :data:`INTERRUPTED` is the exit status then
+
+:mod:`simplifier.cli.commands` says how it is found.
+"""
+
+from __future__ import annotations
+
+from simplifier.cli.console import print_line, print_text
+from simplifier.cli.interrupts import INTERRUPTED, interrupts
+from simplifier.cli.options import typed_lengths, with_options
+from simplifier.cli.running import Debug, run_guarded
+from simplifier.overrides_place import overrides_beside
+from simplifier.wording import percent
+
+__all__ = [
+    "INTERRUPTED",
+    "Debug",
+    "interrupts",
+    "overrides_beside",
+    "percent",
+    "print_line",
+    "print_text",
+    "run_guarded",
+    "typed_lengths",
+    "with_options",
+]

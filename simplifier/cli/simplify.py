@@ -1,0 +1,177 @@
+"""The command that makes an occluder from a mesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from simplifier.cli.console import print_line, print_rows
+from simplifier.cli.interrupts import Interrupts
+from simplifier.cli.options import Mesh, Pictures, ReportFile, typed_lengths, with_options
+from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_overrides
+from simplifier.cli.report import check_extras, shown
+from simplifier.cli.running import Debug
+from simplifier.errors import OptionError, OutputError
+from simplifier.io import check_writable, load_mesh
+from simplifier.io.glb_embed import check_place
+from simplifier.io.save_lods import is_level_path
+from simplifier.io.style import Embedding, Sides, Style
+from simplifier.memory.limit import default_limit
+from simplifier.memory.need import BASE_BYTES, GIB
+from simplifier.option_fields import SIMPLIFY_FIELDS
+from simplifier.production.estimate import check_file, estimate_memory
+from simplifier.production.options import SimplifyOptions
+from simplifier.production.produce import make
+from simplifier.progress import Listener, Stopwatch
+from simplifier.report.report import Report, write_report
+
+
+@with_options(SIMPLIFY_FIELDS)
+def simplify(
+    mesh: Mesh,
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", help="The occluder: glb, occ, obj, ply, off, stl, tres."),
+    ],
+    *,
+    sides: Annotated[
+        Sides,
+        typer.Option(help="single: for engines that cull back faces, both windings are written."),
+    ] = "double",
+    as_quads: Annotated[
+        bool, typer.Option("--as-quads", help="Write quads where triangles pair up: obj, off, ply.")
+    ] = False,
+    with_original: Annotated[
+        Embedding | None,
+        typer.Option(
+            help="Write the original too, to a glb, with the occluder as a node NAME-occonly"
+            " (godot) or as its coarsest level of detail (lod)."
+        ),
+    ] = None,
+    overrides: OverridesFile = None,
+    no_overrides: NoOverrides = False,
+    report: ReportFile = None,
+    pictures: Pictures = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Say what memory it would need, and make nothing.")
+    ] = False,
+    debug: Debug = False,
+    **chosen: Any,
+) -> None:
+    """Make an occluder from a mesh and report its precision and recall.
+
+    With levels of detail the output holds all of them if it is a glb, and each goes to a file of
+    its own, NAME_lod0 and so on; levels that bring nothing are left out.
+
+    Ctrl-C ends the refining and keeps the best so far; once more ends the command at once.
+    """
+
+    def run(listener: Listener, interrupts: Interrupts) -> Report | None:
+        bounds = typed_lengths(chosen["error_bounds"], "error bounds")
+        options = SimplifyOptions(**{**chosen, "error_bounds": bounds})
+        style = Style(sides, as_quads)
+        check_writable(output, style)
+        if with_original is not None:
+            _check_embedding(mesh, output, levels=options.levels is not None)
+        _check_distinct(mesh, output, levels=options.levels is not None)
+        check_extras(report, pictures)
+        by_hand = chosen_overrides(mesh, overrides, no_overrides)
+        if dry_run:
+            _foretell(mesh, options, pictures=pictures is not None)
+            return None
+        check_file(mesh, options, pictures=pictures is not None)
+        watch = Stopwatch(listener)
+        with watch.stage("load"):
+            soup = load_mesh(
+                mesh,
+                transparent=options.transparent,
+                ignore=by_hand.ignore,
+                memory_limit=options.memory_limit,
+            )
+        kept = reported = False
+        try:
+            with interrupts.deferred() as cancel:
+                made = make(soup, options, listener, cancel, by_hand)
+                with interrupts.held(), watch.stage("write"):
+                    if with_original is None:
+                        files = made.save(output, style)
+                    else:
+                        files = made.save_with_original(mesh, output, with_original, style)
+                kept = True
+            if interrupts.heard and not made.interrupted:
+                raise KeyboardInterrupt
+            product = made.judged(listener)
+            summary = product.report(
+                load_seconds=watch.timings["load"], write_seconds=watch.timings["write"],
+                files=files,
+            )  # fmt: skip
+            with interrupts.held():
+                if report is not None:
+                    write_report(summary, report)
+                reported = True
+            if pictures is not None:
+                product.write_pictures(pictures, mesh.name, summary)
+        except KeyboardInterrupt:
+            if not kept:
+                raise
+            if not reported:
+                print_line(f"warning: interrupted: {output} is written, its report is not")
+                return None
+            if pictures is not None:
+                print_line(f"warning: interrupted: {pictures} may lack pictures")
+        return summary
+
+    shown(run, mesh.name, debug=debug)
+
+
+def _check_embedding(mesh: Path, output: Path, *, levels: bool) -> None:
+    if levels:
+        raise OptionError(
+            "levels of detail are not written with the original",
+            where="with original",
+            remedy="leave one of the two options out",
+        )
+    if mesh.is_file():  # else reading says better what is wrong
+        check_place(mesh, output)
+
+
+def _foretell(path: Path, options: SimplifyOptions, *, pictures: bool) -> None:
+    """Print what a run would need, stage by stage; it may be more than the limit."""
+    need = estimate_memory(path, options, pictures=pictures)
+    mesh = load_mesh(path, memory_limit=options.memory_limit)
+    need = need.joined(estimate_memory(mesh, options, pictures=pictures))
+    stages = [(f"memory: {name}", _gib(BASE_BYTES + count)) for name, count in need.stages.items()]
+    limit = options.memory_limit or default_limit()
+    print_rows(
+        path.name,
+        [
+            ("triangles", f"{len(mesh.faces):,}"),
+            ("vertices", f"{len(mesh.vertices):,}"),
+            *stages,
+            ("memory at most", _gib(need.peak)),
+            ("memory limit", _gib(limit * GIB)),
+        ],
+        [f"it would be refused: {need.largest} needs too much"] if need.gib > limit else [],
+    )
+
+
+def _gib(count: float) -> str:
+    return f"{count / GIB:.2f} GiB"
+
+
+def _check_distinct(mesh: Path, output: Path, *, levels: bool) -> None:
+    """The mesh is not to be lost by a slip of the keyboard."""
+    if levels and is_level_path(mesh, output):
+        raise OutputError(
+            "its levels would replace or remove the mesh itself",
+            where=str(output),
+            remedy="name another file for the occluder",
+        )
+    if mesh.resolve() == output.resolve():
+        raise OutputError(
+            "this is the mesh itself",
+            where=str(output),
+            remedy="name another file for the occluder",
+        )

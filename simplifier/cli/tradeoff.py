@@ -1,0 +1,91 @@
+"""The command that measures speed against accuracy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from simplifier.cli.console import print_front, print_line, print_text, run_bar
+from simplifier.cli.interrupts import interrupts
+from simplifier.cli.options import typed_lists, with_options
+from simplifier.cli.overrides import NoOverrides, chosen_overrides
+from simplifier.cli.running import Debug, run_guarded
+from simplifier.errors import MeshError
+from simplifier.geometry.overrides import Overrides
+from simplifier.io.atomic import make_folder, write_whole
+from simplifier.option_fields import TRADEOFF_FIELDS
+from simplifier.tradeoff.cases import check_precision
+from simplifier.tradeoff.study import Study, study_files, study_of
+from simplifier.tradeoff.sweep import SweepOptions, Trial, run_count, sweep
+from simplifier.warmup import warm_up
+
+
+@with_options(TRADEOFF_FIELDS)
+def tradeoff(
+    meshes: Annotated[
+        list[Path], typer.Argument(help="The meshes: glb, gltf, obj, ply, stl, off.")
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="Folder for tradeoff.csv, .json, .png and .html.")
+    ],
+    *,
+    no_overrides: NoOverrides = False,
+    debug: Debug = False,
+    **chosen: Any,
+) -> None:
+    """Measure speed against accuracy over many settings: a table, a picture and a page.
+
+    Takes some minutes a mesh.  Ctrl-C ends it and keeps what was measured so far.
+    """
+
+    def run() -> None:
+        typed = typed_lists(TRADEOFF_FIELDS, chosen)
+        precision = typed.pop("precision")
+        check_precision(precision)
+        options = SweepOptions(**typed)
+        make_folder(output)
+        with interrupts() as listening:
+            trials = _trials(meshes, options, no_overrides)
+            study = study_of(trials, options, precision)
+            with listening.deferred():  # what was measured is not to be lost to a late Ctrl-C
+                for name, data in study_files(study):
+                    with listening.held():
+                        write_whole(output / name, data)
+                _print_study(study)
+        if all(trial.failure for trial in trials):
+            remedy = f"tradeoff.csv in {output} says why"
+            raise MeshError("none of the meshes could be measured", remedy=remedy)
+        if listening.heard:
+            runs = f"{len(trials)} of {run_count(meshes, options)} runs"
+            print_line(f"warning: interrupted after {runs}; {output} holds what they gave")
+
+    run_guarded(run, debug=debug)
+
+
+def _trials(meshes: list[Path], options: SweepOptions, no_overrides: bool) -> list[Trial]:
+    """All trials, or those up to Ctrl-C if there are any."""
+
+    def overrides_of(mesh: Path) -> Overrides:
+        return chosen_overrides(mesh, None, no_overrides)
+
+    trials: list[Trial] = []
+    try:
+        with run_bar(run_count(meshes, options)) as tell:
+            warm_up()
+            for trial in sweep(meshes, options, tell, overrides_of):
+                trials.append(trial)  # noqa: PERF402  what came before Ctrl-C must be kept
+    except KeyboardInterrupt:
+        if not trials:
+            raise
+    return trials
+
+
+def _print_study(study: Study) -> None:
+    for line in study.warnings:
+        print_line(f"warning: {line}")
+    for title, rows in study.fronts:
+        print_front(title, rows)
+    for line in study.lines:
+        print_text(line)

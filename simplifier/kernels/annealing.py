@@ -1,0 +1,227 @@
+"""Anneal the triangles of an occluder: random moves that raise its score inside an allowed solid.
+
+Arrays as in :mod:`simplifier.kernels.soup_views`; ``scores`` (V,) int64 is what each view scores.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplifier.kernels.compile import kernel
+from simplifier.kernels.soup_views import (
+    block_length,
+    draw_triangle,
+    score_view,
+    unite_block,
+    unite_others,
+)
+from simplifier.kernels.voxelize import contained
+
+TRIES = 6
+"""Moves tried at a triangle before another is drawn; they share the picture of all the rest."""
+
+_GLANCE = 16  # views that a move is judged on first; then on four times as many, and so on
+_POOR = 0.1  # of the mean score a triangle: one that adds less may be put elsewhere
+_ELSEWHERE = 0.5  # how often it is
+_REACH = 0.3  # how far the corners of a new triangle reach, as a share of the grid
+
+
+@kernel
+def _random(state):
+    """The next number in [0, 1) of a 64-bit xorshift generator, ``state`` (1,) uint64."""
+    x = state[0]
+    x ^= x << np.uint64(13)
+    x ^= x >> np.uint64(7)
+    x ^= x << np.uint64(17)
+    state[0] = x
+    return float(x >> np.uint64(11)) * (1.0 / 9007199254740992.0)
+
+
+@kernel
+def _is_poor(others, originals, price, scores, count, union, scratch):
+    """Whether a triangle adds little to what ``others`` score, judged on every second view."""
+    value, total = np.int64(0), np.int64(0)
+    for view in range(0, len(scores), 2):
+        for row in range(64):
+            union[row + 1] = others[view, row]
+        value += scores[view] - score_view(union, originals[view], price, scratch)
+        total += scores[view]
+    return value * count < _POOR * total
+
+
+@kernel
+def _find_voxel(allowed, before, number):
+    """Corner of the allowed voxel of that number, in the order of the array.
+
+    ``before`` (nx ny + 1,) int64: allowed voxels in the columns before each one, and in all.
+    """
+    low, high = 0, len(before) - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if before[middle] <= number:
+            low = middle
+        else:
+            high = middle
+    x, y = low // allowed.shape[1], low % allowed.shape[1]
+    left = number - before[low]
+    z = 0
+    while left > 0 or not allowed[x, y, z]:
+        if allowed[x, y, z]:
+            left -= 1
+        z += 1
+    return x, y, z
+
+
+@kernel
+def _place_elsewhere(triangles, allowed, before, reach, state, trial):
+    """A new triangle: beside an edge of another, or about one of the allowed voxels."""
+    reach *= 2.0 * _random(state)
+    if _random(state) < 0.5:
+        other = np.int64(_random(state) * len(triangles))
+        moved = np.int64(_random(state) * 3)
+        for k in range(3):
+            for axis in range(3):
+                trial[k, axis] = triangles[other, k, axis]
+        for axis in range(3):
+            middle = 0.5 * (trial[(moved + 1) % 3, axis] + trial[(moved + 2) % 3, axis])
+            trial[moved, axis] = middle + (_random(state) - 0.5) * reach
+    else:
+        number = np.int64(_random(state) * before[-1])
+        voxel = _find_voxel(allowed, before, number)
+        for k in range(3):
+            for axis in range(3):
+                trial[k, axis] = (voxel[axis] + 0.5) + (_random(state) - 0.5) * reach
+
+
+@kernel
+def _try_views(
+    p, q, r, index, stride, seen, views, images, others, scores, drawn, trial, union, scratch, work
+):
+    """Score every ``stride``-th view with the triangle p, q, r at ``index``; return the change.
+
+    Writes ``drawn`` (V, 64) and ``trial`` (V,) in those views, less every ``seen``-th, which has
+    been done (0 for none).  Most moves leave most unions as they are, behind other triangles: those
+    views keep their score.
+    """
+    projections, originals, price = views
+    image = scratch[1]
+    change = np.int64(0)
+    for view in range(0, len(projections), stride):
+        if seen != 0 and view % seen == 0:
+            continue
+        draw_triangle(p, q, r, projections[view], image)
+        work[0] += 1
+        differs = np.uint64(0)
+        for row in range(64):
+            word = image[row + 1]
+            drawn[view, row] = word
+            new = others[view, row] | word
+            union[row + 1] = new
+            differs |= new ^ (others[view, row] | images[index, view, row])
+        trial[view] = scores[view]
+        if differs != 0:
+            work[1] += 1
+            trial[view] = score_view(union, originals[view], price, scratch)
+            change += trial[view] - scores[view]
+    return change
+
+
+@kernel
+def anneal(
+    triangles, projections, originals, price, allowed, before, images, blocks, scores, best,
+    best_score, state, moves, shares, steps, heats, work,
+):  # fmt: skip
+    """Try ``moves`` moves, a multiple of :data:`TRIES`; ``shares`` of the search begin and end.
+
+    A corner moves by up to a step a coordinate; a move that gains is tried again in the same
+    direction.  A triangle that adds little is put elsewhere at times.  A move is taken when the
+    triangle keeps to ``allowed`` (nx, ny, nz) bool and the score rises, or falls by no more than
+    chance allows (simulated annealing).  ``steps`` (voxels) and ``heats`` (score) are first and
+    last values of the whole search, geometric in between.
+
+    ``triangles``, ``images``, ``blocks`` and ``scores`` are the current state, ``best`` the best
+    triangles yet, ``best_score`` (1,) int64 their score.  ``work`` (2,) int64 counts the views that
+    are drawn and those that are scored.
+    """
+    count = len(triangles)
+    views = (projections, originals, price)
+    union = np.zeros(66, np.uint64)
+    scratch = np.zeros((3, 66), np.uint64)
+    others = np.zeros(originals.shape, np.uint64)
+    drawn = np.zeros(originals.shape, np.uint64)
+    trial_scores = np.zeros(len(scores), np.int64)
+    trial = np.zeros((3, 3))
+    delta = np.zeros(3)
+    reach = _REACH * max(allowed.shape[0], allowed.shape[1], allowed.shape[2])
+    widest = 1  # of the strides: a power of two
+    while widest * 2 * _GLANCE <= len(scores):
+        widest *= 2
+    total = np.sum(scores)
+    index, moved = 0, 0
+    again, poor = False, False
+    for move in range(moves):
+        share = shares[0] + (shares[1] - shares[0]) * move / moves
+        if move % TRIES == 0:
+            index = np.int64(_random(state) * count)
+            unite_others(index, images, blocks, others)
+            poor = _is_poor(others, originals, price, scores, count, union, scratch)
+            again = False
+        for k in range(3):
+            for axis in range(3):
+                trial[k, axis] = triangles[index, k, axis]
+        anew = poor and not again and _random(state) < _ELSEWHERE
+        if anew:
+            _place_elsewhere(triangles, allowed, before, reach, state, trial)
+        else:
+            if not again:
+                moved = np.int64(_random(state) * 3)
+                step = 2.0 * steps[0] * (steps[1] / steps[0]) ** share
+                for axis in range(3):
+                    delta[axis] = (_random(state) - 0.5) * step
+            for axis in range(3):
+                trial[moved, axis] += delta[axis]
+        again = False
+        p, q, r = (
+            (trial[0, 0], trial[0, 1], trial[0, 2]),
+            (trial[1, 0], trial[1, 1], trial[1, 2]),
+            (trial[2, 0], trial[2, 1], trial[2, 2]),
+        )
+        if not (contained(p, p, p, allowed) and contained(q, q, q, allowed)):
+            continue
+        if not contained(r, r, r, allowed):
+            continue
+        least = heats[0] * (heats[1] / heats[0]) ** share * np.log(_random(state) + 1e-300)
+        change = np.int64(0)
+        stride, seen = widest, 0
+        taken = True
+        while taken:
+            change += _try_views(
+                p, q, r, index, stride, seen, views, images, others, scores, drawn, trial_scores,
+                union, scratch, work,
+            )  # fmt: skip
+            # A few views that lose this much are hardly made good by the others.
+            taken = change * stride >= 2 * least if stride > 1 else change >= least
+            # Dearer than a few views for large triangles in fine grids, so it comes after them.
+            taken = taken and (seen != 0 or contained(p, q, r, allowed))
+            if stride == 1:
+                break
+            stride, seen = max(stride // 4, 1), stride
+        if not taken:
+            continue
+        for view in range(len(scores)):
+            scores[view] = trial_scores[view]
+            for row in range(64):
+                images[index, view, row] = drawn[view, row]
+        unite_block(images, index // block_length(len(images)), blocks)
+        for k in range(3):
+            for axis in range(3):
+                triangles[index, k, axis] = trial[k, axis]
+        total += change
+        again = change > 0 and not anew
+        poor = poor and not anew
+        if total > best_score[0]:
+            best_score[0] = total
+            for other in range(count):
+                for k in range(3):
+                    for axis in range(3):
+                        best[other, k, axis] = triangles[other, k, axis]

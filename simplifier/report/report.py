@@ -1,0 +1,118 @@
+"""The report of one occluder as JSON: stable keys, shares as fractions from 0 to 1."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from simplifier.accuracy.accuracy import AccuracyReport
+from simplifier.accuracy.deviation import deviation
+from simplifier.accuracy.occlusion import occlusion_measures
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.solid import Solid
+from simplifier.io.atomic import write_whole
+from simplifier.progress import STAGES
+from simplifier.version import VERSION
+
+SCHEMA_VERSION = 1
+"""Raised when a key changes its meaning or goes; new keys do not raise it."""
+
+Report = dict[str, Any]
+
+
+def build_report(
+    mesh: TriangleMesh,
+    occluder: Occluder,
+    solid: Solid,
+    accuracy: AccuracyReport,
+    *,
+    options: Mapping[str, Any],
+    timings: Mapping[str, float],
+    warnings: Sequence[str] = (),
+    seed: int = 0,
+    levels: Sequence[Report] = (),
+    left_out: Sequence[Report] = (),
+    strays: float | None = None,
+) -> Report:
+    """All that is known of an occluder, ready for ``json.dumps``.
+
+    ``options`` as resolved; ``timings`` seconds by stage, stages that did not run count 0.  With
+    ``levels`` of detail and those ``left_out``, rows of :mod:`simplifier.report.level_report`,
+    the occluder is that of the finest.  ``strays`` is its deviation, measured here if it is None.
+    """
+    measures = occlusion_measures(mesh, occluder)
+    if strays is None:
+        strays = deviation(occluder, mesh, solid.touched, solid.filled)
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "version": VERSION,
+        "triangles": len(occluder.faces),
+        "precision": accuracy.precision,
+        "recall": accuracy.recall,
+        "by_view": [_view(accuracy, index) for index in range(len(accuracy.directions))],
+        "worst_view": {"index": accuracy.worst_view, **_view(accuracy, accuracy.worst_view)},
+        "occlusion_measure": {
+            "occluder": measures.occluder,
+            "original": measures.original,
+            "ratio": measures.ratio,
+        },
+        "error_bound": _finite(occluder.error_bound),
+        "deviation": strays,
+        "timings": {stage: timings.get(stage, 0.0) for stage in STAGES},
+        "options": dict(options),
+        "input": _input(mesh),
+        "solid": _solid(solid),
+        "levels": list(levels),
+        "left_out": list(left_out),
+        "warnings": list(warnings),
+        "seed": seed,
+    }
+
+
+def write_report(report: Report, path: Path) -> None:
+    """Write strict JSON (no NaN, no infinity), whole or not at all.
+
+    Raises :class:`~simplifier.errors.OutputError`.
+    """
+    text = json.dumps(report, indent=2, allow_nan=False) + "\n"
+    write_whole(path, text.encode())
+
+
+def _view(accuracy: AccuracyReport, index: int) -> Report:
+    return {
+        "direction": [float(x) for x in accuracy.directions[index]],
+        "precision": float(accuracy.precision_by_view[index]),
+        "recall": float(accuracy.recall_by_view[index]),
+    }
+
+
+def _finite(value: float) -> float | None:
+    """None for "no promise was made": JSON has no infinity."""
+    return value if math.isfinite(value) else None
+
+
+def _input(mesh: TriangleMesh) -> Report:
+    return {
+        "triangles": len(mesh.faces),
+        "vertices": len(mesh.vertices),
+        "bounds": mesh.bounds.tolist(),
+        "dropped": mesh.dropped.counts,
+        "omitted": [asdict(one) for one in mesh.omitted],
+    }
+
+
+def _solid(solid: Solid) -> Report:
+    return {
+        "resolution": list(solid.filled.shape),
+        "cell_size": solid.filled.cell_size,
+        "inside_fraction": solid.inside_fraction,
+        "closed_by": [
+            {"by": closing.by, "volume": closing.voxels * solid.filled.cell_size**3}
+            for closing in solid.closed_by
+        ],
+    }

@@ -1,0 +1,184 @@
+"""Triangles -> triangles: refinement within the solid, by pictures of the original."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import numpy as np
+
+from simplifier.deadline import Deadline
+from simplifier.geometry.grid import BoolArray
+from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
+from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
+from simplifier.geometry.solid import Solid
+from simplifier.kernels.threads import run_chunks
+from simplifier.options import Options
+from simplifier.progress import Best, Stopwatch
+from simplifier.refinement.annealing import RefineViews
+from simplifier.refinement.finalists import FineViews, best_of
+from simplifier.refinement.search import pulled_in, refine
+from simplifier.refinement.thin import thinned
+from simplifier.selection.measure import silhouettes
+from simplifier.sight import search_projections
+from simplifier.steps.time_limit import FEW_VIEWS, affordable_views
+from simplifier.voxel.morphology import dilated
+from simplifier.voxel.openings import barred
+
+_FINE_VIEWS = 12  # that decide between what was found and the starts
+_FEW_FINE_VIEWS = 6  # where a time limit is short
+_SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
+_JUDGED_SECONDS = 0.1  # and for a look at whether the search has come to anything
+
+
+class _StoppedError(Exception):
+    """Time is up or the run is cancelled before there is a picture to refine by."""
+
+
+def improve(
+    start: FloatArray,
+    mesh: TriangleMesh,
+    solid: Solid,
+    options: Options,
+    watch: Stopwatch,
+    deadline: Deadline,
+    overrides: Overrides = NO_OVERRIDES,
+) -> FloatArray:
+    """Move the triangles (m, 3, 3) of grid space within the core and its reach.
+
+    That keeps the error bound, and regions open.  Searches begin from them and from decimated
+    surfaces; finer pictures then decide between what they find and the starts as they are.
+    Triangles that are not to leave the core at all, or have regions to keep out of, are pulled in
+    even when there is nothing to refine.  What is drawn by hand belongs to the original there, and
+    hides as well.
+    """
+    regions = [one.region for one in overrides.open]
+    free = solid.reach > 0 and not regions
+    if options.refine.moves == 0 and free:
+        return start
+    allowed, margin = dilated(solid.core, solid.reach)
+    allowed &= ~barred(solid.core, regions, int(margin))
+    inside = pulled_in(start + margin, allowed)
+    if options.refine.moves == 0:
+        return inside - margin
+    drawn = solid.core.to_grid(overrides.triangles) + margin
+    placed = solid.core.to_grid(mesh.vertices)
+    placed += margin
+    original = _joined(thinned(placed, mesh.faces), as_mesh(drawn))
+    del placed
+    try:
+        views = _views(original, drawn, solid, options, margin, watch, deadline)
+    except _StoppedError:
+        return start if free else inside - margin
+
+    def stop(share: float, measure: float, best: Best) -> bool:
+        def shown() -> FloatArray:
+            found = solid.core.to_world(best() - margin)
+            return np.concatenate([overrides.triangles, found])
+
+        watch.tell("refine", share, measure, shown)
+        return watch.cancelled
+
+    starts, several = [inside], options.refine.decimated and deadline.left > _SEVERAL_SECONDS
+    if several:
+        starts += _decimated(mesh, solid, options.selection.budget, allowed, margin)
+    judged = several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
+    found = refine(
+        starts, allowed, views, options.selection.budget, options.refine, options.seed, stop,
+        deadline.part(1.0 - _closing_share(several)) if deadline.limited else None,
+    )  # fmt: skip
+    if not judged:
+        return (found or starts)[0] - margin
+    fine = search_projections(solid, options, _FINE_VIEWS if several else _FEW_FINE_VIEWS, margin)
+    aim = options.refine.precision
+
+    def spare() -> list[FloatArray]:  # takes what no limit has left for it
+        return [] if deadline.limited else [_fine_start(mesh, solid, options, allowed, margin)]
+
+    judges = FineViews.of(*original, fine)
+    return best_of([*found, *starts], judges, aim, spare, drawn) - margin
+
+
+def _joined(
+    one: tuple[FloatArray, IntArray], other: tuple[FloatArray, IntArray]
+) -> tuple[FloatArray, IntArray]:
+    """Two meshes as one; the first is only copied where it must."""
+    if len(other[1]) == 0:
+        return one
+    return np.concatenate([one[0], other[0]]), np.concatenate([one[1], other[1] + len(one[0])])
+
+
+def _closing_share(several: bool) -> float:
+    """Of what a time limit leaves: for tidying up what was found, and for judging it."""
+    return 0.08 if several else 0.18
+
+
+def _decimated(
+    mesh: TriangleMesh, solid: Solid, budget: int, allowed: BoolArray, margin: float
+) -> list[FloatArray]:
+    """The solid's surface, and the mesh itself, in no more triangles."""
+    # Here, not above: scipy's images take a tenth of a second to load, and many runs need none.
+    from simplifier.refinement.starts import enclosed_start, sheet_start
+
+    makers = (
+        lambda: enclosed_start(solid.core, allowed, margin, budget),
+        lambda: sheet_start(mesh, solid.core, allowed, margin, budget),
+    )
+    soups = [np.empty((0, 3, 3))] * len(makers)
+
+    def make(begin: int, end: int) -> None:
+        for index in range(begin, end):
+            vertices, faces = makers[index]()
+            soups[index] = pulled_in(vertices[faces] + margin, allowed)
+
+    run_chunks(make, len(makers))
+    return soups
+
+
+def _fine_start(
+    mesh: TriangleMesh, solid: Solid, options: Options, allowed: BoolArray, margin: float
+) -> FloatArray:
+    """The mesh itself in fewer triangles, in detail that pictures do not show."""
+    from simplifier.refinement.starts import fine_start  # as above
+
+    vertices, faces = fine_start(mesh, solid.core, allowed, margin, options.selection.budget)
+    return pulled_in(vertices[faces] + margin, allowed)
+
+
+def _views(
+    original: tuple[FloatArray, IntArray],
+    by_hand: FloatArray,
+    solid: Solid,
+    options: Options,
+    margin: float,
+    watch: Stopwatch,
+    deadline: Deadline,
+) -> RefineViews:
+    """The original as the search sees it, in fewer views where a time limit is short."""
+
+    def tell(share: float) -> None:
+        if watch.cancelled or deadline.is_up:
+            raise _StoppedError
+
+    def drawn(count: int) -> RefineViews:
+        tell(0.0)
+        projections = search_projections(solid, options, count, margin)
+        drawing = deadline.rest()
+
+        def keep_pace(share: float) -> None:
+            tell(share)
+            if share < 0.5 < drawing.share:  # so slow that nothing would be left for refining
+                raise _StoppedError
+
+        return RefineViews(projections, silhouettes(*original, projections, keep_pace), by_hand)
+
+    most = options.refine.views
+    if not deadline.limited:
+        return drawn(most)
+    before = deadline.left
+    few = drawn(min(FEW_VIEWS, most))
+    count = len(few.projections)
+    more = affordable_views(most, count, before - deadline.left, deadline.left)
+    if more > count:
+        with suppress(_StoppedError):
+            return drawn(more)
+    return few

@@ -1,0 +1,98 @@
+"""A sweep, judged: its files, and what the terminal shows of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from simplifier.report.machine import Machine, this_machine
+from simplifier.tradeoff import words
+from simplifier.tradeoff.advice import Advice, advise
+from simplifier.tradeoff.cases import Case, judge_cases
+from simplifier.tradeoff.json import json_bytes, rows_of
+from simplifier.tradeoff.sweep import Outcome, SweepOptions, Trial, outcomes
+from simplifier.tradeoff.table import table_bytes
+from simplifier.wording import percent
+
+FrontRow = tuple[str, str, str, str]
+"""Setting, time, recall, precision."""
+
+
+@dataclass(frozen=True)
+class Study:
+    """All that a sweep gave.
+
+    ``outcomes``  of every setting, failures among them; ``cases`` and ``advice`` are made of them
+    at the stated ``precision``.
+    """
+
+    options: SweepOptions
+    precision: float
+    machine: Machine
+    outcomes: tuple[Outcome, ...]
+    cases: tuple[Case, ...]
+    advice: Advice
+
+    @property
+    def warnings(self) -> list[str]:
+        """What failed, then what the runs warned of."""
+        return words.failure_lines(self.outcomes) + words.warning_lines(self.outcomes)
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """A row a setting, as ``tradeoff.json`` has them."""
+        return rows_of(self.outcomes, self.cases)
+
+    @property
+    def fronts(self) -> list[tuple[str, list[FrontRow]]]:
+        """A title and the rows of every front, fastest first."""
+        return [(f"{case.mesh}, budget {case.budget:,}", _rows(case)) for case in self.cases]
+
+    @property
+    def lines(self) -> list[str]:
+        """The advice, and what never pays; nothing where nothing was measured."""
+        if not any(case.measured for case in self.cases):
+            return []
+        return words.advice_lines(self.advice) + words.never_lines(self.advice, self.precision)
+
+    def files(self) -> Iterator[tuple[str, bytes]]:
+        """As :func:`study_files`."""
+        return study_files(self)
+
+
+def study_of(trials: Sequence[Trial], options: SweepOptions, precision: float) -> Study:
+    """Judge the trials of a sweep, also of one that was cut short.
+
+    Raises :class:`OptionError` for a precision out of 0 to 1.
+    """
+    found = outcomes(trials)
+    cases = judge_cases(found, precision)
+    return Study(options, precision, this_machine(), tuple(found), tuple(cases), advise(cases))
+
+
+def study_files(study: Study) -> Iterator[tuple[str, bytes]]:
+    """``tradeoff.csv``, ``.json``, ``.png`` and ``.html``: names and contents, each made when asked
+    for.
+
+    The table comes first, for it is what cannot be had again without measuring.
+    """
+    table = table_bytes(study.outcomes, study.cases, study.options, study.machine)
+    yield "tradeoff.csv", table
+    yield "tradeoff.json", json_bytes(study.rows, study.precision, study.machine, study.lines)
+    # Here, not above: matplotlib takes half a second to import, and most runs draw nothing.
+    from simplifier.tradeoff.page import page_text
+    from simplifier.tradeoff.plot import overview_picture
+
+    yield "tradeoff.png", overview_picture(study.cases, study.precision, str(study.machine))
+    page = page_text(
+        study.outcomes, study.cases, study.advice, study.options, study.machine, study.precision
+    )
+    yield "tradeoff.html", page.encode("utf-8", "replace")
+
+
+def _rows(case: Case) -> list[FrontRow]:
+    return [
+        (i.setting.name, words.seconds(i.seconds), percent(i.recall), percent(i.precision, 2))
+        for i in case.front
+    ]

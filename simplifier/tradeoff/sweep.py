@@ -1,0 +1,339 @@
+"""What a mesh's occluder costs and is worth at many settings.
+
+A setting is run several times, in rounds over all settings, so that a machine that gets busy or
+warm slows all of them alike; its time is the median of its runs, from the mesh in memory to the
+triangles.  Reading and judging are left out.  Accuracy is exact: all quads of 256 views.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Literal
+
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
+from simplifier.checks import settle_numbers
+from simplifier.errors import CancelledError, OccluderError, OptionError
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
+from simplifier.io import load_mesh
+from simplifier.memory.limit import check_limit
+from simplifier.memory.runs import Judging
+from simplifier.needs import check_making
+from simplifier.options import Axis, Options, Preset, Transparent, make_options
+from simplifier.pipeline import simplify_mesh
+from simplifier.progress import Cancel
+
+DEFAULT: Preset = "balanced"
+"""The preset that the other settings depart from."""
+
+PRESET_POINTS: tuple[Preset, ...] = ("draft", "balanced", "best")
+
+Knob = Literal["preset", "resolution", "directions", "time"]
+KNOBS: tuple[Knob, ...] = ("preset", "resolution", "directions", "time")
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A budget, a preset, and what departs from it; None is as the preset has it.
+
+    ``time``  limit of a run, seconds: less shortens the preset's work, more goes on refining.
+    """
+
+    budget: int
+    preset: Preset = DEFAULT
+    resolution: int | None = None
+    directions: int | None = None
+    time: float | None = None
+
+    @property
+    def departures(self) -> dict[Knob, str]:
+        """What departs from the default, in the words that users read."""
+        named: dict[Knob, str] = {}
+        if self.preset != DEFAULT:
+            named["preset"] = self.preset
+        if self.resolution is not None:
+            named["resolution"] = f"resolution {self.resolution}"
+        if self.directions is not None:
+            named["directions"] = f"{self.directions} directions"
+        if self.time is not None:
+            named["time"] = f"time {self.time:g} s"
+        return named
+
+    @property
+    def name(self) -> str:
+        """Tells a setting from all others of its budget."""
+        return " + ".join(self.departures.values()) or self.preset
+
+    @property
+    def knob(self) -> Knob | None:
+        """The one knob that is turned, None where several are; the default is a preset."""
+        turned = list(self.departures)
+        if len(turned) > 1:
+            return None
+        return turned[0] if turned else "preset"
+
+    def options(self, longest_edge: float, up: Axis, ground: bool, seed: int) -> Options:
+        """All of it.  Raises :class:`OptionError` for a value out of range."""
+        made = make_options(
+            longest_edge, budget=self.budget, resolution=self.resolution, up=up, ground=ground,
+            preset=self.preset, seed=seed,
+            time_limit=self.time,
+        )  # fmt: skip
+        if self.directions is None:
+            return made
+        return replace(made, sections=replace(made.sections, directions=self.directions))
+
+
+@dataclass(frozen=True)
+class SweepOptions:
+    """What is measured.
+
+    ``resolutions``, ``directions``, ``times``  the values of each knob, the others at their
+    default; with ``full`` every combination.  The presets are always measured.  Every budget gets
+    all of it.  ``times`` are time limits, seconds; ``repeats`` runs a setting.  ``transparent`` is
+    for meshes that are read from files.
+
+    A setting that would need more than ``memory_limit`` GiB, None for half of the machine's, fails.
+
+    Raises :class:`OptionError` where a list is empty or a value is out of range.
+    """
+
+    resolutions: tuple[int, ...] = (32, 64, 128)
+    directions: tuple[int, ...] = (16, 32, 128)
+    budgets: tuple[int, ...] = (16, 64, 256)
+    times: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0, 5.0)
+    up: Axis = "y"
+    ground: bool = False
+    transparent: Transparent = "leave-out"
+    seed: int = 0
+    repeats: int = 3
+    full: bool = False
+    memory_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        settle_numbers(self)
+        for name in ("resolutions", "directions", "budgets", "times"):
+            if not getattr(self, name):
+                raise OptionError("no value is given", where=name, remedy="give one or more")
+        if not 1 <= self.repeats <= 1000:
+            raise OptionError(
+                f"{self.repeats!r} is out of range", where="repeats", remedy="choose 1 to 1,000"
+            )
+        check_limit(self.memory_limit)
+        self.settings()  # each value meets its check before hours are spent
+
+    def settings(self) -> list[Setting]:
+        """Every setting once, by budget, the presets first; those that say the same are one."""
+        named: dict[Options, Setting] = {}
+        for budget in self.budgets:
+            for setting in self._of(Setting(budget)):
+                named.setdefault(self.resolved(setting, 1.0), setting)
+        return list(named.values())
+
+    def _of(self, default: Setting) -> Iterator[Setting]:
+        yield from (replace(default, preset=preset) for preset in PRESET_POINTS)
+        yield from (replace(default, resolution=value) for value in self.resolutions)
+        yield from (replace(default, directions=value) for value in self.directions)
+        yield from (replace(default, time=value) for value in self.times)
+        if self.full:
+            for values in product(self.resolutions, self.directions, self.times):
+                yield Setting(default.budget, DEFAULT, *values)
+
+    def resolved(self, setting: Setting, longest_edge: float) -> Options:
+        """The options of a setting's runs on a mesh of that size, world units."""
+        return setting.options(longest_edge, self.up, self.ground, self.seed)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run of one setting; ``failure`` says why there is no result, else it is empty.
+
+    ``mesh``  its name; ``setting`` None where the mesh itself could not be read.
+    ``seconds``  from the mesh in memory to the triangles; ``triangles`` of the occluder.
+    """
+
+    mesh: str
+    setting: Setting | None
+    seconds: float = math.nan
+    triangles: int = 0
+    precision: float = math.nan
+    recall: float = math.nan
+    warnings: tuple[str, ...] = ()
+    failure: str = ""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A setting's median run, with the spread of its times."""
+
+    trial: Trial
+    seconds_min: float
+    seconds_max: float
+    repeats: int
+
+
+Tell = Callable[[int, str], object]
+"""Called with the number of runs that are done and what is running now."""
+
+
+OverridesOf = Callable[[Path], Overrides]
+"""Those of a mesh's file; raises :class:`~simplifier.errors.OverridesError`."""
+
+
+def sweep(
+    paths: Sequence[Path],
+    options: SweepOptions,
+    tell: Tell = lambda done, name: None,
+    overrides_of: OverridesOf = lambda path: NO_OVERRIDES,
+) -> Iterator[Trial]:
+    """Run every setting on every mesh, as results come; what fails is a result too."""
+    before = 0
+    for name, path in mesh_names(paths).items():
+        yield from _mesh_trials(name, path, options, _counted_from(before, tell), overrides_of)
+        before += len(options.settings()) * options.repeats
+    tell(before, "writing")
+
+
+def _counted_from(before: int, tell: Tell) -> Tell:
+    return lambda done, name: tell(before + done, name)
+
+
+def run_count(paths: Sequence[Path], options: SweepOptions) -> int:
+    """How many runs a sweep has."""
+    return len(mesh_names(paths)) * len(options.settings()) * options.repeats
+
+
+def mesh_names(paths: Sequence[Path]) -> dict[str, Path]:
+    """Each file once, by its name, or as it was given where two have the same name."""
+    files = list(dict.fromkeys(paths))
+    names = [path.name for path in files]
+    return {path.name if names.count(path.name) == 1 else str(path): path for path in files}
+
+
+def outcomes(trials: Sequence[Trial]) -> list[Outcome]:
+    """One for each setting of each mesh, in the order in which they first ran.
+
+    The lower of two middle runs is the median, so that time and accuracy are of the same run.  A
+    setting that failed in one run has failed.
+    """
+    groups: dict[tuple[str, Setting | None], list[Trial]] = {}
+    for trial in trials:
+        groups.setdefault((trial.mesh, trial.setting), []).append(trial)
+    return [_outcome(group) for group in groups.values()]
+
+
+def _outcome(runs: list[Trial]) -> Outcome:
+    failed = [run for run in runs if run.failure]
+    if failed:
+        return Outcome(failed[0], math.nan, math.nan, len(runs))
+    ranked = sorted(runs, key=lambda run: run.seconds)
+    middle = ranked[(len(ranked) - 1) // 2]
+    return Outcome(middle, ranked[0].seconds, ranked[-1].seconds, len(runs))
+
+
+def _mesh_trials(
+    name: str, path: Path, options: SweepOptions, tell: Tell, overrides_of: OverridesOf
+) -> Iterator[Trial]:
+    tell(0, name)
+    try:
+        overrides = overrides_of(path)
+        mesh = load_mesh(
+            path,
+            transparent=options.transparent,
+            ignore=overrides.ignore,
+            memory_limit=options.memory_limit,
+        )
+    except Exception as error:
+        yield Trial(name, None, failure=_reason(error))
+        return
+    yield from mesh_trials(name, mesh, options, tell, overrides=overrides)
+
+
+def mesh_trials(
+    name: str,
+    mesh: TriangleMesh,
+    options: SweepOptions,
+    tell: Tell = lambda done, name: None,
+    cancel: Cancel | None = None,
+    overrides: Overrides = NO_OVERRIDES,
+) -> Iterator[Trial]:
+    """Run every setting on one mesh, which was loaded with what ``overrides`` ignore, as results
+    come.
+
+    Ends soon once ``cancel`` is set; the run that it ends is no trial.
+    """
+    run = _Run(name, mesh, overrides, options, _Judge(mesh, options.seed))
+    failed: set[Setting] = set()
+    done = 0
+    for _, setting in product(range(options.repeats), options.settings()):
+        tell(done, f"{name}, {setting.budget} triangles, {setting.name}")
+        done += 1
+        if setting in failed:
+            continue
+        try:
+            trial = run.trial(setting, cancel)
+        except CancelledError:
+            return
+        if trial.failure:
+            failed.add(setting)
+        yield trial
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """What all settings of a mesh have in common."""
+
+    name: str
+    mesh: TriangleMesh
+    overrides: Overrides
+    options: SweepOptions
+    judge: _Judge
+
+    def trial(self, setting: Setting, cancel: Cancel | None) -> Trial:
+        mesh = self.mesh
+        try:
+            resolved = self.options.resolved(setting, float(mesh.extent.max()))
+            check_making(mesh, resolved, self.options.memory_limit, Judging(exact=True))
+            begin = time.perf_counter()
+            result = simplify_mesh(mesh, resolved, cancel=cancel, overrides=self.overrides)
+            seconds = time.perf_counter() - begin
+            if result.interrupted:
+                raise CancelledError("cancelled while a setting ran")
+            precision, recall = self.judge.precision_and_recall(result.occluder)
+        except CancelledError:
+            raise
+        except Exception as error:
+            return Trial(self.name, setting, failure=_reason(error))
+        count = len(result.occluder.faces)
+        return Trial(self.name, setting, seconds, count, precision, recall, result.warnings)
+
+
+def _reason(error: Exception) -> str:
+    """One bad mesh must not end a sweep of hours, so a bug is a reason too."""
+    if isinstance(error, OccluderError):
+        return str(error)
+    if isinstance(error, MemoryError):
+        return "out of memory; choose a lower resolution"
+    return f"unexpected {type(error).__name__}: {error}"
+
+
+class _Judge:
+    """Exact accuracy; equal occluders, as repeats mostly give, are judged once."""
+
+    def __init__(self, mesh: TriangleMesh, seed: int) -> None:
+        self._mesh = mesh
+        self._options = AccuracyOptions(seed=seed, exact=True)
+        self._known: dict[tuple[bytes, bytes], tuple[float, float]] = {}
+
+    def precision_and_recall(self, occluder: Occluder) -> tuple[float, float]:
+        key = (occluder.vertices.tobytes(), occluder.faces.tobytes())
+        if key not in self._known:
+            report = evaluate_accuracy(self._mesh, occluder, self._options)
+            self._known[key] = (report.precision, report.recall)
+        return self._known[key]

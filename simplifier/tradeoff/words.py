@@ -1,0 +1,205 @@
+"""What a sweep teaches, in sentences for the terminal and the page alike."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Sequence
+
+from simplifier.tradeoff.advice import STEP, Advice, KnobAdvice, Pay, Step
+from simplifier.tradeoff.cases import Judged
+from simplifier.tradeoff.sweep import Outcome
+
+
+def advice_lines(advice: Advice) -> list[str]:
+    """Which knob to turn first, for more recall and for less time, and what triangles bring."""
+    return [*_more(advice), *_less(advice), *_triangles(advice)]
+
+
+def never_lines(advice: Advice, precision: float) -> list[str]:
+    """The values that are on no front, and those that are nowhere precise enough."""
+    lines = []
+    for pay in advice.pays:
+        if pay.cases == 0:
+            where = _in_all(pay.imprecise)
+            lines.append(f"{_subject(pay)} below {share(precision)} precision {where}.")
+        elif pay.paid == 0:
+            rivals = _or(pay.rivals[:2])
+            lines.append(
+                f"{_capital(pay.value)} never {_verb(pay, 'pay')}: {_in_all(pay.cases)} another "
+                f"setting is as fast and recalls as much, most often {rivals}."
+            )
+    return lines
+
+
+def failure_lines(found: Sequence[Outcome]) -> list[str]:
+    """What has no result, and why."""
+    return [f"{_place(o)}: {o.trial.failure}" for o in found if o.trial.failure]
+
+
+def warning_lines(found: Sequence[Outcome]) -> list[str]:
+    """What the runs warned of, each once a mesh, with the settings that it is about."""
+    measured: dict[str, set[str]] = {}
+    about: dict[tuple[str, str], dict[str, None]] = {}
+    for trial in (outcome.trial for outcome in found):
+        if trial.setting is None or trial.failure:
+            continue
+        measured.setdefault(trial.mesh, set()).add(trial.setting.name)
+        for warning in trial.warnings:
+            about.setdefault((trial.mesh, warning), {})[trial.setting.name] = None
+    lines = []
+    for (mesh, warning), names in about.items():
+        some = "" if len(names) == len(measured[mesh]) else f", {_and(list(names))}"
+        lines.append(f"{mesh}{some}: {warning}")
+    return lines
+
+
+def standing(item: Judged, precision: float) -> str:
+    """How a setting stands, with what dominates it and by how much."""
+    if item.verdict == "front":
+        return "on the front"
+    if item.verdict == "failed":
+        return f"failed: {item.outcome.trial.failure}"
+    if item.verdict == "imprecise" or item.dominator is None:
+        return f"below {share(precision)} precision: not compared"
+    other = item.dominator.trial
+    name = "" if other.setting is None else other.setting.name
+    return (
+        f"dominated by {name}: {_faster(item.seconds / other.seconds)}, "
+        f"{_more_points(other.recall - item.recall)}"
+    )
+
+
+def share(value: float) -> str:
+    """``"99 %"``, ``"99.95 %"``: a bar as it was typed."""
+    return f"{100.0 * value:.6g} %"
+
+
+def points(value: float) -> str:
+    """``"+3.2 points"`` for a difference of shares."""
+    return f"{signed(value)} {'point' if abs(round(value * 100.0, 1)) == 1.0 else 'points'}"
+
+
+def signed(value: float) -> str:
+    """``"+3.2"`` for a difference of 0.032: percentage points."""
+    rounded = round(value * 100.0, 1)
+    return f"{rounded:+.1f}" if rounded else "0.0"
+
+
+def seconds(time: float) -> str:
+    """Three significant digits, milliseconds below a tenth."""
+    if time < 0.0995:
+        return f"{time * 1000.0:.0f} ms"
+    return f"{time:.2f} s" if time < 9.995 else f"{time:.1f} s" if time < 99.95 else f"{time:.0f} s"
+
+
+def spread(values: Sequence[float]) -> str:
+    """The median of shares as points, with the range where there is one."""
+    middle = signed(statistics.median(values))
+    low, high = signed(min(values)), signed(max(values))
+    return middle if low == high else f"{middle} ({low} to {high})"
+
+
+def settings(count: int) -> str:
+    """``"1 setting"``, ``"9 settings"``."""
+    return f"{count} setting{'' if count == 1 else 's'}"
+
+
+def cases(count: int) -> str:
+    """``"1 case"``, ``"9 cases"``: meshes times budgets."""
+    return f"{count} case{'' if count == 1 else 's'}"
+
+
+def _more(advice: Advice) -> list[str]:
+    gains = [item for item in advice.by_gain if item.slower]
+    if not gains:
+        return [f"For more recall: no step from the default takes {STEP:g} times its time or more."]
+    first, *rest = gains
+    if first.gain <= 0.0:
+        return [
+            "For more recall: no knob gains; a slower setting recalls no more than the default."
+        ]
+    lead = (
+        f"For more recall, turn {_knob(first)} first: {points(first.gain)} a doubling of time "
+        f"(median of {cases(len(first.slower))}; {_example(first.slower)})."
+    )
+    return [lead, *_then([(item.knob, item.gain, item.slower) for item in rest])]
+
+
+def _less(advice: Advice) -> list[str]:
+    losses = [item for item in advice.by_loss if item.faster]
+    if not losses:
+        return []
+    first, *rest = losses
+    lead = (
+        f"For less time, turn {_knob(first)} first: {points(-first.loss)} a halving of time "
+        f"(median of {cases(len(first.faster))}; {_example(first.faster)})."
+    )
+    return [lead, *_then([(item.knob, -item.loss, item.faster) for item in rest])]
+
+
+def _then(knobs: Sequence[tuple[str, float, Sequence[Step]]]) -> list[str]:
+    if not knobs:
+        return []
+    told = [f"{knob} {points(gain)} ({cases(len(steps))})" for knob, gain, steps in knobs]
+    return [f"Then: {', '.join(told)}."]
+
+
+def _triangles(advice: Advice) -> list[str]:
+    if not advice.triangles:
+        return []
+    return [
+        f"A doubling of the budget brings {spread(advice.triangles)} points by default, but those "
+        "triangles are drawn in every frame."
+    ]
+
+
+def _knob(item: KnobAdvice) -> str:
+    return f"the {item.knob}"
+
+
+def _example(steps: Sequence[Step]) -> str:
+    """The step that is most frequent among the cases, and what it does to the time."""
+    names = [step.item.setting.name for step in steps]
+    name = max(dict.fromkeys(names), key=names.count)
+    ratio = statistics.median(step.ratio for step in steps if step.item.setting.name == name)
+    return f"{name} takes {ratio:.2g} times as long"
+
+
+def _subject(pay: Pay) -> str:
+    return f"{_capital(pay.value)} {'are' if pay.knob == 'directions' else 'is'}"
+
+
+def _verb(pay: Pay, verb: str) -> str:
+    return verb if pay.knob == "directions" else f"{verb}s"
+
+
+def _in_all(count: int) -> str:
+    return {1: "in the one case measured", 2: "in both cases"}.get(count, f"in all {count} cases")
+
+
+def _or(names: Sequence[str]) -> str:
+    return " or ".join(names)
+
+
+def _and(names: Sequence[str]) -> str:
+    return " and ".join(names) if len(names) < 3 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def _place(outcome: Outcome) -> str:
+    setting = outcome.trial.setting
+    within = "" if setting is None else f", budget {setting.budget}, {setting.name}"
+    return f"{outcome.trial.mesh}{within}"
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _faster(ratio: float) -> str:
+    if ratio < 1.005:
+        return "as fast"
+    return f"{100.0 * (1.0 - 1.0 / ratio):.0f} % less time"
+
+
+def _more_points(gain: float) -> str:
+    return "the same recall" if round(gain * 100.0, 1) == 0.0 else points(gain)

@@ -1,0 +1,41 @@
+"""What is demanded, and how figures fall short of it."""
+
+from __future__ import annotations
+
+import pytest
+
+from simplifier.builds.figures import Figures
+from simplifier.builds.requirements import REQUIREMENT_FIELDS, Requirements, shortfalls
+
+FOUND = Figures(64, 0.99, 0.8, 0.0, None)
+
+
+def short(found=FOUND, before=None, **demanded):
+    return list(shortfalls(Requirements(**demanded), found, before))
+
+
+def test_defaults_are_those_of_the_table():
+    assert all(getattr(Requirements(), one.name) == one.default for one in REQUIREMENT_FIELDS)
+
+
+@pytest.mark.parametrize(
+    ("demanded", "words"),
+    [
+        ({}, []),
+        ({"min_precision": 0.99, "min_recall": 0.8, "max_triangles": 64}, []),
+        ({"min_precision": 0.995}, ["precision 99 % is below 99.5 %"]),
+        ({"min_recall": 0.80001}, ["recall 80 % is below 80.001 %"]),
+        ({"max_triangles": 63}, ["64 triangles are more than 63"]),
+        ({"min_recall": 0.9, "max_triangles": 1}, ["recall 80 % is below 90 %",
+                                                   "64 triangles are more than 1"]),
+    ],
+)  # fmt: skip
+def test_what_falls_short_is_said(demanded, words):
+    assert short(**demanded) == words
+
+
+@pytest.mark.parametrize(("before", "falls"), [(0.7, 0), (0.804, 0), (0.806, 1), (1.0, 1)])
+def test_recall_may_fall_by_half_a_point(before, falls):
+    was = Figures(64, 0.99, before, 0.0, None)
+    assert len(short(before=was)) == falls
+    assert short(before=was, max_recall_loss=1.0) == []

@@ -1,0 +1,128 @@
+"""What the command line shows, apart from any run."""
+
+from __future__ import annotations
+
+import io
+import sys
+
+from simplifier.cli.console import accept_any_text, print_line, print_report, progress_bar
+from simplifier.progress import STAGES, Progress
+
+REPORT = {
+    "triangles": 53,
+    "precision": 0.9987,
+    "recall": 0.8354,
+    "worst_view": {"recall": 0.5, "precision": 0.75},
+    "occlusion_measure": {"ratio": 0.9},
+    "error_bound": 0.0537,
+    "deviation": 0.03,
+    "input": {"triangles": 1_234_567},
+    "solid": {"resolution": [64, 32, 16]},
+    "timings": {"load": 0.0125, "cut": 1.5, "surface": 0.0},
+    "warnings": ["mind the gap"],
+}
+
+
+def test_the_table_has_the_headline_figures(capsys):
+    print_report(REPORT, "castle.obj")
+    shown = capsys.readouterr()
+    for words in (
+        "castle.obj", "1,234,567 -> 53", "99.87 %", "83.54 %", "recall 50.00 %, precision 75.00 %",
+        "90.00 %", "0.0537", "64 x 32 x 16 voxels", "1,500 ms",
+    ):  # fmt: skip
+        assert words in shown.out
+    assert "surface" not in shown.out
+    assert shown.err == "warning: mind the gap\n"
+
+
+LEVEL = {
+    "level": 0, "triangles": 53, "recall": 0.8354, "precision": 0.9987, "error_bound": 0.0537,
+    "deviation": 0.03, "resolution": 64, "switch_distance": 50.2, "file": "castle_lod0.glb",
+}  # fmt: skip
+
+
+def test_levels_and_what_was_left_out(capsys):
+    coarse = {**LEVEL, "level": 1, "triangles": 8, "error_bound": None, "switch_distance": None}
+    left_out = [{"resolution": 16, "reason": "it hides nothing"}]
+    print_report({**REPORT, "levels": [LEVEL, coarse], "left_out": left_out}, "castle.obj")
+    shown = capsys.readouterr().out
+    assert "levels of detail" in shown
+    assert "50.2" in shown
+    assert shown.count("none ") == 2
+    assert shown.endswith("left out: 16 voxels: it hides nothing\n")
+
+
+def test_no_promise_is_told(capsys):
+    print_report({**REPORT, "error_bound": None, "warnings": []}, "x")
+    shown = capsys.readouterr()
+    assert "none promised" in shown.out
+    assert shown.err == ""
+
+
+# Escape sequences, markup, line ends, text that runs backwards, bytes that are no text.
+HOSTILE = "\x1b[31mred\x1b]0;title\x07 [bold]x[/bold]\r\n[/]\u202efdp.exe\udcff\x00"
+
+
+def test_nothing_that_a_terminal_obeys_is_printed(capsys):
+    print_report(REPORT, HOSTILE)
+    print_line(f"error: {HOSTILE}: no such file")
+    shown = capsys.readouterr()
+    for text in (shown.out, shown.err):
+        assert not set(text) & set("\x1b\x07\r\u202e\x00\udcff")
+        assert "[bold]x[/bold]" in text
+        assert "\\x1b[31mred" in text
+    assert shown.err.count("\n") == 2  # the warning and the line
+    text = "\\x1b[31mred\\x1b]0;title\\x07 [bold]x[/bold] [/]\\u202efdp.exe\\udcff\\x00"
+    assert f"error: {text}: no such file\n" in shown.err
+
+
+def test_plain_text_of_any_language_stays(capsys):
+    print_line("error: schloß 城.obj: es fehlt")
+    assert capsys.readouterr().err == "error: schloß 城.obj: es fehlt\n"
+
+
+def test_an_encoding_without_the_letters(monkeypatch):
+    raw = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding="ascii"))
+    accept_any_text()
+    print_report(REPORT, "schloß.obj")
+    sys.stdout.flush()
+    assert b"schlo\\xdf.obj" in raw.getvalue()
+    assert b"83.54 %" in raw.getvalue()
+
+
+def test_no_bar_where_there_is_no_terminal(capsys):
+    with progress_bar() as listener:
+        for stage in STAGES:
+            listener(Progress(stage, 0.0, 0.5))
+            listener(Progress(stage, 1.0, 0.5))
+    shown = capsys.readouterr()
+    assert (shown.out, shown.err) == ("", "")
+
+
+def test_the_bar_tells_which_level_it_is(monkeypatch):
+    terminal = as_terminal(monkeypatch)
+    with progress_bar() as listener:
+        listener(Progress("cut", 0.5, 1.2, None, 2, 4))
+    assert "3/4 choosing polygons  50%" in terminal.getvalue()
+
+
+def as_terminal(monkeypatch):
+    """Standard error, as if it were one."""
+    stream = io.StringIO()
+    stream.isatty = lambda: True
+    monkeypatch.setattr(sys, "stderr", stream)
+    monkeypatch.setenv("TERM", "xterm")
+    return stream
+
+
+def test_the_bar_knows_every_stage(monkeypatch):
+    terminal = as_terminal(monkeypatch)
+    with progress_bar() as listener:
+        for stage in STAGES:
+            listener(Progress(stage, 0.5, 0.5))
+        listener(Progress("refine", 0.62, 1.2, 0.9134))
+    shown = terminal.getvalue()
+    assert "refining triangles  62%" in shown
+    assert "measure 91.3 %" in shown
+    assert "\x1b[2K" in shown  # it wipes itself away

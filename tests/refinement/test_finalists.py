@@ -1,0 +1,65 @@
+"""The judge: figures of a report, and a choice that keeps to the aim."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import simplifier
+from bench.meshes import bumpy_sphere
+from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.views import BoundingSphere, image_axes, random_directions
+from simplifier.refinement.finalists import FineViews, best_of, judge
+from tests.pictures import sphere_projections
+
+MESH = bumpy_sphere(4_000)
+
+
+def soup(scale):
+    """The mesh itself, larger or smaller: (m, 3, 3)."""
+    return np.array(MESH.vertices[MESH.faces] * scale)
+
+
+@pytest.fixture(scope="module")
+def views():
+    sphere = BoundingSphere.of(MESH)
+    axes = image_axes(random_directions(8, 3))
+    maps = sphere_projections(axes, sphere.centre, 1.1 * sphere.radius)
+    return FineViews.of(np.array(MESH.vertices), np.array(MESH.faces), maps)
+
+
+def test_it_is_what_a_report_says(views):
+    triangles = soup(0.8)
+    found = judge(triangles, views)
+    occluder = Occluder(
+        triangles.reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    )
+    report = simplifier.evaluate(MESH, occluder, views=8, seed=3, exact=True)
+    assert found.recall == pytest.approx(report.recall, abs=0.02)
+    assert found.precision == pytest.approx(report.precision, abs=0.001)
+
+
+def test_the_mesh_itself_and_nothing(views):
+    whole = judge(soup(1.0), views)
+    assert (whole.precision, whole.recall) == (1.0, 1.0)
+    nothing = judge(np.empty((0, 3, 3)), views)
+    assert (nothing.precision, nothing.recall) == (1.0, 0.0)
+
+
+def test_more_recall_wins_among_the_precise(views):
+    small, large = soup(0.7), soup(0.9)
+    assert best_of([small, large], views, 0.99) is large
+    assert best_of([large, small], views, 0.99) is large
+
+
+def test_what_hides_too_much_loses_and_so_does_what_hides_nothing(views):
+    swollen, inner = soup(1.3), soup(0.9)
+    assert judge(swollen, views).precision < 0.97
+    assert best_of([swollen, inner], views, 0.99) is inner
+    slightly = soup(1.02)  # a little short of an aim for perfection is better than nothing at all
+    assert best_of([np.empty((0, 3, 3)), slightly], views, 1.0) is slightly
+
+
+def test_the_first_of_equals(views):
+    one, same = soup(0.9), soup(0.9)
+    assert best_of([one, same], views, 0.99) is one

@@ -1,0 +1,328 @@
+"""Refinement: stays inside, never gets worse, keeps the budget, and has nothing that is no use."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from simplifier.deadline import Deadline
+from simplifier.geometry.views import hemisphere_directions, image_axes
+from simplifier.kernels.annealing import TRIES
+from simplifier.kernels.coverage import covered
+from simplifier.kernels.soup_views import UNIT, block_count, draw_soup, score_unions
+from simplifier.kernels.voxelize import contained, mark_triangles
+from simplifier.options import RefineOptions
+from simplifier.refinement.annealing import Annealing, RefineViews, Room
+from simplifier.refinement.search import _by_time, _Price, pulled_in, refine
+from tests.pictures import sphere_projections
+
+SIZE = 24  # voxels a side
+
+
+def ball(radius=9.0):
+    """A ball of voxels in the middle of the grid."""
+    centres = np.indices((SIZE,) * 3) + 0.5 - SIZE / 2
+    return np.ascontiguousarray((centres**2).sum(axis=0) < radius**2)
+
+
+def views_of(voxels, count=16):
+    """Search views whose originals are the pictures of a ball of the solid's volume."""
+    projections = sphere_projections(
+        image_axes(hemisphere_directions(count)), np.full(3, SIZE / 2), SIZE / 2
+    )
+    rng = np.random.default_rng(5)
+    points = rng.normal(size=(4000, 3))
+    radius = np.cbrt(3.0 * voxels.sum() / (4.0 * np.pi))
+    points = SIZE / 2 + radius * points / np.linalg.norm(points, axis=1, keepdims=True)
+    faces = np.array([[i, i + 1, i + 2] for i in range(0, 3999, 3)], dtype=np.int32)
+    return RefineViews(projections, covered(points, faces, projections, 64, 64)[:, :, 0].copy())
+
+
+def crossed_quads(half=4.0):
+    """Three squares through the centre: (6, 3, 3)."""
+    square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * half
+    triangles = []
+    for axis in range(3):
+        corners = np.insert(square, axis, 0.0, axis=1) + SIZE / 2 + 0.25
+        triangles += [corners[[0, 1, 2]], corners[[0, 2, 3]]]
+    return np.array(triangles)
+
+
+def score(triangles, views, overcover=0.5):
+    """The objective, drawn afresh."""
+    count = len(views.projections)
+    images = np.zeros((len(triangles), count, 64), np.uint64)
+    blocks = np.zeros((block_count(len(triangles)), count, 64), np.uint64)
+    draw_soup(np.ascontiguousarray(triangles), views.projections, images, blocks)
+    return score_unions(
+        np.bitwise_or.reduce(blocks, axis=0), views.originals, round(UNIT * overcover),
+        np.zeros(count, np.int64),
+    )  # fmt: skip
+
+
+def score_of_original(views):
+    return score_unions(views.originals, views.originals, 0, np.zeros(len(views.originals), int))
+
+
+def voxels_touched(triangles):
+    """The voxels that the triangles touch, by the voxelizer."""
+    touched = np.zeros((SIZE,) * 3, dtype=np.bool_)
+    faces = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    points = np.ascontiguousarray(triangles.reshape(-1, 3))
+    mark_triangles(points, faces, np.zeros(3), 1.0, 0, len(faces), touched)
+    return touched
+
+
+def refined(moves, seed=0, budget=6, starts=None, views=None, **options):
+    """Refine crossed quads in a ball; no aim for the precision unless it is given."""
+    allowed = ball()
+    found = refine(
+        [crossed_quads()] if starts is None else starts, allowed,
+        views_of(allowed) if views is None else views, budget,
+        RefineOptions(moves=moves, **{"precision": 0.0, **options}), seed,
+    )  # fmt: skip
+    return found[0]
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_it_raises_the_score_and_touches_allowed_voxels_only(seed):
+    allowed = ball()
+    views = views_of(allowed)
+    found = refined(3000, seed, views=views)
+    assert len(found) <= 6
+    assert score(found, views) > 1.3 * score(crossed_quads(), views)
+    assert not (voxels_touched(found) & ~allowed).any()
+
+
+def test_it_never_ends_below_its_start():
+    views = views_of(ball())
+    for moves in (6, 60, 600):
+        found = refined(moves, 7, views=views, searches=1)
+        assert score(found, views) >= score(crossed_quads(), views)
+
+
+def test_a_good_start_is_kept_when_hot_moves_only_spoil_it():
+    views = views_of(ball())
+    good = refined(30_000, 3, views=views)
+    again = refined(6, 4, views=views, starts=[good], searches=1)
+    assert score(again, views) >= score(good, views)
+
+
+def test_the_better_of_two_starts_wins():
+    views = views_of(ball())
+    poor = crossed_quads(0.5)
+    found = refined(60, 0, views=views, starts=[poor, crossed_quads()], searches=2)
+    assert score(found, views) >= score(crossed_quads(), views) > 2 * score(poor, views)
+
+
+def test_what_is_left_of_the_budget_is_used():
+    views = views_of(ball())
+    few = crossed_quads()[:2]
+    small = refined(12_000, 1, budget=2, starts=[few], views=views)
+    large = refined(12_000, 1, budget=8, starts=[few], views=views)
+    assert len(small) <= 2 < len(large) <= 8
+    assert score(large, views) > 1.2 * score(small, views)
+
+
+def test_a_start_over_the_budget_is_cut_off():
+    assert len(refined(600, budget=3)) <= 3
+    assert len(refined(0, budget=3)) == 3
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 2**31), st.integers(1, 12), st.integers(1, 2000))
+def test_every_triangle_has_a_use_and_no_two_are_alike(seed, budget, moves):
+    views = views_of(ball(), 8)
+    found = refined(moves, seed, budget, views=views, searches=1)
+    assert 1 <= len(found) <= budget
+    edges = found[:, 1:] - found[:, :1]
+    assert (np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1) > 0.0).all()
+    assert len(np.unique(np.sort(found, axis=1).reshape(len(found), -1), axis=0)) == len(found)
+    whole = score(found, views)
+    for index in range(len(found)):
+        assert score(np.delete(found, index, axis=0), views) < whole
+
+
+def test_no_move_leaves_it_as_it_is():
+    assert np.array_equal(refined(0), crossed_quads())
+
+
+def test_nothing_to_begin_with_gives_nothing():
+    outside = crossed_quads() + 3.0 * SIZE
+    options = RefineOptions(moves=600)
+    assert refine([np.empty((0, 3, 3)), outside], ball(), views_of(ball()), 6, options, 0) == []
+
+
+def test_each_search_gives_a_result_and_the_best_comes_first():
+    views = views_of(ball())
+    starts = [crossed_quads(), crossed_quads(3.0)[:2], crossed_quads(0.5)]  # of unequal number
+    options = RefineOptions(moves=2400, searches=3, precision=0.0)
+    found = refine(starts, ball(), views, 6, options, 0)
+    scores = [score(soup, views) for soup in found]
+    assert len(found) == 3
+    assert scores[0] == max(scores)
+
+
+def test_same_on_any_number_of_threads(monkeypatch):
+    views = views_of(ball())
+    results = []
+    for threads in ("1", "2", "5"):
+        monkeypatch.setenv("OCCLUDER_THREADS", threads)
+        results.append(refined(4800, 3, views=views, searches=3, precision=0.999).tobytes())
+    assert len(set(results)) == 1
+
+
+def precision(found, views):
+    return Annealing(found, Room.of(ball()), views, UNIT, 0).precision()
+
+
+def test_a_dearer_overcover_hides_less_wrongly():
+    views = views_of(ball(4.0))  # the original is smaller than what is allowed
+    cheap = precision(refined(12_000, 1, views=views, overcover=0.05), views)
+    dear = precision(refined(12_000, 1, views=views, overcover=5.0), views)
+    assert cheap < 0.98
+    assert dear > 0.995
+
+
+def test_the_price_follows_the_precision():
+    price = _Price(RefineOptions(overcover=0.5, precision=0.99))
+    base = price.now
+    assert base == UNIT // 2
+    for _ in range(3):
+        before = price.now
+        price.follow(0.97)
+        assert price.now > before
+    for _ in range(50):
+        price.follow(0.995)
+    assert price.now == base
+    for _ in range(100):
+        price.follow(0.0)
+    assert price.now == 200 * UNIT
+
+
+def test_an_aim_for_the_precision_is_met():
+    views = views_of(ball(4.0))
+    free = refined(24_000, views=views, overcover=0.05)
+    held = refined(24_000, views=views, overcover=0.05, precision=0.99)
+    assert precision(free, views) < 0.97
+    assert precision(held, views) > 0.985
+
+
+def test_it_can_be_stopped_and_tells_how_far_it_is():
+    views = views_of(ball())
+    whole = score_of_original(views)
+    shares, scores = [], []
+
+    def stop(share, measure, best):
+        shares.append(share)
+        scores.append(measure)
+        assert score(best(), views) == pytest.approx(measure * whole)
+        best()[:] = 0.0  # a copy, to be changed at will
+        return len(shares) == 3
+
+    options = RefineOptions(moves=24_000, precision=0.0)
+    found = refine([crossed_quads()], ball(), views, 6, options, 0, stop)[0]
+    assert len(shares) == 3
+    assert shares == sorted(shares)
+    assert shares[-1] < 0.5
+    assert scores == sorted(scores)
+    assert scores[-1] == pytest.approx(score(found, views) / whole)
+
+
+class StepClock:
+    """Goes on by a step whenever it is looked at, so that a slice never seems too short."""
+
+    def __init__(self, step):
+        self.now, self._step = 0.0, step
+
+    def __call__(self):
+        self.now += self._step
+        return self.now
+
+
+def test_a_deadline_takes_the_place_of_the_moves():
+    views = views_of(ball())
+    clock, shares = StepClock(0.006), []
+
+    def stop(share, measure, best):
+        shares.append(share)
+        return False
+
+    deadline = Deadline.after(1.0, clock)
+    for moves in (6, 100_000_000):
+        options = RefineOptions(moves=moves, searches=1, precision=0.0)
+        found = refine([crossed_quads()], ball(), views, 6, options, 0, stop, deadline)[0]
+        assert 1.0 <= clock.now < 1.04
+        assert shares == sorted(shares)
+        assert len(shares) > 30
+        assert shares[-1] > 0.99
+        assert score(found, views) > 1.1 * score(crossed_quads(), views)
+        clock.now, shares = 0.0, []
+
+
+def test_a_deadline_that_is_up_leaves_it_as_it_is():
+    options = RefineOptions(moves=600)
+    same = refine(
+        [crossed_quads()], ball(), views_of(ball()), 6, options, 0, deadline=Deadline.after(0.0)
+    )
+    assert np.array_equal(same[0], crossed_quads())
+
+
+@pytest.mark.parametrize("cost", [1e-6, 3e-4, 2e-2])
+def test_slices_fit_what_a_move_costs(cost):
+    clock = StepClock(0.0)
+    made = []
+    for moves, (first, last) in _by_time(Deadline.after(2.0, clock)):
+        assert moves % TRIES == 0
+        assert 0.0 <= first < last <= 1.0
+        clock.now += moves * cost
+        made.append(moves)
+    aim = 0.02
+    assert max(made) * cost <= 2.0 * max(aim, TRIES * cost)
+    assert made[-1] * cost >= min(0.5 * aim, TRIES * cost)
+    assert clock.now <= 2.0 + max(aim, TRIES * cost)
+
+
+def test_triangles_outside_are_pulled_in_or_left_out():
+    far = np.array([[[1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [1.0, 2.0, 1.0]]])
+    start = np.concatenate([crossed_quads(half=9.0), far])  # the corners stick out
+    inside = pulled_in(start, ball())
+    assert len(inside) == len(start) - 1
+    assert not (voxels_touched(inside) & ~ball()).any()
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32), st.floats(0.3, 12.0))
+def test_containment_is_that_of_the_voxelizer(seed, size):
+    rng = np.random.default_rng(seed)
+    voxels = rng.random((SIZE,) * 3) < 0.9
+    triangle = rng.uniform(size, SIZE - size, 3) + rng.uniform(-size, size, (3, 3))
+    corners = [tuple(corner) for corner in triangle.tolist()]
+    touched = voxels_touched(triangle[None])
+    strays = (triangle.min() <= 0.0) or (triangle.max() >= SIZE)
+    expected = not strays and not (touched & ~voxels).any()
+    assert contained(*corners, voxels) == expected
+
+
+def test_a_drawn_part_that_sticks_out_does_not_change_what_is_right():
+    """It is the user's will: the search must not hide less to make up for it."""
+    views = views_of(ball())
+    wide = np.array([[[2.0, 2.0, 8.0], [14.0, 2.0, 8.0], [8.0, 14.0, 8.0]]])
+    corners = np.arange(3, dtype=np.int32).reshape(1, 3)
+    also = views.originals | covered(wide[0], corners, views.projections, 64, 64)[:, :, 0]
+    search = Annealing(
+        crossed_quads(), Room.of(ball()), RefineViews(views.projections, also, wide), UNIT, 0
+    )
+    alone = Annealing(crossed_quads(), Room.of(ball()), views, UNIT, 0)
+    assert search.precision() >= alone.precision()
+    assert search.score > alone.score
+    search.run(10 * TRIES, (0.0, 0.1))
+    assert search.score == search._fresh(search.best())
+
+
+def test_a_search_keeps_nothing_behind_what_is_drawn():
+    views, quads = views_of(ball()), crossed_quads()
+    behind = RefineViews(views.projections, views.originals, quads)
+    assert len(Annealing(quads, Room.of(ball()), behind, UNIT, 0).result()) == 0

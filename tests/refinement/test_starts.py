@@ -1,0 +1,131 @@
+"""Decimated starts: within the budget, well formed, where the solid is."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from simplifier.geometry.grid import VoxelGrid
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.kernels.soup_views import all_contained
+from simplifier.refinement.starts import enclosed_start, sheet_start
+from simplifier.voxel.fill import fill
+from simplifier.voxel.morphology import dilated
+from simplifier.voxel.voxelize import voxelize
+from tests.solids import box, joined, sphere, table
+
+SHAPES = {
+    "ball": sphere(1.0, rings=12), "box": box((1.0, 2.0, 0.5)), "table": table(),
+    "two balls": joined(sphere(1.0, rings=8), box((0.2, 0.2, 0.2), (2.0, 0.0, 0.0))),
+    "open box": box(without=(3,)), "sheet": box((2.0, 1.0, 1.0), without=(0, 1, 2, 4, 5)),
+}  # fmt: skip
+
+
+def starts_of(mesh, budget, resolution=24):
+    grid = fill(voxelize(mesh, resolution))
+    allowed, margin = dilated(grid, 1)
+    return grid, {
+        "enclosed": enclosed_start(grid, allowed, margin, budget),
+        "sheet": sheet_start(mesh, grid, allowed, margin, budget),
+    }
+
+
+def check(vertices, faces, budget, shape):
+    assert vertices.dtype == np.float64
+    assert faces.dtype == np.int32
+    assert vertices.shape[1:] == faces.shape[1:] == (3,)
+    assert len(faces) <= budget
+    assert np.array_equal(np.unique(faces), np.arange(len(vertices)))
+    assert faces.flags.c_contiguous
+    p, q, r = np.moveaxis(vertices[faces], 1, 0)
+    assert (np.cross(q - p, r - p) != 0.0).any(axis=1).all()
+    assert (vertices >= -2.0).all()
+    assert (vertices <= np.array(shape) + 2.0).all()
+
+
+def inside_share(vertices, faces, grid):
+    allowed, margin = dilated(grid, 1)
+    inside = np.zeros(len(faces), np.bool_)
+    all_contained(vertices[faces] + margin, allowed, inside)
+    return inside.mean() if len(faces) else 1.0
+
+
+@settings(max_examples=30)
+@given(st.sampled_from(sorted(SHAPES)), st.integers(1, 200), st.integers(1, 70))
+def test_shapes_and_budgets(name, budget, resolution):
+    grid, starts = starts_of(SHAPES[name], budget, resolution)
+    again = starts_of(SHAPES[name], budget, resolution)[1]
+    for kind, (vertices, faces) in starts.items():
+        check(vertices, faces, budget, grid.shape)
+        assert all(
+            np.array_equal(a, b) for a, b in zip(again[kind], (vertices, faces), strict=True)
+        )
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 200), st.integers(1, 64))
+def test_random_soups(seed, count, budget):
+    random = np.random.default_rng(seed)
+    corners = random.random((count, 1, 3)) + random.normal(0.0, 0.2, (count, 3, 3))
+    faces = np.arange(3 * count).reshape(-1, 3)
+    mesh = TriangleMesh.from_soup(corners.reshape(-1, 3), faces)
+    grid, starts = starts_of(mesh, budget, 16)
+    for vertices, faces in starts.values():
+        check(vertices, faces, budget, grid.shape)
+
+
+@pytest.mark.parametrize("budget", [16, 64, 256])
+def test_ball_keeps_to_the_error_bound_and_its_volume(budget):
+    grid, starts = starts_of(SHAPES["ball"], budget, 32)
+    for vertices, faces in starts.values():
+        assert inside_share(vertices, faces, grid) == 1.0
+        a, b, c = np.moveaxis(vertices[faces] - 16.0, 1, 0)
+        volume = abs(float((a * np.cross(b, c)).sum())) / 6.0
+        assert volume > {16: 0.4, 64: 0.8, 256: 0.85}[budget] * grid.count
+
+
+def test_sheet_is_two_triangles_and_has_no_inside():
+    _, starts = starts_of(SHAPES["sheet"], 2)
+    assert len(starts["enclosed"][1]) == 0
+    vertices, faces = starts["sheet"]
+    corners = vertices[faces]
+    areas = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    assert areas.sum() / 2.0 == pytest.approx(24 * 12, rel=0.01)
+
+
+def test_one_triangle():
+    mesh = TriangleMesh.from_soup([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    grid, starts = starts_of(mesh, 1)
+    assert len(starts["enclosed"][1]) == 0
+    vertices, faces = starts["sheet"]
+    assert len(faces) == 1
+    assert np.allclose(np.sort(grid.to_world(vertices), axis=0), np.sort(mesh.vertices, axis=0))
+
+
+def test_empty_grid():
+    grid = VoxelGrid(np.zeros((5, 6, 7), np.bool_), np.zeros(3), 1.0)
+    vertices, faces = enclosed_start(grid, *dilated(grid, 1), 8)
+    assert vertices.shape == faces.shape == (0, 3)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e12])
+def test_place_and_size_do_not_matter(scale):
+    near = SHAPES["two balls"]
+    far = TriangleMesh.from_soup(near.vertices * scale + 1e3 * scale, near.faces)
+    for kind, (vertices, faces) in starts_of(near, 40)[1].items():
+        moved, same = starts_of(far, 40)[1][kind]
+        assert len(same) == len(faces)
+        assert np.allclose(
+            vertices[faces].mean(axis=(0, 1)), moved[same].mean(axis=(0, 1)), atol=1.0
+        )
+
+
+def test_neighbouring_balls_join_and_the_small_part_goes_first():
+    _, starts = starts_of(SHAPES["two balls"], 24)
+    for vertices, faces in starts.values():
+        assert vertices[faces].max() <= 24.0
+        assert vertices[faces].reshape(-1, 3)[:, 0].max() < 17.0

@@ -1,0 +1,69 @@
+"""What gluing does to a solid."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from simplifier.accuracy.deviation import deviation
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.options import ERROR_VOXELS, Options, RefineOptions, SolidOptions
+from simplifier.pipeline import simplify_mesh
+from simplifier.progress import Stopwatch
+from simplifier.steps.solid import solidify
+from simplifier.voxel.voxelize import voxelize
+from tests.solids import blob, box, joined
+
+VOXEL = 1.0 / 24
+
+
+def pair(gap):
+    """Two closed boxes that many voxels apart, 1 long together."""
+    half = 0.5 * (1.0 - gap * VOXEL)
+    return joined(box((half, 0.4, 0.4)), box((half, 0.4, 0.4), (1.0 - half, 0.0, 0.0)))
+
+
+def solid_of(mesh, **options):
+    return solidify(mesh, SolidOptions(resolution=24, **options), Stopwatch())
+
+
+def pieces(solid):
+    return ndimage.label(solid.filled.inside)[1]
+
+
+def test_neighbours_grow_together():
+    mesh = pair(2.9)
+    assert pieces(solid_of(mesh)) == 2
+    assert pieces(solid_of(mesh, glue=True)) == 1
+    assert pieces(solid_of(pair(6.0), glue=True)) == 2
+
+
+def test_the_step_is_taken_before_the_fill_and_not_past_the_box():
+    plain, glued = solid_of(blob()), solid_of(blob(), glue=True)
+    touched = voxelize(blob(), 24)
+    expected = ndimage.binary_dilation(touched.inside, np.ones((3, 3, 3)))
+    np.testing.assert_array_equal(glued.touched.inside, expected)
+    assert glued.filled.shape == plain.filled.shape
+    assert (glued.filled.inside | ~plain.filled.inside).all()
+    assert (plain.reach, glued.reach) == (1, 0)
+
+
+@pytest.mark.parametrize("options", [{"conservative": True}, {"shrink": 0.1}])
+def test_without_effect_where_all_is_wholly_inside(options):
+    plain, glued = (solid_of(blob(), glue=glue, **options) for glue in (False, True))
+    np.testing.assert_array_equal(plain.core.inside, glued.core.inside)
+
+
+@pytest.mark.parametrize("mesh", [pair(0.5), pair(1.5), blob()], ids=["close", "apart", "blob"])
+def test_the_error_bound_holds(mesh: TriangleMesh):
+    options = Options(
+        SolidOptions(resolution=24, glue=True), refine=RefineOptions(moves=2000, views=32)
+    )
+    made = simplify_mesh(mesh, options)
+    assert len(made.occluder.faces) > 0
+    cell = made.solid.core.cell_size
+    assert made.occluder.error_bound == pytest.approx(ERROR_VOXELS * cell)
+    # Against the plain solid: what gluing alone encloses counts as outside.
+    plain = solid_of(mesh)
+    assert deviation(made.occluder, mesh, plain.touched, plain.filled) <= ERROR_VOXELS * cell

@@ -14,7 +14,7 @@ from simplifier.io.float32 import to_float32
 from simplifier.io.gltf import GENERATOR
 from simplifier.io.gltf_container import pack_glb
 
-_FLOAT, _INT = 5126, 5125
+_FLOAT, _SHORT, _INT = 5126, 5123, 5125
 _VERTEX_DATA, _INDEX_DATA = 34962, 34963
 _TRIANGLES = 4
 

@@ -17,9 +17,8 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.io.float32 import to_float64
 from simplifier.io.ply_body import Body, Positions
 from simplifier.io.ply_header import Element, Property, quoted
+from simplifier.io.polygons import IndexArray
 from simplifier.kernels.ply import NEGATIVE, TRUNCATED, walk_rows
-
-IndexArray = NDArray[np.int64]
 
 _LARGEST = np.iinfo(np.int64).max
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-import simplifier.evaluation
 
+import simplifier.report
 from examples.building import box
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.errors import OutputError
@@ -249,7 +249,7 @@ def luminance(colour: str) -> float:
 
 @pytest.mark.parametrize("mode", ["light", "dark"])
 def test_contrast_of_words_is_at_least_4_5(mode):
-    text = (Path(simplifier.evaluation.__file__).parent / "page.html").read_text("utf-8")
+    text = (Path(simplifier.report.__file__).parent / "page.html").read_text("utf-8")
     light, dark = re.findall(r":root \{(.*?)\}", text, flags=re.S)
     colours = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6})", light if mode == "light" else dark))
     for ground in ("page", "card", "alert"):

@@ -22,8 +22,8 @@ from typing import Any
 from bench.process_tree import run_command
 from bench.record import Row, told, write_page, write_table
 from simplifier.builds.build import build
-from simplifier.builds.digests import Digests
 from simplifier.builds.making import Job
+from simplifier.builds.record import Digests
 from simplifier.kernels.threads import thread_count
 from simplifier.version import VERSION
 

@@ -17,9 +17,8 @@ from bench.city import City, city
 from bench.meshes import bumpy_sphere
 from bench.rates import bytes_a_second, seconds
 from bench.record import Row
-from simplifier.culling.depth_buffer import DepthBuffer, Verdict
+from simplifier.culling.depth_buffer import DepthBuffer, Verdict, shared_edges
 from simplifier.culling.item_buffer import ItemBuffer, Part
-from simplifier.culling.shared_edges import shared_edges
 from simplifier.geometry.camera import Camera
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.scene import Scene

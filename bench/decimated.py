@@ -24,21 +24,17 @@ from numpy.typing import NDArray
 import simplifier
 from bench.meshes import STAND_INS, readable_assets
 from bench.peers import PEERS, missing
-from simplifier.deadline import Deadline
-from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.solid import Solid
+from simplifier.geometry.solid import BoolArray, Solid
 from simplifier.kernels.decimate import decimate
 from simplifier.options import RefineOptions, make_options
-from simplifier.progress import Stopwatch
+from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
-from simplifier.refinement.clustering import clustered
 from simplifier.refinement.inner_surface import inner_surface
 from simplifier.refinement.search import refine
-from simplifier.refinement.starts import enclosed_start, sheet_start
-from simplifier.selection.measure import silhouettes
-from simplifier.sight import search_projections
+from simplifier.refinement.starts import clustered, enclosed_start, sheet_start
+from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.cut import cut_solid
 from simplifier.steps.solid import solidify
 from simplifier.voxel.morphology import dilated

@@ -21,20 +21,18 @@ from bench.rates import bytes_a_second, lookups_a_second, seconds, word_operatio
 from bench.record import Row
 from examples.castle import castle
 from simplifier.accuracy.accuracy import view_masks
-from simplifier.deadline import Deadline
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import image_axes, random_directions
 from simplifier.kernels.coverage import covered
 from simplifier.kernels.fill import flood
-from simplifier.kernels.polygon_views import score_images
+from simplifier.kernels.measure import score_images
 from simplifier.kernels.soup_views import UNIT
 from simplifier.kernels.voxelize import mark_triangles
 from simplifier.options import SectionOptions, make_options
-from simplifier.progress import Stopwatch
+from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import Annealing, RefineViews, Room
 from simplifier.refinement.search import pulled_in
-from simplifier.selection.measure import directional_measures, silhouettes
-from simplifier.sight import search_projections
+from simplifier.selection.measure import directional_measures, search_projections, silhouettes
 from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler
 from simplifier.steps.cut import cut_solid

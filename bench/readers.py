@@ -32,7 +32,7 @@ from examples.castle import castle
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.formats import suffixes_with_quads
-from simplifier.io.quad_pairs import quads_and_triangles
+from simplifier.io.written_faces import quads_and_triangles
 
 RESULTS = Path("bench/results")
 _BLENDER = Path(".venv-blender/bin/python")

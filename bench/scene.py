@@ -20,8 +20,7 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.options import make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.voxel.core import core
-from simplifier.voxel.fill import fill
-from simplifier.voxel.holes import close_holes
+from simplifier.voxel.fill import close_holes, fill
 from simplifier.voxel.morphology import squared_distances
 from simplifier.voxel.voxelize import voxelize
 

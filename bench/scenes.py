@@ -31,7 +31,7 @@ from simplifier.camera_paths.generate import generate_path
 from simplifier.camera_paths.options import PathKind
 from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.flythrough import Flythrough, fly
-from simplifier.culling.flythrough_table import table_bytes
+from simplifier.culling.flythrough_rows import table_bytes
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.manifest import load_occluder_tree

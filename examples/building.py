@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from examples.part import Part, joined, thickened, triangulated, triples
 from simplifier.geometry.mesh import FloatArray
-from simplifier.geometry.polygon import Loop
+from simplifier.geometry.section import Loop
 
 _WIDE_ARCH = 1.5  # metres; wider arches get eight edges, others four
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplifier.geometry.mesh import FloatArray, IntArray
-from simplifier.geometry.polygon import Loop
+from simplifier.geometry.section import Loop
 
 Span = tuple[float, float]
 """Lowest and highest y of a trapezoid on one of its upright sides."""

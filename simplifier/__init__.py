@@ -50,9 +50,8 @@ if TYPE_CHECKING:
         UnreadableMeshError,
     )
     from simplifier.geometry.camera import Camera, CameraPath, Lens
-    from simplifier.geometry.lod_chain import Level, LodChain
     from simplifier.geometry.mesh import TriangleMesh
-    from simplifier.geometry.occluder import Occluder
+    from simplifier.geometry.occluder import Level, LodChain, Occluder
     from simplifier.geometry.overrides import Ignore, Overrides, Pattern
     from simplifier.geometry.scene import Scene
     from simplifier.hierarchy.manifest import load_occluder_tree
@@ -77,8 +76,7 @@ if TYPE_CHECKING:
     from simplifier.production.viewing import save_for_viewing
     from simplifier.progress import STAGES, Progress
     from simplifier.report.viewpoint import Viewpoint, picture_of
-    from simplifier.tradeoff.produce import sweep_tradeoff
-    from simplifier.tradeoff.study import Study
+    from simplifier.tradeoff.study import Study, sweep_tradeoff
     from simplifier.warmup import warm_up
 
 __all__ = [

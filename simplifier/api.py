@@ -7,9 +7,8 @@ from pathlib import Path
 
 from simplifier.accuracy.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracy
 from simplifier.checks import as_path, check_callable, check_cancel, check_kind
-from simplifier.geometry.lod_chain import LodChain
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.build import Tell, build_occluders
@@ -22,14 +21,13 @@ from simplifier.hierarchy.manifest import (
 from simplifier.hierarchy.occluder_tree import OccluderTree, leaf_occluders
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.io import save_occluder, write_scene
-from simplifier.io.save_lods import save_lods
+from simplifier.io.save import save_lods
 from simplifier.io.style import Sides, Style
 from simplifier.lods.level_plan import plan_levels
 from simplifier.lods.levels import simplify_levels
 from simplifier.lods.options import LodOptions, finest_bound
 from simplifier.memory.limit import check_need
-from simplifier.memory.runs import Judging, seeing
-from simplifier.needs import check_making, size_of
+from simplifier.memory.runs import Judging, check_making, seeing, size_of
 from simplifier.options import Axis, Preset, Slicing, Trim, Viewers, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel, Listener

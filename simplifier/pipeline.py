@@ -7,14 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from simplifier.deadline import Deadline
 from simplifier.errors import OptionError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, NOTHING, Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.options import ERROR_VOXELS, Options
-from simplifier.progress import Cancel, Listener, Stopwatch
+from simplifier.progress import Cancel, Deadline, Listener, Stopwatch
 from simplifier.steps.cut import cut_solid
 from simplifier.steps.refine import improve
 from simplifier.steps.solid import solid_warnings, solidify

@@ -28,7 +28,7 @@ from simplifier.hierarchy.manifest import load_occluder_tree, occluder_store, wr
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.io import load_mesh, load_occluder, save_occluder, writable_suffixes
 from simplifier.kernels.item_buffer import merge_pictures
-from simplifier.kernels.t_junctions import crack_triangles
+from simplifier.kernels.thin import crack_triangles
 from simplifier.options import Options, SectionOptions, Trim, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.report.report import build_report

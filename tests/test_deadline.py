@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from simplifier.deadline import Deadline
+from simplifier.progress import Deadline
 
 
 class HandClock:

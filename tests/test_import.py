@@ -25,7 +25,7 @@ LIGHT = {
     "the command line": "import simplifier.cli.main",
     "what commands from outside use": "import simplifier.cli.plugin",
     "what reads TOML and writes whole files": (
-        "import simplifier.io.toml, simplifier.io.source, simplifier.io.atomic"
+        "import simplifier.io.toml, simplifier.io.files, simplifier.io.files"
     ),
 }
 

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 import simplifier
 from simplifier.errors import OptionError, OverridesError
-from simplifier.geometry.overrides import DrawnPart, OpenRegion, Overrides
-from simplifier.geometry.region import Region
+from simplifier.geometry.overrides import DrawnPart, OpenRegion, Overrides, Region
 from tests.schema import check_report
 from tests.solids import blob, box, joined, sphere
 

@@ -21,7 +21,7 @@ from simplifier.cli.plugin import overrides_beside
 
 if TYPE_CHECKING:
     from service.client import Client, RemoteJob
-    from simplifier.builds.makers import Job
+    from simplifier.builds.making import Job
 
 _PATIENCE = 3600.0  # seconds for which a full queue is waited for
 _DEFAULTS = {field.name: field.default for field in SIMPLIFY_FIELDS}

@@ -11,6 +11,16 @@ with the sums taken over all views.  Precision is 1 when nothing was hidden at a
 without triangles), recall is 1 when nothing could be hidden (no quad fits in the original).  Quads
 lie in the original's bounding box, so parts of the occluder beyond it, or beyond the image, cost
 nothing here; the deviation tells them.
+
+Expected pixels of random quads, view by view: sampled, or exact (paper section 6.1).
+
+A quad is two corner pixels, each drawn on its own and uniformly from the original's screen bounding
+box (the smallest pixel rectangle that holds the original's pixels); it covers the pixels from the
+lesser to the greater in each axis, both included.  With full(mask) = the whole quad lies in it:
+
+    Nt  pixels of quads with full(original) and full(occluder)
+    Pf  pixels of quads with full(original) and not full(occluder)
+    Nf  pixels outside the original of quads with full(occluder) and not full(original)
 """
 
 from __future__ import annotations
@@ -21,15 +31,15 @@ from typing import get_args
 
 import numpy as np
 
-from simplifier.accuracy.random_quads import sampled_quad_pixels
 from simplifier.checks import check_flag, check_kind, check_one_of, check_whole, settle_numbers
 from simplifier.errors import MeshError, OptionError
-from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import A_MESH, FloatArray, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
+from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.views import BoundingSphere, from_above, image_axes, random_directions
 from simplifier.kernels.coverage import MaskArray, covered, unpacked
-from simplifier.kernels.rectangles import exact_quad_pixels
+from simplifier.kernels.random_quads import exact_quad_pixels, sample_quads
+from simplifier.kernels.threads import run_chunks
 from simplifier.options import Axis, Viewers
 
 QUANTILE_LEVELS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
@@ -268,3 +278,37 @@ def _checked_directions(directions: FloatArray) -> FloatArray:
             "a direction does not have length 1", where="directions", remedy="normalize them"
         )
     return lines
+
+
+def sampled_quad_pixels(
+    original: MaskArray,
+    occluder: MaskArray,
+    columns: int,
+    *,
+    quads: int,
+    seed: int,
+    first_view: int = 0,
+) -> FloatArray:
+    """(V, 3) float64: mean Nt, Pf and Nf of ``quads`` random quads a view, pixels a quad.
+
+    ``original``, ``occluder``  (V, rows, words) bit rows of :mod:`simplifier.kernels.coverage`.
+    ``seed``                    0 .. 2^64 - 1; a quad depends on (seed, view, number of the quad)
+                                alone, so neither threads nor blocks of views change the result:
+                                view i of the arrays is view ``first_view`` + i.
+    """
+    pixels = np.zeros((len(original), 3), dtype=np.int64)
+    run_chunks(
+        lambda begin, end: sample_quads(
+            original,
+            occluder,
+            columns,
+            quads,
+            np.uint64(seed),
+            np.uint64(first_view),
+            begin,
+            end,
+            pixels,
+        ),
+        len(original),
+    )
+    return np.asarray(pixels / quads)

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.errors import MeshError, OptionError
-from simplifier.geometry.grid import BoolArray, VoxelGrid
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.kernels.bounding_tree import build_tree
+from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.deviation import (
     TRIANGLES_PER_LEAF,
+    build_tree,
     cut_pieces,
     piece_distances,
     point_distances,

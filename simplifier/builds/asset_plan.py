@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
+from simplifier.builds.finding import Requirements
 from simplifier.builds.globs import Pattern, mesh_files
-from simplifier.builds.manifest import Manifest
+from simplifier.builds.manifest import Manifest, Resolved, cascade, resolve
 from simplifier.builds.outputs import Output, level_base, outputs_of
-from simplifier.builds.requirements import Requirements
-from simplifier.builds.settings import Resolved, cascade, resolve
 from simplifier.errors import ManifestError
 from simplifier.io.suffixes import MESH_SUFFIXES
 from simplifier.production.options import SimplifyOptions

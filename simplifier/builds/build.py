@@ -1,27 +1,32 @@
-"""Manifest to current outputs: what is stale is made, and recorded as soon as it is there."""
+"""Manifest to current outputs: what is stale is made, and recorded as soon as it is there.
+
+Many assets made at a time: by processes of this machine, or by a maker that is asked.
+
+One build of a folder at a time.
+"""
 
 from __future__ import annotations
 
+import os
 import posixpath
 import tempfile
-from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import closing, suppress
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import closing, contextmanager, suppress
 from dataclasses import replace
+from functools import partial
 from hashlib import sha256
 from pathlib import Path
 
 from simplifier.builds.asset_plan import Asset
-from simplifier.builds.digests import Digests
-from simplifier.builds.dispatch import made_by, made_here
-from simplifier.builds.examine import Examined, examine, gone, judged
-from simplifier.builds.exclusive import exclusive
-from simplifier.builds.finding import Finding, State
-from simplifier.builds.making import Job, Made, Maker, Target
-from simplifier.builds.record import Entry, Record, RecordKeeper, record_path
-from simplifier.builds.requirements import shortfalls
-from simplifier.builds.staleness import chosen_options
+from simplifier.builds.finding import Finding, State, shortfalls
+from simplifier.builds.making import Job, Made, Maker, Target, make, make_here
+from simplifier.builds.record import Digests, Entry, Record, RecordKeeper, record_path
+from simplifier.builds.staleness import Examined, chosen_options, examine, gone, judged
 from simplifier.errors import OutputError
-from simplifier.io.atomic import make_folder, remove_drafts, write_all_whole
+from simplifier.io.files import make_folder, remove_drafts, write_all_whole
+from simplifier.kernels.threads import thread_count
+from simplifier.processes import Outcome, Work, answer_of, run_jobs
 from simplifier.progress import Cancel
 
 Tell = Callable[[int, int], None]
@@ -177,3 +182,86 @@ def _remove_abandoned(folder: Path, due: Sequence[Asset]) -> None:
     """Drafts that killed runs left; one that another program is just writing stays."""
     for place in {(folder / output).parent for asset in due for output in asset.files}:
         remove_drafts(place, idle=_ABANDONED)
+
+
+_ASKED = 8  # of a service at a time, where nothing else is said
+_GLANCE = 0.1  # seconds between looks at whether to stop
+
+
+def made_here(
+    jobs: Sequence[Job], at_once: int | None, cancel: Cancel
+) -> Generator[Outcome, None, None]:
+    """What comes of each, a :class:`~simplifier.builds.making.Made`, in any order.
+
+    ``at_once``  processes; by default as many as there are processors, which they share.  Once
+    ``cancel`` is set they are ended, and what they are at is lost.
+    """
+    processors = thread_count()
+    processes = min(at_once or processors, len(jobs))
+    threads = max(1, processors // processes)
+    yield from run_jobs(_start, (threads,), jobs, processes, cancel)
+
+
+def made_by(
+    maker: Maker, jobs: Sequence[Job], at_once: int | None, cancel: Cancel
+) -> Generator[Outcome, None, None]:
+    """As :func:`made_here`, ``at_once`` by a maker that ends soon by itself on ``cancel``."""
+    work = partial(make, maker)
+    with ThreadPoolExecutor(at_once or _ASKED) as pool:
+        waiting: dict[Future[Outcome], None] = {
+            pool.submit(_outcome, work, place, job): None for place, job in enumerate(jobs)
+        }
+        try:
+            while waiting and not cancel.is_set():
+                for done in wait(waiting, _GLANCE, FIRST_COMPLETED).done:
+                    del waiting[done]
+                    yield done.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _outcome(work: Work, place: int, job: Job) -> Outcome:
+    return Outcome(place, answer_of(work, job))
+
+
+def _start(threads: int) -> Work:
+    """What a process does with a job, on so many threads."""
+    os.environ["OCCLUDER_THREADS"] = str(threads)
+    return partial(make, make_here)
+
+
+try:
+    import fcntl
+except ImportError:  # Windows: builds are not kept apart there
+    fcntl = None  # type: ignore[assignment]
+
+
+@contextmanager
+def exclusive(folder: Path) -> Iterator[None]:
+    """Hold the folder until the block ends, or the process in whatever way; it leaves no file.
+
+    Raises :class:`OutputError` at once where another process holds it.
+    """
+    if fcntl is None:
+        yield
+        return
+    try:
+        held = os.open(folder, os.O_RDONLY)
+    except OSError as error:
+        raise OutputError(
+            f"the folder cannot be opened ({error.strerror})",
+            where=str(folder),
+            remedy="check the path and its permissions",
+        ) from None
+    try:
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise OutputError(
+                "another build of this folder is running",
+                where=str(folder),
+                remedy="wait for its end, or end it",
+            ) from None
+        yield
+    finally:
+        os.close(held)

@@ -1,20 +1,31 @@
-"""One asset made: its files in a folder to be moved from, and what the record says of them."""
+"""One asset made: its files in a folder to be moved from, and what the record says of them.
+
+Makers on other machines, by the address that they are asked at.
+
+A package above this one adds them by an entry point of the group :data:`GROUP`, whose name is the
+scheme of an address and whose object is called with the address, an API key or None, and an event
+that ends the work once it is set; it returns a context manager of a
+:data:`~simplifier.builds.making.Maker` that is safe to call from several threads.
+"""
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 
-from simplifier.builds.digests import Digests
-from simplifier.builds.figures import Figures
+from simplifier.builds.finding import Figures
 from simplifier.builds.outputs import Output
-from simplifier.errors import MeshError, OccluderError, OutputError
-from simplifier.io.source import read_bytes
-from simplifier.overrides_place import overrides_beside
+from simplifier.builds.record import Digests
+from simplifier.errors import MeshError, OccluderError, OptionError, OutputError
+from simplifier.io.files import read_bytes
+from simplifier.io.suffixes import overrides_beside
 from simplifier.production.options import SimplifyOptions
 
 if TYPE_CHECKING:
@@ -126,3 +137,24 @@ def _stamp(mesh: Path) -> tuple[str, dict[str, str]]:
     names += [] if by_hand is None else [by_hand.name]
     beside = {name: digests.of(mesh.parent / name) or "" for name in sorted(set(names))}
     return digests.of(mesh) or "", beside
+
+
+__all__ = ["GROUP", "Job", "Maker", "maker_at"]
+
+GROUP = "occluder.makers"
+
+
+def maker_at(address: str, key: str | None, stop: threading.Event) -> AbstractContextManager[Maker]:
+    """Raises :class:`OptionError` for an address that nobody is asked at."""
+    scheme = address.partition("://")[0].lower() if "://" in address else ""
+    known = {one.name: one for one in entry_points(group=GROUP)}
+    if scheme not in known:
+        raise OptionError(
+            f"'{address}' is no address of a service",
+            where="server",
+            remedy="write as in http://127.0.0.1:8000"
+            if known
+            else "run: pip install 'planar-occluder[service]'",
+        )
+    found: AbstractContextManager[Maker] = known[scheme].load()(address, key, stop)
+    return found

@@ -7,8 +7,7 @@ import math
 import numpy as np
 from scipy import ndimage
 
-from simplifier.camera_paths.columns import Columns, columns_of
-from simplifier.camera_paths.upright import UprightScene
+from simplifier.camera_paths.columns import Columns, UprightScene, columns_of
 from simplifier.geometry.mesh import FloatArray
 
 _COLUMNS = 1000  # along the longer side

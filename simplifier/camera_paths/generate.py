@@ -12,11 +12,11 @@ from typing import get_args
 
 import numpy as np
 
+from simplifier.camera_paths.columns import UprightScene
 from simplifier.camera_paths.flight import roof_flight
 from simplifier.camera_paths.interior import interior_walk
 from simplifier.camera_paths.options import PathKind, PathOptions
 from simplifier.camera_paths.street import street_walk
-from simplifier.camera_paths.upright import UprightScene
 from simplifier.camera_paths.walk import views
 from simplifier.errors import MeshError
 from simplifier.geometry.camera import Camera, CameraPath

@@ -1,15 +1,26 @@
-"""A walk through rooms: over floors with headroom, under a roof or between walls."""
+"""A walk through rooms: over floors with headroom, under a roof or between walls.
+
+Scene -> where one can stand indoors.
+
+Floors are found as in M. Mononen's Recast: a free voxel over a touched one with enough free voxels
+above it; two of them are neighbours when the step between them is low.
+"""
 
 from __future__ import annotations
 
-import numpy as np
+import math
+from dataclasses import dataclass
 
-from simplifier.camera_paths.floors import Floors, find_floors
-from simplifier.camera_paths.routes import Ids, Ways, tour
-from simplifier.camera_paths.upright import UprightScene
-from simplifier.camera_paths.walk import Space, crossed_cells, smoothed, stepped
-from simplifier.geometry.grid import BoolArray
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage, sparse
+from scipy.sparse import csgraph
+
+from simplifier.camera_paths.columns import UprightScene, window
+from simplifier.camera_paths.walk import Ids, Space, Ways, crossed_cells, smoothed, stepped, tour
 from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.solid import BoolArray, VoxelGrid
+from simplifier.kernels.voxelize import mark_triangles
 
 _AWAY = 0.12  # least distance from walls and ledges, eye heights
 _ROOMY = 0.6  # further from them is not better
@@ -79,3 +90,134 @@ def _space(floors: Floors, kept: BoolArray) -> Space:
         return np.array([not inside[tuple(way.T)].any() for way in ways], dtype=np.bool_)
 
     return Space(allows, clear)
+
+
+_MOST_VOXELS = 24_000_000
+_FINEST, _COARSEST = 0.06, 0.18  # a voxel's edge, eye heights
+_TALLEST = 10_000.0  # eye heights; over more, a window that fits into memory holds no room
+_HEADROOM = 1.1
+_CLIMB = 0.2  # the highest step between neighbours, eye heights
+_AROUND = ((1, 0), (0, 1), (1, 1), (1, -1))  # with their opposites all eight neighbours
+
+
+@dataclass(frozen=True, eq=False)
+class Floors:
+    """Where one can stand, whether indoors or not.
+
+    ``grid``   the voxels that triangles touch.
+    ``cells``  (n, 3) int64: the lowest free voxel of each place.
+    ``pairs``  (m, 2) int64: places that one can step between, each pair once.
+    ``eye``    eye height, voxels.
+    """
+
+    grid: VoxelGrid
+    cells: Ids
+    pairs: Ids
+    eye: float
+
+    @property
+    def eyes(self) -> FloatArray:
+        """(n, 3) of the places, grid space."""
+        return np.asarray(self.cells + np.array([0.5, 0.5, self.eye]))
+
+    @property
+    def eye_voxels(self) -> tuple[Ids, Ids, Ids]:
+        """Indices of the voxels that hold the eyes."""
+        x, y, z = self.eyes.astype(np.int64).T
+        return x, y, z
+
+    def ledge_distances(self) -> FloatArray:
+        """(n,) voxels to the next wall or ledge, along the floor."""
+        count = len(self.cells)
+        lengths = np.linalg.norm(np.diff(self.cells[self.pairs][..., :2], axis=1)[:, 0], axis=1)
+        graph = sparse.csr_array((lengths, tuple(self.pairs.T)), shape=(count, count))
+        edge = np.bincount(self.pairs.ravel(), minlength=count) < 2 * len(_AROUND)
+        far = csgraph.dijkstra(graph, directed=False, indices=np.nonzero(edge)[0], min_only=True)
+        return np.asarray(far + 0.5)
+
+    def indoors(self) -> tuple[BoolArray, BoolArray]:
+        """(n,) whether a place has a roof, and whether it is in a room.
+
+        A room has a way out, be it a window, else it is the inside of a solid; and walls: in three
+        of the four directions of the grid where it has a roof, in all four where it has none.
+        """
+        x, y, z = self.eye_voxels
+        walls = np.zeros(len(self.cells), dtype=np.int64)
+        for axis in (0, 1):
+            for turned in (self.grid.inside, np.flip(self.grid.inside, axis)):
+                behind = np.logical_or.accumulate(turned, axis=axis)
+                if turned is not self.grid.inside:
+                    behind = np.flip(behind, axis)
+                walls += behind[x, y, z]
+        above = np.flip(np.logical_or.accumulate(np.flip(self.grid.inside, 2), axis=2), 2)
+        roofed = above[x, y, z]
+        spaces, _ = ndimage.label(~self.grid.inside)
+        leads_out = spaces[x, y, z] == spaces[0, 0, -1]  # the uppermost voxels are all free
+        return roofed, np.where(roofed, walls >= 3, walls == 4) & leads_out
+
+
+def find_floors(upright: UprightScene, eye: float) -> Floors | None:
+    """All floors of a scene, or of the most built-up part of a large one; ``eye`` world units.
+
+    None where the scene is too tall for eyes so low: its unit is hardly the one meant.
+    """
+    if upright.extent[2] > _TALLEST * eye:
+        return None
+    grid = _touched(upright, eye)
+    eye_voxels = grid.in_voxels(eye)
+    free = ~grid.inside
+    stands = np.zeros_like(free)
+    stands[:, :, 1:] = free[:, :, 1:] & ~free[:, :, :-1]
+    for up in range(1, math.ceil(_HEADROOM * eye_voxels)):
+        stands[:, :, :-up] &= free[:, :, up:]
+    cells = np.argwhere(stands)
+    pairs = _pairs(stands, cells, max(round(_CLIMB * eye_voxels), 1))
+    return Floors(grid, cells, pairs, eye_voxels)
+
+
+def _touched(upright: UprightScene, eye: float) -> VoxelGrid:
+    """The voxels that triangles touch, within memory, and a headroom of free ones above all."""
+    height = float(upright.extent[2]) + 2.0 * _HEADROOM * eye
+    coarsest = _COARSEST * eye
+    low, high = window(upright, coarsest * math.sqrt(_MOST_VOXELS * coarsest / height))
+    volume = float(np.prod(high - low)) * height
+    cell = max((volume / _MOST_VOXELS) ** (1.0 / 3.0), _FINEST * eye)
+    # What lies on the window's edge touches the voxel past it, and one may go around in the next.
+    margin = 2
+    origin = np.array([*low, 0.0]) - margin * cell
+    shape = np.ceil(np.array([*(high - low), height]) / cell).astype(np.int64) + 2 * margin
+    touched = np.zeros(tuple(shape), dtype=np.bool_)
+    top = origin + shape * cell
+    for vertices, faces in upright.triangles(origin, top):
+        inside = _reaching(vertices, faces, origin, top)
+        # Read-only as the arrays of a mesh: else the kernel is compiled a second time.
+        vertices.setflags(write=False)
+        inside.setflags(write=False)
+        mark_triangles(vertices, inside, origin, 1.0 / cell, 0, len(inside), touched)
+    return VoxelGrid(touched, origin, cell)
+
+
+def _reaching(
+    points: FloatArray, faces: NDArray[np.int32], low: FloatArray, high: FloatArray
+) -> NDArray[np.int32]:
+    """The faces whose box reaches into a box: the voxelizer takes no others."""
+    corners = points[faces]
+    reach = (corners.max(axis=1) >= low) & (corners.min(axis=1) <= high)
+    return np.ascontiguousarray(faces[reach.all(axis=1)])
+
+
+def _pairs(stands: BoolArray, cells: Ids, climb: int) -> Ids:
+    """Places in neighbouring columns with a step of at most ``climb``; of several the lowest."""
+    margin = np.array([1, 1, climb])  # of no places, so that looking around needs no checks
+    numbers = np.full(tuple(stands.shape + 2 * margin), -1, dtype=np.int32)
+    x, y, z = (cells + margin).T
+    numbers[x, y, z] = np.arange(len(cells), dtype=np.int32)
+    pairs = []
+    for dx, dy in _AROUND:
+        other = np.full(len(cells), -1, dtype=np.int32)
+        for step in sorted(range(-climb, climb + 1), key=abs, reverse=True):
+            found = numbers[x + dx, y + dy, z + step]
+            other = np.where(found >= 0, found, other)
+        there = np.nonzero(other >= 0)[0]
+        pairs.append(np.column_stack([there, other[there]]))
+    return np.concatenate(pairs).astype(np.int64)

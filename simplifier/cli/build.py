@@ -9,22 +9,18 @@ from typing import Annotated
 
 import typer
 
-from simplifier.builds.baseline import baseline
 from simplifier.builds.build import build as build_assets
-from simplifier.builds.examine import check as check_assets
 from simplifier.builds.finding import Finding
-from simplifier.builds.json_report import json_report
-from simplifier.builds.junit_report import junit_report
-from simplifier.builds.makers import maker_at
+from simplifier.builds.making import maker_at
 from simplifier.builds.manifest import NAME
-from simplifier.builds.markdown_report import markdown_report
-from simplifier.builds.record import Record
+from simplifier.builds.record import Record, baseline
+from simplifier.builds.reports import json_report, junit_report, markdown_report
+from simplifier.builds.staleness import check as check_assets
 from simplifier.cli.console import count_bar, print_line
 from simplifier.cli.findings import print_findings
-from simplifier.cli.interrupts import INTERRUPTED, Interrupts, interrupts
 from simplifier.cli.options import AtOnce, Key, ManifestFile, Server
-from simplifier.cli.running import Debug, run_guarded
-from simplifier.io.atomic import check_folder, write_whole
+from simplifier.cli.running import INTERRUPTED, Debug, Interrupts, interrupts, run_guarded
+from simplifier.io.files import check_folder, write_whole
 
 
 def build(

@@ -9,20 +9,19 @@ from typing import Annotated
 import typer
 
 from simplifier.cli.console import print_line, print_rows, print_text, run_bar
-from simplifier.cli.interrupts import Interrupts, interrupts
 from simplifier.cli.options import TransparentScene
-from simplifier.cli.running import Debug, run_guarded
+from simplifier.cli.running import Debug, Interrupts, interrupts, run_guarded
 from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.flythrough import Flythrough, fly
 from simplifier.culling.flythrough_report import flythrough_files
-from simplifier.culling.flythrough_words import COUNTED, summary_rows
+from simplifier.culling.flythrough_rows import COUNTED, summary_rows
 from simplifier.errors import OptionError
 from simplifier.geometry.camera import CameraPath
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.manifest import load_occluder_tree
 from simplifier.hierarchy.occluder_tree import OccluderTree
-from simplifier.io.atomic import make_folder, write_whole
 from simplifier.io.camera_path import load_camera_path
+from simplifier.io.files import make_folder, write_whole
 from simplifier.io.scene import load_scene
 
 

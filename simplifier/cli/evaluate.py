@@ -7,11 +7,10 @@ from typing import Annotated, Any
 
 import typer
 
-from simplifier.cli.interrupts import Interrupts
 from simplifier.cli.options import Mesh, Pictures, ReportFile, with_options
 from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_overrides
 from simplifier.cli.report import check_extras, shown
-from simplifier.cli.running import Debug
+from simplifier.cli.running import Debug, Interrupts
 from simplifier.io import load_mesh, load_occluder
 from simplifier.option_fields import EVALUATE_FIELDS
 from simplifier.production.estimate import check_file

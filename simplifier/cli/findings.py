@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from simplifier.builds.finding import Finding, State
-from simplifier.builds.words import headline
+from simplifier.builds.reports import headline
 from simplifier.cli.console import print_line, print_table, print_text
 from simplifier.wording import percent
 

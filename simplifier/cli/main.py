@@ -3,6 +3,13 @@
 Exit status: 0 done, 1 the input or the run failed, 2 wrong usage, 130 interrupted with nothing
 kept.  A failure is one line on standard error that says what, where and what to do; ``--debug``
 adds the traceback.
+
+The commands of ``occluder``, each loaded when it is asked for, its own and those from outside.
+
+A package above this one adds a command by an entry point of the group :data:`GROUP`, whose name is
+the command's and whose object is a function as typer takes one, or a ``typer.Typer`` with commands
+of its own.  Nothing is imported for a command but what it needs: a server does not pay for numpy,
+and ``occluder simplify`` not for the server.
 """
 
 from __future__ import annotations
@@ -11,14 +18,112 @@ import atexit
 import gc
 import signal
 import sys
-from typing import Annotated, Any
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from importlib.metadata import EntryPoint, entry_points
+from typing import Annotated, Any, cast
 
 import typer
+from typer.core import TyperGroup
 
-from simplifier.cli.commands import Commands
 from simplifier.cli.console import accept_any_text, print_line
-from simplifier.cli.interrupts import INTERRUPTED
+from simplifier.cli.running import INTERRUPTED
+from simplifier.errors import CommandError
 from simplifier.version import VERSION
+
+GROUP = "occluder.commands"
+
+_PLACES = {
+    "simplify": "simplifier.cli.simplify:simplify",
+    "evaluate": "simplifier.cli.evaluate:evaluate",
+    "tradeoff": "simplifier.cli.tradeoff:tradeoff",
+    "path": "simplifier.cli.scene:path",
+    "scene": "simplifier.cli.scene:scene",
+    "cull": "simplifier.cli.cull:cull",
+    "build": "simplifier.cli.build:build",
+    "watch": "simplifier.cli.watch:watch",
+    "warmup": "simplifier.cli.warmup:warmup",
+}
+_OWN = {name: EntryPoint(name, place, GROUP) for name, place in _PLACES.items()}
+
+
+class Catalogue(Mapping[str, Any]):
+    """Commands by name: its own in their order, then those from outside by name.
+
+    A command is loaded when it is looked up; no name from outside hides one of its own.  Raises
+    :class:`CommandError` for one from outside that cannot be loaded.
+    """
+
+    @cached_property
+    def _places(self) -> dict[str, EntryPoint]:
+        outside = sorted(entry_points(group=GROUP), key=lambda one: one.name)
+        return _OWN | {one.name: one for one in outside if one.name not in _OWN}
+
+    def __getitem__(self, name: str) -> Any:
+        return _loaded(_OWN[name] if name in _OWN else self._places[name])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+
+class Commands(TyperGroup):
+    """The commands of a :class:`Catalogue`."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.commands = cast(Any, Catalogue())
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return list(self.commands)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """For the help, which shows the rest where one cannot be loaded."""
+        try:
+            return self.commands.get(cmd_name)
+        except CommandError as error:
+            print_line(f"warning: {error}")
+            return None
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """For a run: one that cannot be loaded is no unknown one."""
+        try:
+            self.commands.get(args[0])
+        except CommandError as error:
+            print_line(f"error: {error}")
+            raise typer.Exit(1) from None
+        except KeyboardInterrupt:  # else typer ends without a word
+            print_line("error: interrupted; nothing was kept")
+            raise typer.Exit(INTERRUPTED) from None
+        return super().resolve_command(ctx, args)
+
+
+def _loaded(place: EntryPoint) -> Any:
+    try:
+        return _command(place.name, place.load())
+    except Exception as error:
+        if place.name in _OWN:
+            raise
+        package = place.dist.name if place.dist else place.module
+        raise CommandError(
+            f"cannot be loaded ({type(error).__name__}: {error})",
+            where=f"command '{place.name}' of {package}",
+            remedy=f"mend or remove {package}",
+        ) from error
+
+
+def _command(name: str, found: Any) -> Any:
+    """What click runs, of a function or of an app of several commands."""
+    if not isinstance(found, typer.Typer):
+        app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+        app.command(name)(found)
+        found = app
+    command = typer.main.get_command(found)
+    command.name = name
+    return command
+
 
 app = typer.Typer(
     cls=Commands, add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False

@@ -9,16 +9,15 @@
 :func:`overrides_beside`  the file of overrides that belongs to a mesh
 :func:`interrupts`     listens to Ctrl-C; :data:`INTERRUPTED` is the exit status then
 
-:mod:`simplifier.cli.commands` says how it is found.
+:mod:`simplifier.cli.main` says how it is found.
 """
 
 from __future__ import annotations
 
 from simplifier.cli.console import print_line, print_text
-from simplifier.cli.interrupts import INTERRUPTED, interrupts
 from simplifier.cli.options import typed_lengths, with_options
-from simplifier.cli.running import Debug, run_guarded
-from simplifier.overrides_place import overrides_beside
+from simplifier.cli.running import INTERRUPTED, Debug, interrupts, run_guarded
+from simplifier.io.suffixes import overrides_beside
 from simplifier.wording import percent
 
 __all__ = [

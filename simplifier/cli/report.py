@@ -6,10 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from simplifier.cli.console import print_report, progress_bar
-from simplifier.cli.interrupts import Interrupts, interrupts
-from simplifier.cli.running import run_guarded
+from simplifier.cli.running import Interrupts, interrupts, run_guarded
 from simplifier.errors import OutputError
-from simplifier.io.atomic import check_folder
+from simplifier.io.files import check_folder
 from simplifier.progress import Listener
 from simplifier.report.report import Report
 

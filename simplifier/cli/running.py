@@ -1,15 +1,26 @@
-"""How a command of the command line fails: one line on standard error and an exit status."""
+"""How a command of the command line fails: one line on standard error and an exit status.
+
+Ctrl-C on the command line: the first ends the work, the second the process, at once.
+
+The main thread hears of it between kernels, so within some milliseconds, or the time that a kernel
+compiles for.
+"""
 
 from __future__ import annotations
 
+import os
+import signal
+import sys
+import threading
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
 from typing import Annotated
 
 import typer
 
 from simplifier.cli.console import print_line
-from simplifier.cli.interrupts import INTERRUPTED
 from simplifier.errors import CancelledError, OccluderError, OptionError
 
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of a failure.")]
@@ -37,3 +48,73 @@ def _fail(message: str, status: int, *, debug: bool) -> None:
         traceback.print_exc()
     print_line(f"error: {message}")
     raise typer.Exit(status)
+
+
+INTERRUPTED = 130
+"""Exit status, by the custom of shells."""
+
+
+class Interrupts:
+    """What Ctrl-C does.  The first raises KeyboardInterrupt, except in the blocks below."""
+
+    def __init__(self) -> None:
+        self._cancel = threading.Event()
+        self._heard = 0
+        self._deferring = self._holding = False
+
+    @property
+    def heard(self) -> bool:
+        """Whether there was one."""
+        return self._heard > 0
+
+    @contextmanager
+    def deferred(self) -> Iterator[threading.Event]:
+        """Work that can be cancelled: the first sets the event in place of raising."""
+        self._deferring = True
+        try:
+            yield self._cancel
+        finally:
+            self._deferring = False
+
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Short work that is not to be broken off: all wait until its end."""
+        self._holding = True
+        try:
+            yield
+        finally:
+            self._holding = False
+            if self._heard > 1:
+                _quit()
+
+    def hear(self, number: int, frame: FrameType | None) -> None:
+        """The handler of the signal."""
+        self._heard += 1
+        self._cancel.set()
+        if self._holding:
+            return
+        if self._heard > 1:
+            _quit()
+        if not self._deferring:
+            raise KeyboardInterrupt
+
+
+@contextmanager
+def interrupts() -> Iterator[Interrupts]:
+    """Listen to Ctrl-C; outside of the main thread, where that cannot be, nothing is heard."""
+    listening = Interrupts()
+    if threading.current_thread() is not threading.main_thread():
+        yield listening
+        return
+    before = signal.signal(signal.SIGINT, listening.hear)
+    try:
+        yield listening
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _quit() -> None:
+    """End the process here, whatever other threads do; a progress bar may have hid the cursor."""
+    if sys.stderr.isatty():
+        os.write(2, b"\r\x1b[2K\x1b[?25h")
+    os._exit(INTERRUPTED)

@@ -9,9 +9,8 @@ import typer
 
 from simplifier.camera_paths.options import PathKind, PathOptions
 from simplifier.cli.console import count_bar, print_line, print_rows, print_text
-from simplifier.cli.interrupts import interrupts
 from simplifier.cli.options import TransparentScene, with_options
-from simplifier.cli.running import Debug, run_guarded
+from simplifier.cli.running import Debug, interrupts, run_guarded
 from simplifier.errors import OutputError
 from simplifier.geometry import scene as scenes
 from simplifier.hierarchy.build import Build, build_occluders
@@ -23,8 +22,8 @@ from simplifier.hierarchy.manifest import (
 )
 from simplifier.hierarchy.occluder_tree import leaf_occluders
 from simplifier.hierarchy.options import SceneOptions
-from simplifier.io.atomic import check_folder, make_folder
 from simplifier.io.camera_path import save_camera_path
+from simplifier.io.files import check_folder, make_folder
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_writer import write_scene
 from simplifier.memory.limit import check_limit

@@ -8,15 +8,14 @@ from typing import Annotated, Any
 import typer
 
 from simplifier.cli.console import print_line, print_rows
-from simplifier.cli.interrupts import Interrupts
 from simplifier.cli.options import Mesh, Pictures, ReportFile, typed_lengths, with_options
 from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_overrides
 from simplifier.cli.report import check_extras, shown
-from simplifier.cli.running import Debug
+from simplifier.cli.running import Debug, Interrupts
 from simplifier.errors import OptionError, OutputError
 from simplifier.io import check_writable, load_mesh
 from simplifier.io.glb_embed import check_place
-from simplifier.io.save_lods import is_level_path
+from simplifier.io.save import is_level_path
 from simplifier.io.style import Embedding, Sides, Style
 from simplifier.memory.limit import default_limit
 from simplifier.memory.need import BASE_BYTES, GIB

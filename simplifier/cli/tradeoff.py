@@ -8,13 +8,12 @@ from typing import Annotated, Any
 import typer
 
 from simplifier.cli.console import print_front, print_line, print_text, run_bar
-from simplifier.cli.interrupts import interrupts
 from simplifier.cli.options import typed_lists, with_options
 from simplifier.cli.overrides import NoOverrides, chosen_overrides
-from simplifier.cli.running import Debug, run_guarded
+from simplifier.cli.running import Debug, interrupts, run_guarded
 from simplifier.errors import MeshError
 from simplifier.geometry.overrides import Overrides
-from simplifier.io.atomic import make_folder, write_whole
+from simplifier.io.files import make_folder, write_whole
 from simplifier.option_fields import TRADEOFF_FIELDS
 from simplifier.tradeoff.cases import check_precision
 from simplifier.tradeoff.study import Study, study_files, study_of

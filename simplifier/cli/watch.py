@@ -6,14 +6,13 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from simplifier.builds.finding import Finding
-from simplifier.builds.makers import maker_at
+from simplifier.builds.making import maker_at
 from simplifier.builds.manifest import NAME
 from simplifier.builds.watch import watch_assets
 from simplifier.cli.console import print_line, print_text
 from simplifier.cli.findings import line_of
-from simplifier.cli.interrupts import interrupts
 from simplifier.cli.options import AtOnce, Key, ManifestFile, Server
-from simplifier.cli.running import Debug, run_guarded
+from simplifier.cli.running import Debug, interrupts, run_guarded
 from simplifier.errors import OccluderError
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from simplifier.culling.fate import Fate
 from simplifier.culling.flythrough import Flythrough
-from simplifier.culling.flythrough_words import counted, pixel_words, recall_words, share
+from simplifier.culling.flythrough_rows import counted, pixel_words, recall_words, share
 from simplifier.culling.frame import Figures
 from simplifier.culling.shot import RED, Shot
 from simplifier.culling.top_view import COLOURS, plan_picture, up_axis

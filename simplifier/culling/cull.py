@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.culling.depth_buffer import DepthBuffer, Verdict
-from simplifier.culling.shared_edges import shared_edges
+from simplifier.culling.depth_buffer import DepthBuffer, Verdict, shared_edges
 from simplifier.geometry.camera import Camera, Lens
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.hierarchy.occluder_tree import OccluderTree

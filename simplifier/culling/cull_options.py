@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from simplifier.checks import check_above_zero, check_whole
-from simplifier.culling.view import LARGEST_SCREEN
+from simplifier.culling.depth_buffer import LARGEST_SCREEN
 
 
 @dataclass(frozen=True)

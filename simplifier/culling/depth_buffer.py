@@ -3,6 +3,10 @@
 Based on hierarchical occlusion tests (Greene, Kass, Miller 1993; Zhang et al. 1997) with a single
 coarse level.  New here are the depth and the margin that answer for occluders which are only known
 up to an error bound.
+
+Camera -> the sixteen numbers that the rasterising kernels take.
+
+Faces -> pairs of faces that share an edge.
 """
 
 from __future__ import annotations
@@ -13,15 +17,12 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.checks import check_one_of
-from simplifier.culling.shared_edges import shared_edges
-from simplifier.culling.view import check_screen, screen_view
+from simplifier.checks import check_one_of, check_whole
 from simplifier.errors import MeshError, OptionError
-from simplifier.geometry.camera import Camera
+from simplifier.geometry.camera import Camera, Lens
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.kernels import box_verdict
-from simplifier.kernels.depth_buffer import TILE, draw_triangles
-from simplifier.kernels.inner_coverage import draw_inside
+from simplifier.kernels.depth_buffer import TILE, draw_inside, draw_triangles
 
 Coverage = Literal["centre", "inner"]
 """Which pixels an occluder is drawn into: with the centre in it, or with all of them in it."""
@@ -108,7 +109,7 @@ class DepthBuffer:
     ) -> None:
         """As :meth:`draw`, of ``vertices`` (n, 3) world units and ``faces`` (m, 3) int32.
 
-        ``edges`` is what :func:`~simplifier.culling.shared_edges.shared_edges` says of the faces;
+        ``edges`` is what :func:`~simplifier.culling.depth_buffer.shared_edges` says of the faces;
         inner coverage needs it, and finds it where it is not given.
 
         Raises :class:`MeshError` for wrong shapes and for faces that name no vertex.
@@ -182,3 +183,46 @@ def _check_mesh(vertices: FloatArray, faces: IntArray) -> None:
         raise MeshError(
             f"a face names none of the {len(vertices)} vertices", remedy="repair the face indices"
         )
+
+
+LARGEST_SCREEN = 16384
+"""Rows or columns."""
+
+
+def screen_view(camera: Camera, rows: int, columns: int) -> FloatArray:
+    """(16,) float64 as :mod:`simplifier.kernels.perspective` describes it.
+
+    Pixels are square and the axis of view meets the centre of the screen.
+    """
+    focal = Lens(rows, camera.fov).focal
+    right, up, forward = camera.axes
+    across = focal * right + 0.5 * columns * forward
+    down = -focal * up + 0.5 * rows * forward
+    tail = np.array([focal, camera.near, columns, rows])
+    return np.concatenate([camera.position, across, down, forward, tail]).astype(np.float64)
+
+
+def check_screen(rows: int, columns: int) -> None:
+    """Raises :class:`OptionError` for a screen that the kernels cannot draw."""
+    check_whole("rows", rows, 1, LARGEST_SCREEN)
+    check_whole("columns", columns, 1, LARGEST_SCREEN)
+
+
+def shared_edges(faces: IntArray) -> IntArray:
+    """(k, 6) int32 of ``faces`` (m, 3): both ends of an edge, the two third corners, the two faces.
+
+    Where more than two faces meet at an edge, every two of them are a pair.  Vertices are the same
+    when their indices are.
+    """
+    ends = np.sort(faces[:, [[1, 2], [2, 0], [0, 1]]].reshape(-1, 2), axis=1)
+    order = np.lexsort((ends[:, 1], ends[:, 0]))
+    ends, thirds, owners = ends[order], faces.reshape(-1)[order], order // 3
+    pairs, step = [np.empty((0, 6), dtype=np.int32)], 1
+    while step < len(ends):
+        same = np.nonzero((ends[:-step] == ends[step:]).all(axis=1))[0]
+        if len(same) == 0:
+            break
+        columns = (thirds[same], thirds[same + step], owners[same], owners[same + step])
+        pairs.append(np.column_stack([ends[same], *columns]).astype(np.int32))
+        step += 1
+    return np.ascontiguousarray(np.concatenate(pairs))

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from simplifier.culling.flythrough import Flythrough
-from simplifier.culling.flythrough_words import counted, pixel_words, recall_words, share
+from simplifier.culling.flythrough_rows import counted, pixel_words, recall_words, share
 from simplifier.culling.frame import Figures
 from simplifier.report.png import drawn, encoded
 from simplifier.wording import plain

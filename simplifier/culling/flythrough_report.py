@@ -9,8 +9,7 @@ from typing import Any
 
 from simplifier.culling.fate import Counts
 from simplifier.culling.flythrough import Flythrough
-from simplifier.culling.flythrough_table import table_bytes
-from simplifier.culling.flythrough_words import median_milliseconds
+from simplifier.culling.flythrough_rows import median_milliseconds, table_bytes
 from simplifier.culling.frame import Figures, Frame
 from simplifier.report.machine import this_machine
 from simplifier.version import VERSION

@@ -1,11 +1,26 @@
-"""Frame: the figures of culling a scene from one camera, and their sums."""
+"""Frame: the figures of culling a scene from one camera, and their sums.
+
+Camera -> Frame: the occluders' verdicts, timed, and the truth beside them.
+"""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from simplifier.culling.fate import Counts
+import numpy as np
+
+from simplifier.culling.cull import Culled, Culler
+from simplifier.culling.cull_options import CullOptions
+from simplifier.culling.depth_buffer import DepthBuffer
+from simplifier.culling.fate import Counts, Fate, fates, object_sums, object_verdicts
+from simplifier.culling.item_buffer import ItemBuffer
+from simplifier.culling.shot import Shot, view_picture
+from simplifier.geometry.camera import Camera
+from simplifier.geometry.scene import Scene
+from simplifier.hierarchy.occluder_tree import OccluderTree
+from simplifier.hierarchy.parts import Parts
 
 
 @dataclass(frozen=True)
@@ -66,3 +81,63 @@ def total(frames: Sequence[Frame]) -> Figures:
         triangles_in_view=sum(one.triangles_in_view for one in every),
         milliseconds=sum(one.milliseconds for one in every),
     )
+
+
+class FrameMeasure:
+    """Measures frames one by one.
+
+    ``buffer``       what the occluders were drawn into last.
+    ``pixel_error``  that they were drawn with.
+    """
+
+    def __init__(
+        self, scene: Scene, parts: Parts, tree: OccluderTree, options: CullOptions
+    ) -> None:
+        self._parts, self._repeats = parts, options.repeats
+        self._triangles = scene.triangle_counts
+        inner = tree.options.conservative
+        self.buffer = DepthBuffer(options.rows, options.columns, "inner" if inner else "centre")
+        self._culler = Culler(tree, self.buffer, options.pixel_error)
+        self.pixel_error = self._culler.pixel_error
+        self._truth = ItemBuffer(options.rows * options.detail, options.columns * options.detail)
+        self._fates = np.zeros(len(parts.object_of), dtype=np.uint8)
+
+    def frame(self, index: int, camera: Camera) -> Frame:
+        """Cull and draw the truth."""
+        culled, seconds = self._timed(camera)
+        truth, object_of, count = self._truth, self._parts.object_of, len(self._triangles)
+        truth.clear()
+        truth.draw(self._parts.scene, camera)
+        visible = truth.visible
+        self._fates = fates(culled.verdicts, truth.fragments, visible)
+        of_objects = fates(
+            object_verdicts(culled.verdicts, object_of, count),
+            object_sums(truth.fragments, object_of, count),
+            object_sums(visible, object_of, count),
+        )
+        figures = Figures(
+            objects=Counts.of(of_objects),
+            parts=Counts.of(self._fates),
+            covered_pixels=int(visible.sum()),
+            wrong_pixels=int(visible[self._fates == Fate.WRONG].sum()),
+            occluders=len(culled.drawn),
+            occluder_triangles=culled.triangles,
+            scene_triangles=int(self._triangles.sum()),
+            triangles_in_view=int(self._triangles[of_objects != Fate.ABSENT].sum()),
+            milliseconds=1000.0 * seconds,
+        )
+        return Frame(index, figures)
+
+    def shot(self, index: int, camera: Camera) -> Shot:
+        """Pictures of the frame that was measured last."""
+        view = view_picture(self._truth, camera, self._parts.object_of, self._fates)
+        return Shot(index, camera, view, self.buffer.depth_image(), self._fates)
+
+    def _timed(self, camera: Camera) -> tuple[Culled, float]:
+        """The frame and the least seconds: whatever else runs can only make it slower."""
+        times = []
+        for _ in range(self._repeats):
+            begin = time.perf_counter()
+            culled = self._culler.cull(camera)
+            times.append(time.perf_counter() - begin)
+        return culled, min(times)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.culling.view import check_screen, screen_view
+from simplifier.culling.depth_buffer import check_screen, screen_view
 from simplifier.geometry.camera import Camera
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.scene import Scene

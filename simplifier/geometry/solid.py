@@ -1,10 +1,17 @@
-"""Solid: what the input touches, what that encloses, and what closed it."""
+"""Solid: what the input touches, what that encloses, and what closed it.
+
+VoxelGrid: a solid in cubic cells, and the map between grid space and the world.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from simplifier.geometry.grid import VoxelGrid
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.errors import MeshError
+from simplifier.geometry.mesh import FloatArray
 
 
 @dataclass(frozen=True)
@@ -44,3 +51,94 @@ class Solid:
     def enclosed_fraction(self) -> float:
         """Voxels that are inside without touching a triangle, as a share of the solid."""
         return 1.0 - self.touched.count / self.filled.count
+
+
+BoolArray = NDArray[np.bool_]
+
+_SMALLEST_CELL = 1e-290  # world units; below, float64 loses digits and its reciprocal overflows
+
+
+@dataclass(frozen=True, eq=False)
+class VoxelGrid:
+    """Cubic voxels over the bounding box of a mesh.
+
+    ``inside``     (nx, ny, nz) bool, C order: which voxels belong to the solid; read-only.
+    ``origin``     (3,) float64: the grid's lowest corner, world units.
+    ``cell_size``  edge of a voxel, world units.
+
+    Voxel (i, j, k) is the cube from (i, j, k) to (i+1, j+1, k+1) in grid space.
+    """
+
+    inside: BoolArray
+    origin: FloatArray
+    cell_size: float
+
+    def __post_init__(self) -> None:
+        self.inside.setflags(write=False)
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        nx, ny, nz = self.inside.shape
+        return nx, ny, nz
+
+    @property
+    def count(self) -> int:
+        """Number of voxels of the solid."""
+        return int(np.count_nonzero(self.inside))
+
+    def with_inside(self, inside: BoolArray) -> VoxelGrid:
+        """The same grid with another solid in it."""
+        return replace(self, inside=inside)
+
+    def to_world(self, points: FloatArray) -> FloatArray:
+        """Grid space (…, 3) to world units."""
+        return np.asarray(points * self.cell_size + self.origin)
+
+    def to_grid(self, points: FloatArray) -> FloatArray:
+        """World units (…, 3) to grid space."""
+        placed = np.asarray(points - self.origin)
+        placed /= self.cell_size
+        return placed
+
+    def in_voxels(self, length: float) -> float:
+        """A length in world units as voxels."""
+        return length / self.cell_size
+
+    def column_ends(self) -> FloatArray:
+        """(n, 3) grid space: centres of the first and last inside voxel of each column along z.
+
+        They span the same as all inside voxels do, and are few.
+        """
+        columns = self.inside.any(axis=2)
+        first = self.inside.argmax(axis=2)[columns]
+        last = self.shape[2] - 1 - self.inside[:, :, ::-1].argmax(axis=2)[columns]
+        places = np.argwhere(columns)
+        ends = [np.column_stack([places, depth]) for depth in (first, last)]
+        return np.asarray(np.concatenate(ends) + 0.5)
+
+
+def grid_shape(extent: FloatArray, resolution: int) -> tuple[int, int, int]:
+    """Voxels along each axis of the grid of a mesh whose bounding box has those edges.
+
+    Raises :class:`MeshError` as :func:`cells_of`.
+    """
+    nx, ny, nz = cells_of(extent, resolution)[0].tolist()
+    return nx, ny, nz
+
+
+def cells_of(extent: FloatArray, resolution: int) -> tuple[NDArray[np.int64], float]:
+    """Voxels along each axis, (3,), and the edge of a voxel, world units.
+
+    ``resolution`` (1 or more) voxels lie along the longest edge of the ``extent``; the other axes
+    get as many as they need, at least one.  Raises :class:`MeshError` for an extent below 1e-290
+    world units a voxel.
+    """
+    cell_size = float(extent.max()) / resolution
+    if cell_size < _SMALLEST_CELL:
+        raise MeshError(
+            f"the mesh is {extent.max():g} units long, too small to divide into voxels",
+            remedy="scale it up",
+        )
+    # An extent of 3.0000000001 cells is 3 cells and a rounding error, not 4.
+    whole = np.ceil(extent / cell_size - 1e-9).astype(np.int64)
+    return np.maximum(whole, 1), cell_size

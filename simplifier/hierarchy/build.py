@@ -1,4 +1,9 @@
-"""Scene -> occluders of its tree, with the work spread over processes and nothing made twice."""
+"""Scene -> occluders of its tree, with the work spread over processes and nothing made twice.
+
+What building a scene's occluders needs: several at once, each in its own process or thread.
+
+A scene as files that several processes map into memory, so that none holds a copy.
+"""
 
 from __future__ import annotations
 
@@ -8,22 +13,25 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from simplifier.errors import CancelledError, EmptyMeshError, MeshError
+from simplifier.errors import CancelledError, EmptyMeshError, MeshError, OutputError
+from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.scene import Scene
-from simplifier.hierarchy.needs import need_of_building
-from simplifier.hierarchy.node import node_occluder
+from simplifier.geometry.solid import grid_shape
+from simplifier.hierarchy.node import is_own_occluder, node_occluder, node_options
 from simplifier.hierarchy.node_plan import Job, Keys, Plan, plan_occluders
 from simplifier.hierarchy.options import SceneOptions
-from simplifier.hierarchy.packed import pack, unpack
 from simplifier.hierarchy.parts import Parts, split_large
 from simplifier.hierarchy.store import OccluderStore, Summary
 from simplifier.hierarchy.tree import Tree, build_tree
 from simplifier.kernels.threads import thread_count
 from simplifier.memory.limit import check_need
-from simplifier.memory.need import MemoryNeed
+from simplifier.memory.need import MIB, MemoryNeed, MeshSize
+from simplifier.memory.runs import Judging, judging, simplifying
 from simplifier.processes import Outcome, run_jobs, run_jobs_here
 from simplifier.progress import Cancel
 
@@ -201,3 +209,86 @@ def _place(scene: Scene, parts: Parts, job: Job) -> str:
     others = len(objects) - 1
     first = scene.names[objects[0]]
     return first if others == 0 else f"{first} and {others} more"
+
+
+_COPIES = 2  # of the scene: as it was read, and in parts
+_WORKER = 90 * MIB  # of a process beside the first: their libraries' pages are the same
+
+
+def need_of_building(
+    scene: Scene, jobs: Sequence[Job], options: SceneOptions, at_once: int, *, apart: bool
+) -> MemoryNeed:
+    """``scene`` of parts; the ``at_once`` largest jobs count, which meet at worst.
+
+    ``apart``  whether each runs in a process of its own, with libraries of its own.
+    """
+    sizes = np.array([(len(mesh.vertices), len(mesh.faces)) for mesh in scene.meshes])
+    held = _COPIES * sum(MeshSize(*size).held for size in sizes.tolist())
+    bounds = scene.bounds()
+    needs = sorted(_need(scene, sizes, bounds, job, options) for job in jobs)
+    largest = needs[len(needs) - at_once :]
+    libraries = _WORKER * at_once if apart else 0
+    return MemoryNeed({"occluders": held + libraries + sum(largest)})
+
+
+def _need(
+    scene: Scene, sizes: np.ndarray[tuple[int, int], np.dtype[np.int64]], bounds: FloatArray,
+    job: Job, options: SceneOptions,
+) -> int:  # fmt: skip
+    """Bytes of one job, beside the scene."""
+    meshes = scene.mesh_of[job.parts]
+    vertices, triangles = sizes[meshes].sum(axis=0).tolist()
+    size = MeshSize(vertices, triangles)
+    if job.kind == "inner":
+        extent = bounds[job.parts, 1].max(axis=0) - bounds[job.parts, 0].min(axis=0)
+    else:
+        mesh = scene.meshes[meshes[0]]
+        if job.kind == "near" and is_own_occluder(mesh, options):
+            return size.held
+        extent = mesh.extent
+    longest = float(extent.max())
+    if not 0.0 < longest < np.inf:  # no occluder can be made, which the job says
+        return size.held
+    chosen = node_options(longest, job.kind, job.stand, options)
+    shape = grid_shape(extent, chosen.solid.resolution)
+    making = simplifying(size, shape, longest / chosen.solid.resolution, chosen)
+    both = making.joined(judging(size, shape, chosen, Judging(views=1)))
+    return both.stages[both.largest]
+
+
+_ARRAYS = ("vertices", "faces", "vertex_ends", "face_ends", "mesh_of", "transforms")
+
+
+def pack(scene: Scene, folder: Path) -> None:
+    """Write the geometry, without names and warnings.  Raises :class:`OutputError`."""
+    arrays: tuple[NDArray[Any], ...] = (
+        np.concatenate([mesh.vertices for mesh in scene.meshes]),
+        np.concatenate([mesh.faces for mesh in scene.meshes]),
+        np.cumsum([len(mesh.vertices) for mesh in scene.meshes]),
+        np.cumsum([len(mesh.faces) for mesh in scene.meshes]),
+        scene.mesh_of,
+        scene.transforms,
+    )
+    try:
+        for name, array in zip(_ARRAYS, arrays, strict=True):
+            np.save(folder / f"{name}.npy", array)
+    except OSError as error:
+        raise OutputError(
+            f"the scene cannot be handed to other processes ({error.strerror})",
+            where=str(folder),
+            remedy="free some space, set TMPDIR to another folder, or OCCLUDER_THREADS=1",
+        ) from None
+
+
+def unpack(folder: Path) -> Scene:
+    """The geometry, read from the files when it is looked at; names are empty."""
+    vertices, faces, vertex_ends, face_ends, mesh_of, transforms = (
+        np.asarray(np.load(folder / f"{name}.npy", mmap_mode="r")) for name in _ARRAYS
+    )
+    meshes = [
+        TriangleMesh(*pair)
+        for pair in zip(
+            np.split(vertices, vertex_ends[:-1]), np.split(faces, face_ends[:-1]), strict=True
+        )
+    ]
+    return Scene(tuple(meshes), ("",) * len(mesh_of), mesh_of, transforms)

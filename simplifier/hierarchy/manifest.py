@@ -3,40 +3,36 @@
 The schema is ``docs/scene.schema.json``.  Lengths and places are in world units, but for those of
 ``occluders`` that leaves use: these are in the space of the leaf's mesh, which ``transform`` takes
 to the world.
+
+Values of scene.json -> arrays, each checked, so that a damaged file gives no broken tree.
+
+All raise one of :data:`DAMAGE`.
 """
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.checks import as_path
 from simplifier.errors import MeshError, OptionError, SceneError
+from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.build import Build
-from simplifier.hierarchy.manifest_rows import (
-    DAMAGE,
-    keys_of,
-    objects_of,
-    occluders_of,
-    options_of,
-    parts_of,
-    rows_of,
-    summaries_of,
-    tree_of,
-    value_of,
-)
-from simplifier.hierarchy.occluder_tree import OccluderTree
+from simplifier.hierarchy.node_plan import is_key
+from simplifier.hierarchy.occluder_tree import LEVELS, OccluderTree
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.store import OccluderStore, Summary
-from simplifier.io.atomic import make_folder, write_whole
-from simplifier.io.source import read_bytes
+from simplifier.hierarchy.tree import Tree
+from simplifier.io.files import make_folder, read_bytes, write_whole
 from simplifier.version import VERSION
 
 NAME = "scene.json"
@@ -172,3 +168,166 @@ def _read(
 
 def _damaged(path: Path, why: str) -> SceneError:
     return SceneError(f"it is damaged ({why})", where=str(path), remedy="build the scene again")
+
+
+DAMAGE = (TypeError, ValueError, ArithmeticError)
+"""What a missing key or a wrong value, a wrong type or too large a number raises."""
+
+_MOST = 2**32
+_LEAF = {"bounds", "object", "part", "transform", *LEVELS}
+_INNER = {"bounds", "children", LEVELS[0]}
+
+Row = Mapping[str, Any]
+
+
+def rows_of(nodes: Any) -> list[Row]:
+    """The nodes, each a leaf's or an inner node's keys and no other."""
+    if not isinstance(nodes, list) or not nodes:
+        raise ValueError("'nodes' is no list of nodes")
+    for place, row in enumerate(nodes):
+        allowed = _INNER if "children" in row else _LEAF
+        for name in sorted(allowed - set(LEVELS)):
+            value_of(row, name, f"node {place}")
+        if not set(row) <= allowed:
+            raise ValueError(f"node {place} has a key that it cannot have")
+    return nodes
+
+
+def tree_of(rows: Sequence[Row]) -> Tree:
+    """Without any cycle, and with every part in one leaf."""
+    bounds = _numbers([row["bounds"] for row in rows], (2, 3), "bounds")
+    if not (bounds[:, 0] <= bounds[:, 1]).all():
+        raise ValueError("a node's lowest corner is above its highest")
+    children = _whole_numbers([row.get("children", (0, 0)) for row in rows], (2,), "children")
+    parts = _whole_numbers([row.get("part", -1) for row in rows], (), "part")
+    _check_children(children, np.array(["children" in row for row in rows]))
+    order, spans = _depth_first(children, parts)
+    if not np.array_equal(np.sort(order), np.arange(len(order))):
+        raise ValueError("the leaves do not hold every part once")
+    return Tree(bounds, children.astype(np.int32), spans, order)
+
+
+def objects_of(names: Any) -> tuple[str, ...]:
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise ValueError("'objects' is no list of names")
+    if len(set(names)) < len(names):
+        raise ValueError("two objects have the same name")
+    return tuple(names)
+
+
+def parts_of(rows: Sequence[Row], tree: Tree, objects: int) -> tuple[IntArray, FloatArray]:
+    """(p,) object and (p, 4, 4) transform of each part."""
+    leaves = [row for row in rows if "part" in row]
+    places = [row["part"] for row in leaves]
+    owners = _whole_numbers([row["object"] for row in leaves], (), "object")
+    if owners.min() < 0 or owners.max() >= objects:
+        raise ValueError("a leaf is of an object that is not there")
+    object_of = np.empty(len(tree.order), dtype=np.int32)
+    object_of[places] = owners
+    transforms = np.tile(np.eye(4), (len(tree.order), 1, 1))
+    transforms[places, :3] = _numbers([row["transform"] for row in leaves], (3, 4), "transform")
+    return object_of, transforms
+
+
+def keys_of(rows: Sequence[Row], summaries: Mapping[str, Summary]) -> list[str]:
+    """Keys of the occluders that nodes have, each once, ascending."""
+    keys = [row[name] for row in rows for name in LEVELS if name in row]
+    for key in keys:
+        if key not in summaries:
+            raise ValueError(f"a node has the occluder {key!r}, which is not there")
+    return sorted(set(keys))
+
+
+def occluders_of(rows: Sequence[Row], keys: Sequence[str]) -> IntArray:
+    """(k, 2) places in ``keys`` of the nodes' far and near occluders; -1 for none."""
+    place = {key: index for index, key in enumerate(keys)}
+    found = [[place[row[name]] if name in row else -1 for name in LEVELS] for row in rows]
+    return np.array(found, dtype=np.int32)
+
+
+def summaries_of(rows: Any) -> dict[str, Summary]:
+    """By key; keys become names of files, so nothing else may stand for one."""
+    if not isinstance(rows, dict):
+        raise ValueError("'occluders' is no object")
+    for key in rows:
+        if not is_key(key):
+            raise ValueError(f"{key!r} is no key of an occluder")
+    return {key: _summary(row, key) for key, row in rows.items()}
+
+
+def options_of(values: Any) -> SceneOptions:
+    """Those that this version knows."""
+    return SceneOptions(
+        **{one.name: value_of(values, one.name, "the options") for one in fields(SceneOptions)}
+    )
+
+
+def _summary(row: Any, key: str) -> Summary:
+    triangles, checksum = (
+        value_of(row, name, f"occluder {key}") for name in ("triangles", "checksum")
+    )
+    error, radius = (value_of(row, name, f"occluder {key}") for name in ("error_bound", "radius"))
+    _whole_numbers([triangles, checksum], (), key)
+    lengths = _numbers([error, radius], (), key)
+    if min(triangles, checksum) < 0 or lengths.min() < 0.0:
+        raise ValueError(f"a number of occluder {key} is below 0")
+    return Summary(triangles, float(error), float(radius), checksum)
+
+
+def value_of(values: Any, name: str, where: object) -> Any:
+    if not isinstance(values, dict) or name not in values:
+        raise ValueError(f"{name!r} of {where} is missing")
+    return values[name]
+
+
+def _check_children(children: NDArray[np.int64], inner: NDArray[np.bool_]) -> None:
+    """They follow each other in the order of their parents: so each node but the root has one."""
+    first, count = children[inner].T
+    in_order = np.array_equal(first, 1 + np.cumsum(count) - count)
+    if not in_order or 1 + count.sum() != len(children) or (count < 2).any():
+        raise ValueError("the children are not in the order of their parents, 2 or more of each")
+    if (first <= np.nonzero(inner)[0]).any():
+        raise ValueError("a node comes after its children")
+
+
+def _depth_first(
+    children: NDArray[np.int64], parts: NDArray[np.int64]
+) -> tuple[IntArray, IntArray]:
+    """(order, spans) of a tree: parts in the order of its leaves, and what lies below each node."""
+    sizes = np.ones(len(children), dtype=np.int32)
+    begins = np.zeros(len(children), dtype=np.int32)
+    ranges = [slice(first, first + count) for first, count in children.tolist()]
+    for node in np.nonzero(children[:, 1])[0][::-1]:
+        sizes[node] = sizes[ranges[node]].sum()
+    for node in np.nonzero(children[:, 1])[0]:
+        below = sizes[ranges[node]]
+        begins[ranges[node]] = begins[node] + np.cumsum(below) - below
+    leaves = children[:, 1] == 0
+    order = np.empty(np.count_nonzero(leaves), dtype=np.int32)
+    order[begins[leaves]] = parts[leaves]
+    return order, np.column_stack([begins, begins + sizes])
+
+
+def _numbers(values: list[Any], shape: tuple[int, ...], name: str) -> FloatArray:
+    """(n, *shape) float64, finite."""
+    found = _array(values, shape, "if")
+    if found is None or not np.isfinite(found).all():
+        raise ValueError(f"{name!r} is not always {math.prod(shape)} finite numbers")
+    return found.astype(np.float64)
+
+
+def _whole_numbers(values: list[Any], shape: tuple[int, ...], name: str) -> NDArray[np.int64]:
+    """(n, *shape), -1 to 2**32: those of arrays and checksums."""
+    found = _array(values, shape, "i")
+    if found is None or ((found < -1) | (found > _MOST)).any():
+        raise ValueError(f"{name!r} is not always {math.prod(shape)} whole numbers in range")
+    return found
+
+
+def _array(values: list[Any], shape: tuple[int, ...], kinds: str) -> NDArray[Any] | None:
+    """(n, *shape) of one of numpy's kinds of numbers; None where the values are none such."""
+    try:
+        found = np.array(values)
+    except ValueError:  # rows of several lengths
+        return None
+    return found if found.shape[1:] == shape and found.dtype.kind in kinds else None

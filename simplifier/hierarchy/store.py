@@ -10,11 +10,10 @@ from pathlib import Path
 
 from simplifier.errors import MeshError, UnreadableMeshError
 from simplifier.geometry.occluder import Occluder
-from simplifier.hierarchy.keys import is_key
 from simplifier.hierarchy.node import hiding_radius
+from simplifier.hierarchy.node_plan import is_key
 from simplifier.io import load_occluder, save_occluder
-from simplifier.io.atomic import remove_drafts
-from simplifier.io.source import read_bytes
+from simplifier.io.files import read_bytes, remove_drafts
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,8 @@ from simplifier.checks import as_path
 from simplifier.errors import UnreadablePathError
 from simplifier.geometry.camera import LEAST_FOV, Camera, CameraPath
 from simplifier.geometry.mesh import FloatArray
-from simplifier.io.atomic import write_whole
-from simplifier.io.names import encodable
-from simplifier.io.source import read_bytes
+from simplifier.io.files import read_bytes, write_whole
+from simplifier.io.objects import encodable
 
 SCHEMA_VERSION = 1
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from simplifier.errors import UnknownFormatError
-from simplifier.geometry.lod_chain import LodChain
 from simplifier.geometry.mesh import FloatArray, IntArray
-from simplifier.geometry.occluder import Occluder
-from simplifier.io import glb_writer, gltf, gltf_claim, gltf_lods, obj, occ, off, ply, stl, tres
+from simplifier.geometry.occluder import LodChain, Occluder
+from simplifier.io import glb_writer, gltf, gltf_lods, obj, occ, off, ply, stl, tres
+from simplifier.io import gltf as gltf_claim
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.gltf_container import check_container
 from simplifier.io.labels import Labelled

@@ -20,18 +20,15 @@ from simplifier.errors import OutputError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
-from simplifier.io.atomic import write_whole
+from simplifier.io.files import read_bytes, write_whole
 from simplifier.io.formats import codec_for_reading
-from simplifier.io.glb_meshes import GlbMeshes
-from simplifier.io.glb_writer import occluder_extras
+from simplifier.io.glb_writer import GlbMeshes, occluder_extras
 from simplifier.io.gltf import BEFORE, GENERATOR
-from simplifier.io.gltf_container import GltfDocument, open_document, pack_glb
-from simplifier.io.gltf_json import JsonObject
+from simplifier.io.gltf_container import GltfDocument, JsonObject, open_document, pack_glb
 from simplifier.io.gltf_levels import EXTENSION, level_ids
 from simplifier.io.scene_writer import encode_scene
-from simplifier.io.sides import single_sided
-from simplifier.io.source import read_bytes
 from simplifier.io.style import PLAIN, Embedding, Style
+from simplifier.io.written_faces import single_sided
 
 _ARRAYS = ("nodes", "meshes", "materials", "accessors", "bufferViews", "buffers")
 

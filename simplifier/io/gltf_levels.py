@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simplifier.io.gltf_json import JsonObject
+from simplifier.io.gltf_container import JsonObject
 
 EXTENSION = "MSFT_lod"
 

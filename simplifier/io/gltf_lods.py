@@ -10,13 +10,11 @@ import numpy as np
 
 from simplifier.errors import EmptyMeshError, OptionError
 from simplifier.geometry.camera import Lens
-from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import Level, LodChain, Occluder
 from simplifier.io.gltf import GENERATOR, read_instances
 from simplifier.io.gltf_buffers import Buffers
-from simplifier.io.gltf_container import open_document
-from simplifier.io.gltf_json import JsonObject, number_or_nan
+from simplifier.io.gltf_container import JsonObject, number_or_nan, open_document
 from simplifier.io.gltf_levels import level_ids
 from simplifier.io.gltf_scene import instances_of, scene_nodes, subtree
 

@@ -1,4 +1,7 @@
-"""The meshes of a glTF file as triangles."""
+"""The meshes of a glTF file as triangles.
+
+What a glTF file says of the material of a primitive, as far as it matters here.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray
-from simplifier.io.gltf_accessor import read_accessor, read_vectors
-from simplifier.io.gltf_buffers import Buffers
-from simplifier.io.gltf_container import compressed
-from simplifier.io.gltf_json import JsonObject
-from simplifier.io.gltf_materials import material_of
-from simplifier.io.strips import fan_triangles, strip_triangles
+from simplifier.io.gltf_buffers import Buffers, read_accessor, read_vectors
+from simplifier.io.gltf_container import JsonObject, compressed, number_or_nan
+from simplifier.io.polygons import fan_triangles, strip_triangles
 
 IndexArray = NDArray[np.int64]
 
@@ -26,7 +26,7 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 class Primitive:
     """Vertices (n, 3) float64 and faces (m, 3) of one, with the name of its material.
 
-    ``see_through``  as of :func:`~simplifier.io.gltf_materials.material_of`.
+    ``see_through``  as of :func:`~simplifier.io.gltf_primitives.material_of`.
     """
 
     vertices: FloatArray
@@ -99,3 +99,34 @@ def _read_triangles(buffers: Buffers, primitive: JsonObject, mode: int, count: i
     if mode == _FAN:
         return fan_triangles(indices)
     raise primitive.fail(f"mode {mode} is unknown", "the file is damaged; export it again")
+
+
+_BLENDED = ("BLEND", "MASK")
+_TRANSMISSION = "KHR_materials_transmission"
+
+
+def material_of(root: JsonObject, primitive: JsonObject) -> tuple[str, bool]:
+    """Its name, "material 3" where it has none, and whether one sees through it.
+
+    Without a material the name is empty.  One sees through an ``alphaMode`` of BLEND or MASK,
+    whatever the colours are, and through a transmission above 0 (KHR_materials_transmission).
+    KHR_materials_volume says nothing of it, for it only has an effect with the former; diffuse
+    transmission lets light through but no picture.
+
+    Nothing here is worth refusing a mesh for: what is damaged is no material.
+    """
+    place, materials = primitive.members.get("material"), root.members.get("materials")
+    if not isinstance(place, int) or not isinstance(materials, list):
+        return "", False
+    if not 0 <= place < len(materials) or not isinstance(materials[place], dict):
+        return "", False
+    material = materials[place]
+    name = material.get("name")
+    see_through = material.get("alphaMode") in _BLENDED or _transmission(material) > 0.0
+    return name if isinstance(name, str) and name else f"material {place}", see_through
+
+
+def _transmission(material: dict[str, object]) -> float:
+    extensions = material.get("extensions")
+    found = extensions.get(_TRANSMISSION) if isinstance(extensions, dict) else None
+    return number_or_nan(found.get("transmissionFactor")) if isinstance(found, dict) else 0.0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from simplifier.errors import EmptyMeshError, OverridesError
 from simplifier.geometry.mesh import FloatArray, Omitted
 from simplifier.geometry.overrides import Ignore, Pattern
-from simplifier.io.names import listed
+from simplifier.io.objects import listed
 
 IndexArray = NDArray[np.int64]
 

@@ -1,19 +1,25 @@
-"""Wavefront OBJ: ``v`` and ``f`` statements, and the names that faces have; the rest is skipped."""
+"""Wavefront OBJ: ``v`` and ``f`` statements, and the names that faces have; the rest is skipped.
+
+The names that a Wavefront OBJ file gives its faces: ``o``, ``g`` and ``usemtl``.
+
+Which materials of a Wavefront OBJ file one can see through, from the MTL files beside it.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from simplifier.errors import UnreadableMeshError
+from simplifier.errors import MeshError, UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.claim import Claim, Peek, estimated
+from simplifier.io.files import read_bytes
 from simplifier.io.labels import Label, Labelled
-from simplifier.io.mtl import library_files, see_through_materials
-from simplifier.io.obj_labels import named_runs
 from simplifier.io.polygons import IndexArray, triangles_by_polygon, triangulate_polygons
 from simplifier.io.text import line_number, named_lines, read_statements, shown, without_mark
 from simplifier.kernels.text import count_obj_corners, count_words, read_obj_corners
@@ -130,3 +136,112 @@ def encode(occluder: Occluder, *polygons: IntArray) -> bytes:
     for faces in polygons or (occluder.faces,):
         lines += [f"f {' '.join(map(str, face))}" for face in (faces + 1).tolist()]
     return "\n".join([*lines, ""]).encode("ascii")
+
+
+@dataclass(frozen=True)
+class Named:
+    """What is in force from a byte of the file on: object, groups, and material."""
+
+    objects: tuple[str, ...]
+    material: str
+
+
+def named_runs(data: bytes) -> tuple[list[Named], IndexArray, list[str]]:
+    """The names in force, run by run; the faces (polygons) of each run; what ``mtllib`` says.
+
+    Empty objects and materials stand for none; the first run begins with the file.
+    """
+    libraries: list[str] = []
+    runs, begins = [Named((), "")], [0]
+    title, groups, material = "", tuple[str, ...](), ""
+    for begin, keyword, rest in named_lines(data, (b"o", b"g", b"usemtl", b"mtllib")):
+        match keyword:
+            case b"mtllib":
+                libraries.append(rest)
+                continue
+            case b"o":
+                title = rest
+            case b"g":
+                groups = tuple(rest.split())
+            case _:
+                material = rest
+        objects = tuple(dict.fromkeys(name for name in (title, *groups) if name))
+        runs.append(Named(objects, material))
+        begins.append(begin)
+    text = np.frombuffer(data, dtype=np.uint8)
+    ends = [*begins[1:], len(data)]
+    faces = [count_obj_corners(text[begin:end])[0] for begin, end in zip(begins, ends, strict=True)]
+    return runs, np.array(faces, dtype=np.int64), libraries
+
+
+_PARTS = re.compile(r"[/\\]")
+
+
+def see_through_materials(libraries: list[str], mesh: Path) -> set[str]:
+    """The names of materials with ``d`` below 1, ``Tr`` above 0 or a ``map_d``.
+
+    ``libraries``  what ``mtllib`` statements of ``mesh`` say: a name, or several.  Only files under
+    the mesh's folder are opened; one that is not there, or cannot be read, says nothing: OBJ files
+    are often passed on without it.
+    """
+    found: set[str] = set()
+    for said in dict.fromkeys(libraries):
+        for path in _files(said, mesh.parent.resolve()):
+            try:
+                found |= _see_through(read_bytes(path))
+            except MeshError:
+                continue
+    return found
+
+
+def library_files(libraries: list[str], mesh: Path) -> list[str]:
+    """What is looked for to that end, there or not: names relative to the mesh's folder."""
+    folder = mesh.parent.resolve()
+    names = dict.fromkeys(name for said in libraries for name in (said, *said.split()))
+    paths = dict.fromkeys(_beside(name, folder) for name in names)
+    return [path.relative_to(folder).as_posix() for path in paths if path not in (None, folder)]
+
+
+def _files(said: str, folder: Path) -> Iterator[Path]:
+    """One name, which may hold blanks, or else several."""
+    whole = _beside(said, folder)
+    if whole is not None and whole.is_file():
+        yield whole
+        return
+    for name in said.split():
+        path = _beside(name, folder)
+        if path is not None:
+            yield path
+
+
+def _beside(name: str, folder: Path) -> Path | None:
+    """None for what leads out of the folder: a mesh from elsewhere must not have others read."""
+    try:
+        path = folder.joinpath(*_PARTS.split(name)).resolve()
+    except (OSError, ValueError, RuntimeError):  # a NUL character, a loop of links
+        return None
+    return path if path.is_relative_to(folder) else None
+
+
+def _see_through(data: bytes) -> set[str]:
+    found: set[str] = set()
+    material = ""
+    for _, keyword, rest in named_lines(data, (b"newmtl", b"d", b"Tr", b"map_d")):
+        match keyword:
+            case b"newmtl":
+                material = rest
+            case b"map_d":
+                found.add(material)
+            case b"d":
+                found |= {material} if _last_number(rest, 1.0) < 1.0 else set()
+            case _:
+                found |= {material} if _last_number(rest, 0.0) > 0.0 else set()
+    return found
+
+
+def _last_number(text: str, otherwise: float) -> float:
+    """``-halo 0.5`` is 0.5; what is no number counts as ``otherwise``."""
+    try:
+        return float(text.split()[-1])
+    except (ValueError, IndexError):
+        return otherwise

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 
 from simplifier.errors import EmptyMeshError, OptionError, UnreadableMeshError
 from simplifier.geometry.camera import Lens
-from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import Level, LodChain, Occluder
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.float32 import box_centre, to_float32
 from simplifier.io.polygons import IndexArray

@@ -22,10 +22,10 @@ from simplifier.geometry.overrides import (
     OpenRegion,
     Overrides,
     Pattern,
+    Region,
 )
-from simplifier.geometry.region import Region
+from simplifier.io.suffixes import overrides_beside
 from simplifier.io.toml import Table, read_toml
-from simplifier.overrides_place import overrides_beside
 
 _LARGEST = 1e100  # of a coordinate
 _MOST = 1000  # of a kind: each region is held against each part and each voxel

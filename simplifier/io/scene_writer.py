@@ -18,7 +18,7 @@ from simplifier.checks import as_path
 from simplifier.errors import OutputError
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.scene import Scene
-from simplifier.io.atomic import write_whole
+from simplifier.io.files import write_whole
 from simplifier.io.float32 import Float32Array, to_float32
 from simplifier.io.gltf import GENERATOR
 from simplifier.io.gltf_container import pack_glb

@@ -1,9 +1,13 @@
 """Suffixes of the files that can be read and written, for those who only need to know that.
 
 The codecs are in ``io/formats.py``, which takes long to import; a test holds the two together.
+
+Where an asset's overrides are, for those who need not read them.
 """
 
 from __future__ import annotations
+
+from pathlib import Path
 
 MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".occ", ".off", ".ply", ".stl", ".tres")
 """Files that a mesh is read from, with the dot, in lower case."""
@@ -13,3 +17,18 @@ OCCLUDER_SUFFIXES = (".glb", ".obj", ".occ", ".off", ".ply", ".stl", ".tres")
 
 QUAD_SUFFIXES = (".obj", ".off", ".ply")
 """Files that hold quads, too."""
+
+
+SUFFIX = ".overrides.toml"
+"""In place of the mesh's own."""
+
+
+def overrides_place(mesh: Path) -> Path:
+    """The file that belongs to a mesh, whether or not it is there."""
+    return mesh.with_suffix(SUFFIX)
+
+
+def overrides_beside(mesh: Path) -> Path | None:
+    """The file that belongs to a mesh; None where there is none."""
+    path = overrides_place(mesh)
+    return path if path.is_file() else None

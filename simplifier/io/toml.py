@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from simplifier.errors import OccluderError, TomlError
-from simplifier.io.source import read_bytes
+from simplifier.io.files import read_bytes
 
 _Place = tuple[str | int, ...]  # keys and places in arrays, from the top of the file
 

@@ -1,6 +1,6 @@
 """Search for the cut with the largest occlusion measure within a budget of triangles.
 
-Arrays as in :mod:`simplifier.kernels.polygon_views`.  A *pair* is a polygon at one level, and what
+Arrays as in :mod:`simplifier.kernels.measure`.  A *pair* is a polygon at one level, and what
 it costs is the triangles that it adds.  A search is one thread's work from begin to end, and lazy:
 a pair is scored again only when it comes to the top, and on a quarter of the views first.
 """
@@ -11,7 +11,7 @@ import numpy as np
 
 from simplifier.kernels.bit_image import measure_twice
 from simplifier.kernels.compile import kernel
-from simplifier.kernels.polygon_views import draw_polygon, draw_ring, gather_ring
+from simplifier.kernels.measure import draw_polygon, draw_ring, gather_ring
 
 _STRIDE = 4  # a coarse score looks at every fourth view
 _DOUBT = 0.75  # and may fall short of the true one by this factor

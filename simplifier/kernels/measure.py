@@ -1,9 +1,18 @@
-"""The exact Euclidean distance transform, fused with its sum."""
+"""The exact Euclidean distance transform, fused with its sum.
+
+Draw polygons of simplification chains into bit images and score them, many views at a time.
+
+The polygons of all chains lie end to end: ``points`` (n, 2) float64 plane coordinates, ``lowest``
+(n,) int32 as in :class:`simplifier.geometry.polygon.Chain`, ``offsets`` (p + 1,) int64 where each
+begins.  ``maps`` (p, views, 6) float64 takes plane coordinates to pixels: x = m0 a + m1 b + m2,
+y = m3 a + m4 b + m5.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
+from simplifier.kernels.bit_image import draw_edge, measure_twice
 from simplifier.kernels.compile import kernel
 
 
@@ -70,3 +79,82 @@ def distance_sum(mask):
             if column == begins[last]:
                 last -= 1
     return total
+
+
+@kernel
+def gather_ring(points, lowest, begin, end, level, ring):
+    """Copy the vertices of one level to ``ring``; return their number."""
+    count = 0
+    for i in range(begin, end):
+        if lowest[i] <= level:
+            ring[count, 0] = points[i, 0]
+            ring[count, 1] = points[i, 1]
+            count += 1
+    return count
+
+
+@kernel
+def draw_ring(ring, count, m, image):
+    """Draw the projected ring into rows 1 to 64 of ``image`` (66,), which are cleared first."""
+    for row in range(66):
+        image[row] = 0
+    x0 = m[0] * ring[count - 1, 0] + m[1] * ring[count - 1, 1] + m[2]
+    y0 = m[3] * ring[count - 1, 0] + m[4] * ring[count - 1, 1] + m[5]
+    for i in range(count):
+        x1 = m[0] * ring[i, 0] + m[1] * ring[i, 1] + m[2]
+        y1 = m[3] * ring[i, 0] + m[4] * ring[i, 1] + m[5]
+        draw_edge(x0, y0, x1, y1, image)
+        x0 = x1
+        y0 = y1
+
+
+@kernel
+def draw_polygon(points, lowest, offsets, maps, polygon, level, images):
+    """Write the (views, 64) uint64 ``images`` of one polygon at one level."""
+    begin, end = offsets[polygon], offsets[polygon + 1]
+    ring = np.empty((end - begin, 2))
+    image = np.zeros(66, np.uint64)
+    count = gather_ring(points, lowest, begin, end, level, ring)
+    for view in range(images.shape[0]):
+        draw_ring(ring, count, maps[polygon, view], image)
+        for row in range(64):
+            images[view, row] = image[row + 1]
+
+
+@kernel
+def score_unions(points, lowest, offsets, maps, polygons, levels, base, begin, end, scores):
+    """Twice the occlusion measure, summed over views, of ``base`` with each polygon added.
+
+    ``polygons``, ``levels`` (k,) int32 name the polygons and levels to try, begin..end of them;
+    ``base`` (views, 64) uint64; ``scores`` (k,) int64 is written.  Whole numbers, so the result
+    does not depend on the order of summation.
+    """
+    here = np.zeros(66, np.uint64)
+    there = np.zeros(66, np.uint64)
+    longest = 0
+    for i in range(begin, end):
+        longest = max(longest, offsets[polygons[i] + 1] - offsets[polygons[i]])
+    ring = np.empty((longest, 2))
+    for i in range(begin, end):
+        polygon = polygons[i]
+        count = gather_ring(points, lowest, offsets[polygon], offsets[polygon + 1], levels[i], ring)
+        score = np.int64(0)
+        for view in range(base.shape[0]):
+            draw_ring(ring, count, maps[polygon, view], here)
+            for row in range(64):
+                here[row + 1] |= base[view, row]
+            score += measure_twice(here, there)
+        scores[i] = score
+
+
+@kernel
+def score_images(images):
+    """Twice the occlusion measure summed over (views, 64) uint64 images, an int64."""
+    here = np.zeros(66, np.uint64)
+    there = np.zeros(66, np.uint64)
+    score = np.int64(0)
+    for view in range(images.shape[0]):
+        for row in range(64):
+            here[row + 1] = images[view, row]
+        score += measure_twice(here, there)
+    return score

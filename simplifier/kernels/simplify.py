@@ -3,6 +3,10 @@
 All loops of a polygon lie in one array of *paths*: each loop turned to start at its first anchor
 and closed by a copy of that point, so a chord is a pair of rows and never wraps around.  ``keep``
 marks the rows that are left; ``first`` (loops + 1) says where each path begins.
+
+Which of many segments meet another one.
+
+Draw apart the corners that a polygon's loops visit more than once.
 """
 
 from __future__ import annotations
@@ -10,9 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.compile import kernel
-from simplifier.kernels.crossings import meeting_segments
-from simplifier.kernels.planar import TOUCH, is_inside, magnitude, twice_area
-from simplifier.kernels.touching import part_touching
+from simplifier.kernels.planar import TOUCH, cross, is_inside, magnitude, twice_area
 
 
 @kernel
@@ -203,3 +205,131 @@ def _collect(path, keep, first, alive):
         loops += 1
         bounds[loops] = count
     return rows[:count].copy(), bounds[: loops + 1].copy()
+
+
+@kernel
+def meeting_segments(segments, slack):
+    """(m,) bool: whether each of (m, 4) segments x0, y0, x1, y1 meets another one.
+
+    They are swept in order of their least x, so only those that overlap in x are compared.
+    """
+    count = len(segments)
+    least = np.empty(count, np.float64)
+    for index in range(count):
+        least[index] = min(segments[index, 0], segments[index, 2])
+    order = np.argsort(least)
+    swept = segments[order]
+    least = least[order]
+    meets = np.zeros(count, np.bool_)
+    for i in range(count):
+        ax, ay, bx, by = swept[i, 0], swept[i, 1], swept[i, 2], swept[i, 3]
+        right = max(ax, bx) + slack
+        for j in range(i + 1, count):
+            if least[j] > right:
+                break
+            if segments_meet(
+                ax, ay, bx, by, swept[j, 0], swept[j, 1], swept[j, 2], swept[j, 3], slack
+            ):
+                meets[order[i]] = meets[order[j]] = True
+    return meets
+
+
+@kernel
+def segments_meet(ax, ay, bx, by, cx, cy, dx, dy, slack):
+    """Whether segments ab and cd cross, touch, or come within about ``slack`` of it.
+
+    Segments that share an end point meet only when one runs back along the other.
+    """
+    if (ay if ay > by else by) + slack < (cy if cy < dy else dy):
+        return False
+    if (cy if cy > dy else dy) + slack < (ay if ay < by else by):
+        return False
+    near_ab = slack * np.sqrt((bx - ax) ** 2 + (by - ay) ** 2)
+    near_cd = slack * np.sqrt((dx - cx) ** 2 + (dy - cy) ** 2)
+    if ax == cx and ay == cy:
+        return _runs_back(ax, ay, bx, by, dx, dy, near_ab + near_cd)
+    if ax == dx and ay == dy:
+        return _runs_back(ax, ay, bx, by, cx, cy, near_ab + near_cd)
+    if bx == cx and by == cy:
+        return _runs_back(bx, by, ax, ay, dx, dy, near_ab + near_cd)
+    if bx == dx and by == dy:
+        return _runs_back(bx, by, ax, ay, cx, cy, near_ab + near_cd)
+    to_c = cross(ax, ay, bx, by, cx, cy)
+    to_d = cross(ax, ay, bx, by, dx, dy)
+    if (to_c > near_ab and to_d > near_ab) or (to_c < -near_ab and to_d < -near_ab):
+        return False
+    to_a = cross(cx, cy, dx, dy, ax, ay)
+    to_b = cross(cx, cy, dx, dy, bx, by)
+    return not ((to_a > near_cd and to_b > near_cd) or (to_a < -near_cd and to_b < -near_cd))
+
+
+@kernel
+def _runs_back(x, y, px, py, qx, qy, near):
+    """Whether p and q lie in the same direction from the point that their segments share."""
+    along = (px - x) * (qx - x) + (py - y) * (qy - y)
+    return along > 0.0 and abs(cross(x, y, px, py, qx, qy)) <= near
+
+
+_PULL = 1e-3  # how far touching corners are drawn apart, in shortest edges
+
+
+@kernel
+def part_touching(points, starts):
+    """A copy of the loops in which no corner is visited twice.
+
+    Of the visits to one point, every convex one is pulled into the covered side, by a thousandth
+    of the polygon's shortest edge along both of its edges.  At most one visit is reflex.
+    """
+    count = len(points)
+    size = 4
+    while size < 2 * count:
+        size *= 2
+    table = np.full(size, -1, np.int64)  # open addressing; equal points have equal keys
+    touching = np.zeros(count, np.bool_)
+    found = False
+    for index in range(count):
+        x, y = points[index, 0], points[index, 1]
+        slot = np.int64(x * 7919.0 + y * 104729.0) & (size - 1)
+        while table[slot] >= 0:
+            other = table[slot]
+            if points[other, 0] == x and points[other, 1] == y:
+                touching[index] = touching[other] = found = True
+            slot = (slot + 1) & (size - 1)
+        table[slot] = index
+    parted = points.copy()
+    if found:
+        pull = _PULL * _shortest_edge(points, starts)
+        for loop in range(len(starts) - 1):
+            _pull_corners(points, starts[loop], starts[loop + 1], touching, pull, parted)
+    return parted
+
+
+@kernel
+def _shortest_edge(points, starts):
+    shortest = np.inf
+    for loop in range(len(starts) - 1):
+        previous = starts[loop + 1] - 1
+        for index in range(starts[loop], starts[loop + 1]):
+            length = np.hypot(
+                points[index, 0] - points[previous, 0], points[index, 1] - points[previous, 1]
+            )
+            if length > 0.0:
+                shortest = min(shortest, length)
+            previous = index
+    return shortest
+
+
+@kernel
+def _pull_corners(points, begin, end, touching, pull, parted):
+    for index in range(begin, end):
+        if not touching[index]:
+            continue
+        x, y = points[index]
+        before = index - 1 if index > begin else end - 1
+        after = index + 1 if index + 1 < end else begin
+        back_x, back_y = points[before, 0] - x, points[before, 1] - y
+        on_x, on_y = points[after, 0] - x, points[after, 1] - y
+        if on_x * back_y - on_y * back_x > 0.0:
+            back, on = np.hypot(back_x, back_y), np.hypot(on_x, on_y)
+            parted[index, 0] = x + pull * (back_x / back + on_x / on)
+            parted[index, 1] = y + pull * (back_y / back + on_y / on)

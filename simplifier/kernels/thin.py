@@ -1,8 +1,17 @@
-"""Let one vertex stand for all in its cell of a lattice; keep the triangles with three corners."""
+"""Let one vertex stand for all in its cell of a lattice; keep the triangles with three corners.
+
+Cracks along T-junctions: a vertex on an edge that the triangle beyond does not have.
+
+The surface is closed there as long as nothing moves.  Where vertices move within their cells the
+edge and the vertex part, and a slit opens; a flat triangle between them, moved along with both,
+fills it.  The walk along an edge is that of Amanatides and Woo, "A Fast Voxel Traversal Algorithm
+for Ray Tracing" (1987).
+"""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.kernels.compile import kernel
 
@@ -40,3 +49,155 @@ def keep_whole(faces, chosen, kept):
             kept[count, 0], kept[count, 1], kept[count, 2] = a, b, c
             count += 1
     return count
+
+
+_ON_EDGE = 1e-3  # cells; exporters round coordinates, and a slit as narrow as this is none
+
+
+def crack_triangles(
+    points: NDArray[np.float64],
+    faces: NDArray[np.int32],
+    chosen: NDArray[np.int32],
+) -> NDArray[np.int32]:
+    """(k, 3) flat triangles over the T-junctions that moving opens; none where there are none.
+
+    ``points`` (n, 3) in units of a cell, none below 0, ``faces`` (m, 3).  Vertex i moves to where
+    ``chosen[i]`` is, the same place for all in a cell.  Edges within two neighbouring cells open
+    none, nor does a vertex in the cell of an end.  Where what is left then has no border
+    (:func:`has_border`), there are none, and looking for them takes time and room.
+    """
+    faces = faces.view()
+    faces.setflags(write=False)  # as those of a mesh: else kernels are compiled a second time
+    cells = points.astype(np.int64)
+    edges = np.empty((passing_edges(faces, cells, np.empty((0, 2), np.int64)), 2), np.int64)
+    passing_edges(faces, cells, edges)
+    numbers = np.unique(edges[:, 0] * len(points) + edges[:, 1])
+    edges = np.stack([numbers // len(points), numbers % len(points)], axis=1)
+    shape = np.array([column.max() + 1 for column in cells.T])
+    keys = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
+    starts = np.zeros(int(shape.prod()) + 2, dtype=np.int32)  # of many cells: 28 MiB of 192 a side
+    held = np.empty(len(points), dtype=np.int32)
+    sort_by_cell(keys, starts, held)
+    rows = int(np.abs(cells[edges[:, 0]] - cells[edges[:, 1]]).sum()) - len(edges)
+    triangles = np.empty((rows, 3), dtype=np.int64)
+    count = t_junctions(points, cells, edges, shape, starts, held, _ON_EDGE, triangles)
+    return triangles[:count].astype(np.int32)
+
+
+def has_border(faces: NDArray[np.int32]) -> bool:
+    """Whether one face only of ``faces`` (m, 3) has some edge."""
+    begin, end = faces.reshape(-1).astype(np.int64), np.roll(faces, -1, axis=1).reshape(-1)
+    edges = np.sort(np.minimum(begin, end) << 32 | np.maximum(begin, end))
+    another = np.diff(edges, prepend=-1, append=-1) != 0
+    return bool((another[:-1] & another[1:]).any())
+
+
+@kernel
+def sort_by_cell(keys, starts, held):
+    """Write 0 .. n - 1 to ``held`` (n,) int32, those of a cell together and in order.
+
+    ``keys``    (n,) int64 the cell of each.
+    ``starts``  (cells + 2,) int32 zeros; cell c then holds ``held[starts[c] : starts[c + 1]]``.
+    """
+    for index in range(len(keys)):
+        starts[keys[index] + 2] += 1
+    for cell in range(2, len(starts)):
+        starts[cell] += starts[cell - 1]
+    for index in range(len(keys)):
+        held[starts[keys[index] + 1]] = index
+        starts[keys[index] + 1] += 1
+
+
+@kernel
+def passing_edges(faces, cells, edges):
+    """Write the edges that pass a cell between their ends', lower end first; returns their number.
+
+    ``faces``  (m, 3) int32; ``cells`` (n, 3) int64 of the points.
+    ``edges``  (k, 2) int64: as many are written as it has rows.  An edge comes once a face.
+    """
+    count = 0
+    for face in range(len(faces)):
+        for k in range(3):
+            a, b = faces[face, k], faces[face, (k + 1) % 3]
+            way = 0
+            for axis in range(3):
+                way += abs(cells[a, axis] - cells[b, axis])
+            if way >= 2:
+                if count < len(edges):
+                    edges[count, 0] = min(a, b)
+                    edges[count, 1] = max(a, b)
+                count += 1
+    return count
+
+
+@kernel
+def t_junctions(points, cells, edges, shape, starts, held, tolerance, triangles):
+    """Write flat triangles between edges and the vertices on them; returns how many.
+
+    ``points``     (n, 3) float64 in cells of a grid of ``shape`` (3,) int64.
+    ``cells``      (n, 3) int64: the cell of each point.
+    ``edges``      (k, 2) int64: pairs of points.
+    ``starts``, ``held``  (cells + 2,) and (n,) int32: cell c holds the points
+                   ``held[starts[c] : starts[c + 1]]``.
+    ``tolerance``  cells; who is as near to the edge lies on it.
+    ``triangles``  (rows, 3) int64, a row for each cell that an edge passes between its ends.
+
+    Of a cell that an edge passes, its ends' cells apart, one vertex is taken, the first of those
+    held.  From one to the next along the edge, and on to its end, the triangles fill what lies
+    between the edge and the chain of these vertices.
+    """
+    count = 0
+    place = np.empty(3, np.int64)
+    left = np.empty(3, np.int64)
+    ahead = np.empty(3, np.int64)
+    following = np.empty(3)
+    pace = np.empty(3)
+    for edge in range(len(edges)):
+        a, b = edges[edge, 0], edges[edge, 1]
+        squared = 0.0
+        for k in range(3):
+            way = points[b, k] - points[a, k]
+            squared += way * way
+            place[k] = cells[a, k]
+            ahead[k] = 1 if cells[b, k] > cells[a, k] else -1
+            left[k] = abs(cells[b, k] - cells[a, k])
+            following[k] = np.inf
+            pace[k] = 0.0
+            if left[k] > 0:
+                pace[k] = 1.0 / abs(way)
+                wall = place[k] + 1 if ahead[k] > 0 else place[k]
+                following[k] = abs(wall - points[a, k]) * pace[k]
+        before = a
+        for _ in range(left[0] + left[1] + left[2] - 1):
+            axis = -1
+            for k in range(3):
+                if left[k] > 0 and (axis < 0 or following[k] < following[axis]):
+                    axis = k
+            place[axis] += ahead[axis]
+            left[axis] -= 1
+            following[axis] += pace[axis]
+            cell = (place[0] * shape[1] + place[1]) * shape[2] + place[2]
+            for index in range(starts[cell], starts[cell + 1]):
+                if _lies_on(points, held[index], a, b, squared, tolerance):
+                    triangles[count, 0] = before
+                    triangles[count, 1] = held[index]
+                    triangles[count, 2] = b
+                    before = held[index]
+                    count += 1
+                    break
+    return count
+
+
+@kernel
+def _lies_on(points, p, a, b, squared, tolerance):
+    """Whether a point is as near as the tolerance to the edge, between its ends."""
+    along = 0.0
+    for k in range(3):
+        along += (points[p, k] - points[a, k]) * (points[b, k] - points[a, k])
+    share = along / squared
+    if not 0.0 < share < 1.0:
+        return False
+    off = 0.0
+    for k in range(3):
+        off += (points[p, k] - points[a, k] - share * (points[b, k] - points[a, k])) ** 2
+    return off <= tolerance * tolerance

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from simplifier.geometry.camera import Lens
-from simplifier.geometry.lod_chain import LeftOut
+from simplifier.geometry.occluder import LeftOut
 from simplifier.lods.options import LodOptions, check_outside
 from simplifier.options import Options, resolution_for
 

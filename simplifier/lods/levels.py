@@ -6,18 +6,16 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from simplifier.deadline import Deadline
 from simplifier.errors import CancelledError
-from simplifier.geometry.lod_chain import LeftOut, LodChain
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import LeftOut, LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
-from simplifier.lods.keeping import Kept, judged, taken
+from simplifier.lods.choice import Kept, judged, taken
 from simplifier.lods.level_plan import LodPlan
 from simplifier.options import Options
 from simplifier.pipeline import simplify_mesh
-from simplifier.progress import Cancel, Listener, Progress, Stopwatch, check_run
+from simplifier.progress import Cancel, Deadline, Listener, Progress, Stopwatch, check_run
 
 _JUDGING = 0.1  # of what a time limit leaves: for judging levels, until it is known what that takes
 _LEAST_SECONDS = 1e-3

@@ -1,9 +1,19 @@
-"""MemoryNeed: the peak of a run before it begins, by stage."""
+"""MemoryNeed: the peak of a run before it begins, by stage.
+
+Bytes that each stage holds at once, from the sizes that it works on.
+
+Every figure says which arrays it stands for.  n vertices, m triangles, V voxels; float64 and int64
+take 8 bytes, int32 4, bool 1.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+
+from simplifier.kernels.threads import thread_count
+from simplifier.options import Options, SectionOptions, SolidOptions
 
 GIB = 1 << 30
 MIB = 1 << 20
@@ -47,3 +57,172 @@ class MemoryNeed:
         for name, count in other.stages.items():
             both[name] = max(count, both.get(name, 0))
         return MemoryNeed(both)
+
+
+Shape = tuple[int, int, int]
+
+_VERTEX = 24  # three float64
+_FACE = 12  # three int32
+_READ_FACE = 24  # three int64, as codecs give them
+_BLOCK = 40 * MIB  # of triangles that are checked at once, with their corners and edges
+
+_KERNELS = 25 * MIB  # compiled code of what makes an occluder, and small arrays
+_STARTS = 40 * MIB  # scipy's images, and two decimations of at most 64 cells a side
+_CRACKS = 2 * 28 * MIB  # where the vertices of 192 cells a side begin, and who stands for them
+_DRAWING = 100 * MIB  # matplotlib, OpenCV and fonts; six views of 1024 x 1024 pixels
+_MASKS = 64 * MIB  # of views that are held at once; at least four
+_MASK_VIEWS = 4
+_REPORT_VIEWS, _REPORT_IMAGE = 64, 128  # of the occlusion measure
+_VIEWING_TRIANGLES = 300_000  # meshes of more are thinned to be looked at
+
+_IMAGE = 512  # bytes of 64 x 64 bits
+_FEW = 64  # triangles that any start is filled up to
+_POLYGON = 40  # triangles of a section's polygon, more or less: copies fill a search to twice that
+_SHEET = 60_000  # triangles of a surface in 64 cells a side
+
+
+@dataclass(frozen=True)
+class MeshSize:
+    """Of a mesh in memory."""
+
+    vertices: int
+    triangles: int
+
+    @property
+    def held(self) -> int:
+        """Bytes of the mesh itself."""
+        return _VERTEX * self.vertices + _FACE * self.triangles
+
+
+def load(vertices: int, triangles: int, decoding: int) -> int:
+    """``decoding`` bytes until the codec is done; then its arrays are checked and copied."""
+    read = _VERTEX * vertices + _READ_FACE * triangles
+    # Which vertices are used (bool), their new numbers (int32), which triangles are kept (bool).
+    checking = (1 + 4) * vertices + triangles + _BLOCK
+    return max(decoding, read + checking + MeshSize(vertices, triangles).held)
+
+
+def voxelize(shape: Shape) -> int:
+    """The grid; and grown by a dilation at most."""
+    return math.prod(shape)
+
+
+def fill(shape: Shape, options: SolidOptions, hole_voxels: float, shrink_voxels: float) -> int:
+    """What is touched and the flood: free voxels, what is reached as bool and turned, as bits."""
+    voxels = math.prod(shape)
+    most = 4.5 * voxels
+    if options.glue:
+        most = max(most, 4.0 * _grown(shape, 2))
+    if hole_voxels > 0.0:
+        # Distances (int32) and two solids, in free space around; what is touched and filled.
+        most = max(most, 6.0 * _grown(shape, _hole_margin(hole_voxels)) + 2.0 * voxels)
+    if options.wholly_inside:
+        most = max(most, 3.0 * voxels)
+        if shrink_voxels > 0.0:
+            most = max(most, 6.0 * _grown(shape, 1) + 3.0 * voxels)
+    return int(most)
+
+
+def _hole_margin(hole_voxels: float) -> int:
+    return math.ceil(math.sqrt(hole_voxels * hole_voxels + 1.0) / 2.0) + 2
+
+
+def _grown(shape: Shape, margin: int) -> int:
+    """Voxels with a margin around."""
+    return math.prod(length + 2 * margin for length in shape)
+
+
+def solid(shape: Shape, options: SolidOptions) -> int:
+    """What stays of it until the report: touched, filled, and the core where it is another."""
+    return (3 if options.wholly_inside else 2) * math.prod(shape)
+
+
+def sections(shape: Shape, options: SectionOptions) -> int:
+    """The solid as bytes with a layer around, and the best slice (bool) of each bin."""
+    a, b, c = shape
+    slices = (options.directions + 3) * options.depths
+    # The mean over all directions of a frame about the box's outline is 3/4 of its six sides' half.
+    return _KERNELS + _grown(shape, 1) + int(slices * 0.75 * (a * b + b * c + c * a))
+
+
+def surface(shape: Shape) -> int:
+    """The voxel mesh for OpenGL: faces of a convex solid as lattice corners, keys and vertices."""
+    a, b, c = shape
+    return 2 * (a * b + b * c + c * a) * (3 * 96 + 64) + 3 * math.prod(shape)
+
+
+def refine(size: MeshSize, shape: Shape, options: Options) -> int:
+    """The allowed voxels; then the mesh's place in the grid or the pictures of the searches."""
+    reach = 0 if options.solid.wholly_inside or options.solid.glue else 1
+    allowed = _grown(shape, reach + 1)
+    growing = 3 * allowed  # the dilation copies twice
+    # Placed vertices, the cell of each, and a copy of the faces.
+    placing = (_VERTEX + 4) * size.vertices + _FACE * size.triangles
+    # Where there may be cracks: vertices in cells, these cells, their keys, and who is in each.
+    placing += (_VERTEX + 24 + 8 + 4) * size.vertices + _CRACKS
+    fixed = _KERNELS + (_STARTS if options.refine.decimated else 0)
+    if options.refine.moves == 0 and options.time_limit is None:
+        return fixed + (0 if reach else growing)
+    return fixed + max(growing, allowed + max(placing, _searches(size, options)))
+
+
+def _searches(size: MeshSize, options: Options) -> int:
+    """A picture of each triangle in each view, an eighth of that for groups; of each search, and
+    of one that is judged beside them."""
+    budget, bins = options.selection.budget, options.sections
+    start = (bins.directions + 3) * bins.depths * _POLYGON
+    if options.refine.decimated:
+        start = max(start, min(size.triangles, _SHEET))
+    count = min(budget, max(_FEW, 2 * start))
+    pictures = count * options.refine.views * _IMAGE * 9 // 8
+    return pictures * (options.refine.searches + 1)
+
+
+def deviation(size: MeshSize, shape: Shape) -> int:
+    """A tree over the triangles, and one over the runs of the interior."""
+    voxels = math.prod(shape)
+    leaves = 1 << math.ceil(math.log2(max(size.triangles / 4.0, 1.0)))
+    # Placed vertices; of each triangle its box, its Morton key, and its place twice; nodes of six.
+    tree = _VERTEX * size.vertices + (48 + 8 + 8 + 8) * size.triangles + 96 * leaves
+    # Interior, padded, its steps and where they begin; boxes and nodes of one run a column or two.
+    runs = 4 * voxels + 300 * shape[0] * shape[1]
+    # The keys are gone before the interior is looked at.
+    return max(tree, tree - 16 * size.triangles + runs)
+
+
+def views(size: MeshSize, count: int, image: int, occluders: int) -> int:
+    """Silhouettes of the mesh: vertices by axis, faces, of each thread the vertices on the screen
+    and their pixels; masks as bits."""
+    drawn = _VERTEX * size.vertices + _FACE * size.triangles
+    scratch = min(thread_count(), count) * (16 + 4) * size.vertices
+    return drawn + scratch + _masks(count, image, occluders)
+
+
+def quads(count: int, image: int, occluders: int, *, exact: bool) -> int:
+    """Masks, and of each thread a table of sums, or of three moments, a pixel."""
+    table = (24 if exact else 8) * image * image
+    return min(thread_count(), count) * table + _masks(count, image, occluders)
+
+
+def _masks(count: int, image: int, occluders: int) -> int:
+    """Bits of some views at a time."""
+    view = (1 + occluders) * image * 8 * -(-image // 64)
+    return min(count * view, max(_MASKS, _MASK_VIEWS * view))
+
+
+def report(size: MeshSize) -> int:
+    """The occlusion measure: views as bits, then as bool."""
+    pixels = _REPORT_VIEWS * _REPORT_IMAGE * _REPORT_IMAGE
+    return views(size, _REPORT_VIEWS, _REPORT_IMAGE, 1) + 4 * pixels
+
+
+def pictures(size: MeshSize) -> int:
+    """A few large views, smoothed, and put on a page."""
+    return _DRAWING + views(size, 6, 1024, 1)
+
+
+def viewing(size: MeshSize) -> int:
+    """A thinned copy: places and cells of the vertices, and the faces three times as int64."""
+    if size.triangles <= _VIEWING_TRIANGLES:
+        return size.held
+    return 56 * size.vertices + 51 * size.triangles

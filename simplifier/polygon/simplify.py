@@ -3,6 +3,12 @@
 U. Ramer, "An iterative procedure for the polygonal approximation of plane curves" (1972);
 D. Douglas, T. Peucker (1973).  Differences: distances are taken to the chord, not to its line; the
 loops of one polygon are simplified together; chords that cross are split further.
+
+Polygon -> Loop: holes joined to the outer loop (section 4.3 of the paper, figure 6c).
+
+M. Held, "FIST: fast industrial-strength triangulation of polygons" (2001), section 3, and
+D. Eberly, "Triangulation by ear clipping", section 5: from right to left, each hole's rightmost
+vertex is joined to a vertex that it sees on its right.
 """
 
 from __future__ import annotations
@@ -11,7 +17,8 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from simplifier.geometry.polygon import Polygon
+from simplifier.geometry.section import Loop, Polygon
+from simplifier.kernels.bridge import bridge_loops
 from simplifier.kernels.simplify import simplify_loops
 
 
@@ -40,3 +47,18 @@ def simplify_polygon(polygon: Polygon, tolerance: float) -> Polygon | None:
     bounds = starts.tolist()
     outer, *holes = [points[a:b] for a, b in pairwise(bounds)]
     return Polygon(outer, tuple(holes))
+
+
+def bridge_holes(polygon: Polygon) -> Loop:
+    """One counter-clockwise ring with the polygon's area, weakly simple.
+
+    ``polygon`` must be valid, its loops apart (as :func:`~simplifier.polygon.simplify` makes
+    them).  A bridge is an edge that the ring runs along once in each direction; it touches no
+    other vertex.  The ring has the points of all loops and two more a hole; copies of a point are
+    equal to the bit.  Without holes it is the outer loop itself.
+    """
+    if not polygon.holes:
+        return polygon.outer
+    loops = (polygon.outer, *polygon.holes)
+    starts = np.array([0, *accumulate(map(len, loops))], dtype=np.int64)
+    return np.asarray(bridge_loops(np.concatenate(loops), starts))

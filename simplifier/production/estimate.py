@@ -8,14 +8,20 @@ from pathlib import Path
 import numpy as np
 
 from simplifier.checks import as_path, check_flag, check_kind
-from simplifier.geometry.grid import grid_shape
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.geometry.solid import grid_shape
 from simplifier.io.load import claim_of
 from simplifier.memory.limit import check_need
-from simplifier.memory.need import MemoryNeed
-from simplifier.memory.runs import drawing, judging, loading, showing, simplifying, solidifying
-from simplifier.memory.stages import MeshSize
-from simplifier.needs import size_of
+from simplifier.memory.need import MemoryNeed, MeshSize
+from simplifier.memory.runs import (
+    drawing,
+    judging,
+    loading,
+    showing,
+    simplifying,
+    size_of,
+    solidifying,
+)
 from simplifier.options import Options
 from simplifier.production.measures import judging_of
 from simplifier.production.options import EvaluateOptions, SimplifyOptions

@@ -12,8 +12,8 @@ from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
-from simplifier.memory.stages import MeshSize
-from simplifier.needs import check_options, need_of_judging, need_of_solid
+from simplifier.memory.need import MeshSize
+from simplifier.memory.runs import check_options, need_of_judging, need_of_solid
 from simplifier.options import Options
 from simplifier.production.measures import accuracy_options, judging_of
 from simplifier.production.options import EvaluateOptions

@@ -11,17 +11,16 @@ from simplifier.accuracy.accuracy import AccuracyReport, evaluate_accuracies
 from simplifier.accuracy.deviation import deviation
 from simplifier.checks import check_kind
 from simplifier.geometry.camera import Lens
-from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import Level, LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.io import save_occluder
 from simplifier.io.glb_embed import save_with_original
-from simplifier.io.save_lods import save_lods
+from simplifier.io.save import save_lods
 from simplifier.io.style import PLAIN, Embedding, Style
 from simplifier.lods.level_plan import plan_levels
 from simplifier.lods.levels import Levels, simplify_levels
-from simplifier.needs import check_making
+from simplifier.memory.runs import check_making
 from simplifier.options import Options
 from simplifier.pipeline import Simplification, simplify_mesh
 from simplifier.production.measures import accuracy_options, judging_of
@@ -29,9 +28,8 @@ from simplifier.production.options import SimplifyOptions
 from simplifier.production.remarks import named, remarks
 from simplifier.production.resolve import resolved
 from simplifier.progress import Cancel, Listener, Stopwatch
-from simplifier.report.level_report import left_out_rows, level_rows
 from simplifier.report.page import write_pictures
-from simplifier.report.report import Report, build_report
+from simplifier.report.report import Report, build_report, left_out_rows, level_rows
 
 _UNSEEN = (
     "the mesh is so thin that no view shows a pixel of it, so precision and recall say nothing; "

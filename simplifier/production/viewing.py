@@ -7,8 +7,8 @@ from pathlib import Path
 from simplifier.checks import as_path, check_kind, check_whole
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.views import BoundingSphere
-from simplifier.io.atomic import write_whole
-from simplifier.io.glb_surface import encode_surface
+from simplifier.io.files import write_whole
+from simplifier.io.glb_writer import encode_surface
 from simplifier.refinement.thinned import thinned
 
 

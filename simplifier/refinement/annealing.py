@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.overrides import NOTHING
+from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.annealing import anneal
 from simplifier.kernels.soup_views import (
     block_count,

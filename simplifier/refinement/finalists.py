@@ -10,7 +10,7 @@ import numpy as np
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.overrides import NOTHING
 from simplifier.kernels.coverage import MaskArray, covered
-from simplifier.kernels.rectangles import exact_quad_pixels
+from simplifier.kernels.random_quads import exact_quad_pixels
 
 SIZE = 256
 """Pixels a side, as in an accuracy report."""

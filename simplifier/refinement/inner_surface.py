@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from simplifier.geometry.grid import BoolArray, VoxelGrid
 from simplifier.geometry.mesh import FloatArray, IntArray
-from simplifier.refinement.coarse import coarse
+from simplifier.geometry.solid import BoolArray, VoxelGrid
+from simplifier.refinement.decimate import coarse
 
 _LEVEL = 0.5  # of the smoothed solid: flat sides stay where they are, edges are rounded inwards
 _PASSES = 2  # of smoothing, each a cell wide: the steps between voxels go, parts of two cells stay

@@ -16,13 +16,13 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from simplifier.deadline import Deadline
-from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.annealing import TRIES
 from simplifier.kernels.soup_views import UNIT, all_contained
 from simplifier.kernels.threads import run_chunks
 from simplifier.options import RefineOptions
+from simplifier.progress import Deadline
 from simplifier.refinement.annealing import Annealing, RefineViews, Room
 
 _SLICE = 400 * TRIES  # moves between two looks at the listener

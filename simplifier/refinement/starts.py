@@ -2,17 +2,22 @@
 
 A decimated surface covers a solid from all sides where the budget is large; sections hide more with
 few triangles.  Which is better is for the measure to say: the search refines from several.
+
+TriangleMesh -> surface: one vertex a cell (Rossignac and Borrel, 1993).
+
+TriangleMesh -> surface: equal positions are one vertex, and no face comes twice.
 """
 
 from __future__ import annotations
 
-from simplifier.geometry.grid import BoolArray, VoxelGrid
+import numpy as np
+
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
-from simplifier.refinement.clustering import clustered
+from simplifier.geometry.solid import BoolArray, VoxelGrid
+from simplifier.kernels.thin import crack_triangles, has_border
 from simplifier.refinement.decimate import decimated
 from simplifier.refinement.inner_surface import inner_surface
 from simplifier.refinement.thinned import thinned
-from simplifier.refinement.welding import welded
 
 
 def enclosed_start(
@@ -50,3 +55,62 @@ def fine_start(
 
 
 _MOST_FINE = 20_000  # triangles that take a tenth of a second
+
+
+_CELLS = 64  # along the longest edge, at most: what is finer only costs time
+
+
+def clustered(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray]:
+    """The mesh with all vertices in a cell moved to their mean; grid space.
+
+    Cells are voxels, or cubes of several in grids of more than 64 a side.  Returns ``vertices``
+    (n, 3) float64, each within a cell's diagonal of the vertices that it stands for, and ``faces``
+    (m, 3) int32 in the order of the input: those that keep three different vertices, once each.
+    Cracks that open at T-junctions are filled by more faces behind them.
+    """
+    size = max(1.0, max(grid.shape) / _CELLS)
+    shape = np.ceil(np.array(grid.shape) / size).astype(np.int64)
+    keys = np.zeros(len(mesh.vertices), dtype=np.int64)
+    for axis in range(3):
+        keys *= shape[axis]
+        keys += np.clip((_column(mesh, grid, axis) / size).astype(np.int64), 0, shape[axis] - 1)
+    total = int(shape.prod())
+    counts = np.bincount(keys, minlength=total)
+    used = counts > 0
+    sums = [np.bincount(keys, _column(mesh, grid, axis), total)[used] for axis in range(3)]
+    place = (np.cumsum(used) - 1)[keys].astype(np.int32)
+    vertices = np.stack(sums, axis=1) / counts[used][:, None]
+    faces = _distinct(place[mesh.faces], len(vertices))
+    if has_border(faces):
+        within = np.stack([_column(mesh, grid, axis) / size for axis in range(3)], axis=1)
+        # What rounding puts past the grid belongs to its last cells.
+        np.clip(within, 0.0, np.nextafter(shape, 0.0), out=within)
+        cracks = crack_triangles(within, mesh.faces, place)
+        if len(cracks):
+            faces = _distinct(np.concatenate([faces, place[cracks]]), len(vertices))
+    return vertices, faces
+
+
+def _column(mesh: TriangleMesh, grid: VoxelGrid, axis: int) -> FloatArray:
+    """(n,) one coordinate in grid space: all three at once would take three times the room."""
+    return np.asarray((mesh.vertices[:, axis] - grid.origin[axis]) / grid.cell_size)
+
+
+def _distinct(faces: IntArray, vertices: int) -> IntArray:
+    a, b, c = faces.T
+    kept = faces[(a != b) & (b != c) & (c != a)]
+    low, middle, high = np.sort(kept, axis=1).astype(np.int64).T
+    # At most 64**3 vertices: three of them fit into 64 bits.
+    _, first = np.unique((low * vertices + middle) * vertices + high, return_index=True)
+    return np.ascontiguousarray(kept[np.sort(first)])
+
+
+def welded(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray]:
+    """``vertices`` (n, 3) float64 in grid space and ``faces`` (m, 3) int32 in the input's order.
+
+    Exact, unlike :func:`~.clustering.clustered`: only what coincides is joined.
+    """
+    points, place = np.unique(mesh.vertices, axis=0, return_inverse=True)
+    faces = place.reshape(-1).astype(np.int32)[mesh.faces]
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    return grid.to_grid(points), np.ascontiguousarray(faces[np.sort(first)])

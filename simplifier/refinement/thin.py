@@ -8,8 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, IntArray
-from simplifier.kernels.t_junctions import crack_triangles, has_border
-from simplifier.kernels.thin import gather_first, keep_whole
+from simplifier.kernels.thin import crack_triangles, gather_first, has_border, keep_whole
 
 CELLS = 192
 """Along the longest edge: a third of a pixel of a picture, so outlines shrink by less than that."""

@@ -16,7 +16,7 @@ from simplifier.accuracy.accuracy import AccuracyReport
 from simplifier.checks import as_path
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.io.atomic import make_folder, write_whole
+from simplifier.io.files import make_folder, write_whole
 from simplifier.report import page_parts as parts
 from simplifier.report.page_levels import levels
 

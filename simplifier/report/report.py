@@ -1,4 +1,7 @@
-"""The report of one occluder as JSON: stable keys, shares as fractions from 0 to 1."""
+"""The report of one occluder as JSON: stable keys, shares as fractions from 0 to 1.
+
+What the report says of levels of detail: a row each, and those that were left out.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +16,9 @@ from simplifier.accuracy.accuracy import AccuracyReport
 from simplifier.accuracy.deviation import deviation
 from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import LodChain, Occluder
 from simplifier.geometry.solid import Solid
-from simplifier.io.atomic import write_whole
+from simplifier.io.files import write_whole
 from simplifier.progress import STAGES
 from simplifier.version import VERSION
 
@@ -42,7 +45,7 @@ def build_report(
     """All that is known of an occluder, ready for ``json.dumps``.
 
     ``options`` as resolved; ``timings`` seconds by stage, stages that did not run count 0.  With
-    ``levels`` of detail and those ``left_out``, rows of :mod:`simplifier.report.level_report`,
+    ``levels`` of detail and those ``left_out``, rows of :mod:`simplifier.report.report`,
     the occluder is that of the finest.  ``strays`` is its deviation, measured here if it is None.
     """
     measures = occlusion_measures(mesh, occluder)
@@ -116,3 +119,37 @@ def _solid(solid: Solid) -> Report:
             for closing in solid.closed_by
         ],
     }
+
+
+Rows = list[dict[str, Any]]
+
+
+def level_rows(
+    chain: LodChain, accuracies: Sequence[AccuracyReport], files: Sequence[Path] | None
+) -> Rows:
+    """A row a level, finest first; ``accuracies`` and ``files`` in the same order.
+
+    ``files`` is None where the levels were not written.
+    """
+    names = [None] * len(chain.levels) if files is None else [file.name for file in files]
+    return [
+        {
+            "level": index,
+            "triangles": level.triangles,
+            "error_bound": _finite(level.error_bound),
+            "deviation": level.deviation,
+            "resolution": level.resolution,
+            "switch_distance": _finite(chain.switch_distance(index)),
+            "precision": accuracy.precision,
+            "recall": accuracy.recall,
+            "file": name,
+        }
+        for index, (level, accuracy, name) in enumerate(
+            zip(chain.levels, accuracies, names, strict=True)
+        )
+    ]
+
+
+def left_out_rows(chain: LodChain) -> Rows:
+    """Resolution and reason of each level that brought nothing."""
+    return [asdict(one) for one in chain.left_out]

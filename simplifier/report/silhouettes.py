@@ -18,9 +18,9 @@ from matplotlib.transforms import IdentityTransform
 from numpy.typing import NDArray
 
 from simplifier.accuracy.accuracy import AccuracyReport, view_masks
-from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.solid import BoolArray
 from simplifier.report.png import RgbImage, drawn, encoded
 from simplifier.wording import direction, percent
 

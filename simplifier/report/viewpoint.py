@@ -9,9 +9,9 @@ import numpy as np
 from simplifier.checks import check_kind, check_one_of, check_whole, shown
 from simplifier.errors import MeshError, OptionError
 from simplifier.geometry.arrays import vector, vertex_array
-from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import A_MESH, FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
+from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.views import BoundingSphere, image_axes
 from simplifier.kernels.coverage import covered, unpacked
 from simplifier.options import Axis

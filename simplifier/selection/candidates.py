@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray, IntArray
-from simplifier.geometry.polygon import Chain, signed_area
+from simplifier.geometry.section import Chain, signed_area
 from simplifier.kernels.bit_image import SIZE
-from simplifier.kernels.polygon_views import draw_polygon, score_images, score_unions
+from simplifier.kernels.measure import draw_polygon, score_images, score_unions
 from simplifier.kernels.threads import run_chunks
 
 Images = NDArray[np.uint64]
@@ -24,7 +24,7 @@ class Candidates:
 
     ``standing`` (V, 64) is what is hidden already, whichever are chosen.
 
-    Arrays as :mod:`simplifier.kernels.polygon_views` takes them.  ``triangles`` (p,) int32 is the
+    Arrays as :mod:`simplifier.kernels.measure` takes them.  ``triangles`` (p,) int32 is the
     triangle count of each full polygon.  Scores are twice the occlusion measure summed over the
     views, in cubic pixels: whole numbers, so ties and sums are exact.
     """

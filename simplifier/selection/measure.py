@@ -5,6 +5,8 @@ The measure of a direction is the integral over the projected shape of the dista
 (equation 1).  The *exact* form sums the Euclidean distance transform of an image of any size.  The
 *bit* form erodes 64 x 64 images by octagons, about a hundred times faster: searches use it, figures
 and near-ties the exact one.
+
+Solid -> projections: where the search looks from, and how its pictures are framed.
 """
 
 from __future__ import annotations
@@ -12,13 +14,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.solid import BoolArray, Solid
+from simplifier.geometry.views import from_above, hemisphere_directions, image_axes
 from simplifier.kernels.bit_image import SIZE
 from simplifier.kernels.coverage import covered
-from simplifier.kernels.measure import distance_sum
-from simplifier.kernels.polygon_views import score_images
+from simplifier.kernels.measure import distance_sum, score_images
 from simplifier.kernels.threads import Tell, run_chunks, silent
+from simplifier.options import Options
 
 _POINTS = 1 << 14
 """Points that are seen in all views at once: some 25 MiB, and a fine grid has millions."""
@@ -74,3 +77,16 @@ def fitted_projections(axes: FloatArray, points: FloatArray, half: float) -> Flo
     linear = axes[:, :2, :] * scale[:, None, None]
     offset = SIZE / 2.0 - (low + high) / 2.0 * scale[:, None]
     return np.ascontiguousarray(np.concatenate([linear, offset[:, :, None]], axis=2))
+
+
+_SEEN = 1.5  # voxels about a voxel's centre that pictures show: triangles may reach that far
+
+
+def search_projections(
+    solid: Solid, options: Options, count: int, margin: float = 0.0
+) -> FloatArray:
+    """(count, 2, 4) maps from grid space, shifted by ``margin``, to 64 x 64 pictures."""
+    directions = hemisphere_directions(count)
+    if options.viewers == "above":
+        directions = from_above(directions, "xyz".index(options.solid.up))
+    return fitted_projections(image_axes(directions), solid.filled.column_ends() + margin, _SEEN)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.geometry.mesh import FloatArray
-from simplifier.geometry.polygon import Polygon
-from simplifier.geometry.section import Section
+from simplifier.geometry.section import Polygon, Section
 from simplifier.kernels.loops import trace_loops
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.geometry.grid import VoxelGrid
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.section import ImageFrame, Plane
+from simplifier.geometry.solid import VoxelGrid
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.options import SectionOptions
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.geometry.grid import BoolArray, VoxelGrid
 from simplifier.geometry.section import ImageFrame
+from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.sampler import sample_plane, slice_areas
 from simplifier.kernels.threads import Tell, run_chunks, silent
 from simplifier.slicing.planes import SamplingPlan

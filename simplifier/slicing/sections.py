@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.section import Section
+from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.threads import Tell, silent
 from simplifier.slicing.planes import SamplingPlan
 

@@ -18,8 +18,8 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.threads import Tell, silent
 from simplifier.slicing.planes import SamplingPlan
 from simplifier.slicing.stencil_buffer import StencilBuffer

@@ -7,24 +7,18 @@ from contextlib import contextmanager, suppress
 
 import numpy as np
 
-from simplifier.deadline import Deadline
 from simplifier.geometry.mesh import FloatArray, as_mesh
 from simplifier.geometry.overrides import NOTHING
-from simplifier.geometry.polygon import Chain, Polygon
-from simplifier.geometry.section import Section
+from simplifier.geometry.section import Chain, Polygon, Section
 from simplifier.geometry.solid import Solid
 from simplifier.options import TOLERANCE_VOXELS, Options, SectionOptions
-from simplifier.polygon.bridge import bridge_holes
-from simplifier.polygon.chain import simplification_chain
-from simplifier.polygon.simplify import simplify_polygon
-from simplifier.polygon.triangulate import triangulate
-from simplifier.progress import Stopwatch, Tell
+from simplifier.polygon.chain import simplification_chain, triangulate
+from simplifier.polygon.simplify import bridge_holes, simplify_polygon
+from simplifier.progress import Deadline, Stopwatch, Tell
 from simplifier.selection.candidates import Candidates
 from simplifier.selection.exchange import choose_by_gain
-from simplifier.selection.greedy import Cut, greedy_cut
-from simplifier.selection.measure import silhouettes
-from simplifier.selection.trim import trim_by_area
-from simplifier.sight import search_projections
+from simplifier.selection.greedy import Cut, greedy_cut, trim_by_area
+from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.slicing.loops import edge_loops
 from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler

@@ -6,23 +6,20 @@ from contextlib import suppress
 
 import numpy as np
 
-from simplifier.deadline import Deadline
-from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
-from simplifier.geometry.solid import Solid
+from simplifier.geometry.solid import BoolArray, Solid
 from simplifier.kernels.threads import run_chunks
 from simplifier.options import Options
-from simplifier.progress import Best, Stopwatch
+from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.finalists import FineViews, best_of
 from simplifier.refinement.search import pulled_in, refine
 from simplifier.refinement.thin import thinned
-from simplifier.selection.measure import silhouettes
-from simplifier.sight import search_projections
+from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.time_limit import FEW_VIEWS, affordable_views
+from simplifier.voxel.core import barred
 from simplifier.voxel.morphology import dilated
-from simplifier.voxel.openings import barred
 
 _FINE_VIEWS = 12  # that decide between what was found and the starts
 _FEW_FINE_VIEWS = 6  # where a time limit is short

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.geometry.mesh import FloatArray, Reach, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
-from simplifier.geometry.reach import Reach
 from simplifier.geometry.solid import Solid
 from simplifier.options import SolidOptions
 from simplifier.progress import Stopwatch
-from simplifier.voxel.core import core, deepest
-from simplifier.voxel.enclose import enclose
-from simplifier.voxel.fill import Side
-from simplifier.voxel.leaks import leaks
+from simplifier.voxel.core import barred, core, deepest, opened
+from simplifier.voxel.fill import Side, enclose
+from simplifier.voxel.leaks import leak_warning, leaks
 from simplifier.voxel.morphology import glued
-from simplifier.voxel.openings import barred, opened
-from simplifier.voxel.remedies import leak_warning
 from simplifier.voxel.voxelize import voxelize
 
 

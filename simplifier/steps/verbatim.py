@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.geometry.grid import BoolArray
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.overrides import Overrides
-from simplifier.geometry.solid import Solid
+from simplifier.geometry.solid import BoolArray, Solid
 from simplifier.kernels.soup_views import all_contained
 from simplifier.voxel.fill import fill
 from simplifier.voxel.morphology import dilated

@@ -23,8 +23,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.io import load_mesh
 from simplifier.memory.limit import check_limit
-from simplifier.memory.runs import Judging
-from simplifier.needs import check_making
+from simplifier.memory.runs import Judging, check_making
 from simplifier.options import Axis, Options, Preset, Transparent, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel

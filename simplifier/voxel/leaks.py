@@ -1,11 +1,20 @@
-"""Does the outside reach into a shape that looks as if it should enclose something?"""
+"""Does the outside reach into a shape that looks as if it should enclose something?
+
+What would close an open surface: each remedy is tried on the voxels, and its gain told.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+
 import numpy as np
 
-from simplifier.geometry.grid import VoxelGrid
-from simplifier.kernels.leaks import count_hollow
+from simplifier.geometry.solid import VoxelGrid
+from simplifier.kernels.fill import count_hollow
+from simplifier.voxel.fill import Side, enclose
 
 _ENCLOSED = 0.02  # enclosed voxels, as a share of the touched ones, below which little is inside
 _SIDES = 5  # of six, that have the surface in sight: one may be what is open
@@ -26,3 +35,84 @@ def leaks(touched: VoxelGrid, filled: VoxelGrid) -> bool:
 def hollow_count(touched: VoxelGrid) -> int:
     """Free voxels that see the surface along at least five of the six axis directions."""
     return int(count_hollow(np.ascontiguousarray(touched.inside), _SIDES))
+
+
+_HOLES = (2, 4, 8)  # voxels; the first that helps is told
+_MUCH = 0.5  # of the hollow voxels, that a remedy closes to be worth a word
+
+
+@dataclass(frozen=True)
+class Remedy:
+    """One change of the options that would keep the outside out.
+
+    ``ground``  the side that would be ground, or None.
+    ``hole``    the smallest hole in world units, 0 where the ground is enough.
+    ``share``   of the grid's voxels that it would add to the solid.
+    """
+
+    ground: Side | None
+    hole: float
+    share: float
+
+    @property
+    def advice(self) -> str:
+        """Options by name and value, in words that hold wherever they are given."""
+        options = f"smallest hole {self.hole:g}"
+        if self.ground is not None:
+            axis, end = self.ground
+            options = f"{'turned over, ' if end else ''}ground with up {'xyz'[axis]}"
+        return f"{options} would close {100.0 * self.share:.0f} % of the grid"
+
+
+def leak_warning(
+    touched: VoxelGrid, filled: VoxelGrid, closed_sides: frozenset[Side], smallest_hole: float
+) -> str:
+    """What to say of voxels that leak; arguments as of :func:`remedies`."""
+    helps = [remedy.advice for remedy in remedies(touched, filled, closed_sides, smallest_hole)]
+    return "; ".join(
+        [
+            "almost nothing is inside, the surface is open at this resolution",
+            *(helps or ["neither ground nor a smallest hole of 8 voxels closes it"]),
+            "or choose a lower resolution",
+        ]
+    )
+
+
+def remedies(
+    touched: VoxelGrid, filled: VoxelGrid, closed_sides: frozenset[Side], smallest_hole: float
+) -> list[Remedy]:
+    """The ground that adds most and the smallest hole that helps, for voxels that leak.
+
+    ``filled``, ``closed_sides`` and ``smallest_hole`` (voxels) are what was found and how.  A
+    remedy helps when it closes half of what looks hollow.  Costs up to six floods and three
+    closings.
+    """
+    least = _MUCH * hollow_count(touched) / touched.inside.size
+
+    def gain(sides: frozenset[Side], hole: float) -> float:
+        closed, _ = enclose(touched, sides, hole)
+        return (closed.count - filled.count) / touched.inside.size
+
+    sides = [side for side in product(range(3), (0, -1)) if side not in closed_sides]
+    grounds = [Remedy(side, 0.0, gain(frozenset({side}), smallest_hole)) for side in sides]
+    holes = (
+        Remedy(None, hole, gain(closed_sides, touched.in_voxels(hole)))
+        for hole in _holes(touched, smallest_hole)
+    )
+    first = next((remedy for remedy in holes if remedy.share >= least), None)
+    best = max(grounds, key=lambda remedy: remedy.share)
+    return [remedy for remedy in (best, first) if remedy is not None and remedy.share >= least]
+
+
+def _holes(touched: VoxelGrid, smallest_hole: float) -> Iterator[float]:
+    """World units of two digits: larger than what was tried, no larger than the mesh."""
+    for voxels in _HOLES:
+        length = _rounded_up(voxels * touched.cell_size)
+        if smallest_hole < touched.in_voxels(length) <= max(touched.shape):
+            yield length
+
+
+def _rounded_up(length: float) -> float:
+    """To two digits, as a person would type it."""
+    step = 10.0 ** (math.floor(math.log10(length)) - 1)
+    return float(f"{math.ceil(length / step - 1e-9) * step:.2g}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.geometry.grid import BoolArray, VoxelGrid
+from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.morphology import FAR, spread_rows
 from simplifier.kernels.threads import run_chunks
 

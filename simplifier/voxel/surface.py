@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.geometry.grid import VoxelGrid
 from simplifier.geometry.mesh import IntArray
+from simplifier.geometry.solid import VoxelGrid
 
 # Corners of the face between voxel p and its neighbour along an axis, relative to p, in the order
 # that is counter-clockwise when seen from the neighbour.

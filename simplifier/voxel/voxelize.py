@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.geometry.grid import VoxelGrid, cells_of
 from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.solid import VoxelGrid, cells_of
 from simplifier.kernels.threads import run_chunks
 from simplifier.kernels.voxelize import mark_triangles
 

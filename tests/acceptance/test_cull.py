@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import pytest
 
-from simplifier.culling.flythrough_table import COLUMNS
+from simplifier.culling.flythrough_rows import COLUMNS
 from simplifier.geometry.camera import CameraPath
 from simplifier.hierarchy.build import build_occluders
 from simplifier.hierarchy.manifest import occluder_store, write_manifest

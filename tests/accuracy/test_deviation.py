@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 
 from simplifier.accuracy.deviation import SLACK, deviation
 from simplifier.errors import MeshError, OptionError
-from simplifier.geometry.grid import VoxelGrid
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.solid import VoxelGrid
 
 CELL = 0.5
 ORIGIN = np.array([10.0, -20.0, 30.0])

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.accuracy.random_quads import sampled_quad_pixels
-from simplifier.kernels.rectangles import exact_quad_pixels
+from simplifier.accuracy.accuracy import sampled_quad_pixels
+from simplifier.kernels.random_quads import exact_quad_pixels
 
 
 def packed(masks):

@@ -22,7 +22,7 @@ from bench.stability.convergence.spread import (
     least_good,
 )
 from simplifier.errors import BackendUnavailableError
-from simplifier.geometry.grid import VoxelGrid
+from simplifier.geometry.solid import VoxelGrid
 from simplifier.geometry.views import hemisphere_directions
 from simplifier.options import SectionOptions, make_options
 from simplifier.pipeline import simplify_mesh

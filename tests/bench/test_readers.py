@@ -7,7 +7,7 @@ import pytest
 
 from bench.readers import difference
 from simplifier.geometry.occluder import Occluder
-from simplifier.io.quad_pairs import quads_and_triangles
+from simplifier.io.written_faces import quads_and_triangles
 from tests.solids import box
 
 CUBE = Occluder(box().vertices, box().faces)

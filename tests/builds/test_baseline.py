@@ -6,8 +6,7 @@ import subprocess
 
 import pytest
 
-from simplifier.builds.baseline import baseline
-from simplifier.builds.record import read_record
+from simplifier.builds.record import baseline, read_record
 from simplifier.errors import ManifestError, OptionError
 from tests.builds.quick import TRIANGLE, run, write
 

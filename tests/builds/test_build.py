@@ -11,10 +11,9 @@ from hashlib import sha256
 import pytest
 
 from simplifier.builds import staleness
-from simplifier.builds.build import build
-from simplifier.builds.examine import check
-from simplifier.builds.exclusive import exclusive
+from simplifier.builds.build import build, exclusive
 from simplifier.builds.record import read_record
+from simplifier.builds.staleness import check
 from simplifier.errors import CancelledError, ManifestError, OutputError
 from tests.builds.quick import (
     BUILT,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simplifier.builds.figures import Figures
+from simplifier.builds.finding import Figures
 from simplifier.builds.record import Entry, parse_record, read_record, write_record
 from simplifier.errors import ManifestError
 

@@ -7,12 +7,8 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from simplifier.builds.figures import Figures
-from simplifier.builds.finding import Finding, State
-from simplifier.builds.json_report import json_report
-from simplifier.builds.junit_report import junit_report
-from simplifier.builds.markdown_report import markdown_report
-from simplifier.builds.words import headline
+from simplifier.builds.finding import Figures, Finding, State
+from simplifier.builds.reports import headline, json_report, junit_report, markdown_report
 
 FIGURES = Figures(64, 0.99, 0.8, 0.125, None)
 FINDINGS = [

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from simplifier.builds.figures import Figures
-from simplifier.builds.requirements import REQUIREMENT_FIELDS, Requirements, shortfalls
+from simplifier.builds.finding import REQUIREMENT_FIELDS, Figures, Requirements, shortfalls
 
 FOUND = Figures(64, 0.99, 0.8, 0.0, None)
 

@@ -8,11 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from simplifier.camera_paths.columns import Columns, window
-from simplifier.camera_paths.ground import ground_heights, steep
-from simplifier.camera_paths.routes import Ways, tour
-from simplifier.camera_paths.upright import UprightScene
-from simplifier.camera_paths.walk import Space, crossed_cells, smoothed, stepped, views
+from simplifier.camera_paths.columns import Columns, UprightScene, window
+from simplifier.camera_paths.street import ground_heights, steep
+from simplifier.camera_paths.walk import Space, Ways, crossed_cells, smoothed, stepped, tour, views
 from tests.solids import box
 from tests.walkable import moved, scene_of
 

@@ -10,12 +10,12 @@ import time
 
 import pytest
 
-from simplifier.cli.interrupts import interrupts
+from simplifier.cli.running import interrupts
 from tests.acceptance.command import environment
 
 HEAD = """
 import time
-from simplifier.cli.interrupts import interrupts
+from simplifier.cli.running import interrupts
 
 def say(word):
     print(word, flush=True)

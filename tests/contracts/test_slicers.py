@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from simplifier.errors import BackendUnavailableError
-from simplifier.geometry.grid import VoxelGrid
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.section import ImageFrame
+from simplifier.geometry.solid import VoxelGrid
 from simplifier.geometry.views import image_axes, random_directions
 from simplifier.options import SectionOptions
 from simplifier.slicing.planes import SamplingPlan, plan_sections

@@ -11,7 +11,7 @@ from jsonschema import Draft202012Validator
 
 from simplifier.culling.flythrough import fly
 from simplifier.culling.flythrough_report import flythrough_files, summary
-from simplifier.culling.flythrough_words import share, summary_rows
+from simplifier.culling.flythrough_rows import share, summary_rows
 from simplifier.geometry.camera import CameraPath
 from tests.culling.occluded import (
     SMALL,

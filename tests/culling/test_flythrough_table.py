@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from simplifier.culling.flythrough import fly
-from simplifier.culling.flythrough_table import COLUMNS, TOTAL, table_bytes
+from simplifier.culling.flythrough_rows import COLUMNS, TOTAL, table_bytes
 from tests.culling.occluded import (
     SMALL,
     WALL,

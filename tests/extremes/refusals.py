@@ -25,7 +25,7 @@ from service.errors import ServiceError
 from service.routes.problems import ADVICE, kinds
 from simplifier import errors
 from simplifier.builds.manifest import read_manifest
-from simplifier.cli.commands import _loaded
+from simplifier.cli.main import _loaded
 from simplifier.cli.running import run_guarded
 from simplifier.errors import OccluderError
 from simplifier.io.toml import read_toml

@@ -30,7 +30,7 @@ from simplifier.io import (
     writable_suffixes,
     write_scene,
 )
-from simplifier.io.save_lods import save_lods
+from simplifier.io.save import save_lods
 from simplifier.options import SolidOptions
 from simplifier.progress import Stopwatch
 from simplifier.steps.solid import solidify

@@ -16,17 +16,15 @@ from pathlib import Path
 import numpy as np
 
 from simplifier import simplify_scene
-from simplifier.builds.figures import Figures
+from simplifier.builds.finding import Figures
 from simplifier.builds.record import Entry, write_record
 from simplifier.geometry.camera import Camera, CameraPath
-from simplifier.geometry.lod_chain import Level, LodChain
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import Level, LodChain, Occluder
 from simplifier.geometry.scene import Scene
 from simplifier.io import load_mesh, save_camera_path, writable_suffixes, write_scene
 from simplifier.io.glb_embed import embedded
-from simplifier.io.save import encoded
-from simplifier.io.save_lods import save_lods
+from simplifier.io.save import encoded, save_lods
 from tests.fuzz.cases import soup_of, write_case
 from tests.fuzz.corpus import CORPUS
 from tests.fuzz.promises.scene_folders import BUILT

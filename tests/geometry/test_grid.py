@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.grid import VoxelGrid
+from simplifier.geometry.solid import VoxelGrid
 
 
 def grid_of(inside, origin=(0.0, 0.0, 0.0), cell_size=1.0):

@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simplifier.geometry.camera import Lens
-from simplifier.geometry.lod_chain import Level, LodChain
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import Level, LodChain, Occluder
 
 
 def chain(*bounds, **others):

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import Polygon as ShapelyPolygon
 
-from simplifier.geometry.polygon import Chain, Polygon, signed_area
-from simplifier.geometry.section import Plane
+from simplifier.geometry.section import Chain, Plane, Polygon, signed_area
 from simplifier.geometry.views import image_axes, random_directions
 
 SQUARE = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]])

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.region import Region
+from simplifier.geometry.overrides import Region
 
 SEEDS = st.integers(0, 2**32 - 1)
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simplifier.geometry.grid import VoxelGrid
-from simplifier.geometry.solid import Closing, Solid
+from simplifier.geometry.solid import Closing, Solid, VoxelGrid
 
 
 def solid_of(touched, filled, closed_by=()):

@@ -11,9 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.hierarchy.keys import is_key
 from simplifier.hierarchy.node import Stand
-from simplifier.hierarchy.node_plan import plan_occluders
+from simplifier.hierarchy.node_plan import is_key, plan_occluders
 from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.parts import split_large
 from simplifier.hierarchy.tree import build_tree

@@ -7,7 +7,7 @@ import pytest
 
 from simplifier.errors import MeshError, OutputError
 from simplifier.geometry.occluder import Occluder
-from simplifier.hierarchy.keys import is_key
+from simplifier.hierarchy.node_plan import is_key
 from simplifier.hierarchy.store import OccluderStore
 from simplifier.io import save_occluder
 from tests.solids import blob

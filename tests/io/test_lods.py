@@ -13,12 +13,11 @@ import trimesh
 
 from simplifier.errors import OutputError, UnknownFormatError, UnreadableMeshError
 from simplifier.geometry.camera import Lens
-from simplifier.geometry.lod_chain import Level, LodChain
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import Level, LodChain, Occluder
 from simplifier.io import load_lods, load_mesh, load_occluder, save_occluder, writable_suffixes
 from simplifier.io.glb_writer import encode_lods, screen_coverages
 from simplifier.io.gltf_container import pack_glb
-from simplifier.io.save_lods import is_level_path, save_lods
+from simplifier.io.save import is_level_path, save_lods
 from tests.io.builders import TRIANGLE, GltfBuilder, tetrahedron
 from tests.io.test_glb_writer import stored, take_apart
 from tests.solids import box, sphere

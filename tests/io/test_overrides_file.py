@@ -9,7 +9,7 @@ import pytest
 
 from simplifier.errors import OverridesError
 from simplifier.io.overrides import load_overrides
-from simplifier.overrides_place import overrides_beside
+from simplifier.io.suffixes import overrides_beside
 
 WHOLE = """\
 # of the castle

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simplifier.geometry.occluder import Occluder
-from simplifier.io.quad_pairs import quads_and_triangles
+from simplifier.io.written_faces import quads_and_triangles
 from tests.solids import box
 
 

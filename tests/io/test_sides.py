@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from trimesh.creation import icosphere
 
 from simplifier.geometry.occluder import Occluder
-from simplifier.io.sides import single_sided
+from simplifier.io.written_faces import single_sided
 from tests.solids import box
 
 

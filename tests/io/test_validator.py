@@ -21,9 +21,9 @@ from simplifier.geometry.scene import Scene
 from simplifier.geometry.views import BoundingSphere
 from simplifier.io import glb_writer, load_mesh
 from simplifier.io.glb_embed import embedded
-from simplifier.io.glb_surface import encode_surface
+from simplifier.io.glb_writer import encode_surface
 from simplifier.io.scene_writer import encode_scene
-from simplifier.io.sides import single_sided
+from simplifier.io.written_faces import single_sided
 from tests.io.builders import (
     TETRAHEDRON_FACES,
     TETRAHEDRON_POINTS,

@@ -17,8 +17,7 @@ from simplifier.geometry.views import (
 from simplifier.io import load_mesh
 from simplifier.kernels.coverage import covered
 from simplifier.kernels.coverage import unpacked as unpacked_words
-from simplifier.kernels.measure import distance_sum
-from simplifier.kernels.polygon_views import score_images
+from simplifier.kernels.measure import distance_sum, score_images
 from simplifier.selection.measure import bit_measure
 from tests.kernels.bits import (
     SIDE,

@@ -10,8 +10,8 @@ import shapely
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
-from simplifier.culling.view import screen_view
-from simplifier.kernels.box_outline import EDGES, PLANES, is_outline_hidden
+from simplifier.culling.depth_buffer import screen_view
+from simplifier.kernels.box_verdict import EDGES, PLANES, is_outline_hidden
 from tests.rasters import looking_ahead, random_camera
 
 ROWS, COLUMNS = 24, 32

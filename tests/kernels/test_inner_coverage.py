@@ -6,8 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.culling.depth_buffer import DepthBuffer
-from simplifier.culling.shared_edges import shared_edges
+from simplifier.culling.depth_buffer import DepthBuffer, shared_edges
 from tests.rasters import looking_ahead, nearest, random_camera
 
 ROWS, COLUMNS, FINE = 15, 21, 16

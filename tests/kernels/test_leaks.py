@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.kernels.leaks import count_hollow
+from simplifier.kernels.fill import count_hollow
 
 
 def plain(touched, least):

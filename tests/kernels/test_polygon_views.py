@@ -11,14 +11,14 @@ from shapely import Polygon as ShapelyPolygon
 from shapely import contains_xy
 from shapely.geometry import box as rectangle
 
-from simplifier.geometry.polygon import Polygon
-from simplifier.kernels.polygon_views import (
+from simplifier.geometry.section import Polygon
+from simplifier.kernels.measure import (
     draw_polygon,
     gather_ring,
     score_images,
     score_unions,
 )
-from simplifier.polygon.bridge import bridge_holes
+from simplifier.polygon.simplify import bridge_holes
 from tests.kernels.bits import SIDE, blob, packed, unpacked
 
 PIXELS = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0])

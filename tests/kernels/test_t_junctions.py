@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simplifier.kernels.t_junctions import crack_triangles, has_border
+from simplifier.kernels.thin import crack_triangles, has_border
 
 CELLS = 12
 

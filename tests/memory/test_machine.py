@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from simplifier.memory.machine import cgroup_limits, machine_memory
+from simplifier.memory.limit import cgroup_limits, machine_memory
 
 
 def groups(folder: Path, membership: str, files: dict[str, str]) -> list[int]:

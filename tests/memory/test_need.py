@@ -10,11 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simplifier.errors import MemoryLimitError, OptionError
-from simplifier.memory.limit import check_need, default_limit
-from simplifier.memory.machine import machine_memory
-from simplifier.memory.need import BASE_BYTES, GIB, MIB, MemoryNeed
+from simplifier.memory.limit import check_need, default_limit, machine_memory
+from simplifier.memory.need import BASE_BYTES, GIB, MIB, MemoryNeed, MeshSize
 from simplifier.memory.runs import Judging, drawing, judging, loading, seeing, showing, simplifying
-from simplifier.memory.stages import MeshSize
 from simplifier.options import make_options
 
 SIZES = st.builds(MeshSize, st.integers(3, 10**8), st.integers(1, 10**8))

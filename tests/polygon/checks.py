@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from simplifier.geometry.polygon import Chain, Polygon, signed_area
-from simplifier.polygon.triangulate import triangulate
+from simplifier.geometry.section import Chain, Polygon, signed_area
+from simplifier.polygon.chain import triangulate
 
 
 def region(polygon: Polygon) -> shapely.Geometry:

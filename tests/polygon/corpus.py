@@ -11,8 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from simplifier.geometry.polygon import Polygon
-from simplifier.geometry.section import Plane, Section
+from simplifier.geometry.section import Plane, Polygon, Section
 from simplifier.slicing.loops import edge_loops
 
 PLANE = Plane(np.eye(3), 0.0)

@@ -8,10 +8,9 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.polygon import Polygon, signed_area
-from simplifier.polygon.bridge import bridge_holes
-from simplifier.polygon.simplify import simplify_polygon
-from simplifier.polygon.triangulate import triangulate
+from simplifier.geometry.section import Polygon, signed_area
+from simplifier.polygon.chain import triangulate
+from simplifier.polygon.simplify import bridge_holes, simplify_polygon
 from tests.polygon.checks import assert_triangulated
 from tests.polygon.corpus import POLYGONS, blobs, box, loop, pieces, random_star, square, variants
 

@@ -8,11 +8,10 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.polygon import Polygon, signed_area
+from simplifier.geometry.section import Polygon, signed_area
 from simplifier.kernels.chain import clip_ears
-from simplifier.polygon.bridge import bridge_holes
 from simplifier.polygon.chain import simplification_chain
-from simplifier.polygon.simplify import simplify_polygon
+from simplifier.polygon.simplify import bridge_holes, simplify_polygon
 from tests.polygon.checks import areas, assert_chain, covered, region
 from tests.polygon.corpus import (
     PINCHED,

@@ -8,7 +8,7 @@ import shapely
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.polygon import Polygon, signed_area
+from simplifier.geometry.section import Polygon, signed_area
 from simplifier.kernels.simplify import simplify_loops
 from simplifier.polygon.simplify import simplify_polygon
 from tests.polygon.checks import region

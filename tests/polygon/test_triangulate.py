@@ -9,9 +9,9 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.polygon import Polygon
-from simplifier.polygon.bridge import bridge_holes
-from simplifier.polygon.triangulate import triangulate
+from simplifier.geometry.section import Polygon
+from simplifier.polygon.chain import triangulate
+from simplifier.polygon.simplify import bridge_holes
 from tests.polygon.checks import assert_triangulated, region
 from tests.polygon.corpus import PINCHED, POLYGONS, box, loop, random_star, square, variants
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.grid import VoxelGrid
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.refinement.clustering import clustered
+from simplifier.geometry.solid import VoxelGrid
+from simplifier.refinement.starts import clustered
 from simplifier.voxel.voxelize import voxelize
 from tests.solids import box, sphere
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.grid import VoxelGrid
+from simplifier.geometry.solid import VoxelGrid
 from simplifier.refinement.inner_surface import inner_surface
 from simplifier.voxel.fill import fill
 from simplifier.voxel.voxelize import voxelize

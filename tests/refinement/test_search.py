@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.deadline import Deadline
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.kernels.annealing import TRIES
 from simplifier.kernels.coverage import covered
 from simplifier.kernels.soup_views import UNIT, block_count, draw_soup, score_unions
 from simplifier.kernels.voxelize import contained, mark_triangles
 from simplifier.options import RefineOptions
+from simplifier.progress import Deadline
 from simplifier.refinement.annealing import Annealing, RefineViews, Room
 from simplifier.refinement.search import _by_time, _Price, pulled_in, refine
 from tests.pictures import sphere_projections

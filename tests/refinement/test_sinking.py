@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.voxelize import contained
-from simplifier.refinement.sinking import sunk
+from simplifier.refinement.decimate import sunk
 
 FACE = np.array([[0, 1, 2]], dtype=np.int32)
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.grid import VoxelGrid
 from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.solid import VoxelGrid
 from simplifier.kernels.soup_views import all_contained
 from simplifier.refinement.starts import enclosed_start, sheet_start
 from simplifier.voxel.fill import fill

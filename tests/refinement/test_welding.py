@@ -7,7 +7,7 @@ import numpy as np
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.options import SolidOptions
 from simplifier.progress import Stopwatch
-from simplifier.refinement.welding import welded
+from simplifier.refinement.starts import welded
 from simplifier.steps.solid import solidify
 from tests.solids import torus
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.report.histogram import precision_histogram, recall_histogram, zoomed_from
+from simplifier.report.gallery import precision_histogram, recall_histogram, zoomed_from
 
 BAR, WORST = (0x5B, 0x8D, 0xEF), (0xC0, 0x26, 0x2D)
 LEFT, RIGHT = 0.09 * 720, 0.96 * 720  # ends of the axis in the picture, pixels

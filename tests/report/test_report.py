@@ -17,13 +17,11 @@ from simplifier.accuracy.accuracy import (
     evaluate_accuracy,
 )
 from simplifier.errors import OutputError
-from simplifier.geometry.lod_chain import LeftOut, Level, LodChain
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import LeftOut, Level, LodChain, Occluder
 from simplifier.options import SolidOptions
 from simplifier.progress import STAGES, Stopwatch
-from simplifier.report.level_report import left_out_rows, level_rows
-from simplifier.report.report import build_report, write_report
+from simplifier.report.report import build_report, left_out_rows, level_rows, write_report
 from simplifier.steps.solid import solidify
 from simplifier.version import VERSION
 from tests.schema import SCHEMA, check_report

@@ -7,9 +7,8 @@ import numpy as np
 from simplifier.geometry.section import Plane
 from simplifier.geometry.views import BoundingSphere, hemisphere_directions, image_axes
 from simplifier.options import TOLERANCE_VOXELS, SectionOptions
-from simplifier.polygon.bridge import bridge_holes
 from simplifier.polygon.chain import simplification_chain
-from simplifier.polygon.simplify import simplify_polygon
+from simplifier.polygon.simplify import bridge_holes, simplify_polygon
 from simplifier.selection.candidates import Candidates
 from simplifier.slicing.loops import edge_loops
 from simplifier.slicing.planes import plan_sections

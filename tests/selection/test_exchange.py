@@ -15,8 +15,7 @@ from examples.castle import castle
 from simplifier.options import SectionOptions
 from simplifier.selection.candidates import Candidates
 from simplifier.selection.exchange import choose_by_gain
-from simplifier.selection.greedy import greedy_cut
-from simplifier.selection.trim import trim_by_area
+from simplifier.selection.greedy import greedy_cut, trim_by_area
 from tests.selection import plain
 from tests.selection.scenes import (
     mesh_candidates,

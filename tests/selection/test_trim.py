@@ -7,8 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.selection.candidates import Candidates
-from simplifier.selection.greedy import greedy_cut
-from simplifier.selection.trim import trim_by_area
+from simplifier.selection.greedy import greedy_cut, trim_by_area
 from tests.selection import plain
 from tests.selection.scenes import projections, random_candidates, random_chains
 

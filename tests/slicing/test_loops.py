@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from scipy import ndimage
 
-from simplifier.geometry.polygon import Polygon, signed_area
-from simplifier.geometry.section import Plane, Section
+from simplifier.geometry.section import Plane, Polygon, Section, signed_area
 from simplifier.slicing.loops import edge_loops
 
 PLANE = Plane(np.eye(3), 0.0)

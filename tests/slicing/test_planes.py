@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.grid import VoxelGrid
+from simplifier.geometry.solid import VoxelGrid
 from simplifier.options import SectionOptions
 from simplifier.slicing.planes import plan_sections
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.grid import VoxelGrid
 from simplifier.geometry.section import ImageFrame
+from simplifier.geometry.solid import VoxelGrid
 from simplifier.geometry.views import image_axes, random_directions
 from simplifier.options import SectionOptions
 from simplifier.slicing.planes import SamplingPlan, plan_sections

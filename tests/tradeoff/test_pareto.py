@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simplifier.tradeoff.pareto import dominators
+from simplifier.tradeoff.cases import dominators
 
 # Few distinct numbers, so that points share costs and values.
 NUMBERS = st.one_of(st.integers(0, 4).map(float), st.floats(0.0, 4.0))

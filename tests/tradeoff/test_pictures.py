@@ -13,8 +13,14 @@ from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from simplifier.tradeoff.labels import Label, place_labels
-from simplifier.tradeoff.plot import DARK, LIGHT, case_picture, overview_picture
+from simplifier.tradeoff.plot import (
+    DARK,
+    LIGHT,
+    Label,
+    case_picture,
+    overview_picture,
+    place_labels,
+)
 from simplifier.tradeoff.study import study_files
 from simplifier.tradeoff.sweep import Setting, Trial
 from tests.report.test_page import Reader

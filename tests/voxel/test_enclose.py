@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.geometry.solid import Closing
-from simplifier.voxel.enclose import enclose
-from simplifier.voxel.fill import fill
+from simplifier.voxel.fill import enclose, fill
 from simplifier.voxel.voxelize import voxelize
 from tests.solids import box, joined
 

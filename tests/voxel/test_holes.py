@@ -10,10 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from simplifier.geometry.grid import VoxelGrid
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.voxel.fill import fill
-from simplifier.voxel.holes import OPEN_ABOVE, close_holes
+from simplifier.geometry.solid import VoxelGrid
+from simplifier.voxel.fill import OPEN_ABOVE, close_holes, fill
 from simplifier.voxel.voxelize import voxelize
 from tests.solids import box, joined
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from simplifier.geometry.grid import VoxelGrid
+from simplifier.geometry.solid import VoxelGrid
 from simplifier.voxel.morphology import dilated, glued
 
 

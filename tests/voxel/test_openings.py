@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.grid import VoxelGrid
-from simplifier.geometry.region import Region
-from simplifier.voxel.openings import SLACK, barred, opened
+from simplifier.geometry.overrides import Region
+from simplifier.geometry.solid import VoxelGrid
+from simplifier.voxel.core import SLACK, barred, opened
 
 LEVEL = np.array([0.0, 0.0, 0.0, 1.0])
 

@@ -9,9 +9,8 @@ import pytest
 from simplifier.io import load_mesh
 from simplifier.options import make_options
 from simplifier.pipeline import simplify_mesh
-from simplifier.voxel.enclose import enclose
-from simplifier.voxel.fill import fill
-from simplifier.voxel.remedies import Remedy, leak_warning, remedies
+from simplifier.voxel.fill import enclose, fill
+from simplifier.voxel.leaks import Remedy, leak_warning, remedies
 from simplifier.voxel.voxelize import voxelize
 from tests.solids import box, joined
 

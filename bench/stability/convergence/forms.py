@@ -24,17 +24,20 @@ from bench.meshes import readable_assets
 from bench.record import Row
 from simplifier.errors import OccluderError
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
-from simplifier.geometry.polygon import Chain
+from simplifier.geometry.section import Chain
 from simplifier.geometry.solid import Solid
 from simplifier.kernels.coverage import unpacked
 from simplifier.options import TOLERANCE_VOXELS, Options, SectionOptions, make_options
-from simplifier.polygon.bridge import bridge_holes
 from simplifier.polygon.chain import simplification_chain
-from simplifier.polygon.simplify import simplify_polygon
+from simplifier.polygon.simplify import bridge_holes, simplify_polygon
 from simplifier.progress import Stopwatch
 from simplifier.selection.candidates import Candidates, Images, score
-from simplifier.selection.measure import bit_measure, directional_measures, silhouettes
-from simplifier.sight import search_projections
+from simplifier.selection.measure import (
+    bit_measure,
+    directional_measures,
+    search_projections,
+    silhouettes,
+)
 from simplifier.slicing.loops import edge_loops
 from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler

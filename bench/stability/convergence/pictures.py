@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.deadline import Deadline
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.options import ERROR_VOXELS, Options
-from simplifier.progress import Stopwatch
+from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.finalists import FineViews, best_of
 from simplifier.refinement.search import pulled_in, refine
 from simplifier.refinement.starts import enclosed_start, sheet_start
 from simplifier.refinement.thin import thinned
-from simplifier.selection.measure import silhouettes
-from simplifier.sight import search_projections
+from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.cut import cut_solid
 from simplifier.steps.solid import solidify
 from simplifier.voxel.morphology import dilated

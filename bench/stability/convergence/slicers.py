@@ -22,9 +22,9 @@ from bench.record import Row
 from bench.stability.convergence.spread import Spread
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracies
 from simplifier.errors import OccluderError
-from simplifier.geometry.grid import BoolArray, VoxelGrid
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.section import ImageFrame
+from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.options import SectionOptions, Slicing, make_options
 from simplifier.progress import Stopwatch
 from simplifier.slicing.planes import SamplingPlan, plan_sections

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from simplifier.builds.asset_plan import plan_assets
-from simplifier.builds.examine import check
 from simplifier.builds.finding import State
 from simplifier.builds.manifest import read_manifest
 from simplifier.builds.record import Record, parse_record, read_record, write_record
+from simplifier.builds.staleness import check
 from simplifier.io.suffixes import OCCLUDER_SUFFIXES
 from tests.fuzz.promises import check_sentence, promise
 

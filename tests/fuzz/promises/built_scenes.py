@@ -14,7 +14,7 @@ from simplifier.geometry.camera import Camera
 from simplifier.hierarchy.manifest import load_occluder_tree
 from simplifier.io import write_scene
 from simplifier.io.objects import Objects
-from simplifier.io.usable import usable_scene
+from simplifier.io.scene import usable_scene
 from tests.fuzz.cases import Case, mesh_of
 from tests.fuzz.promises import check_sentence, promise
 from tests.fuzz.promises.mesh_files import check_scene

@@ -9,9 +9,8 @@ from typing import get_args
 import numpy as np
 
 from simplifier.errors import EmptyMeshError, OutputError, UnreadableMeshError
-from simplifier.geometry.lod_chain import LodChain
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import LodChain, Occluder
 from simplifier.geometry.scene import Scene
 from simplifier.io import load_lods, load_mesh, load_occluder, load_scene, writable_suffixes
 from simplifier.io.formats import CODECS

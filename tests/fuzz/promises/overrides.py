@@ -7,7 +7,7 @@ from pathlib import Path
 from simplifier import SimplifyOptions, load, produce
 from simplifier.geometry.mesh import FloatArray, have_area
 from simplifier.io.overrides import load_overrides
-from simplifier.overrides_place import overrides_place
+from simplifier.io.suffixes import overrides_place
 from tests.fuzz.promises import check_sentence, promise
 
 NAMED = b"""o wall

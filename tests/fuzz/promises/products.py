@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from simplifier import EvaluateOptions, SimplifyOptions, judge, produce, save
 from simplifier.accuracy.accuracy import AccuracyReport, view_masks
 from simplifier.errors import OutputError
-from simplifier.geometry.lod_chain import Level
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import Level, Occluder
 from simplifier.geometry.solid import Solid
 from simplifier.geometry.views import random_directions
 from simplifier.io import load_occluder

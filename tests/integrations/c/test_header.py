@@ -14,10 +14,9 @@ import pytest
 
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.camera import Lens
-from simplifier.geometry.lod_chain import Level, LodChain
-from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.occluder import Level, LodChain, Occluder
 from simplifier.io import load_lods, load_occluder, save_occluder
-from simplifier.io.save_lods import save_lods
+from simplifier.io.save import save_lods
 from simplifier.io.style import Style
 from tests.io.builders import tetrahedron
 from tests.solids import sphere

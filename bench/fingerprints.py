@@ -241,7 +241,7 @@ def _refusals(folder: Path) -> Iterator[tuple[str, Any]]:
         f"evaluate {mesh} nowhere.glb", f"scene {mesh} -o s --width 1",
         f"scene {mesh} -o s --pixel-error 0", f"tradeoff {mesh} -o t --times 0",
         f"tradeoff {mesh} -o t --resolutions a,b", f"path {mesh} -o p.json --eye-height 0",
-        f"cull {mesh} --occluders none --path none -o c --image 3", "build", "watch",
+        f"cull {mesh} --occluders none --path none -o c --image 3", "build",
         "simplify nowhere.ply -o o.glb",
     ):  # fmt: skip
         ran = _run(folder, *words.split())

@@ -2,7 +2,7 @@
 
 The data of a PLY file as cells at positions: bytes in binary files, numbers in text files.
 
-Both kinds offer the same three calls, so that the rows (:mod:`simplifier.io.ply`) are laid out once.
+Both kinds offer the same three calls, so that :mod:`simplifier.io.ply` lays out rows once.
 """
 
 from __future__ import annotations

@@ -275,8 +275,11 @@ def _answers(address: str) -> Iterator[tuple[str, Any]]:
     place = f"/v1/occluders?{query}&asset=bunny"
     sent = {"Prefer": "wait=120", "Content-Type": "application/octet-stream"}
     yield "job", _asked(address, place, body, sent)
-    yield "glb", _asked(address, place, body, {**sent, "Accept": "model/gltf-binary"}, whole=True)
-    yield "obj", _asked(address, place, body, {**sent, "Accept": "model/obj"}, whole=True)
+    yield (
+        "glb",
+        _asked(address, place, body, {**sent, "Accept": "model/gltf-binary"}, whole=True)[1],
+    )
+    yield "obj", _asked(address, place, body, {**sent, "Accept": "model/obj"}, whole=True)[1]
     yield "ranged", _asked(address, "/v1/assets/bunny")
     for wrong in ("budget=0", "nothing=1", "resolution=8&error_bound=1", "lods=2&conservative=true",
                   "up=w", "times=1", "error_bounds=1,x"):  # fmt: skip
@@ -311,7 +314,7 @@ def _asked(
             raise
         status, kind, data = error.code, error.headers["Content-Type"], error.read()  # type: ignore[attr-defined]
     if whole:
-        return [status, data] if "html" in kind else data
+        return status, data
     if "json" in kind:
         return [status, kind, _plain(json.loads(data))]
     return [status, kind, _steady(data.decode(errors="replace").replace(address, "HOST"))]

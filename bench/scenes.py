@@ -31,7 +31,7 @@ from simplifier.camera_paths.generate import generate_path
 from simplifier.camera_paths.options import PathKind
 from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.flythrough import Flythrough, fly
-from simplifier.culling.flythrough_rows import table_bytes
+from simplifier.culling.flythrough_rows import flythrough_csv
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.manifest import load_occluder_tree
@@ -168,7 +168,7 @@ def _flown(one: BenchScene, name: str, options: Sequence[str], folder: Path) -> 
         path = generate_path(scene, kind, FRAMES, one.up)
         flown = fly(scene, tree, path, CullOptions(shots=0))
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"cull_{name}_{kind}.csv").write_bytes(table_bytes(flown))
+        (folder / f"cull_{name}_{kind}.csv").write_bytes(flythrough_csv(flown))
         yield {"scene": name, "path": kind, **_totals(flown)}
 
 

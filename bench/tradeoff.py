@@ -24,7 +24,7 @@ from simplifier.tradeoff.cases import Case
 from simplifier.tradeoff.plot import overview_picture
 from simplifier.tradeoff.study import Study, study_of
 from simplifier.tradeoff.sweep import SweepOptions, sweep
-from simplifier.tradeoff.table import table_bytes
+from simplifier.tradeoff.table import tradeoff_csv
 from simplifier.warmup import warm_up
 from simplifier.wording import percent
 
@@ -68,7 +68,7 @@ def studied(stand_in: StandIn, base: SweepOptions) -> Study:
 
 def write_study(stand_in: StandIn, study: Study, command: str) -> None:
     """The rows and the picture of one asset."""
-    table = table_bytes(study.outcomes, study.cases, study.options, study.machine)
+    table = tradeoff_csv(study.outcomes, study.cases, study.options, study.machine)
     (RESULTS / f"tradeoff_{stand_in.name}.csv").write_bytes(table)
     footer = "; ".join(header(command)[:2])
     picture = overview_picture(study.cases, study.precision, footer)

@@ -11,7 +11,7 @@ from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.geometry.scene import Scene
-from simplifier.hierarchy.build import Tell, build_occluders
+from simplifier.hierarchy.build import build_occluders
 from simplifier.hierarchy.manifest import (
     load_occluder_tree,
     occluder_store,
@@ -30,7 +30,7 @@ from simplifier.memory.limit import check_need
 from simplifier.memory.runs import Judging, check_making, seeing, size_of
 from simplifier.options import Axis, Preset, Slicing, Trim, Viewers, make_options
 from simplifier.pipeline import simplify_mesh
-from simplifier.progress import Cancel, Listener
+from simplifier.progress import Cancel, Listener, TellCount
 
 
 def simplify(
@@ -210,7 +210,7 @@ def simplify_scene(
     preview: bool = False,
     seed: int = 0,
     memory_limit: float | None = None,
-    tell: Tell = lambda done, total: None,
+    tell: TellCount = lambda done, total: None,
     cancel: Cancel | None = None,
 ) -> OccluderTree:
     """Make a tree of occluders for a scene of many objects, kept in ``folder``.

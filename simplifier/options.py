@@ -20,7 +20,7 @@ from simplifier.checks import (
     is_finite,
     is_number,
     settle_numbers,
-    shown,
+    value_text,
 )
 from simplifier.errors import OptionError
 
@@ -350,7 +350,7 @@ def resolution_for(error_bound: float, longest_edge: float, where: str = "error 
     """
     if not is_finite(error_bound) or not error_bound > 0.0:
         raise OptionError(
-            f"{shown(error_bound)} is not a length",
+            f"{value_text(error_bound)} is not a length",
             where=where,
             remedy="give a positive length in the units of the mesh",
         )

@@ -57,15 +57,15 @@ def warm_up() -> None:
     little = replace(little, sections=SectionOptions(directions=4, depths=2))
     for trim, exact in product(get_args(Trim), (False, True)):
         selection = replace(little.selection, trim=trim)
-        occluder = _judged(mesh, replace(little, selection=selection), exact=exact)
+        occluder = _simplify_and_judge(mesh, replace(little, selection=selection), exact=exact)
     fan = TriangleMesh.from_soup(_POINTS, [[0, 1, 2], [0, 2, 3]])
     crack_triangles(9.0 * fan.vertices, fan.faces, np.arange(4, dtype=np.int32))
     simplify_mesh(TriangleMesh.from_soup(_POINTS[:3], [[0, 1, 2]]), little)  # nothing inside
     closed = replace(little.solid, smallest_hole=0.1, conservative=True)
-    _judged(mesh, replace(little, solid=closed), exact=False)
+    _simplify_and_judge(mesh, replace(little, solid=closed), exact=False)
     with suppress(BackendUnavailableError):
         stencil = SectionOptions(directions=2, depths=1, slicer="gl")
-        _judged(mesh, replace(little, sections=stencil), exact=False)
+        _simplify_and_judge(mesh, replace(little, sections=stencil), exact=False)
     for kind in get_args(PathKind):
         with suppress(MeshError):  # the frame has no interior, which is found out by its floors
             generate_path(_scene(mesh), kind, frames=2)
@@ -78,7 +78,7 @@ def warm_up() -> None:
             load_occluder(path)
 
 
-def _judged(mesh: TriangleMesh, options: Options, *, exact: bool) -> Occluder:
+def _simplify_and_judge(mesh: TriangleMesh, options: Options, *, exact: bool) -> Occluder:
     """Simplify, judge and report."""
     result = simplify_mesh(mesh, options)
     accuracy = evaluate_accuracy(

@@ -21,7 +21,7 @@ from simplifier.cli.plugin import overrides_beside
 
 if TYPE_CHECKING:
     from service.client import Client, RemoteJob
-    from simplifier.builds.making import Job
+    from simplifier.builds.making import AssetJob
 
 _PATIENCE = 3600.0  # seconds for which a full queue is waited for
 _DEFAULTS = {field.name: field.default for field in SIMPLIFY_FIELDS}
@@ -51,7 +51,7 @@ class RemoteMaker:
     def __init__(self, client: Client, canceller: Client) -> None:
         self._client, self._canceller = client, canceller
 
-    def __call__(self, job: Job) -> Mapping[str, Any]:
+    def __call__(self, job: AssetJob) -> Mapping[str, Any]:
         """Write the drafts; the report.
 
         Raises :class:`OccluderError` for whatever the service refuses and for what it would make
@@ -121,7 +121,7 @@ def _asked(options: SimplifyOptions) -> dict[str, Any]:
     return chosen
 
 
-def _check_plain(job: Job) -> None:
+def _check_plain(job: AssetJob) -> None:
     for target in job.targets:
         for name in target.output.written:
             raise OptionError(

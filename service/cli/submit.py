@@ -11,7 +11,7 @@ import typer
 
 from service.cli.failures import run_command
 from simplifier import OCCLUDER_SUFFIXES, SIMPLIFY_FIELDS, OptionError, OutputError
-from simplifier.cli.plugin import Debug, overrides_beside, typed_lengths, with_options
+from simplifier.cli.plugin import Debug, overrides_beside, parse_lengths, with_options
 
 _FIELDS = tuple(field for field in SIMPLIFY_FIELDS if field.name != "slicer")  # the server's affair
 _DEFAULTS = {field.name: field.default for field in _FIELDS}
@@ -59,7 +59,7 @@ def submit(
         from service.cli.submission import Submission
         from service.cli.submissions import submit_all
 
-        bounds = typed_lengths(chosen["error_bounds"], "error bounds")
+        bounds = parse_lengths(chosen["error_bounds"], "error bounds")
         options = _asked({**chosen, "error_bounds": bounds})
         targets = _targets(meshes, output, form)
         names = _asset_names(meshes, asset)

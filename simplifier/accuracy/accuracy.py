@@ -37,7 +37,7 @@ from simplifier.geometry.mesh import A_MESH, FloatArray, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.views import BoundingSphere, from_above, image_axes, random_directions
-from simplifier.kernels.coverage import MaskArray, covered, unpacked
+from simplifier.kernels.coverage import MaskArray, coverage_masks, unpack_masks
 from simplifier.kernels.random_quads import exact_quad_pixels, sample_quads
 from simplifier.kernels.threads import run_chunks
 from simplifier.options import Axis, Viewers
@@ -199,7 +199,7 @@ def view_masks(
     """
     check_whole("image", image, 8, 4096)
     original, (hidden,) = _masks(mesh, [occluder], _checked_directions(directions), image)
-    return unpacked(original, image), unpacked(hidden, image)
+    return unpack_masks(original, image), unpack_masks(hidden, image)
 
 
 def _sight(options: AccuracyOptions) -> FloatArray:
@@ -250,7 +250,7 @@ def _masks(
         unit = np.empty(item.vertices.shape[::-1])  # as it is drawn, so that nothing copies it
         for axis, column in enumerate(item.vertices.T):
             unit[axis] = (column - sphere.centre[axis]) / sphere.radius
-        return covered(unit.T, item.faces, projections, image, image)
+        return coverage_masks(unit.T, item.faces, projections, image, image)
 
     original = silhouettes(mesh)
     try:

@@ -43,7 +43,7 @@ class Finding:
     asset: str
     state: State
     why: str = ""
-    figures: Figures | None = None
+    figures: AssetFigures | None = None
     short: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     seconds: float = 0.0
@@ -74,7 +74,9 @@ class Requirements:
     max_recall_loss: float = 0.005
 
 
-def shortfalls(demanded: Requirements, found: Figures, before: Figures | None) -> Iterator[str]:
+def shortfalls(
+    demanded: Requirements, found: AssetFigures, before: AssetFigures | None
+) -> Iterator[str]:
     """In words, each way in which an occluder is not good enough.
 
     ``before``  its figures where the change is compared to, if they are known.
@@ -98,7 +100,7 @@ _SHARE_DIGITS = 6
 
 
 @dataclass(frozen=True)
-class Figures:
+class AssetFigures:
     """Of the finest level where there are several.
 
     ``precision``, ``recall``  from 0 to 1, to six digits.
@@ -113,7 +115,7 @@ class Figures:
     error_bound: float | None
 
     @classmethod
-    def of(cls, report: Mapping[str, Any]) -> Figures:
+    def of(cls, report: Mapping[str, Any]) -> AssetFigures:
         """Of a report as ``docs/report.schema.json`` says."""
         bound = report["error_bound"]
         return cls(

@@ -57,20 +57,20 @@ def outputs_of(mesh: str, templates: Iterable[Output], where: str) -> tuple[Outp
     name, suffix = posixpath.splitext(file)
     values = {"folder": folder or ".", "name": name, "suffix": suffix[1:]}
 
-    def filled(template: Output) -> Output:
+    def fill_template(template: Output) -> Output:
         text = template.file
         for field in _FIELD.findall(text):
             if field not in values:
-                raise _refused(text, f"has no {{{field}}}", where)
+                raise _output_error(text, f"has no {{{field}}}", where)
         path = posixpath.normpath(_FIELD.sub(lambda found: values[found[1]], text))
         if path.startswith(("/", "../")) or "\\" in text or ":" in path.split("/")[0]:
-            raise _refused(text, "leads out of the manifest's folder", where)
+            raise _output_error(text, "leads out of the manifest's folder", where)
         if posixpath.splitext(path)[1].lower() not in OCCLUDER_SUFFIXES:  # ".glb" is a name
-            raise _refused(text, "does not end as an occluder's file does", where)
+            raise _output_error(text, "does not end as an occluder's file does", where)
         _check_format(template, path.lower(), where)
         return replace(template, file=path)
 
-    return tuple(filled(template) for template in templates)
+    return tuple(fill_template(template) for template in templates)
 
 
 def level_base(path: str) -> str | None:
@@ -89,7 +89,7 @@ def _check_format(template: Output, path: str, where: str) -> None:
         raise ManifestError(what, where=where, remedy="end it in .glb, or take with_original out")
 
 
-def _refused(template: str, what: str, where: str) -> ManifestError:
+def _output_error(template: str, what: str, where: str) -> ManifestError:
     known = " ".join(OCCLUDER_SUFFIXES)
     return ManifestError(
         f"the output '{template}' {what}",

@@ -130,19 +130,22 @@ def examine(path: Path, digests: Digests) -> Examined:
     return Examined(manifest, assets, record, {name: why for name, why in reasons if why})
 
 
-def check(path: Path, before: Record) -> list[Finding]:
+def check_assets(path: Path, before: Record) -> list[Finding]:
     """Make nothing: is every output there, current, and as good as is demanded?
 
     ``before``  the record whose recall counts as what was.  Raises as :func:`examine`.
     """
     seen = examine(path, Digests())
     return [
-        *(judged(one, seen.record, seen.stale.get(one.name, ""), before) for one in seen.assets),
-        *gone(seen),
+        *(
+            judge_unmade(one, seen.record, seen.stale.get(one.name, ""), before)
+            for one in seen.assets
+        ),
+        *find_gone(seen),
     ]
 
 
-def judged(asset: Asset, record: Record, stale: str, before: Record) -> Finding:
+def judge_unmade(asset: Asset, record: Record, stale: str, before: Record) -> Finding:
     """One that this run did not make."""
     if stale:
         return Finding(asset.name, State.STALE, stale)
@@ -151,7 +154,7 @@ def judged(asset: Asset, record: Record, stale: str, before: Record) -> Finding:
     return Finding(asset.name, State.CURRENT, "", figures, tuple(short))
 
 
-def gone(seen: Examined) -> Iterator[Finding]:
+def find_gone(seen: Examined) -> Iterator[Finding]:
     """Those of the record that are no assets any more, where what was made of them is there."""
     names = {asset.name for asset in seen.assets}
     for name in sorted(seen.record.keys() - names):

@@ -63,7 +63,7 @@ def cull(
             cameras, tree = load_camera_path(path), load_occluder_tree(occluders)
             read = load_scene(scene, transparent=transparent)  # last, for it takes longest
             make_folder(output)
-            flown = _flown(read, tree, cameras, options, listening)
+            flown = _fly(read, tree, cameras, options, listening)
             with listening.deferred():  # what was measured is not to be lost to a late Ctrl-C
                 for name, data in flythrough_files(flown, scene.resolve().name):
                     with listening.held():
@@ -79,7 +79,7 @@ def cull(
     run_guarded(run, debug=debug)
 
 
-def _flown(
+def _fly(
     read: Scene, tree: OccluderTree, path: CameraPath, options: CullOptions, listening: Interrupts
 ) -> Flythrough:
     with listening.deferred() as cancel, run_bar(len(path.cameras)) as tell:

@@ -7,9 +7,9 @@ from typing import Annotated, Any
 
 import typer
 
-from simplifier.cli.options import Mesh, Pictures, ReportFile, with_options
+from simplifier.cli.options import Mesh, PicturesFolder, ReportFile, with_options
 from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_overrides
-from simplifier.cli.report import check_extras, shown
+from simplifier.cli.report import check_extras, run_and_show
 from simplifier.cli.running import Debug, Interrupts
 from simplifier.io import load_mesh, load_occluder
 from simplifier.option_fields import EVALUATE_FIELDS
@@ -28,7 +28,7 @@ def evaluate(
     overrides: OverridesFile = None,
     no_overrides: NoOverrides = False,
     report: ReportFile = None,
-    pictures: Pictures = None,
+    pictures: PicturesFolder = None,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
@@ -60,4 +60,4 @@ def evaluate(
             judgement.write_pictures(pictures, mesh.name, summary)
         return summary
 
-    shown(run, f"{mesh.name}, {occluder.name}", debug=debug)
+    run_and_show(run, f"{mesh.name}, {occluder.name}", debug=debug)

@@ -21,7 +21,7 @@ TransparentScene = Annotated[
     ),
 ]
 ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the report as JSON.")]
-Pictures = Annotated[
+PicturesFolder = Annotated[
     Path | None, typer.Option(help="Write pictures and an HTML report to this folder.")
 ]
 
@@ -80,16 +80,16 @@ def _parameter(one: OptionField) -> Parameter:
     return Parameter(
         one.name,
         Parameter.KEYWORD_ONLY,
-        default=_typed(one.default) if isinstance(one.default, tuple) else one.default,
+        default=_joined_by_commas(one.default) if isinstance(one.default, tuple) else one.default,
         annotation=Annotated[kind | None if one.nullable else kind, option],
     )
 
 
-def _typed(values: tuple[float, ...]) -> str:
+def _joined_by_commas(values: tuple[float, ...]) -> str:
     return ",".join(f"{value:g}" for value in values)
 
 
-def typed_lists(fields: Sequence[OptionField], chosen: Mapping[str, Any]) -> dict[str, Any]:
+def parse_lists(fields: Sequence[OptionField], chosen: Mapping[str, Any]) -> dict[str, Any]:
     """The options with ``"32,64"`` as numbers, each once; raises :class:`OptionError` where one is
     none."""
     kinds = {one.name: one.kind for one in fields}
@@ -110,7 +110,7 @@ def _numbers(name: str, text: str, kind: Callable[[str], float]) -> tuple[float,
         ) from None
 
 
-def typed_lengths(text: str | None, name: str) -> tuple[float, ...] | None:
+def parse_lengths(text: str | None, name: str) -> tuple[float, ...] | None:
     """Lengths separated by commas; raises :class:`OptionError` for anything else."""
     if text is None:
         return None

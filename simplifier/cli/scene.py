@@ -30,13 +30,13 @@ from simplifier.memory.limit import check_limit
 from simplifier.option_fields import SCENE_FIELDS
 from simplifier.options import Axis
 
-Scene = Annotated[
+SceneArgument = Annotated[
     Path, typer.Argument(help="The scene: a mesh file, objects by its nodes, or a folder of them.")
 ]
 
 
 def path(
-    scene: Scene,
+    scene: SceneArgument,
     output: Annotated[Path, typer.Option("-o", "--output", help="The camera path: a JSON file.")],
     kind: Annotated[
         PathKind,
@@ -88,7 +88,7 @@ def _check_output(scene: Path, output: Path) -> None:
 
 @with_options(SCENE_FIELDS)
 def scene(
-    source: Scene,
+    source: SceneArgument,
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Folder for scene.json and the occluders.")
     ],
@@ -121,12 +121,12 @@ def scene(
                 if preview:
                     tree = load_occluder_tree(output)
                     write_scene(leaf_occluders(tree), output / "preview.glb")
-            print_rows(str(output), _built(read, build), [*read.warnings, *build.warnings])
+            print_rows(str(output), _summary_rows(read, build), [*read.warnings, *build.warnings])
 
     run_guarded(run, debug=debug)
 
 
-def _built(read: scenes.Scene, build: Build) -> list[tuple[str, str]]:
+def _summary_rows(read: scenes.Scene, build: Build) -> list[tuple[str, str]]:
     far = sum(keys.far is not None for keys in build.keys)
     near = sum(keys.near is not None for keys in build.keys)
     triangles = sum(one.triangles for one in build.summaries.values())

@@ -8,9 +8,9 @@ from typing import Annotated, Any
 import typer
 
 from simplifier.cli.console import print_line, print_rows
-from simplifier.cli.options import Mesh, Pictures, ReportFile, typed_lengths, with_options
+from simplifier.cli.options import Mesh, PicturesFolder, ReportFile, parse_lengths, with_options
 from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_overrides
-from simplifier.cli.report import check_extras, shown
+from simplifier.cli.report import check_extras, run_and_show
 from simplifier.cli.running import Debug, Interrupts
 from simplifier.errors import OptionError, OutputError
 from simplifier.io import check_writable, load_mesh
@@ -52,7 +52,7 @@ def simplify(
     overrides: OverridesFile = None,
     no_overrides: NoOverrides = False,
     report: ReportFile = None,
-    pictures: Pictures = None,
+    pictures: PicturesFolder = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Say what memory it would need, and make nothing.")
     ] = False,
@@ -68,7 +68,7 @@ def simplify(
     """
 
     def run(listener: Listener, interrupts: Interrupts) -> Report | None:
-        bounds = typed_lengths(chosen["error_bounds"], "error bounds")
+        bounds = parse_lengths(chosen["error_bounds"], "error bounds")
         options = SimplifyOptions(**{**chosen, "error_bounds": bounds})
         style = Style(sides, as_quads)
         check_writable(output, style)
@@ -122,7 +122,7 @@ def simplify(
                 print_line(f"warning: interrupted: {pictures} may lack pictures")
         return summary
 
-    shown(run, mesh.name, debug=debug)
+    run_and_show(run, mesh.name, debug=debug)
 
 
 def _check_embedding(mesh: Path, output: Path, *, levels: bool) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from simplifier.cli.console import print_front, print_line, print_text, run_bar
-from simplifier.cli.options import typed_lists, with_options
+from simplifier.cli.options import parse_lists, with_options
 from simplifier.cli.overrides import NoOverrides, chosen_overrides
 from simplifier.cli.running import Debug, interrupts, run_guarded
 from simplifier.errors import MeshError
@@ -40,7 +40,7 @@ def tradeoff(
     """
 
     def run() -> None:
-        typed = typed_lists(TRADEOFF_FIELDS, chosen)
+        typed = parse_lists(TRADEOFF_FIELDS, chosen)
         precision = typed.pop("precision")
         check_precision(precision)
         options = SweepOptions(**typed)

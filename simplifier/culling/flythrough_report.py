@@ -9,8 +9,8 @@ from typing import Any
 
 from simplifier.culling.fate import Counts
 from simplifier.culling.flythrough import Flythrough
-from simplifier.culling.flythrough_rows import median_milliseconds, table_bytes
-from simplifier.culling.frame import Figures, Frame
+from simplifier.culling.flythrough_rows import flythrough_csv, median_milliseconds
+from simplifier.culling.frame import Frame, FrameFigures
 from simplifier.report.machine import this_machine
 from simplifier.version import VERSION
 
@@ -55,7 +55,7 @@ def flythrough_files(flown: Flythrough, scene_name: str) -> Iterator[tuple[str, 
 
     What cannot be had again without measuring comes first.
     """
-    yield "cull.csv", table_bytes(flown)
+    yield "cull.csv", flythrough_csv(flown)
     text = json.dumps(summary(flown, scene_name), indent=2, allow_nan=False) + "\n"
     yield "cull.json", text.encode("utf-8", "backslashreplace")
     # Here, not above: matplotlib takes half a second to import, and most commands draw nothing.
@@ -85,7 +85,7 @@ def _worst_picture(frame: Frame) -> dict[str, Any]:
     }
 
 
-def _occluders(flown: Flythrough, whole: Figures) -> dict[str, Any]:
+def _occluders(flown: Flythrough, whole: FrameFigures) -> dict[str, Any]:
     triangles = [frame.figures.occluder_triangles for frame in flown.frames]
     return {
         "drawn_mean": whole.occluders / len(flown.frames),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simplifier.checks import check_positive, check_whole, is_number, shown
+from simplifier.checks import check_positive, check_whole, is_number, value_text
 from simplifier.errors import OptionError
 from simplifier.geometry.arrays import vector
 from simplifier.geometry.mesh import FloatArray
@@ -93,7 +93,9 @@ def _unit(vector: FloatArray, name: str) -> FloatArray:
 def _check_fov(fov: float) -> None:
     if not is_number(fov) or not LEAST_FOV <= fov < 180.0:
         raise OptionError(
-            f"{shown(fov)} is out of range", where="fov", remedy="choose between 0 and 180 degrees"
+            f"{value_text(fov)} is out of range",
+            where="fov",
+            remedy="choose between 0 and 180 degrees",
         )
 
 

@@ -35,7 +35,7 @@ from simplifier.hierarchy.tree import Tree
 from simplifier.io.files import make_folder, read_bytes, write_whole
 from simplifier.version import VERSION
 
-NAME = "scene.json"
+SCENE_FILE = "scene.json"
 FOLDER = "occluders"
 
 SCHEMA_VERSION = 1
@@ -70,7 +70,7 @@ def write_manifest(folder: Path, scene: Scene, options: SceneOptions, build: Bui
         "warnings": [*scene.warnings, *build.warnings],
     }
     text = json.dumps(document, separators=(",", ":"), allow_nan=False)
-    write_whole(folder / NAME, text.replace('},{"bounds"', '},\n{"bounds"').encode())
+    write_whole(folder / SCENE_FILE, text.replace('},{"bounds"', '},\n{"bounds"').encode())
     occluder_store(folder).keep_only(build.summaries)
 
 
@@ -100,7 +100,7 @@ def _nodes(build: Build) -> list[dict[str, Any]]:
 def read_summaries(folder: Path) -> dict[str, Summary]:
     """Of the occluders of an earlier build; none where there is no such build or it is damaged."""
     try:
-        return summaries_of(value_of(_document(folder), "occluders", NAME))
+        return summaries_of(value_of(_document(folder), "occluders", SCENE_FILE))
     except (SceneError, *DAMAGE):
         return {}
 
@@ -114,33 +114,34 @@ def load_occluder_tree(folder: str | Path) -> OccluderTree:
     folder = as_path("folder", folder)
     document = _document(folder)
     try:
-        rows = rows_of(value_of(document, "nodes", NAME))
+        rows = rows_of(value_of(document, "nodes", SCENE_FILE))
         tree = tree_of(rows)
-        objects = objects_of(value_of(document, "objects", NAME))
+        objects = objects_of(value_of(document, "objects", SCENE_FILE))
         object_of, transforms = parts_of(rows, tree, len(objects))
-        summaries = summaries_of(value_of(document, "occluders", NAME))
+        summaries = summaries_of(value_of(document, "occluders", SCENE_FILE))
         keys = keys_of(rows, summaries)
         return OccluderTree(
-            options_of(value_of(document, "options", NAME)), objects, object_of, tree, transforms,
-            occluders_of(rows, keys), _read(OccluderStore(folder / FOLDER), keys, summaries),
+            options_of(value_of(document, "options", SCENE_FILE)), objects, object_of, tree,
+            transforms, occluders_of(rows, keys),
+            _read_occluders(OccluderStore(folder / FOLDER), keys, summaries),
             np.array([summaries[key].radius for key in keys]),
         )  # fmt: skip
     except (OptionError, *DAMAGE) as error:
-        raise _damaged(folder / NAME, str(error)) from None
+        raise _damage(folder / SCENE_FILE, str(error)) from None
 
 
 def _document(folder: Path) -> dict[str, Any]:
-    path = folder / NAME
+    path = folder / SCENE_FILE
     remedy = "build the scene with 'occluder scene'"
     if not path.exists():
-        raise SceneError(f"there is no {NAME}", where=str(folder), remedy=remedy)
+        raise SceneError(f"there is no {SCENE_FILE}", where=str(folder), remedy=remedy)
     data = read_bytes(path, error=SceneError, remedy=remedy)
     try:
         document = json.loads(data)
     except (ValueError, RecursionError):
-        raise _damaged(path, "it is not JSON") from None
+        raise _damage(path, "it is not JSON") from None
     if not isinstance(document, dict):
-        raise _damaged(path, "it is no JSON object")
+        raise _damage(path, "it is no JSON object")
     version = document.get("schema_version")
     if version != SCHEMA_VERSION:
         raise SceneError(
@@ -151,7 +152,7 @@ def _document(folder: Path) -> dict[str, Any]:
     return document
 
 
-def _read(
+def _read_occluders(
     store: OccluderStore, keys: Sequence[str], summaries: Mapping[str, Summary]
 ) -> tuple[Occluder, ...]:
     """Raises :class:`SceneError` where one is missing or not as it was written."""
@@ -159,14 +160,14 @@ def _read(
     for key in keys:
         try:
             if store.checksum(key) != summaries[key].checksum:
-                raise _damaged(store.path(key), "it is not what was written")
+                raise _damage(store.path(key), "it is not what was written")
             occluders.append(store.read(key))
         except MeshError as error:
-            raise _damaged(store.path(key), error.what) from None
+            raise _damage(store.path(key), error.what) from None
     return tuple(occluders)
 
 
-def _damaged(path: Path, why: str) -> SceneError:
+def _damage(path: Path, why: str) -> SceneError:
     return SceneError(f"it is damaged ({why})", where=str(path), remedy="build the scene again")
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from simplifier.checks import check_length, check_whole, check_within, settle_numbers, shown
+from simplifier.checks import check_length, check_whole, check_within, settle_numbers, value_text
 from simplifier.errors import OptionError
 
 MOST_LEVELS = 16
@@ -116,7 +116,9 @@ def _rising(bounds: Sequence[float]) -> tuple[float, ...]:
         given = tuple(bounds)
     except TypeError:
         raise OptionError(
-            f"{shown(bounds)} is no list of lengths", where="error bounds", remedy="give a list"
+            f"{value_text(bounds)} is no list of lengths",
+            where="error bounds",
+            remedy="give a list",
         ) from None
     if not 1 <= len(given) <= MOST_LEVELS:
         raise OptionError(

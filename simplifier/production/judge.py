@@ -17,7 +17,7 @@ from simplifier.memory.runs import check_options, need_of_judging, need_of_solid
 from simplifier.options import Options
 from simplifier.production.measures import accuracy_options, judging_of
 from simplifier.production.options import EvaluateOptions
-from simplifier.production.remarks import named, remarks
+from simplifier.production.remarks import overrides_summary, remarks
 from simplifier.production.resolve import resolved
 from simplifier.progress import Cancel, Listener, Stopwatch
 from simplifier.report.page import write_pictures
@@ -59,7 +59,7 @@ class Judgement:
                 **asdict(self.resolved.solid),
                 "viewers": self.options.viewers,
                 "transparent": self.options.transparent,
-                "overrides": named(self.overrides),
+                "overrides": overrides_summary(self.overrides),
                 "accuracy": asdict(self.accuracy.options),
             },
             timings={**self.timings, "load": load_seconds}, warnings=self.warnings,

@@ -25,7 +25,7 @@ from simplifier.options import Options
 from simplifier.pipeline import Simplification, simplify_mesh
 from simplifier.production.measures import accuracy_options, judging_of
 from simplifier.production.options import SimplifyOptions
-from simplifier.production.remarks import named, remarks
+from simplifier.production.remarks import overrides_summary, remarks
 from simplifier.production.resolve import resolved
 from simplifier.progress import Cancel, Listener, Stopwatch
 from simplifier.report.page import write_pictures
@@ -250,7 +250,7 @@ def _resolved(made: Made) -> dict[str, Any]:
         **asdict(options.solid),
         "viewers": options.viewers,
         "transparent": chosen.transparent,
-        "overrides": named(made.overrides),
+        "overrides": overrides_summary(made.overrides),
         **asdict(options.sections),
         **asdict(options.selection),
         "refine": asdict(options.refine),

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -14,13 +14,13 @@ from simplifier.errors import CancelledError
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.production.options import TradeoffOptions
-from simplifier.progress import Cancel
+from simplifier.progress import Cancel, TellTotalStep
 from simplifier.report.machine import Machine, this_machine
 from simplifier.tradeoff import words
 from simplifier.tradeoff.advice import Advice, advise
 from simplifier.tradeoff.cases import Case, judge_cases
 from simplifier.tradeoff.sweep import Outcome, SweepOptions, Trial, mesh_trials, outcomes
-from simplifier.tradeoff.table import json_bytes, rows_of, table_bytes
+from simplifier.tradeoff.table import json_bytes, rows_of, tradeoff_csv
 from simplifier.wording import percent
 
 FrontRow = tuple[str, str, str, str]
@@ -85,7 +85,7 @@ def study_files(study: Study) -> Iterator[tuple[str, bytes]]:
 
     The table comes first, for it is what cannot be had again without measuring.
     """
-    table = table_bytes(study.outcomes, study.cases, study.options, study.machine)
+    table = tradeoff_csv(study.outcomes, study.cases, study.options, study.machine)
     yield "tradeoff.csv", table
     yield "tradeoff.json", json_bytes(study.rows, study.precision, study.machine, study.lines)
     # Here, not above: matplotlib takes half a second to import, and most runs draw nothing.
@@ -106,16 +106,12 @@ def _rows(case: Case) -> list[FrontRow]:
     ]
 
 
-TellRun = Callable[[int, int, str], object]
-"""Called with the number of runs that are done, of how many, and what is running now."""
-
-
 def sweep_tradeoff(
     mesh: TriangleMesh,
     options: TradeoffOptions,
     *,
     name: str = "mesh",
-    tell: TellRun = lambda done, runs, now: None,
+    tell: TellTotalStep = lambda done, runs, now: None,
     cancel: Cancel | None = None,
     overrides: Overrides = NO_OVERRIDES,
 ) -> Study:

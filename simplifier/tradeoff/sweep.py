@@ -26,7 +26,7 @@ from simplifier.memory.limit import check_limit
 from simplifier.memory.runs import Judging, check_making
 from simplifier.options import Axis, Options, Preset, Transparent, make_options
 from simplifier.pipeline import simplify_mesh
-from simplifier.progress import Cancel
+from simplifier.progress import Cancel, TellStep
 
 DEFAULT: Preset = "balanced"
 """The preset that the other settings depart from."""
@@ -177,10 +177,6 @@ class Outcome:
     repeats: int
 
 
-Tell = Callable[[int, str], object]
-"""Called with the number of runs that are done and what is running now."""
-
-
 OverridesOf = Callable[[Path], Overrides]
 """Those of a mesh's file; raises :class:`~simplifier.errors.OverridesError`."""
 
@@ -188,18 +184,18 @@ OverridesOf = Callable[[Path], Overrides]
 def sweep(
     paths: Sequence[Path],
     options: SweepOptions,
-    tell: Tell = lambda done, name: None,
+    tell: TellStep = lambda done, name: None,
     overrides_of: OverridesOf = lambda path: NO_OVERRIDES,
 ) -> Iterator[Trial]:
     """Run every setting on every mesh, as results come; what fails is a result too."""
     before = 0
     for name, path in mesh_names(paths).items():
-        yield from _mesh_trials(name, path, options, _counted_from(before, tell), overrides_of)
+        yield from _mesh_trials(name, path, options, _tell_from(before, tell), overrides_of)
         before += len(options.settings()) * options.repeats
     tell(before, "writing")
 
 
-def _counted_from(before: int, tell: Tell) -> Tell:
+def _tell_from(before: int, tell: TellStep) -> TellStep:
     return lambda done, name: tell(before + done, name)
 
 
@@ -237,7 +233,7 @@ def _outcome(runs: list[Trial]) -> Outcome:
 
 
 def _mesh_trials(
-    name: str, path: Path, options: SweepOptions, tell: Tell, overrides_of: OverridesOf
+    name: str, path: Path, options: SweepOptions, tell: TellStep, overrides_of: OverridesOf
 ) -> Iterator[Trial]:
     tell(0, name)
     try:
@@ -258,7 +254,7 @@ def mesh_trials(
     name: str,
     mesh: TriangleMesh,
     options: SweepOptions,
-    tell: Tell = lambda done, name: None,
+    tell: TellStep = lambda done, name: None,
     cancel: Cancel | None = None,
     overrides: Overrides = NO_OVERRIDES,
 ) -> Iterator[Trial]:

@@ -26,7 +26,7 @@ COLUMNS = (
 """New ones go to the end; none changes its meaning."""
 
 
-def table_bytes(
+def tradeoff_csv(
     found: Sequence[Outcome], cases: Sequence[Case], options: SweepOptions, machine: Machine
 ) -> bytes:
     """UTF-8 CSV, lines end in LF, cells quoted where they must be; empty cells are unknown.

@@ -16,7 +16,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.hierarchy.node import Stand, hiding_radius, is_own_occluder, node_occluder
 from simplifier.hierarchy.options import SceneOptions
-from simplifier.kernels.coverage import covered
+from simplifier.kernels.coverage import coverage_masks
 from simplifier.options import ERROR_VOXELS
 from simplifier.selection.measure import directional_measures
 from simplifier.voxel.fill import fill
@@ -139,7 +139,7 @@ def exact_radius(mesh, directions=200, size=256):
     reach = 1.05 * np.abs(mesh.vertices).max() * np.sqrt(3.0)
     linear = axes * (size / 2.0 / reach)
     projections = np.concatenate([linear, np.full((directions, 2, 1), size / 2.0)], axis=2)
-    words = covered(mesh.vertices, mesh.faces, np.ascontiguousarray(projections), size, size)
+    words = coverage_masks(mesh.vertices, mesh.faces, np.ascontiguousarray(projections), size, size)
     bits = np.unpackbits(words.view(np.uint8), axis=-1, bitorder="little")[..., :size]
     measures = directional_measures(bits.astype(np.bool_), 2.0 * reach / size)
     return np.cbrt(3.0 * measures.mean() / np.pi)

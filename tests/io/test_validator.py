@@ -20,7 +20,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.views import BoundingSphere
 from simplifier.io import glb_writer, load_mesh
-from simplifier.io.glb_embed import embedded
+from simplifier.io.glb_embed import embed_occluder
 from simplifier.io.glb_writer import encode_surface
 from simplifier.io.scene_writer import encode_scene
 from simplifier.io.written_faces import single_sided
@@ -208,4 +208,4 @@ def both(tmp_path, name, how, sides="double"):
         path.write_bytes(ORIGINALS[name]())
         assert issues(path.read_bytes()) == set()
     occluder = single_sided(tetrahedron(0.5)) if sides == "single" else tetrahedron(0.5)
-    return issues(embedded(path, load_mesh(path), occluder, how))
+    return issues(embed_occluder(path, load_mesh(path), occluder, how))

@@ -15,8 +15,8 @@ from simplifier.geometry.views import (
     random_directions,
 )
 from simplifier.io import load_mesh
-from simplifier.kernels.coverage import covered
-from simplifier.kernels.coverage import unpacked as unpacked_words
+from simplifier.kernels.coverage import coverage_masks
+from simplifier.kernels.coverage import unpack_masks as unpacked_words
 from simplifier.kernels.measure import distance_sum, score_images
 from simplifier.selection.measure import bit_measure
 from tests.kernels.bits import (
@@ -133,7 +133,7 @@ def both_forms(masks):
 def silhouettes(mesh, directions):
     sphere = BoundingSphere.of(mesh)
     maps = sphere_projections(image_axes(directions), sphere.centre, sphere.radius)
-    return unpacked_words(covered(mesh.vertices, mesh.faces, maps, SIDE, SIDE), SIDE)
+    return unpacked_words(coverage_masks(mesh.vertices, mesh.faces, maps, SIDE, SIDE), SIDE)
 
 
 def test_random_blobs_follow_the_exact_form():

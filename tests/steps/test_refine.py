@@ -13,7 +13,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.kernels.soup_views import all_contained
 from simplifier.options import make_options
 from simplifier.pipeline import simplify_mesh
-from simplifier.voxel.morphology import dilated
+from simplifier.voxel.morphology import dilate
 from tests.solids import box, joined, sphere, torus
 
 
@@ -23,7 +23,7 @@ def run(mesh, listener=None, **options):
 
 def check_contained(result, triangles=None):
     """No triangle touches a voxel that it may not: of the occluder, or others (n, 3, 3)."""
-    allowed, margin = dilated(result.solid.core, result.solid.reach)
+    allowed, margin = dilate(result.solid.core, result.solid.reach)
     occluder = result.occluder
     if triangles is None:
         triangles = occluder.vertices[occluder.faces]

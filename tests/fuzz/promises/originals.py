@@ -10,7 +10,7 @@ import numpy as np
 
 from simplifier.geometry.occluder import Occluder
 from simplifier.io import load_mesh
-from simplifier.io.glb_embed import embedded
+from simplifier.io.glb_embed import embed_occluder
 from simplifier.io.gltf import BEFORE
 from simplifier.io.style import Embedding
 from tests.fuzz.promises import promise
@@ -28,7 +28,7 @@ def check_original(data: bytes, folder: Path) -> None:
     both = folder / "both" / path.name  # nodes are named after the file
     both.parent.mkdir(exist_ok=True)
     for how in get_args(Embedding):
-        both.write_bytes(embedded(path, mesh, _ADDED, how))
+        both.write_bytes(embed_occluder(path, mesh, _ADDED, how))
         if believed:
             continue
         again = load_mesh(both)
@@ -37,7 +37,7 @@ def check_original(data: bytes, folder: Path) -> None:
             and np.array_equal(again.faces, mesh.faces),
             f"the original is the same with an occluder ({how})",
         )
-        second = embedded(both, again, _ADDED, how)
+        second = embed_occluder(both, again, _ADDED, how)
         promise(
             _parts(second) == _parts(both.read_bytes()),
             "a second occluder takes the place of the first",

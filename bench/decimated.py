@@ -28,7 +28,7 @@ from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.solid import BoolArray, Solid
 from simplifier.kernels.decimate import decimate
-from simplifier.options import RefineOptions, make_options
+from simplifier.options.stages import RefineOptions, make_options
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.inner_surface import inner_surface
@@ -66,7 +66,7 @@ class Scene:
         """Recall, precision and triangles."""
         vertices, faces = surface
         occluder = Occluder(self.solid.filled.to_world(vertices), faces.copy())
-        report = simplifier.evaluate(self.mesh, occluder, views=128, exact=True)
+        report = simplifier.evaluate(self.mesh, occluder, views=128, exact=True).accuracy
         return f"{report.recall:.1%} at {report.precision:.2%} ({len(faces)})"
 
     def refined(self, surface: Surface, moves: int) -> Surface:

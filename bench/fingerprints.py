@@ -201,8 +201,9 @@ def _scene(folder: Path) -> Iterator[tuple[str, Any]]:
 def _build(folder: Path) -> Iterator[tuple[str, Any]]:
     (folder / "bunny.ply").write_bytes((ASSETS / "bunny_4968.ply").read_bytes())
     (folder / "occluders.toml").write_text(
-        '[defaults]\npreset = "draft"\nviews = 32\nground = true\nrequire = { recall = 0.5 }\n\n'
-        '[[asset]]\nmesh = "*.ply"\noutput = ["{name}_occluder.glb", "{name}_occluder.obj"]\n'
+        '[defaults]\npreset = "draft"\nviews = 32\nground = true\n'
+        "require = { min_recall = 0.5 }\n\n"
+        '[[asset]]\nfiles = "*.ply"\noutput = ["{name}_occluder.glb", "{name}_occluder.obj"]\n'
     )
     for name in ("first", "second"):
         ran = _run(folder, "build", "--junit", "junit.xml", "--json", "build.json",

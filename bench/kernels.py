@@ -28,7 +28,7 @@ from simplifier.kernels.fill import flood
 from simplifier.kernels.measure import score_images
 from simplifier.kernels.soup_views import UNIT
 from simplifier.kernels.voxelize import mark_triangles
-from simplifier.options import SectionOptions, make_options
+from simplifier.options.stages import SectionOptions, make_options
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import Annealing, RefineViews, Room
 from simplifier.refinement.search import pull_into

@@ -95,6 +95,14 @@ def check_several(name: str, values: Sequence[float]) -> None:
         raise OptionError("a value is given twice", where=name, remedy="give each once")
 
 
+def check_size(name: str, value: object) -> None:
+    """Two numbers: columns and rows."""
+    if not isinstance(value, tuple) or len(value) != 2:
+        raise OptionError(
+            f"{value_text(value)} is no size", where=name, remedy="give columns and rows"
+        )
+
+
 def check_one_of(name: str, value: str, choices: Sequence[str]) -> None:
     """One of some words."""
     # A list's "in" would ask an array for a truth that it does not have.

@@ -12,7 +12,7 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, NOTHING, Overrides
 from simplifier.geometry.solid import Solid
-from simplifier.options import ERROR_VOXELS, Options
+from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Cancel, Deadline, Listener, Stopwatch
 from simplifier.steps.cut import cut_solid
 from simplifier.steps.refine import improve

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from simplifier import (
-    SIMPLIFY_FIELDS,
     CancelledError,
     OccluderError,
     OptionError,
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     from simplifier.builds.making import AssetJob
 
 _PATIENCE = 3600.0  # seconds for which a full queue is waited for
-_DEFAULTS = {field.name: field.default for field in SIMPLIFY_FIELDS}
+_DEFAULTS = {field.name: field.default for field in SimplifyOptions.fields()}
 
 
 @contextmanager
@@ -115,8 +114,7 @@ def _asked(options: SimplifyOptions) -> dict[str, Any]:
         raise OptionError(
             "a service draws with its own", where="slicer", remedy="leave it out, or build here"
         )
-    wholly_inside = options.conservative or options.shrink > 0.0
-    if options.levels is None and not wholly_inside:
+    if options.levels is None and not options.wholly_inside:
         chosen["lods"] = 1
     return chosen
 

@@ -10,10 +10,10 @@ from typing import Annotated, Any
 import typer
 
 from service.cli.failures import run_command
-from simplifier import OCCLUDER_SUFFIXES, SIMPLIFY_FIELDS, OptionError, OutputError
-from simplifier.cli.plugin import Debug, overrides_beside, parse_lengths, with_options
+from simplifier import OCCLUDER_SUFFIXES, OptionError, OutputError, SimplifyOptions
+from simplifier.cli.plugin import Debug, overrides_beside, read_values, with_options
 
-_FIELDS = tuple(field for field in SIMPLIFY_FIELDS if field.name != "slicer")  # the server's affair
+_FIELDS = tuple(one for one in SimplifyOptions.fields() if one.name != "slicer")  # the server's
 _DEFAULTS = {field.name: field.default for field in _FIELDS}
 
 
@@ -59,8 +59,7 @@ def submit(
         from service.cli.submission import Submission
         from service.cli.submissions import submit_all
 
-        bounds = parse_lengths(chosen["error_bounds"], "error bounds")
-        options = _asked({**chosen, "error_bounds": bounds})
+        options = _asked(read_values(_FIELDS, chosen))
         targets = _targets(meshes, output, form)
         names = _asset_names(meshes, asset)
         submissions = [

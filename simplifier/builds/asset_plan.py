@@ -11,7 +11,7 @@ from simplifier.builds.manifest import Manifest, Resolved, cascade, resolve
 from simplifier.builds.outputs import Output, level_base, outputs_of
 from simplifier.errors import ManifestError
 from simplifier.io.suffixes import MESH_SUFFIXES
-from simplifier.production.options import SimplifyOptions
+from simplifier.options.simplify import SimplifyOptions
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from simplifier.option_fields import OptionField
+from simplifier.options.fields import OptionSet, option
+from simplifier.options.simplify import MOST_TRIANGLES
 
 
 class State(StrEnum):
@@ -55,23 +56,14 @@ class Finding:
         return ((f"{self.state}: {self.why}",) if bad else ()) + self.short
 
 
-REQUIREMENT_FIELDS = (
-    OptionField("min_precision", "number", None, "Least precision.", 0.0, 1.0, nullable=True),
-    OptionField("min_recall", "number", None, "Least recall.", 0.0, 1.0, nullable=True),
-    OptionField("max_triangles", "whole", None, "Most triangles.", 1, 100_000, nullable=True),
-    OptionField("max_recall_loss", "number", 0.005, "Most recall lost to before.", 0.0, 1.0),
-)
-"""What ``require`` of a manifest may hold."""
-
-
 @dataclass(frozen=True)
-class Requirements:
-    """As :data:`REQUIREMENT_FIELDS` says; None demands nothing."""
+class Requirements(OptionSet):
+    """What ``require`` of a manifest demands of an occluder; None demands nothing."""
 
-    min_precision: float | None = None
-    min_recall: float | None = None
-    max_triangles: int | None = None
-    max_recall_loss: float = 0.005
+    min_precision: float | None = option(None, "Least precision.", low=0.0, high=1.0)
+    min_recall: float | None = option(None, "Least recall.", low=0.0, high=1.0)
+    max_triangles: int | None = option(None, "Most triangles.", low=1, high=MOST_TRIANGLES)
+    max_recall_loss: float = option(0.005, "Most recall lost to before.", low=0.0, high=1.0)
 
 
 def shortfalls(

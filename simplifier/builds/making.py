@@ -26,10 +26,10 @@ from simplifier.builds.record import Digests
 from simplifier.errors import MeshError, OccluderError, OptionError, OutputError
 from simplifier.io.files import read_bytes
 from simplifier.io.suffixes import overrides_beside
-from simplifier.production.options import SimplifyOptions
+from simplifier.options.simplify import SimplifyOptions
 
 if TYPE_CHECKING:
-    from simplifier.production.produce import Product
+    from simplifier.production.result import MeasuredResult
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class AssetJob:
 
 Maker = Callable[[AssetJob], Mapping[str, Any]]
 """Writes the drafts of a job and returns the report, as ``docs/report.schema.json`` says; levels of
-detail go to files as ``Product.save`` names them.
+detail go to files as ``SimplifyResult.save`` names them.
 
 Raises :class:`~simplifier.errors.OccluderError`.
 """
@@ -94,24 +94,24 @@ def make_asset(maker: Maker, job: AssetJob) -> MadeAsset:
 def make_here(job: AssetJob) -> Mapping[str, Any]:
     """The maker of this machine."""
     # Here, not above: a build on a server need not load what makes occluders.
-    from simplifier.io import load_mesh
+    from simplifier.api import simplify
+    from simplifier.io.load import load
     from simplifier.io.overrides import overrides_of
-    from simplifier.production.produce import produce
 
     by_hand, options = overrides_of(job.mesh), job.options
-    soup = load_mesh(
+    soup = load(
         job.mesh,
         transparent=options.transparent,
         ignore=by_hand.ignore,
         memory_limit=options.memory_limit,
     )
-    product = produce(soup, options, overrides=by_hand)
+    product = simplify(soup, options, overrides=by_hand).measure()
     for target in job.targets:
         _write(product, job.mesh, target)
     return product.report()
 
 
-def _write(product: Product, mesh: Path, target: Target) -> None:
+def _write(product: MeasuredResult, mesh: Path, target: Target) -> None:
     from simplifier.io.glb_embed import with_original
     from simplifier.io.style import Style
 

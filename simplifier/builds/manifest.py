@@ -11,13 +11,13 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from simplifier.builds.finding import REQUIREMENT_FIELDS, Requirements
+from simplifier.builds.finding import Requirements
 from simplifier.builds.globs import Glob
-from simplifier.builds.outputs import WRITING_FIELDS, Output
+from simplifier.builds.outputs import Output
 from simplifier.errors import ManifestError, OptionError
 from simplifier.io.toml import Table, read_toml
-from simplifier.option_fields import SIMPLIFY_FIELDS, OptionField
-from simplifier.production.options import SimplifyOptions
+from simplifier.options.fields import OptionField
+from simplifier.options.simplify import SimplifyOptions
 
 MANIFEST_NAME = "occluders.toml"
 """The manifest's usual name."""
@@ -92,9 +92,9 @@ def _patterns(table: Table, key: str) -> tuple[Glob, ...]:
 
 
 _OUTPUT, _REQUIRE = "output", "require"
-_OPTIONS = {field.name: field for field in SIMPLIFY_FIELDS}
-_REQUIREMENTS = {field.name: field for field in REQUIREMENT_FIELDS}
-_WRITING = {field.name: field for field in WRITING_FIELDS}
+_OPTIONS = {field.name: field for field in SimplifyOptions.fields()}
+_REQUIREMENTS = {field.name: field for field in Requirements.fields()}
+_WRITING = {field.name: field for field in Output.fields()}
 
 _RIVALS = (
     {"resolution", "error_bound", "error_bounds"},
@@ -119,8 +119,8 @@ class ManifestSetting:
 class Settings:
     """Values by name, of one block or of several.
 
-    ``options``       by the names of :data:`~simplifier.option_fields.SIMPLIFY_FIELDS`.
-    ``requirements``  by those of :data:`~simplifier.builds.finding.REQUIREMENT_FIELDS`.
+    ``options``       by the names of :class:`~simplifier.options.simplify.SimplifyOptions`.
+    ``requirements``  by those of :class:`~simplifier.builds.finding.Requirements`.
     ``output``        a tuple of templates, :class:`Output`, if there is one.
     """
 

@@ -13,15 +13,14 @@ from typing import Any
 from simplifier.builds.asset_plan import Asset, plan_assets
 from simplifier.builds.finding import Finding, State, shortfalls
 from simplifier.builds.manifest import Manifest, read_manifest
-from simplifier.builds.outputs import WRITING_FIELDS, level_base
+from simplifier.builds.outputs import Output, level_base
 from simplifier.builds.record import Digests, Entry, Record, read_record, record_path
 from simplifier.io.suffixes import overrides_place
 from simplifier.kernels.threads import thread_count
-from simplifier.option_fields import SIMPLIFY_FIELDS
-from simplifier.production.options import SimplifyOptions
+from simplifier.options.simplify import SimplifyOptions
 from simplifier.version import VERSION
 
-_DEFAULTS = {field.name: field.default for field in (*SIMPLIFY_FIELDS, *WRITING_FIELDS)}
+_DEFAULTS = {field.name: field.default for field in (*SimplifyOptions.fields(), *Output.fields())}
 
 Found = Mapping[Path, str | None]
 """The digests of files as they are now, None for one that is not there."""

@@ -37,7 +37,7 @@ _PLACES = {
     "simplify": "simplifier.cli.simplify:simplify",
     "evaluate": "simplifier.cli.evaluate:evaluate",
     "tradeoff": "simplifier.cli.tradeoff:tradeoff",
-    "path": "simplifier.cli.scene:path",
+    "path": "simplifier.cli.path:path",
     "scene": "simplifier.cli.scene:scene",
     "cull": "simplifier.cli.cull:cull",
     "build": "simplifier.cli.build:build",

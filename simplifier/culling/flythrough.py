@@ -13,7 +13,6 @@ from itertools import zip_longest
 
 import numpy as np
 
-from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.frame import Frame, FrameFigures, FrameMeasure, total
 from simplifier.culling.shot import Shot
 from simplifier.errors import CancelledError, SceneError, UnreadablePathError
@@ -22,6 +21,7 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.occluder_tree import OccluderTree
 from simplifier.hierarchy.parts import Parts, split_large
+from simplifier.options.scene import CullOptions
 from simplifier.progress import Cancel, TellStep
 
 

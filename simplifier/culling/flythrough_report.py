@@ -32,7 +32,14 @@ def summary(flown: Flythrough, scene_name: str) -> dict[str, Any]:
         },
         "path": {"name": flown.path.name, "frames": len(flown.path.cameras)},
         "frames_measured": len(flown.frames),
-        "options": {**asdict(flown.options), "pixel_error": flown.pixel_error},
+        "options": {
+            "rows": flown.options.rows,
+            "columns": flown.options.columns,
+            "pixel_error": flown.pixel_error,
+            "detail": flown.options.detail,
+            "repeats": flown.options.repeats,
+            "shots": flown.options.shots,
+        },
         "objects": _counts(whole.objects),
         "parts": _counts(whole.parts),
         "pixels": {

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from simplifier.culling.cull import Culled, Culler
-from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.depth_buffer import DepthBuffer
 from simplifier.culling.fate import Counts, Fate, fates, object_sums, object_verdicts
 from simplifier.culling.item_buffer import ItemBuffer
@@ -21,6 +20,7 @@ from simplifier.geometry.camera import Camera
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.occluder_tree import OccluderTree
 from simplifier.hierarchy.parts import Parts
+from simplifier.options.scene import CullOptions
 
 
 @dataclass(frozen=True)

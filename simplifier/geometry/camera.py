@@ -11,9 +11,9 @@ from simplifier.checks import check_positive, check_whole, is_number, value_text
 from simplifier.errors import OptionError
 from simplifier.geometry.arrays import vector
 from simplifier.geometry.mesh import FloatArray
+from simplifier.options.scene import LEAST_FOV
 
 _MOST_ROWS = 1 << 31  # of a screen; a larger one is a mistake
-LEAST_FOV = 1e-6
 """Degrees; of less, lengths in pixels grow past all floats."""
 
 

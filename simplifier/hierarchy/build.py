@@ -24,7 +24,6 @@ from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import grid_shape
 from simplifier.hierarchy.node import is_own_occluder, node_occluder, node_options
 from simplifier.hierarchy.node_plan import Keys, NodeJob, Plan, plan_occluders
-from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.parts import Parts, split_large
 from simplifier.hierarchy.store import OccluderStore, Summary
 from simplifier.hierarchy.tree import Tree, build_tree
@@ -32,6 +31,7 @@ from simplifier.kernels.threads import thread_count
 from simplifier.memory.limit import check_need
 from simplifier.memory.need import MIB, MemoryNeed, MeshSize
 from simplifier.memory.runs import Judging, judging, simplifying
+from simplifier.options.scene import SceneOptions
 from simplifier.processes import JobOutcome, run_jobs, run_jobs_here
 from simplifier.progress import Cancel, TellCount
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -29,10 +29,10 @@ from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.build import Build
 from simplifier.hierarchy.node_plan import is_key
 from simplifier.hierarchy.occluder_tree import LEVELS, OccluderTree
-from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.store import OccluderStore, Summary
 from simplifier.hierarchy.tree import Tree
 from simplifier.io.files import make_folder, read_bytes, write_whole
+from simplifier.options.scene import SceneOptions
 from simplifier.version import VERSION
 
 SCENE_FILE = "scene.json"
@@ -60,7 +60,7 @@ def write_manifest(folder: Path, scene: Scene, options: SceneOptions, build: Bui
     document = {
         "schema_version": SCHEMA_VERSION,
         "version": VERSION,
-        "options": asdict(options),
+        "options": options.chosen(),
         "objects": list(scene.names),
         "nodes": _nodes(build),
         "occluders": {
@@ -258,9 +258,8 @@ def summaries_of(rows: Any) -> dict[str, Summary]:
 
 def options_of(values: Any) -> SceneOptions:
     """Those that this version knows."""
-    return SceneOptions(
-        **{one.name: value_of(values, one.name, "the options") for one in fields(SceneOptions)}
-    )
+    known = (one.name for one in SceneOptions.fields() if one.of_result)
+    return SceneOptions(**{name: value_of(values, name, "the options") for name in known})
 
 
 def _summary(row: Any, key: str) -> Summary:

@@ -12,11 +12,15 @@ from simplifier.errors import CancelledError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import hemisphere_directions, image_axes
-from simplifier.hierarchy.options import SceneOptions
-from simplifier.options import MOST_MOVES, MOST_VOXELS, Axis, Options, SectionOptions, make_options
+from simplifier.options.scene import SceneOptions
+from simplifier.options.simplify import MOST_MOVES, MOST_VOXELS, Axis
+from simplifier.options.stages import Options, SectionOptions, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel
 from simplifier.selection.measure import bit_measure, fitted_projections, silhouettes
+
+COARSENESS = 2.0
+"""Voxels of a node that its occluder strays at least, or lacks where it keeps wholly inside."""
 
 NodeKind = Literal["near", "far", "inner"]
 """Of a leaf's two occluders: exact, and cheaper with an error; or that of an inner node."""

@@ -13,13 +13,14 @@ from typing import get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.geometry.camera import Lens
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.scene import scales
-from simplifier.hierarchy.node import NodeKind, Stand
-from simplifier.hierarchy.options import COARSENESS, SceneOptions
+from simplifier.hierarchy.node import COARSENESS, NodeKind, Stand
 from simplifier.hierarchy.parts import Parts
 from simplifier.hierarchy.tree import Tree
-from simplifier.options import Axis
+from simplifier.options.scene import SceneOptions
+from simplifier.options.simplify import Axis
 from simplifier.version import VERSION
 
 _FEWEST_PARTS = 4  # below an inner node: with fewer, the leaves do as well for as many triangles
@@ -113,7 +114,7 @@ def _useful(tree: Tree, options: SceneOptions) -> NDArray[np.bool_]:
     error = COARSENESS * extents.max(axis=1) / options.resolution
     # So far off is never within the scene, whether the error is past all floats or there is none.
     with np.errstate(over="ignore", invalid="ignore"):
-        seen_from = options.lens.distance(1.0, options.pixel_error) * error
+        seen_from = Lens(options.rows, options.fov).distance(1.0, options.pixel_error) * error
     enough = np.diff(tree.spans, axis=1)[:, 0] >= _FEWEST_PARTS
     return np.asarray(enough & (seen_from <= np.linalg.norm(extents[0])))
 

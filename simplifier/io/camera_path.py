@@ -12,10 +12,11 @@ import numpy as np
 
 from simplifier.checks import as_path
 from simplifier.errors import UnreadablePathError
-from simplifier.geometry.camera import LEAST_FOV, Camera, CameraPath
+from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.mesh import FloatArray
 from simplifier.io.files import read_bytes, write_whole
 from simplifier.io.objects import encodable
+from simplifier.options.scene import LEAST_FOV
 
 SCHEMA_VERSION = 1
 

@@ -27,8 +27,9 @@ from simplifier.io.gltf import BEFORE, GENERATOR
 from simplifier.io.gltf_container import GltfDocument, JsonObject, open_document, pack_glb
 from simplifier.io.gltf_levels import EXTENSION, level_ids
 from simplifier.io.scene_writer import encode_scene
-from simplifier.io.style import PLAIN, Embedding, Style
+from simplifier.io.style import PLAIN, Style
 from simplifier.io.written_faces import single_sided
+from simplifier.options.simplify import Embedding
 
 _ARRAYS = ("nodes", "meshes", "materials", "accessors", "bufferViews", "buffers")
 

@@ -31,10 +31,10 @@ from simplifier.io.labels import Label, Labelled, opaque_faces, sieve
 from simplifier.io.objects import Objects
 from simplifier.memory.limit import check_need
 from simplifier.memory.runs import loading
-from simplifier.options import Transparent
+from simplifier.options.simplify import Transparent
 
 
-def load_mesh(
+def load(
     path: str | Path,
     *,
     allow_external: bool = True,
@@ -74,7 +74,7 @@ def load_mesh(
 def claim_of(path: Path) -> Claim:
     """What a mesh file says that it holds, none of it read; nothing for what reading will refuse.
 
-    Raises :class:`UnknownFormatError` as :func:`load_mesh`.
+    Raises :class:`UnknownFormatError` as :func:`load`.
     """
     codec = codec_for_reading(path)
     # Reading says better what is wrong with a file.
@@ -92,7 +92,7 @@ def load_occluder(
     The error bound is read back from GLB and OCC; elsewhere it is infinite.  A file without a
     triangle of non-zero area is an occluder that hides nothing, with 0 faces.  Unused vertices and
     triangles without area are dropped.  ``allow_external``, ``memory_limit`` and errors as for
-    :func:`load_mesh`, but for the empty mesh.
+    :func:`load`, but for the empty mesh.
     """
     path = as_path("path", path)
     codec, data = _open(path, allow_external, memory_limit)
@@ -114,7 +114,7 @@ def load_objects(
 ) -> Objects:
     """The objects of a file as it states them; one, named as the file, where it has no nodes.
 
-    ``allow_external``, ``transparent``, ``memory_limit`` and errors as for :func:`load_mesh`,
+    ``allow_external``, ``transparent``, ``memory_limit`` and errors as for :func:`load`,
     except for the empty mesh.
     """
     check_one_of("transparent", transparent, get_args(Transparent))
@@ -130,7 +130,7 @@ def load_lods(path: str | Path) -> LodChain:
     """The levels of detail of a ``.glb`` or ``.occ`` that ``save_lods`` wrote, finest first.
 
     Raises :class:`UnknownFormatError` for another suffix, and :class:`UnreadableMeshError` as
-    :func:`load_mesh` and when there are no levels or they are damaged.
+    :func:`load` and when there are no levels or they are damaged.
     """
     path = as_path("path", path)
     decode = codec_for_reading(path).decode_lods

@@ -32,7 +32,7 @@ from simplifier.io.labels import KEEP
 from simplifier.io.load import load_objects
 from simplifier.io.objects import Objects, RawMesh, list_first, unique_names
 from simplifier.io.suffixes import overrides_beside
-from simplifier.options import Transparent
+from simplifier.options.simplify import Transparent
 
 
 def load_scene(

@@ -25,7 +25,7 @@ from simplifier.accuracy.deviation import SLACK, deviation
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import LeftOut, Level, Occluder
 from simplifier.geometry.solid import Solid
-from simplifier.options import Options
+from simplifier.options.stages import Options
 from simplifier.pipeline import Simplification
 from simplifier.wording import percent
 

@@ -13,7 +13,7 @@ from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.lods.choice import Kept, add_coarser, judge_level
 from simplifier.lods.level_plan import LodPlan
-from simplifier.options import Options
+from simplifier.options.stages import Options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel, Deadline, Listener, Progress, Stopwatch, check_run
 

@@ -21,7 +21,7 @@ from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.annealing import TRIES
 from simplifier.kernels.soup_views import UNIT, all_contained
 from simplifier.kernels.threads import run_chunks
-from simplifier.options import RefineOptions
+from simplifier.options.stages import RefineOptions
 from simplifier.progress import Deadline
 from simplifier.refinement.annealing import Annealing, RefineViews, Room
 

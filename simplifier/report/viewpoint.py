@@ -14,7 +14,7 @@ from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.views import BoundingSphere, image_axes
 from simplifier.kernels.coverage import coverage_masks, unpack_masks
-from simplifier.options import Axis
+from simplifier.options.simplify import Axis
 from simplifier.report.png import png_bytes
 from simplifier.report.silhouettes import resize_image, silhouette
 

@@ -21,7 +21,7 @@ from simplifier.kernels.bit_image import SIZE
 from simplifier.kernels.coverage import coverage_masks
 from simplifier.kernels.measure import distance_sum, score_images
 from simplifier.kernels.threads import run_chunks
-from simplifier.options import Options
+from simplifier.options.stages import Options
 from simplifier.progress import TellShare, silent
 
 _POINTS = 1 << 14

@@ -11,7 +11,7 @@ from simplifier.geometry.mesh import FloatArray, as_mesh
 from simplifier.geometry.overrides import NOTHING
 from simplifier.geometry.section import Chain, Polygon, Section
 from simplifier.geometry.solid import Solid
-from simplifier.options import TOLERANCE_VOXELS, Options, SectionOptions
+from simplifier.options.stages import TOLERANCE_VOXELS, Options, SectionOptions
 from simplifier.polygon.chain import simplification_chain, triangulate
 from simplifier.polygon.simplify import bridge_holes, simplify_polygon
 from simplifier.progress import Deadline, Stopwatch, TellShare

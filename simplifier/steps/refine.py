@@ -10,7 +10,7 @@ from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import BoolArray, Solid
 from simplifier.kernels.threads import run_chunks
-from simplifier.options import Options
+from simplifier.options.stages import Options
 from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.finalists import FineViews, best_of

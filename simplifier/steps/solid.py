@@ -7,7 +7,7 @@ import numpy as np
 from simplifier.geometry.mesh import FloatArray, Reach, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
-from simplifier.options import SolidOptions
+from simplifier.options.stages import SolidOptions
 from simplifier.progress import Stopwatch
 from simplifier.voxel.core import barred_voxels, core, deepest, open_regions
 from simplifier.voxel.fill import Side, enclose

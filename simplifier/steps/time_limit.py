@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from simplifier.options import Options, SectionOptions
+from simplifier.options.stages import Options, SectionOptions
 
 QUICK = SectionOptions(directions=4, depths=3, depth_samples=8)
 """Sections that nearly any limit leaves time for."""

@@ -6,20 +6,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from simplifier.checks import check_callable, check_cancel, check_kind
 from simplifier.errors import CancelledError
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
-from simplifier.production.options import TradeoffOptions
+from simplifier.options.tradeoff import TradeoffOptions
 from simplifier.progress import Cancel, TellTotalStep
 from simplifier.report.machine import Machine, this_machine
 from simplifier.tradeoff import words
 from simplifier.tradeoff.advice import Advice, advise
 from simplifier.tradeoff.cases import Case, judge_cases
-from simplifier.tradeoff.sweep import Outcome, SweepOptions, Trial, mesh_trials, outcomes
+from simplifier.tradeoff.sweep import Outcome, Trial, mesh_trials, outcomes, settings_of
 from simplifier.tradeoff.table import json_bytes, rows_of, tradeoff_csv
 from simplifier.wording import percent
 
@@ -35,7 +35,7 @@ class Study:
     at the stated ``precision``.
     """
 
-    options: SweepOptions
+    options: TradeoffOptions
     precision: float
     machine: Machine
     outcomes: tuple[Outcome, ...]
@@ -69,7 +69,7 @@ class Study:
         return study_files(self)
 
 
-def study_of(trials: Sequence[Trial], options: SweepOptions, precision: float) -> Study:
+def study_of(trials: Sequence[Trial], options: TradeoffOptions, precision: float) -> Study:
     """Judge the trials of a sweep, also of one that was cut short.
 
     Raises :class:`OptionError` for a precision out of 0 to 1.
@@ -127,16 +127,13 @@ def sweep_tradeoff(
     check_callable("tell", tell)
     check_cancel(cancel)
     check_kind("overrides", overrides, Overrides, OVERRIDES)
-    chosen = asdict(options)
-    precision = chosen.pop("precision")
-    sweep = SweepOptions(**chosen)
-    runs = len(sweep.settings()) * sweep.repeats
+    runs = len(settings_of(options)) * options.repeats
 
     def told(done: int, now: str) -> object:
         return tell(done, runs, now)
 
-    trials = list(mesh_trials(name, mesh, sweep, told, cancel, overrides))
+    trials = list(mesh_trials(name, mesh, options, told, cancel, overrides))
     if cancel is not None and cancel.is_set():
         raise CancelledError(f"cancelled after {len(trials)} of {runs} runs")
     tell(runs, runs, "writing")
-    return study_of(trials, sweep, precision)
+    return study_of(trials, options, options.precision)

@@ -72,16 +72,16 @@ def _unbuilt(folder: Path) -> object:
 
 
 def _memory(folder: Path) -> object:
-    return simplifier.simplify(box(), budget=80, resolution=1024, memory_limit=0.5)
+    return simplifier.simplify(box(), budget=80, resolution=1024, memory_limit=0.5).occluder
 
 
 def _option(folder: Path) -> object:
-    return simplifier.simplify(box(), budget=0)
+    return simplifier.simplify(box(), budget=0).occluder
 
 
 def _without_opengl(folder: Path) -> object:
     with patch.dict(sys.modules, {"moderngl": None}):
-        return simplifier.simplify(box(), slicer="gl", **QUICK)
+        return simplifier.simplify(box(), slicer="gl", **QUICK).occluder
 
 
 def _no_folder(folder: Path) -> None:
@@ -95,7 +95,7 @@ def _foreign_command(folder: Path) -> None:
 def _cancelled(folder: Path) -> object:
     cancel = threading.Event()
     cancel.set()
-    return simplifier.simplify(box(), cancel=cancel)
+    return simplifier.simplify(box(), cancel=cancel).occluder
 
 
 LIBRARY: dict[type[OccluderError], Callable[[Path], object]] = {

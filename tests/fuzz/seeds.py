@@ -22,9 +22,12 @@ from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Level, LodChain, Occluder
 from simplifier.geometry.scene import Scene
-from simplifier.io import load_mesh, save_camera_path, writable_suffixes, write_scene
+from simplifier.io.camera_path import save_camera_path
+from simplifier.io.formats import writable_suffixes
 from simplifier.io.glb_embed import embed_occluder
+from simplifier.io.load import load
 from simplifier.io.save import occluder_bytes, save_lods
+from simplifier.io.scene_writer import write_scene
 from tests.fuzz.cases import soup_of, write_case
 from tests.fuzz.corpus import CORPUS
 from tests.fuzz.promises.scene_folders import BUILT
@@ -271,7 +274,7 @@ def _decided_files() -> Iterator[tuple[str, str, bytes]]:
             mesh.write_bytes(data)
             yield "original", name, data
             added = Occluder(box().vertices, box().faces, 0.5)
-            yield "original", f"{name}_again", embed_occluder(mesh, load_mesh(mesh), added, "lod")
+            yield "original", f"{name}_again", embed_occluder(mesh, load(mesh), added, "lod")
 
 
 def _all_glb() -> Iterator[tuple[str, str, bytes]]:

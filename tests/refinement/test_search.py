@@ -12,7 +12,7 @@ from simplifier.kernels.annealing import TRIES
 from simplifier.kernels.coverage import coverage_masks
 from simplifier.kernels.soup_views import UNIT, block_count, draw_soup, score_unions
 from simplifier.kernels.voxelize import is_contained, mark_triangles
-from simplifier.options import RefineOptions
+from simplifier.options.stages import RefineOptions
 from simplifier.progress import Deadline
 from simplifier.refinement.annealing import Annealing, RefineViews, Room
 from simplifier.refinement.search import _by_time, _Price, pull_into, refine

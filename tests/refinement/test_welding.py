@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.options import SolidOptions
+from simplifier.options.stages import SolidOptions
 from simplifier.progress import Stopwatch
 from simplifier.refinement.starts import weld_vertices
 from simplifier.steps.solid import solidify

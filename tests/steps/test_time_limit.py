@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from simplifier.options import make_options
+from simplifier.options.stages import make_options
 from simplifier.steps.time_limit import (
     QUICK,
     StartCost,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from simplifier.geometry.overrides import NO_OVERRIDES, DrawnPart, Overrides
-from simplifier.options import SolidOptions
+from simplifier.options.stages import SolidOptions
 from simplifier.progress import Stopwatch
 from simplifier.steps.solid import solidify
 from simplifier.steps.verbatim import is_own_occluder, seen_triangles

@@ -27,7 +27,7 @@ from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.section import Chain
 from simplifier.geometry.solid import Solid
 from simplifier.kernels.coverage import unpack_masks
-from simplifier.options import TOLERANCE_VOXELS, Options, SectionOptions, make_options
+from simplifier.options.stages import TOLERANCE_VOXELS, Options, SectionOptions, make_options
 from simplifier.polygon.chain import simplification_chain
 from simplifier.polygon.simplify import bridge_holes, simplify_polygon
 from simplifier.progress import Stopwatch

@@ -6,7 +6,7 @@ import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.options import ERROR_VOXELS, Options
+from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.finalists import FineViews, best_of

@@ -12,10 +12,11 @@ from simplifier.errors import EmptyMeshError, OutputError, UnreadableMeshError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import LodChain, Occluder
 from simplifier.geometry.scene import Scene
-from simplifier.io import load_lods, load_mesh, load_occluder, load_scene, writable_suffixes
-from simplifier.io.formats import CODECS
+from simplifier.io.formats import CODECS, writable_suffixes
 from simplifier.io.glb_embed import Embedding, embed_occluder
+from simplifier.io.load import load, load_lods, load_occluder
 from simplifier.io.save import occluder_bytes
+from simplifier.io.scene import load_scene
 from tests.fuzz.promises import check_sentence, promise
 from tests.fuzz.promises.soups import FURTHEST, check_soup
 
@@ -28,7 +29,7 @@ def check_mesh_file(path: Path) -> None:
     occluder = load_occluder(path)
     check_occluder(occluder)
     try:
-        mesh = load_mesh(path)
+        mesh = load(path)
     except EmptyMeshError:
         promise(len(occluder.faces) == 0, "a mesh is empty where its occluder is")
         raise
@@ -80,7 +81,7 @@ def check_round_trips(occluder: Occluder) -> None:
 def _check_alone(path: Path, mesh: TriangleMesh) -> None:
     """Other files may be refused; what is read without them is the same."""
     try:
-        alone = load_mesh(path, allow_external=False)
+        alone = load(path, allow_external=False)
     except UnreadableMeshError as error:
         promise("another file" in error.what, "only other files are refused")
         return

@@ -19,6 +19,7 @@ from simplifier.tradeoff.cases import Case
 from simplifier.tradeoff.plot import DARK, LIGHT, case_picture
 from simplifier.tradeoff.sweep import Outcome
 from simplifier.version import VERSION
+from simplifier.wording import exact_percent
 
 
 def page_text(
@@ -64,7 +65,7 @@ def _summary(
     sweep = "every combination" if options.full else "one knob at a time"
     ground = f", standing on the ground, up {options.up}" if options.ground else ""
     return (
-        f"{runs:,} runs, {sweep} around the default{ground}; at least {words.share(precision)} "
+        f"{runs:,} runs, {sweep} around the default{ground}; at least {exact_percent(precision)} "
         f"precision. Measured on {machine}."
     )
 

@@ -11,10 +11,12 @@ from simplifier.io.placing import MOST_TRIANGLES, Size, sum_sizes
 
 _TAG = re.compile(
     rb"<(/?)(?:[\w.-]+:)?(geometry|node|library_nodes|float_array|triangles|polylist|polygons|"
-    rb"tristrips|trifans|instance_geometry|instance_controller|instance_node)\b([^>]*)>"
+    rb"tristrips|trifans|instance_geometry|instance_controller|instance_node|controller|skin|morph)"
+    rb"\b([^>]*)>"
 )
 _ID = re.compile(rb"\bid\s*=\s*[\"']([^\"']*)")
 _URL = re.compile(rb"\burl\s*=\s*[\"']#([^\"']*)")
+_SOURCE = re.compile(rb"\bsource\s*=\s*[\"']#([^\"']*)")
 _COUNT = re.compile(rb"\bcount\s*=\s*[\"']\s*(\d{1,18})")
 _PIECE = 1 << 20  # bytes
 _LONGEST_TAG = 1 << 24
@@ -52,7 +54,8 @@ class _Outline:
         self._roots: list[_Node] = []
         self._open: list[_Node] = []
         self._in_library = False
-        self._mesh = b""
+        self._mesh = self._controller = b""
+        self._shapes: dict[bytes, bytes] = {}  # of controllers, by their ids
 
     def add(self, closing: bool, kind: bytes, attributes: bytes) -> None:
         """The next tag of the text."""
@@ -69,6 +72,10 @@ class _Outline:
                 self._open[-1].nodes.append(url[1])
         elif kind == b"geometry":
             self._mesh = _first(_ID, attributes)
+        elif kind == b"controller":
+            self._controller = _first(_ID, attributes)
+        elif kind in (b"skin", b"morph"):
+            self._shapes.setdefault(self._controller, _first(_SOURCE, attributes))
         elif not closing:
             self._measure(kind, attributes)
 
@@ -108,8 +115,9 @@ class _Outline:
                 self._named.get(one, _Node()) if isinstance(one, bytes) else one
                 for one in node.nodes
             ]
-            # A skin is counted as a mesh of middle size: its address leads to no geometry.
-            own = [self.meshes.get(one, (0, 0)) for one in node.meshes]
+            shapes = [self._shapes.get(one, one) for one in node.meshes]
+            shapes = [self._shapes.get(one, one) for one in shapes]  # a skin around a morph
+            own = [self.meshes.get(one, (0, 0)) for one in shapes]
             node.total = sum_sizes([*own, *(self._total(one, depth + 1) for one in inner)])
         return node.total
 

@@ -21,6 +21,7 @@ from simplifier.io import (
     ply,
     stl,
     threemf,
+    threemf_claim,
     tres,
 )
 from simplifier.io import gltf as gltf_claim
@@ -78,7 +79,7 @@ CODECS: dict[str, Codec] = {
     ".3mf": Codec(
         "3MF",
         threemf.decode,
-        threemf.claim,
+        threemf_claim.claim,
         objects=threemf.objects,
         labelled=threemf.decode_labelled,
         check_start=threemf.check_start,

@@ -263,6 +263,14 @@ def test_the_memory_is_estimated_before_the_model_is_read(written):
         load(path, memory_limit=1e-6)
 
 
+@pytest.mark.parametrize("text", [MESH.replace("<vertex ", "<vertex\n"), MESH * 9])
+def test_elements_that_are_written_otherwise_are_no_way_around_the_estimate(written, text):
+    path = written(f'<object id="1">{text}</object>', ITEM)
+    mesh = load_mesh(path)
+    held = 24 * (len(mesh.vertices) + len(mesh.faces))
+    assert claim_of(path).decoding > held + len(text)
+
+
 def test_what_trimesh_writes_is_read_as_it_was(tmp_path):
     pytest.importorskip("lxml")
     ball = trimesh.creation.icosphere(2)

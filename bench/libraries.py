@@ -117,7 +117,7 @@ def _collada(folder: Path) -> Path:
 def _solid(folder: Path) -> Any:
     """The dragon's, of 256 voxels along its longest edge."""
     import simplifier
-    from simplifier.options import SolidOptions
+    from simplifier.options.stages import SolidOptions
     from simplifier.progress import Stopwatch
     from simplifier.steps.solid import solidify
 

@@ -10,8 +10,8 @@ import trimesh
 
 from simplifier.errors import MemoryLimitError, OverridesError, UnreadableMeshError
 from simplifier.geometry.overrides import Ignore, Pattern
-from simplifier.io import load, load_scene
-from simplifier.io.load import claim_of
+from simplifier.io.load import claim_of, load
+from simplifier.io.scene import load_scene
 from tests.io.builders import (
     FAN,
     TETRAHEDRON_FACES,

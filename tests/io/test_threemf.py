@@ -13,8 +13,8 @@ import trimesh
 
 from simplifier.errors import EmptyMeshError, MemoryLimitError, UnreadableMeshError
 from simplifier.geometry.overrides import Ignore, Pattern
-from simplifier.io import load, load_scene
-from simplifier.io.load import claim_of
+from simplifier.io.load import claim_of, load
+from simplifier.io.scene import load_scene
 from tests.io.builders import (
     MODEL_3MF,
     TETRAHEDRON_FACES,
@@ -266,7 +266,7 @@ def test_the_memory_is_estimated_before_the_model_is_read(written):
 @pytest.mark.parametrize("text", [MESH.replace("<vertex ", "<vertex\n"), MESH * 9])
 def test_elements_that_are_written_otherwise_are_no_way_around_the_estimate(written, text):
     path = written(f'<object id="1">{text}</object>', ITEM)
-    mesh = load_mesh(path)
+    mesh = load(path)
     held = 24 * (len(mesh.vertices) + len(mesh.faces))
     assert claim_of(path).decoding > held + len(text)
 

@@ -23,11 +23,11 @@ from service.schemas.job import Job as JobBody
 from service.schemas.job_options import option_tables
 from service.settings import Settings
 from service.storage.asset_store import SqlAssetStore
-from service.storage.blobs.file_blobs import FileBlobs
 from service.storage.cleaning import Cleaner
 from service.storage.data_folder import DataFolder
 from service.storage.database import Database
 from service.storage.delivery_store import SqlDeliveryStore
+from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from service.storage.key_store import SqlKeyStore
 from service.webhooks.address_guard import check_webhook

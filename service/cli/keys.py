@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.access.key import LOCAL, ApiKey, Scope
-from service.cli.failures import run_command
+from service.cli.command import run_command
 from simplifier import OptionError
 from simplifier.cli.plugin import Debug, print_line, print_text
 

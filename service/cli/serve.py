@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from service.cli.failures import run_command
+from service.cli.command import run_command
 from simplifier.cli.plugin import Debug, print_line
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from service.cli.failures import run_command
+from service.cli.command import run_command
 from simplifier import OCCLUDER_SUFFIXES, SIMPLIFY_FIELDS, OptionError, OutputError
 from simplifier.cli.plugin import Debug, overrides_beside, typed_lengths, with_options
 

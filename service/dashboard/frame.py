@@ -9,9 +9,9 @@ from nicegui import ui
 
 from service.access.key import Caller
 from service.dashboard.icon import ICON
-from service.dashboard.session import current_caller
 from service.dashboard.sign_in import STYLE
 from service.dashboard.theme import theme_switch
+from service.dashboard.visitor import current_caller
 
 _PLACES = {"Overview": "/", "Submit": "/submit", "Jobs": "/jobs", "API docs": "/docs"}
 

@@ -10,7 +10,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.dashboard.session import Visitor
+from service.dashboard.visitor import Visitor
 from service.errors import ServiceError, UnauthenticatedError
 from service.routes.services import Services
 from service.schemas.problem import MEDIA_TYPE, problem_of

@@ -18,16 +18,16 @@ from starlette.routing import BaseRoute, Match
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.dashboard import sign_in
-from service.dashboard.asset import page as asset
-from service.dashboard.compare import page as compare
+from service.dashboard.asset import asset_page as asset
+from service.dashboard.asset import compare_page as compare
 from service.dashboard.gate import Gate
 from service.dashboard.icon import ICON
-from service.dashboard.jobs import one_page as job
-from service.dashboard.jobs import page as jobs
-from service.dashboard.overview import page as overview
-from service.dashboard.overview import rows_route
-from service.dashboard.submit import page as submit
-from service.dashboard.tradeoff import page as tradeoff
+from service.dashboard.jobs import job_page as job
+from service.dashboard.jobs import jobs_page as jobs
+from service.dashboard.overview import exports
+from service.dashboard.overview import overview_page as overview
+from service.dashboard.submit import submit_page as submit
+from service.dashboard.tradeoff import tradeoff_page as tradeoff
 
 PAGES = (overview, asset, compare, submit, tradeoff, jobs, job)
 """Modules whose import makes pages."""
@@ -42,7 +42,7 @@ def add_dashboard(app: FastAPI) -> None:
     ``app.state.services`` has to be there from then on.
     """
     app.include_router(sign_in.router)
-    app.include_router(rows_route.router)
+    app.include_router(exports.router)
     host = _host()
     app.router.routes.append(_Pages(Gate(host, app)))
     inside = app.router.lifespan_context

@@ -6,18 +6,18 @@ from fastapi import FastAPI
 from fastapi.routing import APIRoute
 from starlette.types import Lifespan
 
-from service.answers.failures import handle_failures
+from service.answers.problems import handle_failures
 from service.routes import (
     assets,
-    docs,
     evaluations,
-    events,
+    explanations,
     health,
     jobs,
     metrics,
     occluders,
     pictures,
     problems,
+    progress,
     results,
     scenes,
     tradeoff,
@@ -41,7 +41,7 @@ _DESCRIPTION = (
 )
 
 _ROUTES = (
-    occluders, evaluations, scenes, tradeoff, jobs, events, pictures, results, assets, health,
+    occluders, evaluations, scenes, tradeoff, jobs, progress, pictures, results, assets, health,
     metrics, problems,
 )  # fmt: skip
 
@@ -62,8 +62,8 @@ def make_api(lifespan: Lifespan[FastAPI] | None = None) -> FastAPI:
     handle_failures(app, [route for room in _ROUTES for route in room.router.routes])
     for room in _ROUTES:
         app.include_router(room.router)
-    app.include_router(docs.router)
-    docs.add_swagger(app)
+    app.include_router(explanations.router)
+    explanations.add_swagger(app)
     describe(app)
     return app
 

@@ -14,6 +14,7 @@ from service.jobs.asset import Asset as StoredAsset
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobKind
 from service.routes.callers import KEYED, Reader, Writer
+from service.routes.docs import EVERYWHERE, header, json_of, refusals
 from service.routes.services import Services, TheServices
 from service.schemas.asset import (
     Asset,
@@ -25,7 +26,6 @@ from service.schemas.asset import (
     RunPage,
     Thresholds,
 )
-from service.schemas.openapi import EVERYWHERE, header, json_of, refusals
 from service.uploads.small_body import SmallBodyRoute
 
 router = APIRouter(prefix="/v1", tags=["assets"], dependencies=KEYED, route_class=SmallBodyRoute)

@@ -8,9 +8,9 @@ from typing import Any
 from fastapi import FastAPI
 from pydantic.json_schema import models_json_schema
 
+from service.routes.docs import refusal
 from service.schemas.asset import Asset
 from service.schemas.job import Job
-from service.schemas.openapi import refusal
 from service.schemas.problem import MEDIA_TYPE, Problem
 from service.schemas.result import Result
 

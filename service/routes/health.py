@@ -5,9 +5,9 @@ from __future__ import annotations
 from fastapi import APIRouter
 
 from service.errors import NotReadyError
+from service.routes.docs import refusals
 from service.routes.services import TheServices
 from service.schemas.health import Health, Readiness
-from service.schemas.openapi import refusals
 
 router = APIRouter(tags=["service"])
 

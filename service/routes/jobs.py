@@ -15,10 +15,10 @@ from service.jobs.job import JobKind, JobState
 from service.jobs.stores import JobFilter
 from service.routes import actions
 from service.routes.callers import KEYED, Reader, Writer
+from service.routes.docs import EVERYWHERE, header, refusals
 from service.routes.services import Services, TheServices
 from service.schemas.job import Job, JobPage
 from service.schemas.moment import Moment
-from service.schemas.openapi import EVERYWHERE, header, refusals
 
 router = APIRouter(prefix="/v1", tags=["jobs"], dependencies=KEYED)
 

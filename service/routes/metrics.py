@@ -7,8 +7,8 @@ from fastapi.responses import Response
 from prometheus_client import CONTENT_TYPE_LATEST
 
 from service.routes.callers import KEYED, Reader
+from service.routes.docs import EVERYWHERE, refusals
 from service.routes.services import TheServices
-from service.schemas.openapi import EVERYWHERE, refusals
 
 router = APIRouter(tags=["service"], dependencies=KEYED)
 

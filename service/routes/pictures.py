@@ -10,8 +10,8 @@ from fastapi.responses import Response
 from service.errors import NotFoundError
 from service.headers.ranges import is_fresh
 from service.routes.callers import KEYED, Reader
+from service.routes.docs import EVERYWHERE, binary, header, refusals
 from service.routes.services import TheServices
-from service.schemas.openapi import EVERYWHERE, binary, header, refusals
 
 _PNG = "image/png"
 _HEADERS = {

@@ -10,7 +10,7 @@ from fastapi import APIRouter
 from fastapi.responses import HTMLResponse
 
 from service.errors import NotFoundError, ServiceError
-from service.schemas.openapi import refusals
+from service.routes.docs import refusals
 
 router = APIRouter(tags=["service"])
 

@@ -10,7 +10,6 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
 from service.access.key import Caller
-from service.answers.docs import CONDITIONS, FILE, HEAD, PARTS, RESULT
 from service.answers.files import send_file
 from service.answers.formats import FORMATS, JSON, chosen_format
 from service.answers.outcomes import problem_of_state
@@ -18,10 +17,11 @@ from service.errors import NotAcceptableError, NotFoundError
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobFile, JobState
 from service.jobs.stores import BlobStore
+from service.routes.answer_docs import CONDITIONS, FILE, HEAD, PARTS, RESULT
 from service.routes.callers import KEYED, Reader
+from service.routes.docs import EVERYWHERE, refusals
 from service.routes.jobs import shown
 from service.routes.services import Services, TheServices
-from service.schemas.openapi import EVERYWHERE, refusals
 from service.schemas.result import FilePage, Result, ResultFile
 
 router = APIRouter(prefix="/v1", tags=["results"], dependencies=KEYED)

@@ -11,11 +11,11 @@ from service.headers.idempotency_key import IDEMPOTENCY_KEY, idempotency_key
 from service.jobs.job import JobKind
 from service.routes import actions
 from service.routes.callers import KEYED, Writer
+from service.routes.docs import EVERYWHERE, refusals
 from service.routes.jobs import NEW_JOB, shown
 from service.routes.services import TheServices
 from service.schemas.job import Job
 from service.schemas.job_options import option_tables
-from service.schemas.openapi import EVERYWHERE, refusals
 
 router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
 

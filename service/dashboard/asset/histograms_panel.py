@@ -9,7 +9,7 @@ from nicegui import ui
 
 from service.dashboard.asset.histogram import Bin, binned, quantile
 from service.dashboard.frame import panel
-from service.dashboard.view_map.scale import css
+from service.dashboard.scale import css
 from service.dashboard.views import Measure, View
 from service.dashboard.wording import percent
 

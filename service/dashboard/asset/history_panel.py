@@ -8,7 +8,7 @@ from urllib.parse import urlencode
 
 from nicegui import ui
 
-from service.dashboard.asset.rows import RunLine
+from service.dashboard.asset.details import RunLine
 from service.dashboard.frame import panel
 from service.dashboard.wording import percent, seconds, whole
 

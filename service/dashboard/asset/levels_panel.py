@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from nicegui import ui
 
-from service.dashboard.asset.rows import RunDetail
+from service.dashboard.asset.details import RunDetail
 from service.dashboard.frame import panel
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.wording import length, percent, whole

@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 from nicegui import ui
 
+from service.dashboard.asset.details import RunDetail
 from service.dashboard.asset.downloads_panel import downloads_panel
 from service.dashboard.asset.histograms_panel import histograms_panel
 from service.dashboard.asset.levels_panel import levels_panel
 from service.dashboard.asset.numbers_panel import numbers_panel
 from service.dashboard.asset.pictures_panel import pictures_panel
-from service.dashboard.asset.rows import RunDetail
 from service.dashboard.asset.solid_panel import solid_panel, warnings_panel
 from service.dashboard.asset.timings_panel import timings_panel
 from service.dashboard.asset.viewer_panel import viewer_panel

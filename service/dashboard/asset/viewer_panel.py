@@ -7,9 +7,9 @@ from collections.abc import Callable
 from nicegui import ui
 from nicegui.events import ValueChangeEventArguments
 
-from service.dashboard.asset.rows import RunDetail
+from service.dashboard.asset.details import RunDetail
 from service.dashboard.frame import panel
-from service.dashboard.viewer.viewer import MeshViewer, Mode
+from service.dashboard.viewer import MeshViewer, Mode
 from service.dashboard.views import View
 from service.dashboard.wording import percent, whole
 

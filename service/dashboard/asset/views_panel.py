@@ -10,8 +10,8 @@ from nicegui import ui
 from service.dashboard.asset.viewer_panel import ShowView
 from service.dashboard.frame import panel
 from service.dashboard.plain_table import PlainTable
-from service.dashboard.view_map.projection import Axis
-from service.dashboard.view_map.view_map import ViewMap
+from service.dashboard.projection import Axis
+from service.dashboard.view_map import ViewMap
 from service.dashboard.views import Measure, View, worst_first
 from service.dashboard.wording import along, percent
 

@@ -6,7 +6,7 @@ from base64 import b64encode
 
 from nicegui import ui
 
-from service.dashboard.palette import BOTH, MISSED, WRONG
+from service.dashboard.colours import BOTH, MISSED, WRONG
 from service.dashboard.wording import percent, seconds
 from service.jobs.progress import JobProgress, Snapshot
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from service.dashboard.jobs.rows import JobLine
+from service.dashboard.jobs.job_lines import JobLine
 from service.dashboard.jobs.words import KINDS
 from service.dashboard.plain_table import PlainTable
 

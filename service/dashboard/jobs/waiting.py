@@ -11,11 +11,11 @@ from nicegui.elements.mixins.text_element import TextElement
 
 from service.access.key import Scope
 from service.dashboard.frame import panel
+from service.dashboard.jobs.job_lines import JobLine, JobsNow, jobs_now
 from service.dashboard.jobs.names import name_cells
-from service.dashboard.jobs.rows import JobLine, JobsNow, jobs_now
 from service.dashboard.notices import refusals_told
 from service.dashboard.plain_table import PlainTable
-from service.dashboard.session import Visitor
+from service.dashboard.visitor import Visitor
 from service.dashboard.wording import moment, percent, seconds
 from service.routes import actions
 

@@ -7,7 +7,7 @@ import io
 from collections.abc import Iterable
 from datetime import UTC, datetime
 
-from service.dashboard.overview.rows import AssetLine
+from service.dashboard.overview.asset_lines import AssetLine
 
 _COLUMNS = (
     "asset", "precision", "recall", "worst_recall", "worst_view", "input_triangles", "triangles",

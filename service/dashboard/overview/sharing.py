@@ -6,7 +6,7 @@ import threading
 from datetime import datetime
 from weakref import WeakKeyDictionary
 
-from service.dashboard.overview.rows import Overview, read_overview
+from service.dashboard.overview.asset_lines import Overview, read_overview
 from service.jobs.asset import AssetStore
 
 _MOST_KEPT = 4

@@ -8,7 +8,7 @@ from pathlib import Path
 import nicegui
 from nicegui.element import Element
 
-from service.dashboard.overview.rows_route import SOURCE
+from service.dashboard.overview.exports import SOURCE
 
 _GRID = Path(nicegui.__file__).parent / "elements" / "aggrid" / "dist"
 

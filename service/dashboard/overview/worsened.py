@@ -10,7 +10,7 @@ from nicegui import ui
 from nicegui.events import ValueChangeEventArguments
 
 from service.dashboard.frame import panel
-from service.dashboard.overview.rows import Change, Overview, midnight
+from service.dashboard.overview.asset_lines import Change, Overview, midnight
 from service.dashboard.wording import percent
 
 _MOST = 50

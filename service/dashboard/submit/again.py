@@ -10,11 +10,11 @@ from anyio.to_thread import run_sync
 from nicegui import ui
 
 from service.access.key import Scope
-from service.dashboard.jobs.live import LiveJob
+from service.dashboard.jobs.live_job import LiveJob
 from service.dashboard.notices import refusals_told, warn
-from service.dashboard.session import Visitor
 from service.dashboard.submit.option_form import OptionForm
 from service.dashboard.submit.typed import typed_options
+from service.dashboard.visitor import Visitor
 from service.jobs.job import OVERRIDES_FILE, Job, JobFile, JobKind
 from service.routes import actions
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from nicegui import ui
 
-from service.dashboard.tradeoff.rows import Point, Tradeoff
+from service.dashboard.tradeoff.points import Point, Tradeoff
 from service.dashboard.wording import percent, seconds
 
 _SYMBOLS = ("rect", "diamond", "roundRect", "pin", "arrow")

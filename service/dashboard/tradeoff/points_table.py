@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from nicegui import ui
 
 from service.dashboard.plain_table import PlainTable
-from service.dashboard.tradeoff.rows import Point
+from service.dashboard.tradeoff.points import Point
 from service.dashboard.wording import percent, seconds, whole
 
 _STANDINGS = {

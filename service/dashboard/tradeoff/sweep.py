@@ -9,12 +9,12 @@ from nicegui import ui
 
 from service.access.key import Scope
 from service.dashboard.frame import panel
-from service.dashboard.jobs.live import LiveJob
-from service.dashboard.jobs.rows import JobLine
+from service.dashboard.jobs.job_lines import JobLine
+from service.dashboard.jobs.live_job import LiveJob
 from service.dashboard.notices import refusals_told, warn
-from service.dashboard.session import Visitor
 from service.dashboard.submit.option_form import OptionForm
-from service.dashboard.tradeoff.rows import Tradeoff
+from service.dashboard.tradeoff.points import Tradeoff
+from service.dashboard.visitor import Visitor
 from service.jobs.job import JobKind
 from service.routes import actions
 

@@ -26,8 +26,8 @@ from service.routes.services import Services
 from service.schemas.job_options import option_tables
 from service.settings import Settings
 from service.storage.asset_store import SqlAssetStore
-from service.storage.blobs.file_blobs import FileBlobs
 from service.storage.database import Database
+from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from service.storage.key_store import SqlKeyStore
 from tests.waiting import until

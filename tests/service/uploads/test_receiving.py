@@ -22,7 +22,7 @@ from service.errors import (
 )
 from service.jobs.job import JobFile
 from service.settings import Settings
-from service.storage.blobs.file_blobs import FileBlobs
+from service.storage.file_blobs import FileBlobs
 from service.uploads import body as body_module
 from service.uploads.receiving import Upload, Uploads, Wanted, receive
 from tests.service.storage.blob_store_contract import blob_of

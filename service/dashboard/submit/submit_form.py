@@ -1,0 +1,83 @@
+"""New meshes with their settings, and the jobs that come of them."""
+
+from __future__ import annotations
+
+from nicegui import ui
+
+from service.dashboard.jobs.live_job import LiveJob
+from service.dashboard.notices import warn
+from service.dashboard.submit.option_form import OptionForm
+from service.dashboard.submit.remembered import Remembered
+from service.dashboard.submit.typed import asset_names, remembered_options
+from service.dashboard.submit.uploader import Uploader
+from service.dashboard.visitor import Visitor
+from service.jobs.job import JobKind
+
+COMMON = (
+    "budget", "preset", "ground", "up", "viewers", "resolution", "error_bound", "lods",
+)  # fmt: skip
+"""Settings that most people need, in this order."""
+
+_LONGEST_NAME = 300
+
+
+class SubmitForm:
+    """The panel of a submission, and below it a panel a job."""
+
+    def __init__(self, visitor: Visitor, asset: str) -> None:
+        self._visitor = visitor
+        self._files: list[str] = []
+        self._table = visitor.services.tables[JobKind.OCCLUDER]
+        with ui.element("section").classes("panel"):
+            self._uploader = Uploader(
+                visitor.services.settings.max_upload,
+                on_chosen=self._chosen, on_sent=self._sent, on_done=self._done,
+            )  # fmt: skip
+            self._asset = ui.input("Asset", value=asset[:_LONGEST_NAME]).classes("asset-name")
+            self._asset.props(f"dense outlined maxlength={_LONGEST_NAME} autocomplete=off")
+            self._asset.props["hint"] = (
+                "Whose run it becomes, such as props/castle; may stay empty. Several files become "
+                "assets of their own below it."
+            )
+            self._form = OptionForm(self._table, COMMON)
+            with ui.element("div").classes("row-of-controls"):
+                self._button = ui.button("Submit", on_click=self._submit)
+                self._button.props("no-caps unelevated")
+                ui.button("Defaults", on_click=self._reset).props("no-caps flat")
+                self._words = ui.label("Choose a mesh first.").classes("quiet").props("role=status")
+            self._button.disable()
+        self._remembered = Remembered("submit", self._kept)
+        self._jobs = ui.element("div").classes("live-jobs")
+
+    def _chosen(self, names: list[str]) -> None:
+        self._files = names
+        self._button.set_enabled(bool(names))
+        count = len(names)
+        self._words.text = "" if count == 1 else f"{count} files" if count else ""
+
+    def _submit(self) -> None:
+        form = self._form.read()
+        if form.faults:
+            self._form.show_faults(form)
+            warn("Some settings are wrong; see beside them")
+            return
+        self._remembered.keep(self._form.typed)
+        self._button.disable()
+        self._words.text = "Sending"
+        self._uploader.send(form.given, asset_names(self._asset.value or "", self._files))
+
+    def _sent(self, job_id: str) -> None:
+        with self._jobs:
+            panel = LiveJob(self._visitor, job_id).panel
+        panel.move(target_index=0)
+
+    def _done(self) -> None:
+        self._button.set_enabled(bool(self._files))
+        refused = len(self._files)
+        self._words.text = "Not all could be sent; see above" if refused else "Sent"
+
+    def _kept(self, told: object) -> None:
+        self._form.fill(remembered_options(self._table, told))
+
+    def _reset(self) -> None:
+        self._form.reset()

@@ -1,0 +1,81 @@
+"""A job's progress as it comes: server-sent events."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import aclosing, suppress
+
+from anyio.to_thread import run_sync
+from fastapi import APIRouter, Request
+from fastapi.responses import StreamingResponse
+from pydantic import BaseModel
+
+from service.access.key import Caller
+from service.answers.following import news
+from service.errors import NotFoundError
+from service.jobs.job import Job as StoredJob
+from service.routes.callers import KEYED, Reader
+from service.routes.docs import EVERYWHERE, refusals
+from service.routes.jobs import shown
+from service.routes.services import Services, TheServices
+from service.schemas.job import Progress
+
+_QUIET = 15.0  # seconds, after which a comment keeps proxies from hanging up
+
+_EVENT = {
+    "description": "One event.",
+    "type": "object",
+    "required": ["event", "data"],
+    "properties": {
+        "event": {"enum": ["state", "progress"]},
+        "data": {"type": "string", "contentMediaType": "application/json"},
+    },
+}
+
+router = APIRouter(prefix="/v1", tags=["jobs"], dependencies=KEYED)
+
+
+@router.get(
+    "/jobs/{job_id}/events",
+    response_class=StreamingResponse,
+    responses={
+        200: {
+            "description": "Events `state`, whose data is a Job, and `progress`, whose data is a "
+            "Progress. The present state comes first; the stream ends after the last one.",
+            "content": {"text/event-stream": {"schema": _EVENT}},
+        },
+        **refusals(*EVERYWHERE, 404),
+    },
+    summary="Follow a job",
+)
+async def job_events(
+    job_id: str, request: Request, services: TheServices, caller: Reader
+) -> StreamingResponse:
+    """Server-sent events until the job has ended."""
+    job = await run_sync(services.jobs.job, caller.tenant, job_id)
+    return StreamingResponse(
+        _stream(request, services, caller, job),
+        media_type="text/event-stream",
+        headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"},
+    )
+
+
+async def _stream(
+    request: Request, services: Services, caller: Caller, job: StoredJob
+) -> AsyncIterator[bytes]:
+    # NotFoundError: the job was removed with its asset, and there is no more to tell.
+    with suppress(NotFoundError):
+        async with aclosing(news(services.jobs, services.board, job, _QUIET)) as told:
+            async for one in told:
+                if await request.is_disconnected():
+                    return
+                if one is None:
+                    yield b": still here\n\n"
+                elif isinstance(one, StoredJob):
+                    yield _event("state", shown(services, caller, one))
+                else:
+                    yield _event("progress", Progress.of(job.id, one))
+
+
+def _event(name: str, data: BaseModel) -> bytes:
+    return f"event: {name}\ndata: {data.model_dump_json()}\n\n".encode()

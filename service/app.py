@@ -8,6 +8,7 @@ from typing import Any
 
 from anyio.to_thread import current_default_thread_limiter, run_sync
 from fastapi import FastAPI
+from starlette.types import ASGIApp
 
 from service.access.authentication import Authenticator
 from service.access.session import Sessions
@@ -16,7 +17,10 @@ from service.jobs.delivery import Delivery
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
 from service.metrics import Metrics
-from service.middleware.stack import surrounded
+from service.middleware.bodies import LingeringClose, Turnstile
+from service.middleware.host_guard import HostGuard
+from service.middleware.request_log import RequestLog
+from service.middleware.security_headers import SecurityHeaders
 from service.routes.api import make_api
 from service.routes.services import Check, Services
 from service.schemas.job import Job as JobBody
@@ -137,3 +141,13 @@ def _checks(
         return f"{free:,} bytes are free, and {settings.min_free:,} are to stay so"
 
     return {"database": of_database, "disk": of_disk, "engine": lambda: engine.problem}
+
+
+def surrounded(app: ASGIApp, settings: Settings) -> ASGIApp:
+    """The application within its surroundings.
+
+    It goes around the whole of it, the handler of unexpected errors included, so that no answer
+    comes without its headers.
+    """
+    guarded = SecurityHeaders(HostGuard(app, settings), settings)
+    return Turnstile(LingeringClose(RequestLog(guarded)))

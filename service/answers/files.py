@@ -1,23 +1,52 @@
-"""Files as answers: whole or in part, or not at all where the asker has them."""
+"""Files as answers: which one answers which ``Accept``, whole or in part, or not at all where the
+asker has it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from typing import BinaryIO
 
 from anyio.to_thread import run_sync
 from fastapi import Request
 from fastapi.responses import Response, StreamingResponse
 
-from service.errors import NotFoundError
-from service.headers.ranges import Part, is_fresh, part_wanted
-from service.jobs.job import JobFile
+from service.errors import NotAcceptableError, NotFoundError
+from service.headers import Part, best_of, is_fresh, part_wanted
+from service.jobs.job import JobFile, JobKind
 from service.jobs.stores import BlobStore
 
 _CHUNK = 1 << 16
 """Bytes that are read and sent at once.  Each slow reader holds twice as many."""
 _FOR_EVER = "private, max-age=31536000, immutable"
 _SHOWN = ("image/", "text/html", "application/json")
+
+JSON = "application/json"
+HTML = "text/html"
+FORMATS: Mapping[JobKind, Mapping[str, str]] = {
+    JobKind.OCCLUDER: {
+        "model/gltf-binary": "occluder.glb",
+        "application/x-occluder": "occluder.occ",
+        "model/obj": "lod0.obj",
+        "model/ply": "lod0.ply",
+        "application/ply": "lod0.ply",
+        "model/stl": "lod0.stl",
+        "model/off": "lod0.off",
+        "application/x-godot-resource": "lod0.tres",
+        HTML: "report.html",
+    },
+    JobKind.EVALUATION: {HTML: "report.html"},
+    JobKind.SCENE: {"application/zip": "scene.zip", "model/gltf-binary": "preview.glb"},
+    JobKind.TRADEOFF: {
+        HTML: "tradeoff.html",
+        "text/csv": "tradeoff.csv",
+        "image/png": "tradeoff.png",
+    },
+}
+"""By kind of job and media type, the file; JSON comes before all of them.
+
+A GLB and an OCC hold all levels of detail, the others the finest.
+"""
 
 
 def send_file(
@@ -74,3 +103,14 @@ def _disposition(file: JobFile) -> str:
     shown = file.media_type.startswith(_SHOWN) and not file.is_input
     kind = "inline" if shown else "attachment"
     return f'{kind}; filename="{file.name.rpartition("/")[2]}"'
+
+
+def chosen_format(accept: str, kind: JobKind) -> str:
+    """The media type to answer in.  Raises :class:`~service.errors.NotAcceptableError`."""
+    offered = [JSON, *FORMATS[kind]]
+    best = best_of(accept, offered)
+    if best is None:
+        raise NotAcceptableError(
+            f"nothing can be given of '{accept}'", remedy=f"accept one of {', '.join(offered)}"
+        )
+    return best

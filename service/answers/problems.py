@@ -1,4 +1,7 @@
-"""Every failure becomes ``application/problem+json``, in one place; no traceback leaves."""
+"""Every failure becomes ``application/problem+json``, in one place; no traceback leaves.
+
+A job that has no result is one of them: what is answered for it is told from its failure.
+"""
 
 from __future__ import annotations
 
@@ -17,16 +20,32 @@ from starlette.routing import BaseRoute, Route
 
 from service.errors import (
     BadRequestError,
+    ConflictError,
+    DiskFullError,
     FieldError,
     InvalidOptionsError,
+    InvalidOverridesError,
+    JobFailedError,
     MethodNotAllowedError,
     NotFoundError,
+    NotReadyError,
     ServiceError,
+    UnreadableMeshError,
 )
+from service.jobs.job import Failure, Job
+from service.schemas.job import Failure as FailureBody
 from service.schemas.problem import MEDIA_TYPE, problem_of
 
 _LOG = logging.getLogger(__name__)
 _LONGEST_ECHO = 200
+
+_KINDS: dict[str, type[ServiceError]] = {
+    "unreadable-mesh": UnreadableMeshError,
+    "invalid-overrides": InvalidOverridesError,
+    "disk-full": DiskFullError,
+    "unavailable": NotReadyError,
+}
+"""Kinds of failure that are problems of their own; any other is a failed job."""
 
 
 class ProblemResponse(Response):
@@ -127,3 +146,39 @@ def _of_field(fault: Mapping[str, Any]) -> FieldError:
     missing = fault["type"] == "missing"
     given = "" if missing else f" (it is {ascii(fault.get('input'))[:_LONGEST_ECHO]})"
     return FieldError(name, f"{fault['msg'].rstrip('.')}{given}", "see /docs for what it may be")
+
+
+def problem_of_job(job: Job) -> ServiceError:
+    """Why there is no result for whoever waited for it; ``job`` has failed or was cancelled."""
+    if job.failure is None:
+        return problem_of_state(job)
+    error = _of_failure(job.failure)
+    error.extra |= _about(job)
+    return error
+
+
+def problem_of_state(job: Job) -> ConflictError:
+    """Why there is no result to be had of a job that has not succeeded."""
+    if job.failure is not None:
+        detail, remedy = f"the job has failed: {job.failure.detail}", job.failure.remedy
+    else:
+        detail = f"the job is {job.state}"
+        again = "POST to its 'retry'"
+        remedy = again if job.state.ended else "follow its 'events', or ask again later"
+    return ConflictError(detail, remedy=remedy, extra=_about(job))
+
+
+def _of_failure(failure: Failure) -> ServiceError:
+    if failure.kind == "invalid-options":
+        return InvalidOptionsError([FieldError("options", failure.detail, failure.remedy)])
+    kind = _KINDS.get(failure.kind, JobFailedError)
+    return kind(failure.detail, remedy=failure.remedy)
+
+
+def _about(job: Job) -> dict[str, Any]:
+    """Where the job is, and why it failed."""
+    about: dict[str, Any] = {"job": f"/v1/jobs/{job.id}"}
+    if job.failure is not None:
+        failure = FailureBody.model_validate(job.failure, from_attributes=True)
+        about["failure"] = failure.model_dump()
+    return about

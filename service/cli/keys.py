@@ -142,7 +142,7 @@ def _check_tenant(tenant: str) -> None:
 
 def _folder(data: Path | None) -> DataFolder:
     # Here, not above: 'occluder --help' need not have a database installed.
-    from service.cli.read_settings import read_settings
+    from service.settings import read_settings
     from service.storage.data_folder import DataFolder
 
     return DataFolder(read_settings({"data": data}).data)

@@ -1,4 +1,4 @@
-"""One process that answers: the socket, the signals and the log around the application."""
+"""One process that answers: socket, signals, protocol and log around the application."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ import socket
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from types import FrameType
+from typing import Any
 
 import uvicorn
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from service.app import create_app
-from service.cli.protocol import HttpProtocol
 from service.errors import SettingsError
 from service.settings import Settings
 from service.storage.data_folder import DataFolder
@@ -27,6 +28,10 @@ _GRACE = 3  # seconds that answers under way have once the server is to end
 _LAST_GRACE = 6  # seconds after which what still goes on is broken off, with a word in the log
 _WAITING = 2048  # connections that the system accepts ahead of us
 _MOST_FILES = 65_536
+
+_HEADER_SECONDS = (
+    20.0  # seconds from the first byte of a request, or the connection, to its last header
+)
 
 
 def run_server(settings: Settings) -> None:
@@ -149,3 +154,40 @@ def _allow_files() -> None:
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = _MOST_FILES if hard == resource.RLIM_INFINITY else min(hard, _MOST_FILES)
     resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
+
+
+class HttpProtocol(HttpToolsProtocol):
+    """Closes a connection whose request line and headers take too long.
+
+    uvicorn watches the pauses between requests only: whoever opens a connection and sends a header
+    a minute would keep it for ever.
+    """
+
+    def __init__(self, *settings: Any, **more: Any) -> None:
+        super().__init__(*settings, **more)
+        self._patience: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        self._begin_waiting()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._end_waiting()
+        super().connection_lost(exc)
+
+    def on_message_begin(self) -> None:
+        self._begin_waiting()
+        super().on_message_begin()
+
+    def on_headers_complete(self) -> None:
+        self._end_waiting()
+        super().on_headers_complete()
+
+    def _begin_waiting(self) -> None:
+        self._end_waiting()
+        self._patience = self.loop.call_later(_HEADER_SECONDS, self.transport.close)
+
+    def _end_waiting(self) -> None:
+        if self._patience is not None:
+            self._patience.cancel()
+            self._patience = None

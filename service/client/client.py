@@ -13,7 +13,7 @@ from typing import Any, Self
 import httpx
 
 from service.client.errors import ClientError
-from service.client.upload import Tell, Upload
+from service.client.transfers import Tell, Upload
 from service.client.values import (
     RemoteAsset,
     RemoteJob,

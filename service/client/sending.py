@@ -10,7 +10,7 @@ from collections.abc import Callable
 import httpx
 
 from service.client.errors import StoppedError, refusal, unreachable
-from service.headers.retry_after import retry_after
+from service.headers import retry_after
 
 _LATER = (429, 503)
 _CONNECTIONS = 6  # tries in a row that get no answer: six seconds

@@ -1,20 +1,20 @@
-"""The verbs of HTTP as this API uses them: JSON, files and pages."""
+"""The verbs of HTTP as this API uses them: JSON, files, pages and server-sent events."""
 
 from __future__ import annotations
 
+import re
 import secrets
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
 import httpx
 
-from service.client.download import download
 from service.client.sending import Sender
-from service.client.server_events import ServerEvent, server_events
-from service.client.upload import Tell, Upload, told
+from service.client.transfers import Tell, Upload, download, told
 
 _TIMEOUT = httpx.Timeout(60.0, connect=10.0, pool=None)
 _SILENCE = httpx.Timeout(40.0, connect=10.0)  # a stream without even a comment counts as lost
@@ -22,6 +22,10 @@ _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 
 Query = Mapping[str, Any]
 """Parameters of an address or a form: None is left out, of a list each is given."""
+
+# Not str.splitlines, which would also break lines where a name in the data holds U+2028.  A CR at
+# the end of a chunk may be the first half of CR LF, so it waits for the next.
+_LINE_END = re.compile(rb"\r\n|\n|\r(?!\Z)")
 
 
 class Wire:
@@ -141,3 +145,36 @@ def _text(value: Any) -> Any:
     if isinstance(value, Sequence) and not isinstance(value, str):
         return [_text(one) for one in value]
     return str(value)
+
+
+@dataclass(frozen=True)
+class ServerEvent:
+    """An event: its type, ``message`` where none was told, and its data, lines joined."""
+
+    type: str
+    data: str
+
+
+def server_events(chunks: Iterable[bytes]) -> Iterator[ServerEvent]:
+    """The events of a stream, however it was cut; one that the end breaks off is left out."""
+    kind, data = "", list[str]()
+    for line in _lines(chunks):
+        if not line:
+            if data:
+                yield ServerEvent(kind or "message", "\n".join(data))
+            kind, data = "", []
+            continue
+        field, _, value = line.partition(":")  # a comment is a field without a name
+        value = value.removeprefix(" ")
+        if field == "event":
+            kind = value
+        elif field == "data":
+            data.append(value)
+
+
+def _lines(chunks: Iterable[bytes]) -> Iterator[str]:
+    rest = b""
+    for chunk in chunks:
+        *whole, rest = _LINE_END.split(rest + chunk)
+        for line in whole:
+            yield line.decode("utf-8", "replace")

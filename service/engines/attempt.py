@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,42 +9,12 @@ from dataclasses import dataclass
 from service.engines.failures import out_of_memory, out_of_time, process_died
 from service.engines.messages import Answer, Cancelled, Done, Failed, Task, Told
 from service.engines.process import ProcessDiedError, WorkerProcess
+from service.engines.signals import Orders
 from service.jobs.job import Failure, Summary
 from service.jobs.progress import JobProgress
 
 _GLANCE = 0.05  # seconds between looks at orders and limits
 _PATIENCE = 0.5  # seconds that a process has to end its task when it is told to
-
-
-class Orders:
-    """What others want of a running attempt.  Safe from any thread; none is ever taken back."""
-
-    def __init__(self) -> None:
-        self._cancel, self._drop, self._stop = (threading.Event() for _ in range(3))
-
-    def cancel(self) -> None:
-        """The job is not wanted any more."""
-        self._cancel.set()
-
-    def drop(self) -> None:
-        """The lease is lost: somebody else has the job, and what comes of this is not heard."""
-        self._drop.set()
-
-    def stop(self) -> None:
-        """The server stops; the job is to be done later."""
-        self._stop.set()
-
-    @property
-    def cancelled(self) -> bool:
-        return self._cancel.is_set()
-
-    @property
-    def dropped(self) -> bool:
-        return self._drop.is_set()
-
-    @property
-    def stopped(self) -> bool:
-        return self._stop.is_set()
 
 
 @dataclass(frozen=True)

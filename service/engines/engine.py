@@ -10,9 +10,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from service.engines.bell import Bell
 from service.engines.failures import server_ended
-from service.engines.running import Running
+from service.engines.signals import Bell, Running
 from service.engines.slot import Shop, Slot
 from service.engines.trouble import StoppedError, Trouble
 from service.errors import NotFoundError

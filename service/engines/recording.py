@@ -8,8 +8,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from service.engines.attempt import GivenUp, NotDone, Orders, Outcome, Succeeded
+from service.engines.attempt import GivenUp, NotDone, Outcome, Succeeded
 from service.engines.failures import disk_full
+from service.engines.signals import Orders
 from service.engines.trouble import Trouble
 from service.errors import DiskFullError
 from service.jobs.job import Claim, JobFile

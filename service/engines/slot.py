@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
 
-from service.engines.attempt import NotDone, Orders, Outcome, attempt
-from service.engines.bell import Bell
+from service.engines.attempt import NotDone, Outcome, attempt
 from service.engines.failures import program_fault, upload_gone
 from service.engines.messages import Task
 from service.engines.process import ProcessDiedError, WorkerProcess
 from service.engines.recording import Recorder
-from service.engines.running import Running
+from service.engines.signals import Bell, Orders, Running
 from service.engines.trouble import StoppedError, Trouble
 from service.errors import DiskFullError, NotFoundError, ServiceError
 from service.jobs.job import Claim, Job

@@ -8,14 +8,13 @@ from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from service.access.key import Caller, Scope
-from service.answers.pages import LARGEST_NUMBER, next_page
 from service.errors import NotFoundError
 from service.jobs.asset import Asset as StoredAsset
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobKind
-from service.routes.callers import KEYED, Reader, Writer
 from service.routes.docs import EVERYWHERE, header, json_of, refusals
-from service.routes.services import Services, TheServices
+from service.routes.jobs import LARGEST_NUMBER, next_page
+from service.routes.services import KEYED, Reader, Services, TheServices, Writer
 from service.schemas.asset import (
     Asset,
     AssetPage,
@@ -26,7 +25,7 @@ from service.schemas.asset import (
     RunPage,
     Thresholds,
 )
-from service.uploads.small_body import SmallBodyRoute
+from service.uploads.body import SmallBodyRoute
 
 router = APIRouter(prefix="/v1", tags=["assets"], dependencies=KEYED, route_class=SmallBodyRoute)
 

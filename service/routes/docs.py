@@ -1,10 +1,23 @@
-"""Pieces of the OpenAPI document that FastAPI cannot know."""
+"""What the OpenAPI document says beyond what FastAPI can see of a route.
+
+FastAPI sees neither into bodies that a route reads itself nor into answers that it writes itself,
+so refusals, files, results and uploads are described here, and nowhere else.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
+from service.answers.files import FORMATS
+from service.headers import IDEMPOTENCY_KEY, PREFER
+from service.jobs.asset import LONGEST_NAME
+from service.jobs.delivery import LONGEST_URL
+from service.jobs.job import JobKind
+from service.schemas.job_options import option_tables
 from service.schemas.problem import MEDIA_TYPE
+from service.uploads.receiving import Wanted
 
 Responses = dict[int | str, dict[str, Any]]
 
@@ -43,6 +56,41 @@ _HEADERS: dict[int, dict[str, Any]] = {
 EVERYWHERE = (400, 401, 403, 421, 422, 429, 500, 503)
 """What every route under /v1 may answer: keys, foreign pages, wrong parameters, a broken disk."""
 
+# Range and If-Range are described in words: checkers of this document take every answer that says
+# application/json for a whole JSON text, which a part is not.
+CONDITIONS: dict[str, Any] = {
+    "parameters": [
+        {
+            "name": "If-None-Match",
+            "in": "header",
+            "description": "ETags that you have: 304 where the file is one of them.",
+            "schema": {"type": "string"},
+        }
+    ]
+}
+"""Headers that a request for a file may have."""
+_TABLES = option_tables(math.inf, math.inf)
+_FILE: dict[str, Any] = {"type": "string", "format": "binary", "minLength": 1}
+_LABELS: list[dict[str, Any]] = [
+    {
+        "name": "asset", "in": "query",
+        "description": "The asset whose run it becomes, by name; made when it is new.",
+        "schema": {"type": "string", "minLength": 1, "maxLength": LONGEST_NAME},
+        "example": "props/castle",
+    },
+    {
+        "name": "webhook", "in": "query",
+        "description": "Who is told when the job ends: an http or https address.",
+        "schema": {"type": "string", "format": "uri", "minLength": 1, "maxLength": LONGEST_URL},
+    },
+]  # fmt: skip
+_FILENAME = {
+    "name": "filename", "in": "query",
+    "description": "Name of a raw body; its suffix says the format, else the media type does.",
+    "schema": {"type": "string", "minLength": 1},
+    "example": "castle.glb",
+}  # fmt: skip
+
 
 def refusals(*statuses: int) -> Responses:
     """Documented problems, one a status."""
@@ -79,3 +127,96 @@ def anything() -> dict[str, Any]:
 def json_of(model: str) -> dict[str, Any]:
     """A model, by name, as JSON."""
     return {"application/json": {"schema": {"$ref": f"#/components/schemas/{model}"}}}
+
+
+_FILE_HEADERS = {
+    "ETag": header("The SHA-256 of the whole file."),
+    "Accept-Ranges": header("`bytes`."),
+    "Cache-Control": header("A file of a job never changes."),
+}
+_FRESH = {"description": "You have these bytes already.", "headers": _FILE_HEADERS}
+
+FILE: Responses = {
+    200: {"description": "Its bytes.", "headers": _FILE_HEADERS, "content": anything()}
+}
+"""A whole file."""
+
+PARTS: Responses = {
+    206: {
+        "description": "The part that `Range` asks for.",
+        "headers": {**_FILE_HEADERS, "Content-Range": header("Which part of how much.")},
+        "content": anything(),
+    },
+    304: _FRESH,
+}
+"""What a file may be answered with in place of all of it."""
+
+HEAD: Responses = {
+    200: {"description": "It is there.", "headers": _FILE_HEADERS},
+    304: _FRESH,
+}
+"""A file without its bytes."""
+
+RESULT: Responses = {
+    200: {
+        "description": "The result, or the file that `Accept` asks for: GLB with all levels of "
+        "detail, the other formats with the finest.",
+        "content": {
+            **json_of("Result"),
+            **binary(*dict.fromkeys(kind for by_kind in FORMATS.values() for kind in by_kind)),
+        },
+        "headers": {
+            "Vary": header("`Accept` among others."),
+            "ETag": header("The SHA-256, for a file."),
+        },
+    }
+}
+"""The result of a job."""
+
+
+_PLACE = {
+    "Location": header("The job.", required=True),
+    "Preference-Applied": header("That it was waited for."),
+}
+
+RESULT_OR_JOB: Responses = {
+    200: {**RESULT[200], "headers": {**RESULT[200]["headers"], **_PLACE}},
+    202: {
+        "description": "The job, which goes on.",
+        "content": json_of("Job"),
+        "headers": _PLACE,
+    },
+    **refusals(*EVERYWHERE, 404, 406, 408, 409, 413, 415, 507),
+}
+"""What an upload is answered with."""
+
+
+def upload_docs(
+    kind: JobKind, parts: Sequence[Wanted], raw: tuple[str, ...] = ()
+) -> dict[str, Any]:
+    """Parameters and body.
+
+    ``parts``  files of the form; ``raw`` media types of a body that is the first of them.
+    """
+    table = _TABLES[kind]
+    form: dict[str, Any] = {
+        "type": "object",
+        "additionalProperties": False,
+        "required": [one.name for one in parts if one.needed],
+        "properties": {
+            **{one.name: {**_FILE, "description": one.what} for one in parts},
+            "options": table.schema(),
+            **{one["name"]: {**one["schema"], "description": one["description"]}
+               for one in _LABELS},
+        },
+    }  # fmt: skip
+    content: dict[str, Any] = {media_type: {"schema": _FILE} for media_type in raw}
+    content["multipart/form-data"] = {
+        "schema": form,
+        "encoding": {"options": {"contentType": "application/json"}},
+    }
+    named = [_FILENAME] if raw else []
+    return {
+        "parameters": [*table.parameters(), *_LABELS, *named, PREFER, IDEMPOTENCY_KEY],
+        "requestBody": {"required": True, "content": content},
+    }

@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 from typing import Annotated, Any
+from urllib.parse import urlencode
 
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from service.access.key import Caller, Scope
-from service.answers.pages import LARGEST_NUMBER, next_page
-from service.headers.idempotency_key import IDEMPOTENCY_KEY, idempotency_key
+from service.headers import IDEMPOTENCY_KEY, idempotency_key
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobKind, JobState
 from service.jobs.stores import JobFilter
 from service.routes import actions
-from service.routes.callers import KEYED, Reader, Writer
 from service.routes.docs import EVERYWHERE, header, refusals
-from service.routes.services import Services, TheServices
-from service.schemas.job import Job, JobPage
-from service.schemas.moment import Moment
+from service.routes.services import KEYED, Reader, Services, TheServices, Writer
+from service.schemas.job import Job, JobPage, Moment
 
 router = APIRouter(prefix="/v1", tags=["jobs"], dependencies=KEYED)
 
 NEW_JOB = {"headers": {"Location": header("The new job.", required=True)}}
 """How a job that a job has given is sent, as OpenAPI has it."""
+
+LARGEST_NUMBER = 2**63 - 1
+"""That the database can hold."""
 
 
 class WantedJobs(BaseModel):
@@ -138,3 +139,11 @@ def shown(services: Services, caller: Caller, job: StoredJob) -> Job:
     """As it goes over the wire, its progress included."""
     progress = services.board.latest(job.id)
     return Job.of(job, progress, whole_webhook=caller.may(Scope.WRITE))
+
+
+def next_page(path: str, wanted: BaseModel, cursor: int | str | None) -> str | None:
+    """The same list from a cursor on; None where it ends."""
+    if cursor is None:
+        return None
+    asked = wanted.model_dump(mode="json", exclude_unset=True)
+    return f"{path}?{urlencode({**asked, 'cursor': cursor}, doseq=True)}"

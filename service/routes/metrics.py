@@ -6,9 +6,8 @@ from fastapi import APIRouter
 from fastapi.responses import Response
 from prometheus_client import CONTENT_TYPE_LATEST
 
-from service.routes.callers import KEYED, Reader
 from service.routes.docs import EVERYWHERE, refusals
-from service.routes.services import TheServices
+from service.routes.services import KEYED, Reader, TheServices
 
 router = APIRouter(tags=["service"], dependencies=KEYED)
 

@@ -1,23 +1,24 @@
-"""A job's progress as it comes: server-sent events."""
+"""How far a job is: server-sent events as it goes on, and a picture of the best so far."""
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import AsyncIterator
 from contextlib import aclosing, suppress
 
 from anyio.to_thread import run_sync
-from fastapi import APIRouter, Request
-from fastapi.responses import StreamingResponse
+from fastapi import APIRouter, Query, Request
+from fastapi.responses import Response, StreamingResponse
 from pydantic import BaseModel
 
 from service.access.key import Caller
 from service.answers.following import news
 from service.errors import NotFoundError
+from service.headers import is_fresh
 from service.jobs.job import Job as StoredJob
-from service.routes.callers import KEYED, Reader
-from service.routes.docs import EVERYWHERE, refusals
+from service.routes.docs import EVERYWHERE, binary, header, refusals
 from service.routes.jobs import shown
-from service.routes.services import Services, TheServices
+from service.routes.services import KEYED, Reader, Services, TheServices
 from service.schemas.job import Progress
 
 _QUIET = 15.0  # seconds, after which a comment keeps proxies from hanging up
@@ -33,6 +34,12 @@ _EVENT = {
 }
 
 router = APIRouter(prefix="/v1", tags=["jobs"], dependencies=KEYED)
+
+_PNG = "image/png"
+_PICTURE_HEADERS = {
+    "ETag": header("The SHA-256 of the picture."),
+    "Cache-Control": header("`no-store`: the next one is another."),
+}
 
 
 @router.get(
@@ -79,3 +86,39 @@ async def _stream(
 
 def _event(name: str, data: BaseModel) -> bytes:
     return f"event: {name}\ndata: {data.model_dump_json()}\n\n".encode()
+
+
+@router.get(
+    "/jobs/{job_id}/picture",
+    response_class=Response,
+    responses={
+        200: {"description": "The picture.", "headers": _PICTURE_HEADERS, "content": binary(_PNG)},
+        304: {"description": "You have the latest one.", "headers": _PICTURE_HEADERS},
+        **refusals(*EVERYWHERE, 404),
+    },
+    summary="The best so far",
+)
+def job_picture(
+    job_id: str,
+    request: Request,
+    services: TheServices,
+    caller: Reader,
+    n: int | None = Query(
+        None, description="Number of the picture; the latest is given whatever it is."
+    ),
+) -> Response:
+    """The best occluder so far over the original: yellow hides rightly, black is missed, blue hides
+    wrongly. There is one about each second while a job refines, and none once it has ended."""
+    job = services.jobs.job(caller.tenant, job_id)
+    progress = services.board.latest(job.id)
+    if progress is None or progress.picture is None:
+        raise NotFoundError(
+            "the job has no picture of a best so far",
+            remedy="ask while it refines; when it has ended, 'files' of its links has pictures",
+        )
+    png = progress.picture.png
+    etag = f'"{hashlib.sha256(png).hexdigest()}"'
+    headers = {"ETag": etag, "Cache-Control": "no-store"}
+    if is_fresh(request.headers, etag):
+        return Response(status_code=304, headers=headers)
+    return Response(png, headers=headers, media_type=_PNG)

@@ -10,18 +10,15 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
 from service.access.key import Caller
-from service.answers.files import send_file
-from service.answers.formats import FORMATS, JSON, chosen_format
-from service.answers.outcomes import problem_of_state
+from service.answers.files import FORMATS, JSON, chosen_format, send_file
+from service.answers.problems import problem_of_state
 from service.errors import NotAcceptableError, NotFoundError
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobFile, JobState
 from service.jobs.stores import BlobStore
-from service.routes.answer_docs import CONDITIONS, FILE, HEAD, PARTS, RESULT
-from service.routes.callers import KEYED, Reader
-from service.routes.docs import EVERYWHERE, refusals
+from service.routes.docs import CONDITIONS, EVERYWHERE, FILE, HEAD, PARTS, RESULT, refusals
 from service.routes.jobs import shown
-from service.routes.services import Services, TheServices
+from service.routes.services import KEYED, Reader, Services, TheServices
 from service.schemas.result import FilePage, Result, ResultFile
 
 router = APIRouter(prefix="/v1", tags=["results"], dependencies=KEYED)

@@ -6,11 +6,9 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
 from service.jobs.job import JobKind
-from service.routes.answer_docs import RESULT_OR_JOB
-from service.routes.callers import KEYED, Writer
-from service.routes.services import TheServices
+from service.routes.docs import RESULT_OR_JOB, upload_docs
+from service.routes.services import KEYED, TheServices, Writer
 from service.routes.submission import take_in
-from service.routes.upload_docs import upload_docs
 from service.uploads.receiving import Wanted
 
 router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)

@@ -1,4 +1,4 @@
-"""What routes work with, and how they come by it."""
+"""What routes work with, who asks, and whether they may."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ from dataclasses import dataclass, field
 from typing import Annotated, Protocol
 
 from anyio import CapacityLimiter
+from anyio.to_thread import run_sync
 from fastapi import Depends, Request
+from fastapi.security import APIKeyHeader, HTTPBearer
 
-from service.access.authentication import Authenticator
+from service.access.authentication import Authenticator, demand
+from service.access.key import Caller, Scope
 from service.jobs.asset import AssetStore
 from service.jobs.job import Job, JobKind
 from service.jobs.progress import ProgressBoard
@@ -18,19 +21,25 @@ from service.metrics import Metrics
 from service.schemas.options import OptionTable
 from service.settings import Settings
 
+_SUBMITTING = 8
+"""Threads that submit at once: the database takes one after the other anyway."""
+Check = Callable[[], str | None]
+"""What is wrong with a part of the service, in words; None where nothing is."""
+_BEARER = HTTPBearer(
+    auto_error=False, scheme_name="bearer", description="A key that begins with `occ_`."
+)
+_HEADER = APIKeyHeader(
+    name="X-API-Key", auto_error=False, scheme_name="key", description="The same key."
+)
+KEYED = [Depends(_BEARER), Depends(_HEADER)]
+"""Says in OpenAPI that a key is needed; the callers below see to it."""
+
 
 class Work(Protocol):
     """What does the jobs."""
 
     def wake(self) -> None:
         """A job waits, or is to end: look now rather than later."""
-
-
-_SUBMITTING = 8
-"""Threads that submit at once: the database takes one after the other anyway."""
-
-Check = Callable[[], str | None]
-"""What is wrong with a part of the service, in words; None where nothing is."""
 
 
 @dataclass(frozen=True)
@@ -73,3 +82,22 @@ def _services(request: Request) -> Services:
 
 
 TheServices = Annotated[Services, Depends(_services)]
+
+
+def _caller_with(scope: Scope) -> Callable[..., Awaitable[Caller]]:
+    async def caller(request: Request, services: TheServices) -> Caller:
+        authenticator, headers = services.authenticator, request.headers
+        # A thread only where the database has to be asked: status calls are many.
+        one = authenticator.known(headers)
+        if one is None:
+            address = request.client.host if request.client else ""
+            one = await run_sync(authenticator.caller, headers, address)
+        request.state.caller = one  # for the log
+        demand(one, scope)
+        return one
+
+    return caller
+
+
+Reader = Annotated[Caller, Depends(_caller_with(Scope.READ))]
+Writer = Annotated[Caller, Depends(_caller_with(Scope.WRITE))]

@@ -2,27 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from anyio.to_thread import run_sync
 from fastapi import Request
 from fastapi.responses import Response
 
 from service.access.key import Caller
+from service.answers.files import chosen_format
 from service.answers.following import ended_within
-from service.answers.formats import chosen_format
-from service.answers.outcomes import problem_of_job
-from service.errors import QueueFullError
-from service.headers.idempotency_key import idempotency_key
-from service.headers.prefer import wait_seconds
+from service.answers.problems import problem_of_job
+from service.errors import FieldError, InvalidOptionsError, QueueFullError
+from service.headers import idempotency_key, wait_seconds
+from service.jobs.asset import LONGEST_NAME
+from service.jobs.delivery import LONGEST_URL
 from service.jobs.job import Job, JobKind, JobState, Submission
 from service.routes.jobs import shown
 from service.routes.results import result_answer
 from service.routes.services import Services
-from service.uploads.forms import read_form
+from service.schemas.options import OptionTable
 from service.uploads.receiving import Uploads, Wanted, receive
 
 _SHORT = 1 << 20  # bytes
+
+_LABELS = ("asset", "webhook")
+_FOR_UPLOADS = "filename"
 
 
 async def take_in(
@@ -117,3 +123,44 @@ def _is_short(request: Request) -> bool:
 def _in_parts(request: Request) -> bool:
     kind = request.headers.get("content-type", "").partition(";")[0]
     return kind.strip().lower() == "multipart/form-data"
+
+
+@dataclass(frozen=True)
+class Form:
+    """What is wanted of an upload, checked.  ``options`` are all of them, by keyword."""
+
+    options: Mapping[str, Any]
+    asset: str | None
+    webhook: str | None
+
+
+def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) -> Form:
+    """From the query and from parts of text; either may say a thing, not both.
+
+    Raises :class:`~service.errors.InvalidOptionsError` that names each wrong field.
+    """
+    asked = [pair for pair in request.query_params.multi_items() if pair[0] != _FOR_UPLOADS]
+    options = table.from_query(pair for pair in asked if pair[0] not in _LABELS)
+    more = table.from_json(parts["options"]) if parts.get("options") else {}
+    labels = [pair for pair in (*asked, *parts.items()) if pair[0] in _LABELS]
+    both = [name for name in options if name in more]
+    both += [name for name in _LABELS if sum(one == name for one, _ in labels) > 1]
+    faults = [FieldError(name, "it is given twice", "give it once") for name in both]
+    said = dict(labels)
+    for name, most in zip(_LABELS, (LONGEST_NAME, LONGEST_URL), strict=True):
+        if name in said and not 1 <= len(said[name]) <= most:
+            remedy = f"give 1 to {most} characters, or leave it out"
+            faults.append(FieldError(name, f"it has {len(said[name])} characters", remedy))
+    resolved = _tried(faults, lambda: table.read({**options, **more}))
+    if faults:
+        raise InvalidOptionsError(faults)
+    return Form(resolved, said.get("asset"), said.get("webhook"))
+
+
+def _tried(faults: list[FieldError], read: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """What was read; its faults go to the others, so that all are told at once."""
+    try:
+        return read()
+    except InvalidOptionsError as error:
+        faults.extend(error.errors)
+        return {}

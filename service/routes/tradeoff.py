@@ -7,13 +7,12 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Request, Response
 
-from service.headers.idempotency_key import IDEMPOTENCY_KEY, idempotency_key
+from service.headers import IDEMPOTENCY_KEY, idempotency_key
 from service.jobs.job import JobKind
 from service.routes import actions
-from service.routes.callers import KEYED, Writer
 from service.routes.docs import EVERYWHERE, refusals
 from service.routes.jobs import NEW_JOB, shown
-from service.routes.services import TheServices
+from service.routes.services import KEYED, TheServices, Writer
 from service.schemas.job import Job
 from service.schemas.job_options import option_tables
 

@@ -12,8 +12,7 @@ from service.jobs import asset as stored
 from service.jobs.asset import LONGEST_NAME
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobFile, inputs_by_part
-from service.schemas.job import Job, Summary
-from service.schemas.moment import moment
+from service.schemas.job import Job, Summary, moment
 
 Name = Annotated[str, StringConstraints(min_length=1, max_length=LONGEST_NAME)]
 Share = Annotated[float, Field(ge=0, le=1)]

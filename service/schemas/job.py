@@ -1,17 +1,21 @@
-"""Jobs on the wire."""
+"""Jobs on the wire; times are ISO 8601, UTC."""
 
 from __future__ import annotations
 
-from datetime import datetime
-from typing import Any, Self
+import math
+import re
+from datetime import UTC, datetime, timedelta
+from fractions import Fraction
+from typing import Annotated, Any, Self
 from urllib.parse import urlsplit
 
-from pydantic import BaseModel, Field
+from pydantic import AwareDatetime, BaseModel, BeforeValidator, Field
 
 from service.jobs import job as stored
 from service.jobs.job import JobKind, JobState
 from service.jobs.progress import JobProgress
-from service.schemas.moment import moment, moment_or_none
+
+_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 class AssetName(BaseModel):
@@ -180,3 +184,25 @@ class JobPage(BaseModel):
 
     items: list[Job]
     next: str | None = Field(description="Where the next page is; null on the last.")
+
+
+def moment(seconds: float) -> datetime:
+    """From Unix seconds, cut to microseconds.
+
+    Never later than it was, so that a list from the time that a job shows has that job.
+    """
+    return _EPOCH + timedelta(microseconds=math.floor(Fraction(seconds) * 1_000_000))
+
+
+def moment_or_none(seconds: float | None) -> datetime | None:
+    return None if seconds is None else moment(seconds)
+
+
+def _written_out(text: object) -> object:
+    if not isinstance(text, str) or not re.match(r"\d{4}-\d\d-\d\dT", text):
+        raise ValueError("should be a time such as 2026-01-31T12:00:00Z")
+    return text
+
+
+Moment = Annotated[AwareDatetime, BeforeValidator(_written_out)]
+"""A time that a request gives, with its offset from UTC; no count of seconds."""

@@ -11,7 +11,6 @@ from sqlalchemy.orm import Session
 from service.errors import BadRequestError, ConflictError, NotFoundError
 from service.jobs.asset import Asset, AssetPage, RunNumbers, RunPage, Standing, Thresholds
 from service.jobs.job import JobState
-from service.storage.asset_rows import add_asset, asset_named, asset_of, is_run, with_runs
 from service.storage.asset_standings import (
     all_runs_at,
     all_standings,
@@ -20,7 +19,7 @@ from service.storage.asset_standings import (
     standing_of,
 )
 from service.storage.database import Database
-from service.storage.rows import job_of
+from service.storage.rows import add_asset, asset_named, asset_of, is_run, job_of, with_runs
 from service.storage.tables import AssetRow, JobRow
 
 

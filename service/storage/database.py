@@ -17,6 +17,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from alembic import command
+from alembic.config import Config
+from alembic.util import CommandError
 from sqlalchemy import URL, Connection, Engine, create_engine, event, text
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
@@ -30,7 +33,6 @@ from service.errors import (
     ServiceError,
     SettingsError,
 )
-from service.storage.migrate import migrate
 
 _LOCK_SECONDS = 30
 """How long a transaction waits for its turn; each takes milliseconds."""
@@ -50,6 +52,8 @@ _REFUSED = (
     sqlite3.SQLITE_AUTH,
 )
 _PASSING = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_IOERR, *_REFUSED)
+
+_SCRIPTS = Path(__file__).with_name("migrations")
 
 
 class Database:
@@ -221,3 +225,25 @@ def _prepare(file: Path, may_be_new: bool) -> None:
         migrate(connection)
         if connection.exec_driver_sql("PRAGMA foreign_key_check").first() is not None:
             raise damaged(file, "a row names another that is not there")
+
+
+def migrate(connection: Connection) -> None:
+    """Within the connection's transaction: all of it, or nothing.
+
+    Raises :class:`~service.errors.SettingsError` when a newer version has been here.
+    """
+    try:
+        command.upgrade(alembic_config(connection), "head")
+    except CommandError as error:
+        raise SettingsError(
+            f"the database is not of this version ({error}); "
+            "start the version that it was last used with, or a newer one"
+        ) from error
+
+
+def alembic_config(connection: Connection) -> Config:
+    """For Alembic's commands on an open connection."""
+    config = Config()
+    config.set_main_option("script_location", str(_SCRIPTS).replace("%", "%%"))
+    config.attributes["connection"] = connection
+    return config

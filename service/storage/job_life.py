@@ -1,4 +1,8 @@
-"""The steps by which a job is taken in, each within the transaction of the caller."""
+"""How a job begins and how it ends, each step within the transaction of the caller.
+
+This is the one place where a job gets a last state and its webhook is put down, so that a delivery
+is there exactly when its job has ended.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +10,9 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from service.errors import ConflictError, QueueFullError
-from service.jobs.job import JobState, Submission
-from service.storage.asset_rows import add_asset, asset_named
-from service.storage.rows import new_id
-from service.storage.tables import IdempotencyKeyRow, JobRow
+from service.jobs.job import Failure, JobState, Submission, Summary
+from service.storage.rows import add_asset, asset_named, failure_columns, new_id, summary_columns
+from service.storage.tables import DeliveryRow, DeliveryState, IdempotencyKeyRow, JobRow
 
 _RETRY_SECONDS = 5
 """When a queue that is full is worth another try: most jobs take less."""
@@ -94,3 +97,56 @@ def add_job(session: Session, submission: Submission, now: float) -> JobRow:
             )
         )
     return row
+
+
+def end_succeeded(session: Session, row: JobRow, summary: Summary, now: float) -> None:
+    row.summary = summary_columns(summary)
+    _end(session, row, JobState.SUCCEEDED, now)
+
+
+def end_cancelled(session: Session, row: JobRow, now: float) -> None:
+    _end(session, row, JobState.CANCELLED, now)
+
+
+def end_attempt(
+    session: Session, row: JobRow, failure: Failure, now: float, *, final: bool
+) -> None:
+    """After an attempt that came to nothing: fail, try again, or do as was asked meanwhile.
+
+    Another attempt keeps the job's number, so it is the next to be claimed.
+    """
+    if row.cancel_asked and not final:
+        end_cancelled(session, row, now)
+    elif row.attempt < row.attempts and not final:
+        _queue_again(row)
+    else:
+        row.failure = failure_columns(failure)
+        _end(session, row, JobState.FAILED, now)
+
+
+def release(session: Session, row: JobRow, now: float) -> None:
+    """After an attempt that is not to count: as many are left as before it."""
+    if row.cancel_asked:
+        end_cancelled(session, row, now)
+    else:
+        row.attempts += 1
+        _queue_again(row)
+
+
+def _queue_again(row: JobRow) -> None:
+    row.state, row.owner, row.started = JobState.QUEUED, None, None
+
+
+def _end(session: Session, row: JobRow, state: JobState, now: float) -> None:
+    row.state, row.owner, row.ended = state, None, now
+    if row.webhook is not None:
+        session.add(
+            DeliveryRow(
+                id=new_id(),
+                job_number=row.number,
+                state=DeliveryState.WAITING,
+                url=row.webhook,
+                since=now,
+                due=now,
+            )
+        )

@@ -20,19 +20,21 @@ from service.jobs.job import (
     Summary,
 )
 from service.jobs.stores import JobFilter, JobPage
-from service.storage.asset_rows import is_run
 from service.storage.database import Database
-from service.storage.ending import end_attempt, end_cancelled, end_succeeded, release
 from service.storage.job_life import (
     add_job,
     check_room,
     earlier_job,
+    end_attempt,
+    end_cancelled,
+    end_succeeded,
     key_known,
+    release,
     same_work,
 )
 from service.storage.job_queries import listed, queued
 from service.storage.leases import Beat, LeaseWatch
-from service.storage.rows import add_files, files_of, job_of, summary_of
+from service.storage.rows import add_files, files_of, is_run, job_of, summary_of
 from service.storage.tables import JobFileRow, JobRow
 
 _EXPIRED_AT_ONCE = 200

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import unicodedata
 from collections.abc import AsyncIterator, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
@@ -22,12 +24,16 @@ from service.jobs.media_types import media_type_of, suffix_of
 from service.jobs.stores import Keeping
 from service.settings import Settings
 from service.uploads.body import Body
-from service.uploads.file_labels import file_label
 from service.uploads.multipart import Part, boundary_of, read_parts
 
 TEXTS = ("options", "asset", "webhook")
 """Parts that are text."""
 _LONGEST_TEXT = 64 << 10
+
+_LONGEST_LABEL = 200
+_LONGEST_SUFFIX = 20
+# Control, format (bidirectional controls among them), surrogate, line and paragraph separators.
+_UNSEEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 
 
 @dataclass(frozen=True)
@@ -197,3 +203,18 @@ async def _text(part: Part) -> str:
         raise BadRequestError(
             f"the part '{part.name}' is not UTF-8", remedy="encode it so"
         ) from None
+
+
+def file_label(name: str) -> str:
+    """The last step of a path of any system, without what cannot be seen, at most 200 characters.
+
+    What is too long loses the end of its stem.  Empty where nothing is left.
+    """
+    last = re.split(r"[/\\]", name)[-1]
+    label = "".join(one for one in last if unicodedata.category(one) not in _UNSEEN).strip()
+    if not label.strip("."):
+        return ""
+    suffix = PurePosixPath(label).suffix
+    if len(label) <= _LONGEST_LABEL or len(suffix) > _LONGEST_SUFFIX:
+        return label[:_LONGEST_LABEL]
+    return label[: _LONGEST_LABEL - len(suffix)] + suffix

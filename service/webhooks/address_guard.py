@@ -4,7 +4,7 @@ The service runs where its users often cannot reach: beside databases, dashboard
 of a cloud.  A webhook must not be their way in (server-side request forgery).  What counts is the
 address that is connected to, however the URL spells it, so names are resolved here, every address
 must be allowed, and the connection is made to an address that was judged
-(:mod:`service.webhooks.pinned_transport`), never to the name again, whose answer may change.
+(:mod:`service.webhooks.posting`), never to the name again, whose answer may change.
 """
 
 from __future__ import annotations

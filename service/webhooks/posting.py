@@ -1,8 +1,11 @@
-"""One try to tell one receiver."""
+"""One try to tell one receiver, by a connection to an address that was judged; and when the next
+is due.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import random
 import socket
 import time
 from collections.abc import Mapping
@@ -11,12 +14,18 @@ from dataclasses import dataclass
 
 import httpx
 
-from service.headers.retry_after import retry_after
-from service.webhooks.address_guard import UnsafeAddressError
+from service.headers import retry_after
+from service.webhooks.address_guard import Resolve, UnsafeAddressError, safe_addresses, target_of
 
 _READ_BYTES = 4096
 _READ_SECONDS = 1.0
 _CONNECT_SHARE = 0.25  # of the time, so that another address gets its turn
+
+LONGEST_WAIT = 3600.0
+_FIRST_WAIT = 10.0
+_WAIT_FACTOR = 3.0
+_WAIT_JITTER = 0.2  # so that what failed together does not come back together
+_MOST_ADDRESSES = 4
 
 
 @dataclass(frozen=True)
@@ -97,3 +106,58 @@ def _outcome_of(response: httpx.Response) -> Outcome:
         gone=response.status_code == httpx.codes.GONE,
         wait=retry_after(response.headers.get("retry-after"), time.time()),
     )
+
+
+def seconds_until_retry(tried: int, asked: float | None) -> float:
+    """After it was ``tried`` so often; what the receiver ``asked`` for counts, up to an hour."""
+    if asked is not None:
+        return min(max(asked, 1.0), LONGEST_WAIT)
+    spread = random.uniform(1.0 - _WAIT_JITTER, 1.0 + _WAIT_JITTER)
+    return min(_FIRST_WAIT * _WAIT_FACTOR ** (tried - 1) * spread, LONGEST_WAIT)
+
+
+class PinnedTransport(httpx.AsyncBaseTransport):
+    """Resolves the host of each request once, and connects to what was judged.
+
+    The name stays in the Host header and in TLS, where the certificate must be of it.  Nothing is
+    kept between requests: no connection, which two names of one address would share, no cookie and
+    no proxy, which would resolve the name again.
+    """
+
+    def __init__(self, *, allow_private: bool, resolve: Resolve | None = None) -> None:
+        self._allow_private = allow_private
+        self._resolve = resolve
+        self._transport = httpx.AsyncHTTPTransport(
+            verify=httpx.create_ssl_context(),
+            limits=httpx.Limits(max_connections=None, max_keepalive_connections=0),
+        )
+
+    async def handle_async_request(self, request: httpx.Request) -> httpx.Response:
+        """Raises :class:`UnsafeAddressError`, :class:`socket.gaierror`, :class:`httpx.HTTPError`.
+
+        The next address is tried where one does not answer.
+        """
+        target = target_of(str(request.url))
+        addresses = await safe_addresses(
+            target, allow_private=self._allow_private, resolve=self._resolve
+        )
+        *others, last = addresses[:_MOST_ADDRESSES]
+        for address in others:
+            try:
+                return await self._ask(request, target.host, str(address))
+            except (httpx.ConnectError, httpx.ConnectTimeout):
+                continue
+        return await self._ask(request, target.host, str(last))
+
+    async def _ask(self, request: httpx.Request, host: str, address: str) -> httpx.Response:
+        pinned = httpx.Request(
+            request.method,
+            request.url.copy_with(host=address),
+            headers=request.headers,
+            stream=request.stream,
+            extensions={**request.extensions, "sni_hostname": host},
+        )
+        return await self._transport.handle_async_request(pinned)
+
+    async def aclose(self) -> None:
+        await self._transport.aclose()

@@ -23,9 +23,7 @@ from service.errors import NotFoundError, ServiceError
 from service.jobs.delivery import Delivery, DeliveryStore
 from service.settings import Settings
 from service.webhooks.address_guard import Resolve
-from service.webhooks.backoff import seconds_until_retry
-from service.webhooks.pinned_transport import PinnedTransport
-from service.webhooks.posting import Outcome, attempt
+from service.webhooks.posting import Outcome, PinnedTransport, attempt, seconds_until_retry
 from service.webhooks.signing import (
     DELIVERY_HEADER,
     EVENT_HEADER,

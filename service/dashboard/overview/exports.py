@@ -19,8 +19,7 @@ from fastapi import APIRouter, Request, Response
 from service.dashboard.overview.asset_lines import AssetLine, Overview, Verdict, midnight
 from service.dashboard.overview.sharing import shared_overview
 from service.errors import BadRequestError
-from service.routes.callers import Reader
-from service.routes.services import TheServices
+from service.routes.services import Reader, TheServices
 
 SOURCE = str(Path(__file__).with_name("source"))
 """The module that fetches them."""

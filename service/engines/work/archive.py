@@ -11,7 +11,6 @@ import zlib
 from pathlib import Path, PurePosixPath
 
 import simplifier
-from service.engines.messages import Task
 
 _MOST_ENTRIES = 20_000
 _CHUNK = 1 << 20
@@ -26,11 +25,6 @@ _BY_ENTRIES = (
     None, errno.EINVAL, errno.ENAMETOOLONG, errno.EEXIST, errno.ENOTDIR, errno.EISDIR,
 )  # fmt: skip
 _DRIVE = re.compile(r"[A-Za-z]:")
-
-
-def unpacked_folder(task: Task) -> Path:
-    """Where the archive of a task is unpacked."""
-    return Path(task.scratch) / "unpacked"
 
 
 def unpack(archive: Path, folder: Path, limit: int) -> None:

@@ -6,12 +6,9 @@ from pathlib import Path
 
 import simplifier
 from service.engines.messages import Task
-from service.engines.work.allowance import allowed_options
-from service.engines.work.input_mesh import read_mesh
+from service.engines.work.inputs import allowed_options, input_path, read_mesh
 from service.engines.work.meter import JUDGING, Meter
-from service.engines.work.numbers import summary_of
-from service.engines.work.pages import write_pages
-from service.engines.work.refusals import input_path
+from service.engines.work.report_files import summary_of, write_pages
 from service.engines.worker import Cancel, TaskCancelledError, Tell
 from service.jobs.job import Summary
 

@@ -10,10 +10,15 @@ from typing import Any
 
 import simplifier
 from service.engines.messages import Task
-from service.engines.work.allowance import allowed, allowed_options
-from service.engines.work.archive import unpack, unpacked_folder
+from service.engines.work.archive import unpack
+from service.engines.work.inputs import (
+    allowed,
+    allowed_options,
+    input_path,
+    unpacked_folder,
+    without_paths,
+)
 from service.engines.work.meter import Meter
-from service.engines.work.refusals import input_path, without_paths
 from service.engines.worker import Cancel, TaskCancelledError, Tell
 from service.jobs.job import Summary
 

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import simplifier
 from service.engines.messages import Task
-from service.engines.work.allowance import allowed_options
-from service.engines.work.input_mesh import read_mesh
+from service.engines.work.inputs import allowed_options, read_mesh
 from service.engines.work.meter import Meter
 from service.engines.worker import Cancel, TaskCancelledError, TaskFailedError, Tell
 from service.jobs.job import Failure, Summary

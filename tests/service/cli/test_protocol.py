@@ -7,7 +7,7 @@ import asyncio
 import pytest
 import uvicorn
 
-from service.cli import protocol
+from service.cli import server as protocol
 
 
 async def hello(scope, receive, send):

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.headers.accept import best_of
+from service.headers import best_of
 
 OFFERED = ["application/json", "model/gltf-binary", "model/obj", "text/html"]
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.headers.prefer import wait_seconds
+from service.headers import wait_seconds
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.errors import RangeNotSatisfiableError
-from service.headers.ranges import Part, is_fresh, part_wanted
+from service.headers import Part, is_fresh, part_wanted
 
 ETAG = '"abc"'
 

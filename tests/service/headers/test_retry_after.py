@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.headers.retry_after import retry_after
+from service.headers import retry_after
 
 
 @pytest.mark.parametrize(

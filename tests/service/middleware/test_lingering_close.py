@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 from starlette.types import Message, Receive, Scope, Send
 
-from service.middleware.lingering_close import LingeringClose
+from service.middleware.bodies import LingeringClose
 from tests.service.middleware.asgi import Echo
 from tests.service.routes.serving import listening
 

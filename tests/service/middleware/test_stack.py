@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from service.middleware.stack import surrounded
+from service.app import surrounded
 from service.settings import Settings
 from tests.service.middleware.asgi import Echo, ask
 

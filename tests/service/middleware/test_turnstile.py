@@ -7,7 +7,7 @@ import asyncio
 import pytest
 from starlette.types import Message, Receive, Scope, Send
 
-from service.middleware.turnstile import Turnstile
+from service.middleware.bodies import Turnstile
 
 
 class Hall:

@@ -1,10 +1,13 @@
-"""The report of an occluder as files: JSON, a page, and pictures in a folder beside them."""
+"""The report of an occluder as files and as the numbers that lists and histories show."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
+
+from service.jobs.job import Summary
 
 
 class Judged(Protocol):
@@ -25,3 +28,21 @@ def write_pages(judged: Judged, report: dict[str, Any], name: str, results: Path
     judged.write_pictures(results / "pictures", name, report)
     # The page holds its pictures itself.
     (results / "pictures" / "report.html").replace(results / "report.html")
+
+
+def summary_of(report: Mapping[str, Any], levels: int, seconds: float) -> Summary:
+    """Of the finest level; ``report`` as ``docs/report.schema.json`` says."""
+    worst = report["worst_view"]
+    return Summary(
+        triangles=report["triangles"],
+        input_triangles=report["input"]["triangles"],
+        levels=levels,
+        seconds=seconds,
+        precision=report["precision"],
+        recall=report["recall"],
+        worst_recall=worst["recall"],
+        worst_view=worst["index"],
+        error_bound=report["error_bound"],
+        timings=dict(report["timings"]),
+        warnings=tuple(report["warnings"]),
+    )

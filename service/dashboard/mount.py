@@ -18,18 +18,17 @@ from starlette.routing import BaseRoute, Match
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.dashboard import sign_in
-from service.dashboard.asset import asset_page as asset
-from service.dashboard.asset import compare_page as compare
+from service.dashboard.asset import asset_page, compare_page
+from service.dashboard.frame import ICON
 from service.dashboard.gate import Gate
-from service.dashboard.icon import ICON
-from service.dashboard.jobs import job_page as job
-from service.dashboard.jobs import jobs_page as jobs
-from service.dashboard.overview import exports
-from service.dashboard.overview import overview_page as overview
-from service.dashboard.submit import submit_page as submit
-from service.dashboard.tradeoff import tradeoff_page as tradeoff
+from service.dashboard.jobs import job_page, jobs_page
+from service.dashboard.overview import exports, overview_page
+from service.dashboard.submit import submit_page
+from service.dashboard.tradeoff import tradeoff_page
 
-PAGES = (overview, asset, compare, submit, tradeoff, jobs, job)
+PAGES = (
+    overview_page, asset_page, compare_page, submit_page, tradeoff_page, jobs_page, job_page,
+)  # fmt: skip
 """Modules whose import makes pages."""
 
 _RECONNECT_SECONDS = 30.0

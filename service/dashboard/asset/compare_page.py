@@ -14,10 +14,10 @@ from service.dashboard.asset.comparison import (
     read_comparison,
 )
 from service.dashboard.asset.details import RunDetail
-from service.dashboard.asset.viewer_panel import ShowView, viewer_panel
+from service.dashboard.asset.view_panels import ShowView, viewer_panel
 from service.dashboard.frame import page_frame, panel
+from service.dashboard.notices import unknown_told
 from service.dashboard.plain_table import PlainTable
-from service.dashboard.unknown import unknown_told
 from service.dashboard.visitor import Visitor, current_visitor
 from service.dashboard.wording import along, moment, percent
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any, Protocol, cast
 
-from service.dashboard.projection import Axis
+from service.dashboard.view_map import Axis
 from service.dashboard.views import View, views_of
 from service.jobs.asset import Asset, AssetStore
 from service.jobs.job import OVERRIDES_FILE, Job, JobKind

@@ -7,8 +7,7 @@ from nicegui import ui
 
 from service.access.key import Scope
 from service.dashboard.jobs.job_lines import ENDED, EndedPage, JobLine, ended_page
-from service.dashboard.jobs.job_parts import show_failure
-from service.dashboard.jobs.names import name_cells
+from service.dashboard.jobs.job_parts import name_cells, show_failure
 from service.dashboard.jobs.words import STATE_CLASSES, STATES
 from service.dashboard.notices import refusals_told, tell
 from service.dashboard.plain_table import PlainTable
@@ -17,7 +16,7 @@ from service.dashboard.wording import moment, percent, seconds, whole
 from service.jobs.job import JobState
 from service.routes import actions
 
-_SECONDS = 3.0
+_RENEW_SECONDS = 3.0
 _ALL = "all"
 _CHOICES = {_ALL: "all that ended", **{str(state): STATES[state] for state in sorted(ENDED)}}
 
@@ -46,7 +45,7 @@ class EndedJobs:
                 self._older = ui.button("Older", on_click=self._go_older).props(
                     "no-caps flat dense"
                 )
-        ui.timer(_SECONDS, self._renew)
+        ui.timer(_RENEW_SECONDS, self._renew)
 
     async def load(self) -> None:
         """Show what there is now."""

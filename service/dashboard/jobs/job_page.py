@@ -9,16 +9,15 @@ from anyio.to_thread import run_sync
 from nicegui import ui
 
 from service.dashboard.asset.details import RunDetail, read_run
-from service.dashboard.asset.downloads_panel import downloads_panel
-from service.dashboard.asset.run_panels import run_panels
+from service.dashboard.asset.panels import downloads_panel, run_panels
 from service.dashboard.frame import page_frame, panel
 from service.dashboard.jobs.ended_jobs import retry_button
 from service.dashboard.jobs.job_lines import JobLine, line_of
 from service.dashboard.jobs.job_parts import show_failure
 from service.dashboard.jobs.live_job import LiveJob
 from service.dashboard.jobs.words import KINDS
+from service.dashboard.notices import unknown_told
 from service.dashboard.plain_table import PlainTable
-from service.dashboard.unknown import unknown_told
 from service.dashboard.visitor import Visitor, current_visitor
 from service.dashboard.wording import moment
 from service.jobs.job import Job, JobKind, JobState

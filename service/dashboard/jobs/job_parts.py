@@ -1,10 +1,12 @@
-"""How a job ended: its figures and where they lead, or what went wrong and what to do."""
+"""Parts of pages that show a job: its name and kind, its figures, or what went wrong."""
 
 from __future__ import annotations
 
 from nicegui import ui
 
 from service.dashboard.jobs.job_lines import JobLine
+from service.dashboard.jobs.words import KINDS
+from service.dashboard.plain_table import PlainTable
 from service.dashboard.wording import percent, seconds
 from service.jobs.job import JobKind, JobState
 
@@ -60,3 +62,13 @@ def _figures(line: JobLine) -> list[tuple[str, str]]:
         ("best recall" if swept else "recall", percent(line.recall)),
         ("time", seconds(line.seconds)),
     ]
+
+
+def name_cells(table: PlainTable, line: JobLine) -> None:
+    """Three cells: the job, its asset, its kind."""
+    table.link(line.name, f"/jobs/{line.id}")
+    if line.asset_id:
+        table.link(line.asset or "", f"/assets/{line.asset_id}")
+    else:
+        table.text("-", "quiet")
+    table.text(KINDS[line.kind])

@@ -9,10 +9,9 @@ from anyio.to_thread import run_sync
 from nicegui import ui
 
 from service.access.key import Scope
-from service.dashboard.jobs.best_picture import BestPicture
+from service.dashboard.jobs.best_so_far import BestPicture, MeasureLine
 from service.dashboard.jobs.job_lines import JobLine, job_line, progress_words
 from service.dashboard.jobs.job_parts import show_outcome
-from service.dashboard.jobs.measure_line import MeasureLine
 from service.dashboard.jobs.words import STATE_CLASSES, STATES
 from service.dashboard.notices import refusals_told
 from service.dashboard.visitor import Visitor

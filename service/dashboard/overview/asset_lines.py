@@ -1,16 +1,26 @@
-"""What the page of all assets shows, as plain values."""
+"""What the page of all assets shows, as plain values.
+
+They are read once for all pages that show the same.
+"""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import StrEnum
+from weakref import WeakKeyDictionary
 
 from service.jobs.asset import AssetStore, RunNumbers, Standing, Thresholds
 
 _NOTICED = 0.0005
 """Fall of a share from which on a run counts as worse: half of the last digit that is shown."""
+
+_MOST_KEPT = 4
+"""Readings of a store; each of 5,000 assets takes 10 MiB."""
+_kept: WeakKeyDictionary[AssetStore, dict[tuple[str, datetime], Overview]] = WeakKeyDictionary()
+_lock = threading.Lock()
 
 
 class Verdict(StrEnum):
@@ -137,3 +147,16 @@ def _verdict(thresholds: Thresholds, latest: RunNumbers | None) -> Verdict:
 def midnight(day: str) -> datetime:
     """The beginning of a day, UTC, from its ISO form.  Raises ValueError."""
     return datetime.strptime(day, "%Y-%m-%d").replace(tzinfo=UTC)
+
+
+def shared_overview(assets: AssetStore, tenant: str, since: datetime) -> Overview:
+    """The very same value until something has changed.  Waits for the database."""
+    with _lock:  # pages that look at the same time wait for one of them to read
+        kept = _kept.setdefault(assets, {})
+        overview = kept.pop((tenant, since), None)
+        if overview is None or overview.stamp != assets.stamp(tenant):
+            overview = read_overview(assets, tenant, since)
+        kept[tenant, since] = overview
+        if len(kept) > _MOST_KEPT:
+            del kept[next(iter(kept))]
+        return overview

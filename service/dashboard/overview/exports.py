@@ -1,14 +1,17 @@
-"""The rows of all assets for the browser, made once for all pages that show the same.
+"""All assets as the browser and as spreadsheets take them.
 
-Not by NiceGUI's socket, which would keep megabytes for each open page.
+Rows for the browser are made once for all pages that show the same.  They do not go by NiceGUI's
+socket, which would keep megabytes for each open page.
 """
 
 from __future__ import annotations
 
+import csv
 import gzip
+import io
 import json
-from collections.abc import Collection, Mapping
-from datetime import datetime
+from collections.abc import Collection, Iterable, Mapping
+from datetime import UTC, datetime
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -16,8 +19,13 @@ from urllib.parse import urlencode
 
 from fastapi import APIRouter, Request, Response
 
-from service.dashboard.overview.asset_lines import AssetLine, Overview, Verdict, midnight
-from service.dashboard.overview.sharing import shared_overview
+from service.dashboard.overview.asset_lines import (
+    AssetLine,
+    Overview,
+    Verdict,
+    midnight,
+    shared_overview,
+)
 from service.errors import BadRequestError
 from service.routes.services import Reader, TheServices
 
@@ -33,6 +41,12 @@ _URGENCY = {
 }
 
 router = APIRouter(include_in_schema=False)
+
+_COLUMNS = (
+    "asset", "precision", "recall", "worst_recall", "worst_view", "input_triangles", "triangles",
+    "seconds", "min_precision", "min_recall", "thresholds", "latest_run", "asset_id",
+)  # fmt: skip
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
 
 def rows_address(since: datetime, number: int) -> str:
@@ -86,3 +100,33 @@ def _row(line: AssetLine, worse: Collection[str]) -> Mapping[str, Any]:
         "created": run and run.created,
         "worse": line.id in worse,
     }
+
+
+def csv_of(lines: Iterable[AssetLine]) -> str:
+    """One row an asset; shares are 0 to 1, times ISO 8601 UTC, empty where there is no run."""
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(_COLUMNS)
+    writer.writerows(_csv_row(line) for line in lines)
+    return text.getvalue()
+
+
+def harmless(text: str) -> str:
+    """With an apostrophe before what a spreadsheet would take for a formula."""
+    return f"'{text}" if text.startswith(_FORMULA) else text
+
+
+def _csv_row(line: AssetLine) -> list[object]:
+    run, demanded = line.latest, line.thresholds
+    numbers: list[object] = [None] * 7
+    created = None
+    if run is not None:
+        numbers = [
+            run.precision, run.recall, run.worst_recall, run.worst_view, run.input_triangles,
+            run.triangles, run.seconds,
+        ]  # fmt: skip
+        created = datetime.fromtimestamp(run.created, UTC).isoformat(timespec="seconds")
+    return [
+        harmless(line.name), *numbers, demanded.min_precision, demanded.min_recall, line.verdict,
+        created and created.replace("+00:00", "Z"), line.id,
+    ]  # fmt: skip

@@ -1,29 +1,40 @@
-"""The page of all assets: which are good enough, how they spread, which got worse."""
+"""The page of all assets: which are good enough, how they spread, which got worse.
+
+Where there is none yet it says what to do first.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from datetime import UTC, datetime, timedelta
+from urllib.parse import urlencode
 
 from nicegui import run, ui
+from nicegui.events import ValueChangeEventArguments
 
 from service.access.key import Scope
 from service.dashboard.frame import page_frame, panel
-from service.dashboard.overview.asset_lines import AssetLine, Overview, summary
-from service.dashboard.overview.beginning import beginning
-from service.dashboard.overview.charts import Distribution
-from service.dashboard.overview.export import csv_of
-from service.dashboard.overview.exports import rows_address
-from service.dashboard.overview.sharing import shared_overview
-from service.dashboard.overview.table import AssetsTable
+from service.dashboard.overview.asset_lines import (
+    AssetLine,
+    Change,
+    Overview,
+    midnight,
+    shared_overview,
+    summary,
+)
+from service.dashboard.overview.charts import AssetsTable, Distribution
+from service.dashboard.overview.exports import csv_of, rows_address
 from service.dashboard.overview.thresholds_dialog import open_demand
-from service.dashboard.overview.worsened import Worsened
 from service.dashboard.visitor import Visitor, current_caller, current_visitor
+from service.dashboard.wording import percent
 from service.errors import ServiceError, UnauthenticatedError
 
 _WEEK = timedelta(days=7)
 _LOOK_SECONDS = 4.0
 """Between two looks for new results."""
+
+_MOST_ROWS = 50
+"""Rows that are shown; the table's filter has all."""
 
 
 @ui.page("/")
@@ -106,3 +117,100 @@ class _Page:
     @property
     def _lines(self) -> tuple[AssetLine, ...]:
         return self._overview.lines if self._overview else ()
+
+
+class Worsened:
+    """The panel: a date to choose, and a table."""
+
+    def __init__(self, since: datetime, on_since: Callable[[datetime], Awaitable[None]]) -> None:
+        self._on_since = on_since
+        with panel("What got worse", titled=False):
+            with ui.element("div").classes("row-of-controls"):
+                ui.label("What got worse since").classes("panel-title").props(
+                    "role=heading aria-level=2"
+                )
+                ui.input(value=since.date().isoformat(), on_change=self._choose).props(
+                    'type=date dense outlined aria-label="Since"'
+                ).classes("date")
+            self._said = ui.label().classes("quiet").props("role=status")
+            with ui.element("table").classes("plain-table") as self._table:
+                _head(("Asset", ""), ("Before", "number"), ("Now", "number"), ("Fall", "number"))
+                self._body = ui.element("tbody")
+
+    def show(self, overview: Overview) -> None:
+        changes, count = overview.worse[:_MOST_ROWS], len(overview.worse)
+        self._said.text = _count_words(count)
+        self._table.set_visibility(bool(changes))
+        self._body.clear()
+        with self._body:
+            for change in changes:
+                _change_rows(change)
+
+    async def _choose(self, event: ValueChangeEventArguments[str | None]) -> None:
+        try:
+            since = midnight(event.value or "")
+        except ValueError:  # half a date, while it is typed
+            return
+        await self._on_since(since)
+
+
+def _count_words(count: int) -> str:
+    if count == 0:
+        return "Nothing did."
+    if count > _MOST_ROWS:
+        return f"{count:,} assets did; these fell most."
+    return "1 asset did." if count == 1 else f"{count} assets did."
+
+
+def _head(*columns: tuple[str, str]) -> None:
+    with ui.element("thead"), ui.element("tr"):
+        for title, kind in columns:
+            with ui.element("th").props("scope=col").classes(kind):
+                ui.label(title)
+
+
+def _change_rows(change: Change) -> None:
+    """One for each share that fell."""
+    for word, pair in (("recall", change.recall), ("precision", change.precision)):
+        if pair is not None:
+            _change_row(change, word, pair)
+
+
+def _change_row(change: Change, word: str, pair: tuple[float, float]) -> None:
+    before, after = pair
+    with ui.element("tr"):
+        with ui.element("td"):
+            ui.link(change.line.name, _comparison(change)).classes("name")
+            ui.label(word).classes("quiet")
+        for text in (percent(before, 2), percent(after, 2)):
+            with ui.element("td").classes("number"):
+                ui.label(text)
+        with ui.element("td").classes("number bad"):
+            ui.label(f"-{100.0 * (before - after):.2f}")
+
+
+def _comparison(change: Change) -> str:
+    assert change.line.latest is not None  # else nothing would have changed
+    runs = {"a": change.before.job_id, "b": change.line.latest.job_id}
+    return f"/compare?{urlencode(runs)}"
+
+
+def beginning(address: str, *, keyed: bool) -> ui.element:
+    """The panel; ``address`` is the service's as it was asked for, ``keyed`` if it needs keys."""
+    key = ' -H "X-API-Key: $OCCLUDER_KEY"' if keyed else ""
+    command = (
+        f"curl --data-binary @castle.glb{key} \\\n"
+        f'  "{address}/v1/occluders?filename=castle.glb&asset=props/castle"'
+    )
+    with ui.element("section").classes("panel beginning") as panel:
+        ui.label("No asset yet").classes("panel-title").props("role=heading aria-level=2")
+        ui.label(
+            "An asset is a name for a mesh and its runs. Send a mesh, and it appears here with its "
+            "precision and recall; send it again after a change, and its history begins."
+        )
+        with ui.element("div").classes("row-of-controls"):
+            ui.link("Submit a mesh", "/submit").classes("button-link")
+            ui.label("or from a shell:").classes("quiet")
+        with ui.element("pre").classes("command"):
+            ui.label(command)
+    return panel

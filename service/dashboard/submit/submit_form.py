@@ -1,17 +1,24 @@
-"""New meshes with their settings, and the jobs that come of them."""
+"""New meshes with their settings, and the jobs that come of them.
+
+The browser has the files, sends them, and keeps the settings from one visit to the next.
+"""
 
 from __future__ import annotations
 
-from nicegui import ui
+from collections.abc import Callable, Mapping, Sequence
 
+from nicegui import ui
+from nicegui.element import Element
+from nicegui.events import GenericEventArguments
+
+from service.dashboard.asset.panels import file_size
 from service.dashboard.jobs.live_job import LiveJob
 from service.dashboard.notices import warn
 from service.dashboard.submit.option_form import OptionForm
-from service.dashboard.submit.remembered import Remembered
 from service.dashboard.submit.typed import asset_names, remembered_options
-from service.dashboard.submit.uploader import Uploader
 from service.dashboard.visitor import Visitor
 from service.jobs.job import JobKind
+from simplifier import MESH_SUFFIXES
 
 COMMON = (
     "budget", "preset", "ground", "up", "viewers", "resolution", "error_bound", "lods",
@@ -81,3 +88,52 @@ class SubmitForm:
 
     def _reset(self) -> None:
         self._form.reset()
+
+
+class Uploader(Element, component="uploader.js"):
+    """Meshes that wait to be sent are named by ``on_chosen``, each job that came of one by
+    ``on_sent``; ``on_done`` follows the last."""
+
+    def __init__(
+        self,
+        largest: int,
+        *,
+        on_chosen: Callable[[list[str]], object],
+        on_sent: Callable[[str], object],
+        on_done: Callable[[], object],
+    ) -> None:
+        super().__init__()
+        self.props["address"] = "/v1/occluders"
+        self.props["accept"] = ",".join([*sorted(MESH_SUFFIXES), ".toml"])
+        formats = ", ".join(one.removeprefix(".") for one in sorted(MESH_SUFFIXES))
+        self.props["help"] = (
+            f"Choose or drop {formats}; each at most {file_size(largest)}. "
+            "castle.overrides.toml goes along with castle.glb."
+        )
+
+        def chosen(event: GenericEventArguments) -> None:
+            on_chosen([str(name) for name in event.args])
+
+        def sent(event: GenericEventArguments) -> None:
+            on_sent(str(event.args["job"]))
+
+        self.on("chosen", chosen)
+        self.on("sent", sent)
+        self.on("done", lambda: on_done())
+
+    def send(self, settings: Sequence[tuple[str, str]], assets: Sequence[str]) -> None:
+        """Send all that wait, each with the same settings and its asset's name."""
+        self.run_method("send", [list(pair) for pair in settings], list(assets))
+
+
+class Remembered(Element, component="remembered.js"):
+    """``on_kept`` is told what was kept before, whatever it is; None for nothing."""
+
+    def __init__(self, name: str, on_kept: Callable[[object], object]) -> None:
+        super().__init__()
+        self.props["name"] = f"occluder.{name}"
+        self.on("kept", lambda event: on_kept(event.args))
+
+    def keep(self, values: Mapping[str, str]) -> None:
+        """In place of what was kept before."""
+        self.run_method("keep", dict(values))

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.dashboard.scale import STOPS, Scale, css
+from service.dashboard.colours import STOPS, Scale, css
 
 SHARES = st.floats(0.0, 1.0)
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.dashboard.asset.histogram import binned, quantile
+from service.dashboard.views import binned, quantile
 
 SHARES = st.lists(st.floats(0.0, 1.0), min_size=1, max_size=300)
 

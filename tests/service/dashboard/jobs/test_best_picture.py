@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from service.dashboard.jobs.best_picture import best_words
+from service.dashboard.jobs.best_so_far import best_words
 from service.jobs.progress import JobProgress
 
 

@@ -19,8 +19,7 @@ from service.dashboard.overview.asset_lines import (
     summary,
     worsened,
 )
-from service.dashboard.overview.export import csv_of, harmless
-from service.dashboard.overview.exports import rows_of
+from service.dashboard.overview.exports import csv_of, harmless, rows_of
 from service.jobs.asset import RunNumbers, Standing, Thresholds
 
 RUN = RunNumbers("job1", 1.7e9, 64, 5000, 1.5, 0.999, 0.8, 0.6, 17)

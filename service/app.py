@@ -109,7 +109,7 @@ def opened(settings: Settings) -> Iterator[Services]:
             assets=assets,
             blobs=blobs,
             board=board,
-            work=engine,
+            runner=engine,
             metrics=metrics,
             authenticator=Authenticator(
                 SqlKeyStore(database), sessions, keys_needed=settings.keys_needed

@@ -17,23 +17,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC
 from email.utils import parsedate_to_datetime
-from typing import Any
 
 from service.errors import FieldError, InvalidOptionsError, RangeNotSatisfiableError
 
-IDEMPOTENCY_KEY: dict[str, Any] = {
-    "name": "Idempotency-Key", "in": "header",
-    "description": "The same key with the same request gives the same job again.",
-    "schema": {"type": "string", "minLength": 1, "maxLength": 255, "pattern": "^[!-~]+$"},
-}  # fmt: skip
-"""As OpenAPI has it."""
-_KEY = re.compile("[!-~]{1,255}")
-PREFER: dict[str, Any] = {
-    "name": "Prefer", "in": "header",
-    "description": "`wait=N`: wait up to N seconds for the result.",
-    "schema": {"type": "string"}, "example": "wait=30",
-}  # fmt: skip
-"""As OpenAPI has it."""
+_IDEMPOTENCY_KEY = re.compile("[!-~]{1,255}")
 _WAIT = re.compile(r'wait\s*=\s*"?(\d{1,9})"?', re.IGNORECASE)
 _RANGE = re.compile(r"bytes\s*=\s*(\d{0,19})\s*-\s*(\d{0,19})\s*", re.IGNORECASE)
 
@@ -81,7 +68,7 @@ def _quality(ranges: Sequence[tuple[str, float]], offered: str) -> float:
 def idempotency_key(headers: Mapping[str, str]) -> str | None:
     """Raises :class:`~service.errors.InvalidOptionsError` for one that is too long or no text."""
     key = headers.get("idempotency-key")
-    if key is not None and not _KEY.fullmatch(key):
+    if key is not None and not _IDEMPOTENCY_KEY.fullmatch(key):
         remedy = "choose 1 to 255 printable ASCII characters without a space, a random UUID say"
         raise InvalidOptionsError([FieldError("Idempotency-Key", "it cannot be kept", remedy)])
     return key

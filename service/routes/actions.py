@@ -21,7 +21,7 @@ _SWEPT = ("mesh", "overrides")
 def cancel(services: Services, caller: Caller, job_id: str) -> Job:
     """End a job: at once while it waits, soon while it runs.  Conflicts when it has ended."""
     job = services.jobs.cancel(caller.tenant, job_id)
-    services.work.wake()
+    services.runner.wake()
     services.board.changed(job_id)
     if job.state.ended:
         services.ended(job)
@@ -108,7 +108,4 @@ def _once_more(
             may_reuse=not sweeps,  # whoever measures again wants the times of today
             retry_of=retry_of,
         )  # fmt: skip
-        again, new = services.jobs.submit(submission, services.settings.queue_limit)
-    if new:
-        services.taken(again)
-    return again
+        return services.submit(submission)

@@ -13,17 +13,12 @@ from starlette.types import Lifespan
 from service.answers.problems import handle_failures
 from service.routes import (
     assets,
-    evaluations,
     explanations,
     health,
     jobs,
-    metrics,
-    occluders,
-    problems,
     progress,
     results,
-    scenes,
-    tradeoff,
+    submit,
 )
 from service.routes.docs import refusal
 from service.schemas.asset import Asset
@@ -47,10 +42,7 @@ _DESCRIPTION = (
     "to do. A key is needed as soon as others than the service's own machine can reach it."
 )
 
-_ROUTES = (
-    occluders, evaluations, scenes, tradeoff, jobs, progress, results, assets, health,
-    metrics, problems,
-)  # fmt: skip
+_ROUTES = (submit, jobs, progress, results, assets, health, explanations)
 
 _WRITTEN_BY_ROUTES = (Job, Result, Asset, Problem)
 _OF_FASTAPI = "HTTPValidationError"
@@ -73,7 +65,6 @@ def make_api(lifespan: Lifespan[FastAPI] | None = None) -> FastAPI:
     handle_failures(app, [route for room in _ROUTES for route in room.router.routes])
     for room in _ROUTES:
         app.include_router(room.router)
-    app.include_router(explanations.router)
     explanations.add_swagger(app)
     describe(app)
     return app

@@ -67,7 +67,7 @@ def list_assets(
         limit=wanted.limit,
     )
     return AssetPage(
-        items=[_shown(caller, one) for one in page.assets],
+        items=[_asset_body(caller, one) for one in page.assets],
         next=next_page("/v1/assets", wanted, page.cursor),
     )
 
@@ -91,13 +91,13 @@ def put_asset(new: NewAsset, response: Response, services: TheServices, caller: 
     if made:
         response.status_code = 201
         response.headers["Location"] = f"/v1/assets/{asset.id}"
-    return _shown(caller, asset)
+    return _asset_body(caller, asset)
 
 
 @router.get("/assets/{asset_id}", responses=refusals(*EVERYWHERE, 404), summary="Look at an asset")
 def get_asset(asset_id: str, services: TheServices, caller: Reader) -> Asset:
     """The asset, its latest run, and whether that one is good enough."""
-    return _shown(caller, services.assets.asset(caller.tenant, asset_id))
+    return _asset_body(caller, services.assets.asset(caller.tenant, asset_id))
 
 
 @router.delete(
@@ -122,7 +122,7 @@ def put_thresholds(
 ) -> Asset:
     """What is demanded from now on; what is left out or null is not."""
     asset = services.assets.set_thresholds(caller.tenant, asset_id, thresholds.demanded)
-    return _shown(caller, asset)
+    return _asset_body(caller, asset)
 
 
 @router.get(
@@ -177,7 +177,7 @@ def compare_runs(
     )
 
 
-def _shown(caller: Caller, asset: StoredAsset) -> Asset:
+def _asset_body(caller: Caller, asset: StoredAsset) -> Asset:
     return Asset.of(asset, whole_webhook=caller.may(Scope.WRITE))
 
 

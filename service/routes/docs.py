@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from service.answers.files import FORMATS
-from service.headers import IDEMPOTENCY_KEY, PREFER
 from service.jobs.asset import LONGEST_NAME
 from service.jobs.delivery import LONGEST_URL
 from service.jobs.job import JobKind
@@ -71,6 +70,19 @@ CONDITIONS: dict[str, Any] = {
 """Headers that a request for a file may have."""
 _TABLES = option_tables(math.inf, math.inf)
 _FILE: dict[str, Any] = {"type": "string", "format": "binary", "minLength": 1}
+IDEMPOTENCY_KEY: dict[str, Any] = {
+    "name": "Idempotency-Key", "in": "header",
+    "description": "The same key with the same request gives the same job again.",
+    "schema": {"type": "string", "minLength": 1, "maxLength": 255, "pattern": "^[!-~]+$"},
+}  # fmt: skip
+"""A header of requests that make a job."""
+
+_PREFER: dict[str, Any] = {
+    "name": "Prefer", "in": "header",
+    "description": "`wait=N`: wait up to N seconds for the result.",
+    "schema": {"type": "string"}, "example": "wait=30",
+}  # fmt: skip
+
 _LABELS: list[dict[str, Any]] = [
     {
         "name": "asset", "in": "query",
@@ -179,6 +191,9 @@ _PLACE = {
     "Preference-Applied": header("That it was waited for."),
 }
 
+NEW_JOB = {"headers": {"Location": header("The new job.", required=True)}}
+"""How a job that a job or an asset has given is sent."""
+
 RESULT_OR_JOB: Responses = {
     200: {**RESULT[200], "headers": {**RESULT[200]["headers"], **_PLACE}},
     202: {
@@ -217,6 +232,6 @@ def upload_docs(
     }
     named = [_FILENAME] if raw else []
     return {
-        "parameters": [*table.parameters(), *_LABELS, *named, PREFER, IDEMPOTENCY_KEY],
+        "parameters": [*table.parameters(), *_LABELS, *named, _PREFER, IDEMPOTENCY_KEY],
         "requestBody": {"required": True, "content": content},
     }

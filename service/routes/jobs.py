@@ -9,19 +9,17 @@ from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from service.access.key import Caller, Scope
-from service.headers import IDEMPOTENCY_KEY, idempotency_key
+from service.headers import idempotency_key
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobKind, JobState
 from service.jobs.stores import JobFilter
 from service.routes import actions
-from service.routes.docs import EVERYWHERE, header, refusals
+from service.routes.docs import EVERYWHERE, IDEMPOTENCY_KEY, NEW_JOB, refusals
 from service.routes.services import KEYED, Reader, Services, TheServices, Writer
 from service.schemas.job import Job, JobPage, Moment
 
 router = APIRouter(prefix="/v1", tags=["jobs"], dependencies=KEYED)
 
-NEW_JOB = {"headers": {"Location": header("The new job.", required=True)}}
-"""How a job that a job has given is sent, as OpenAPI has it."""
 
 LARGEST_NUMBER = 2**63 - 1
 """That the database can hold."""
@@ -62,7 +60,7 @@ def list_jobs(
         limit=wanted.limit,
     )
     return JobPage(
-        items=[shown(services, caller, job) for job in page.jobs],
+        items=[job_body(services, caller, job) for job in page.jobs],
         next=next_page("/v1/jobs", wanted, page.cursor),
     )
 
@@ -70,7 +68,7 @@ def list_jobs(
 @router.get("/jobs/{job_id}", responses=refusals(*EVERYWHERE, 404), summary="Look at a job")
 def get_job(job_id: str, services: TheServices, caller: Reader) -> Job:
     """The job, and how far it is while it runs."""
-    return shown(services, caller, services.jobs.job(caller.tenant, job_id))
+    return job_body(services, caller, services.jobs.job(caller.tenant, job_id))
 
 
 @router.post(
@@ -78,7 +76,7 @@ def get_job(job_id: str, services: TheServices, caller: Reader) -> Job:
 )
 def cancel_job(job_id: str, services: TheServices, caller: Writer) -> Job:
     """End it: at once while it waits, within a second while it runs. 409 when it has ended."""
-    return shown(services, caller, actions.cancel(services, caller, job_id))
+    return job_body(services, caller, actions.cancel(services, caller, job_id))
 
 
 @router.post(
@@ -98,7 +96,7 @@ def retry_job(
     """A new job with the same mesh and options, for one that failed or was cancelled."""
     job = actions.retry(services, caller, job_id, idempotency_key(request.headers))
     response.headers["Location"] = f"/v1/jobs/{job.id}"
-    return shown(services, caller, job)
+    return job_body(services, caller, job)
 
 
 class OtherOptions(BaseModel):
@@ -132,11 +130,11 @@ def rerun_job(
     key = idempotency_key(request.headers)
     job = actions.rerun(services, caller, job_id, other.options, key)
     response.headers["Location"] = f"/v1/jobs/{job.id}"
-    return shown(services, caller, job)
+    return job_body(services, caller, job)
 
 
-def shown(services: Services, caller: Caller, job: StoredJob) -> Job:
-    """As it goes over the wire, its progress included."""
+def job_body(services: Services, caller: Caller, job: StoredJob) -> Job:
+    """A job as it goes over the wire to whoever asks, its progress included."""
     progress = services.board.latest(job.id)
     return Job.of(job, progress, whole_webhook=caller.may(Scope.WRITE))
 

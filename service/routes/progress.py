@@ -17,7 +17,7 @@ from service.errors import NotFoundError
 from service.headers import is_fresh
 from service.jobs.job import Job as StoredJob
 from service.routes.docs import EVERYWHERE, binary, header, refusals
-from service.routes.jobs import shown
+from service.routes.jobs import job_body
 from service.routes.services import KEYED, Reader, Services, TheServices
 from service.schemas.job import Progress
 
@@ -79,7 +79,7 @@ async def _stream(
                 if one is None:
                     yield b": still here\n\n"
                 elif isinstance(one, StoredJob):
-                    yield _event("state", shown(services, caller, one))
+                    yield _event("state", job_body(services, caller, one))
                 else:
                     yield _event("progress", Progress.of(job.id, one))
 

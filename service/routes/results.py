@@ -17,7 +17,7 @@ from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobFile, JobState
 from service.jobs.stores import BlobStore
 from service.routes.docs import CONDITIONS, EVERYWHERE, FILE, HEAD, PARTS, RESULT, refusals
-from service.routes.jobs import shown
+from service.routes.jobs import job_body
 from service.routes.services import KEYED, Reader, Services, TheServices
 from service.schemas.result import FilePage, Result, ResultFile
 
@@ -91,7 +91,7 @@ def result_answer(
     files = services.jobs.files(job.id)
     if media_type == JSON:
         report = read_report(services.blobs, files)
-        result = Result.of(shown(services, caller, job), report, files)
+        result = Result.of(job_body(services, caller, job), report, files)
         answer = Response(result.model_dump_json(), media_type=JSON)
     else:
         name = FORMATS[job.kind][media_type]

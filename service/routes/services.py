@@ -14,7 +14,7 @@ from fastapi.security import APIKeyHeader, HTTPBearer
 from service.access.authentication import Authenticator, demand
 from service.access.key import Caller, Scope
 from service.jobs.asset import AssetStore
-from service.jobs.job import Job, JobKind
+from service.jobs.job import Job, JobKind, Submission
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
 from service.metrics import Metrics
@@ -35,7 +35,7 @@ KEYED = [Depends(_BEARER), Depends(_HEADER)]
 """Says in OpenAPI that a key is needed; the callers below see to it."""
 
 
-class Work(Protocol):
+class JobRunner(Protocol):
     """What does the jobs."""
 
     def wake(self) -> None:
@@ -50,7 +50,7 @@ class Services:
                        may go to.
     ``checks``         by name, what has to be well for the service to be ready.
     ``submitting``     limits the threads that submit, so that others need not wait for one.
-    ``ended``          called once for each job that a route, and no work, has brought to its end.
+    ``ended``          called once for each job that a route, and no runner, has brought to its end.
     """
 
     settings: Settings
@@ -60,7 +60,7 @@ class Services:
     assets: AssetStore
     blobs: BlobStore
     board: ProgressBoard
-    work: Work
+    runner: JobRunner
     metrics: Metrics
     authenticator: Authenticator
     check_webhook: Callable[[str], Awaitable[None]]
@@ -68,12 +68,18 @@ class Services:
     ended: Callable[[Job], None]
     submitting: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(_SUBMITTING))
 
-    def taken(self, job: Job) -> None:
-        """See to a job that was taken in: to be done, or done already by a stored result."""
-        if job.state.ended:
+    def submit(self, submission: Submission) -> Job:
+        """Take a job in, whatever its kind, and see to it: it is to be done, or done already.
+
+        Waits for the database.  Raises :class:`~service.errors.ServiceError` as
+        :meth:`JobStore.submit <service.jobs.stores.JobStore.submit>` does.
+        """
+        job, new = self.jobs.submit(submission, self.settings.queue_limit)
+        if new and job.state.ended:
             self.ended(job)
-        else:
-            self.work.wake()
+        elif new:
+            self.runner.wake()
+        return job
 
 
 def _services(request: Request) -> Services:

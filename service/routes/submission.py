@@ -19,7 +19,7 @@ from service.headers import idempotency_key, wait_seconds
 from service.jobs.asset import LONGEST_NAME
 from service.jobs.delivery import LONGEST_URL
 from service.jobs.job import Job, JobKind, JobState, Submission
-from service.routes.jobs import shown
+from service.routes.jobs import job_body
 from service.routes.results import result_answer
 from service.routes.services import Services
 from service.schemas.options import OptionTable
@@ -31,10 +31,10 @@ _LABELS = ("asset", "webhook")
 _FOR_UPLOADS = "filename"
 
 
-async def take_in(
+async def submit_upload(
     request: Request, services: Services, caller: Caller, kind: JobKind, parts: Sequence[Wanted]
 ) -> Response:
-    """Take an upload of some parts in as a job; a raw body is the first and only part.
+    """Make a job of an upload of some parts; a raw body is the first and only part.
 
     200 with the result where it is there within the time that ``Prefer`` says, else 202 with the
     job.  All that can be refused before the body has come is.  Raises
@@ -49,12 +49,7 @@ async def take_in(
     with services.blobs.keeping() as keeping:
         uploads = await receive(request, keeping, parts, services.settings)
         submission = await _submission(request, services, caller, kind, parts, uploads, key)
-        job, new = await run_sync(
-            services.jobs.submit, submission, services.settings.queue_limit,
-            limiter=services.submitting,
-        )  # fmt: skip
-    if new:
-        await run_sync(services.taken, job)
+        job = await run_sync(services.submit, submission, limiter=services.submitting)
     return await _answer(request, services, caller, job, media_type)
 
 
@@ -110,7 +105,7 @@ async def _answer(
         return response
     if job.state.ended:
         raise problem_of_job(job)
-    body = shown(services, caller, job).model_dump_json()
+    body = job_body(services, caller, job).model_dump_json()
     return Response(body, 202, {**place, **applied}, "application/json")
 
 

@@ -156,7 +156,7 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
     services = Services(
         settings=settings, version="1.0",
         tables=option_tables(settings.job_seconds, settings.job_memory), jobs=jobs,
-        assets=assets, blobs=blobs, board=board, work=hand, metrics=metrics,
+        assets=assets, blobs=blobs, board=board, runner=hand, metrics=metrics,
         authenticator=Authenticator(keys, sessions, keys_needed=settings.keys_needed),
         check_webhook=check_webhook, checks={"engine": lambda: faults.get("engine")},
         ended=metrics.count,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from service.routes.problems import ADVICE, kinds
+from service.routes.explanations import ADVICE, kinds
 from tests.service.routes.serving import problem
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from service.jobs.asset import Thresholds
-from service.jobs.job import Failure, JobKind, JobState, Summary
+from service.jobs.job import Failure, JobFacts, JobKind, JobState, Summary
 
 
 @dataclass(frozen=True)
@@ -30,34 +30,16 @@ class RemoteProgress:
     picture: str | None = None
 
 
-@dataclass(frozen=True)
-class RemoteJob:
-    """A job as the server tells it.
+@dataclass(frozen=True, kw_only=True)
+class RemoteJob(JobFacts):
+    """A job as the server tells it."""
 
-    ``asset``, ``asset_id``  whose run it is, if any.
-    ``attempt``  how often it was begun; ``attempts`` how often it may be.
-    ``reused``   the job whose stored result it was given, if any.
-    """
-
-    id: str
-    kind: JobKind
-    state: JobState
-    name: str
     created: str
-    version: str
-    options: Mapping[str, Any]
     attempt: int = 0
     attempts: int = 0
-    asset: str | None = None
-    asset_id: str | None = None
     started: str | None = None
     ended: str | None = None
     progress: RemoteProgress | None = None
-    failure: Failure | None = None
-    summary: Summary | None = None
-    reused: str | None = None
-    retry_of: str | None = None
-    webhook: str | None = None
 
 
 @dataclass(frozen=True)

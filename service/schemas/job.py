@@ -148,27 +148,22 @@ class Job(BaseModel):
         running = job.state is JobState.RUNNING and progress is not None
         named = job.asset_id is not None and job.asset is not None
         failure, summary = job.failure, job.summary
-        return cls(
-            id=job.id,
-            kind=job.kind,
-            state=job.state,
-            name=job.name,
-            asset=AssetName(id=job.asset_id or "", name=job.asset or "") if named else None,
-            created=moment(job.created),
-            started=moment_or_none(job.started),
-            ended=moment_or_none(job.ended),
-            attempt=job.attempt,
-            attempts=job.attempts,
-            options=dict(job.options),
-            version=job.version,
-            progress=Progress.of(job.id, progress) if running and progress else None,
-            failure=Failure.model_validate(failure, from_attributes=True) if failure else None,
-            summary=Summary.of(summary) if summary else None,
-            reused=job.reused,
-            retry_of=job.retry_of,
-            webhook=job.webhook if whole_webhook else _origin(job.webhook),
-            links=JobLinks.of(job.id),
-        )
+        put_otherwise: dict[str, Any] = {
+            "asset": AssetName(id=job.asset_id or "", name=job.asset or "") if named else None,
+            "created": moment(job.created),
+            "started": moment_or_none(job.started),
+            "ended": moment_or_none(job.ended),
+            "options": dict(job.options),
+            "progress": Progress.of(job.id, progress) if running and progress else None,
+            "failure": Failure.model_validate(failure, from_attributes=True) if failure else None,
+            "summary": Summary.of(summary) if summary else None,
+            "webhook": job.webhook if whole_webhook else _origin(job.webhook),
+            "links": JobLinks.of(job.id),
+        }
+        by_name = {
+            name: getattr(job, name) for name in cls.model_fields if name not in put_otherwise
+        }
+        return cls(**by_name, **put_otherwise)
 
 
 def _origin(url: str | None) -> str | None:

@@ -11,7 +11,14 @@ from sqlalchemy.orm import Session
 
 from service.errors import ConflictError, QueueFullError
 from service.jobs.job import Failure, JobState, Submission, Summary
-from service.storage.rows import add_asset, asset_named, failure_columns, new_id, summary_columns
+from service.storage.rows import (
+    add_asset,
+    asset_named,
+    failure_columns,
+    new_id,
+    submitted_columns,
+    summary_columns,
+)
 from service.storage.tables import DeliveryRow, DeliveryState, IdempotencyKeyRow, JobRow
 
 _RETRY_SECONDS = 5
@@ -71,20 +78,9 @@ def add_job(session: Session, submission: Submission, now: float) -> JobRow:
     if name is not None:
         asset = asset_named(session, tenant, name) or add_asset(session, tenant, name, now)
     row = JobRow(
-        id=new_id(),
-        tenant=tenant,
-        kind=submission.kind,
-        state=JobState.QUEUED,
-        name=submission.name,
-        options=dict(submission.options),
-        version=submission.version,
-        work_key=submission.work_key,
-        created=now,
-        attempts=submission.attempts,
-        asset=asset,
-        webhook=submission.webhook,
-        retry_of=submission.retry_of,
-    )
+        id=new_id(), state=JobState.QUEUED, work_key=submission.work_key, created=now, asset=asset,
+        **submitted_columns(submission),
+    )  # fmt: skip
     session.add(row)
     session.flush()
     if submission.idempotency_key is not None:

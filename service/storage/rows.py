@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterable
-from dataclasses import asdict
+from collections.abc import Collection, Iterable
+from dataclasses import asdict, fields
 from typing import Any
 
 from sqlalchemy import ColumnElement, Select, and_, func, select
 from sqlalchemy.orm import Session, aliased
 
 from service.jobs.asset import Asset, Thresholds
-from service.jobs.job import Blob, Failure, Job, JobFile, JobKind, JobState, Summary
-from service.storage.tables import AssetRow, JobFileRow, JobRow
+from service.jobs.job import Blob, Failure, Job, JobFile, JobKind, JobState, Submission, Summary
+from service.storage.tables import AssetRow, Base, JobFileRow, JobRow
 
 
 def new_id() -> str:
@@ -20,30 +20,29 @@ def new_id() -> str:
     return secrets.token_hex(16)
 
 
+def by_name(row: Base, kind: type[Any], *, but: Collection[str] = ()) -> dict[str, Any]:
+    """What a row has in columns that are named as the fields of a dataclass, but for some fields.
+
+    So a new field needs a column of its name and no code here.
+    """
+    return {one.name: getattr(row, one.name) for one in fields(kind) if one.name not in but}
+
+
 def job_of(row: JobRow) -> Job:
-    return Job(
-        id=row.id,
-        number=row.number,
-        tenant=row.tenant,
-        kind=row.kind,
-        state=row.state,
-        name=row.name,
-        options=row.options,
-        version=row.version,
-        created=row.created,
-        attempt=row.attempt,
-        attempts=row.attempts,
-        asset=row.asset.name if row.asset else None,
-        asset_id=row.asset.id if row.asset else None,
-        webhook=row.webhook,
-        started=row.started,
-        ended=row.ended,
-        cancel_asked=row.cancel_asked,
-        failure=None if row.failure is None else Failure(**row.failure),
-        summary=None if row.summary is None else summary_of(row.summary),
-        reused=row.reused,
-        retry_of=row.retry_of,
-    )
+    kept_otherwise: dict[str, Any] = {
+        "asset": row.asset.name if row.asset else None,
+        "asset_id": row.asset.id if row.asset else None,
+        "failure": None if row.failure is None else Failure(**row.failure),
+        "summary": None if row.summary is None else summary_of(row.summary),
+    }
+    return Job(**by_name(row, Job, but=kept_otherwise), **kept_otherwise)
+
+
+def submitted_columns(submission: Submission) -> dict[str, Any]:
+    """The columns of a job that are as they were asked for."""
+    asked = {one.name for one in fields(submission)} & set(JobRow.__table__.columns.keys())
+    columns = {name: getattr(submission, name) for name in asked}
+    return {**columns, "options": dict(submission.options)}
 
 
 def failure_columns(failure: Failure) -> dict[str, Any]:
@@ -65,7 +64,7 @@ def files_of(session: Session, job_number: int) -> tuple[JobFile, ...]:
         select(JobFileRow).where(JobFileRow.job_number == job_number).order_by(JobFileRow.name)
     )
     return tuple(
-        JobFile(row.name, Blob(row.digest, row.size), row.media_type, row.is_input, row.label)
+        JobFile(blob=Blob(row.digest, row.size), **by_name(row, JobFile, but=("blob",)))
         for row in rows
     )
 
@@ -73,16 +72,11 @@ def files_of(session: Session, job_number: int) -> tuple[JobFile, ...]:
 def add_files(session: Session, job_number: int, files: Iterable[JobFile]) -> None:
     session.add_all(
         JobFileRow(
-            job_number=job_number,
-            name=file.name,
-            digest=file.blob.digest,
-            size=file.blob.size,
-            media_type=file.media_type,
-            is_input=file.is_input,
-            label=file.label,
+            job_number=job_number, digest=file.blob.digest, size=file.blob.size,
+            **{name: value for name, value in vars(file).items() if name != "blob"},
         )
         for file in files
-    )
+    )  # fmt: skip
 
 
 def asset_named(session: Session, tenant: str, name: str) -> AssetRow | None:

@@ -83,8 +83,8 @@ class Stock:
                 )
             job, _ = self.jobs.submit(
                 Submission(
-                    TENANT, JobKind.OCCLUDER, "castle.ply", resolved, tuple(inputs), __version__,
-                    asset=asset, may_reuse=False,
+                    tenant=TENANT, kind=JobKind.OCCLUDER, name="castle.ply", options=resolved,
+                    inputs=tuple(inputs), version=__version__, asset=asset, may_reuse=False,
                 ),
                 queue_limit=1000,
             )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The whole service: every part opened in order, given to the routes, closed in reverse."""
+"""The whole service: every part open_services in order, given to the routes, closed in reverse."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from service.middleware.request_log import RequestLog
 from service.middleware.security_headers import SecurityHeaders
 from service.routes.api import make_api
 from service.routes.services import Check, Services
-from service.schemas.job import Job as JobBody
+from service.schemas.job import JobBody
 from service.schemas.job_options import option_tables
 from service.settings import Settings
 from service.storage.asset_store import SqlAssetStore
@@ -44,7 +44,7 @@ _THREADS = 32
 
 
 def create_app(settings: Settings) -> FastAPI:
-    """The application; its parts are opened when it starts.
+    """The application; its parts are open_services when it starts.
 
     Starting raises :class:`~service.errors.SettingsError` where the data folder cannot be used,
     and :class:`~service.errors.DatabaseDamagedError`.
@@ -54,7 +54,7 @@ def create_app(settings: Settings) -> FastAPI:
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         current_default_thread_limiter().total_tokens = _THREADS
         with ExitStack() as parts:
-            app.state.services = await run_sync(parts.enter_context, opened(settings))
+            app.state.services = await run_sync(parts.enter_context, open_services(settings))
             yield
 
     app = make_api(lifespan)
@@ -65,36 +65,38 @@ def create_app(settings: Settings) -> FastAPI:
         add_dashboard(app)
     inside = app.build_middleware_stack
     # Around all of it: no answer may come without its headers, not even that to a fault of ours.
-    app.build_middleware_stack = lambda: surrounded(inside(), settings)  # type: ignore[method-assign]
+    app.build_middleware_stack = lambda: surround(inside(), settings)  # type: ignore[method-assign]
     return app
 
 
 @contextmanager
-def opened(settings: Settings) -> Iterator[Services]:
+def open_services(settings: Settings) -> Iterator[Services]:
     """Everything that routes work with, running within the block.
 
     Raises as starting does.
     """
     folder = DataFolder(settings.data)
     with ExitStack() as parts:
-        parts.enter_context(folder.owned())
+        parts.enter_context(folder.own())
         database = folder.open_database()
         parts.callback(database.close)
         blobs = FileBlobs(folder.blobs, min_free=settings.min_free)
         jobs, assets = SqlJobStore(database), SqlAssetStore(database)
         board, metrics = ProgressBoard(), Metrics(jobs, assets)
         tenant_secrets = TenantSecrets.open(folder.path)
-        sender = WebhookSender(SqlDeliveryStore(database), _teller(jobs), tenant_secrets, settings)
+        sender = WebhookSender(
+            SqlDeliveryStore(database), _describe_from(jobs), tenant_secrets, settings
+        )
         sessions = Sessions(tenant_secrets.signing_key("sessions"))
 
-        def ended(job: Job) -> None:
+        def on_end(job: Job) -> None:
             metrics.count(job)
             sender.wake()
 
         async def check(address: str) -> None:
             await check_webhook(address, allow_private=settings.webhook_private)
 
-        engine = Engine(jobs, blobs, board, settings, folder.scratch, ended)
+        engine = Engine(jobs, blobs, board, settings, folder.scratch, on_end)
         cleaner = Cleaner(jobs, blobs, settings.keep_days, settings.clean_seconds)
         parts.enter_context(cleaner.running())
         sender.start()
@@ -116,16 +118,16 @@ def opened(settings: Settings) -> Iterator[Services]:
             ),
             check_webhook=check,
             checks=_checks(settings, database, blobs, engine),
-            ended=ended,
+            on_end=on_end,
         )
 
 
-def _teller(jobs: SqlJobStore) -> Describe:
-    def tell(delivery: Delivery) -> Mapping[str, Any]:
+def _describe_from(jobs: SqlJobStore) -> Describe:
+    def describe(delivery: Delivery) -> Mapping[str, Any]:
         job = jobs.job(delivery.tenant, delivery.job_id)
         return JobBody.of(job, whole_webhook=True).model_dump(mode="json")
 
-    return tell
+    return describe
 
 
 def _checks(
@@ -143,7 +145,7 @@ def _checks(
     return {"database": of_database, "disk": of_disk, "engine": lambda: engine.problem}
 
 
-def surrounded(app: ASGIApp, settings: Settings) -> ASGIApp:
+def surround(app: ASGIApp, settings: Settings) -> ASGIApp:
     """The application within its surroundings.
 
     It goes around the whole of it, the handler of unexpected errors included, so that no answer

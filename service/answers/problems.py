@@ -33,7 +33,7 @@ from service.errors import (
     UnreadableMeshError,
 )
 from service.jobs.job import Failure, Job
-from service.schemas.job import Failure as FailureBody
+from service.schemas.job import FailureBody
 from service.schemas.problem import MEDIA_TYPE, problem_of
 
 _LOG = logging.getLogger(__name__)

@@ -20,7 +20,7 @@ def run_command(work: Callable[[], int | None], *, debug: bool) -> None:
     """
     status: int | None = None
 
-    def told() -> None:
+    def run() -> None:
         nonlocal status
         try:
             status = work()
@@ -39,6 +39,6 @@ def run_command(work: Callable[[], int | None], *, debug: bool) -> None:
                 remedy="run: pip install 'planar-occluder[service]'",
             ) from error
 
-    run_guarded(told, debug=debug)
+    run_guarded(run, debug=debug)
     if status:
         raise typer.Exit(status)

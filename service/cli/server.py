@@ -43,7 +43,7 @@ def run_server(settings: Settings) -> None:
     _check_keys(settings)
     _log_plainly()
     _allow_files()
-    listener = _bound(settings)
+    listener = _bind(settings)
     try:
         app = create_app(settings)
         config = uvicorn.Config(
@@ -120,7 +120,7 @@ def _check_keys(settings: Settings) -> None:
             )
 
 
-def _bound(settings: Settings) -> socket.socket:
+def _bind(settings: Settings) -> socket.socket:
     """A socket that has the address, not listening yet: nobody waits for a server that fails."""
     try:
         family, kind, protocol, _, place = socket.getaddrinfo(

@@ -10,12 +10,12 @@ from typing import Any
 from service.client import Client, ClientError, RemoteJob, StoppedError
 from service.jobs.job import JobState
 
-Tell = Callable[[str, float, float | None], None]
+ReportStep = Callable[[str, float, float | None], None]
 """Told what is done now, the share of it, and the measure so far."""
 
 
 @dataclass(frozen=True)
-class Submission:
+class MeshOrder:
     """A mesh, what to make of it, and where to.
 
     ``target``     the file of a single occluder.
@@ -30,32 +30,32 @@ class Submission:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class MeshOutcome:
     """What came of a mesh: its job and the files written, or why not."""
 
-    submission: Submission
+    submission: MeshOrder
     job: RemoteJob | None = None
     files: tuple[Path, ...] = ()
     fault: str = ""
 
 
 def submit_one(
-    client: Client, submission: Submission, tell: Tell, begun: Callable[[str], None]
-) -> Outcome:
+    client: Client, submission: MeshOrder, tell: ReportStep, begun: Callable[[str], None]
+) -> MeshOutcome:
     """Never raises what one mesh may bring about; ``begun`` hears the job's id."""
     try:
-        return _submitted(client, submission, tell, begun)
+        return _make_remotely(client, submission, tell, begun)
     except StoppedError:
-        return Outcome(submission, fault="cancelled")
+        return MeshOutcome(submission, fault="cancelled")
     except ClientError as error:
-        return Outcome(submission, fault=str(error))
+        return MeshOutcome(submission, fault=str(error))
     except OSError as error:
-        return Outcome(submission, fault=f"{error.strerror or error} ({error.filename})")
+        return MeshOutcome(submission, fault=f"{error.strerror or error} ({error.filename})")
 
 
-def _submitted(
-    client: Client, submission: Submission, tell: Tell, begun: Callable[[str], None]
-) -> Outcome:
+def _make_remotely(
+    client: Client, submission: MeshOrder, tell: ReportStep, begun: Callable[[str], None]
+) -> MeshOutcome:
     job = client.submit(
         submission.mesh,
         options=submission.options,
@@ -65,14 +65,14 @@ def _submitted(
     )
     begun(job.id)
     if not job.state.ended:
-        job = client.wait(job.id, lambda now: _tell_job(now, tell))
+        job = client.wait(job.id, lambda now: _report_job(now, tell))
     if job.state is not JobState.SUCCEEDED:
-        return Outcome(submission, job, fault=_reason(job))
+        return MeshOutcome(submission, job, fault=_reason(job))
     tell("downloading", 0.0, None)
-    return Outcome(submission, job, _fetched(client, job, submission.target))
+    return MeshOutcome(submission, job, _fetch(client, job, submission.target))
 
 
-def _tell_job(job: RemoteJob, tell: Tell) -> None:
+def _report_job(job: RemoteJob, tell: ReportStep) -> None:
     if job.progress is None:
         tell(job.state, 0.0, None)
     else:
@@ -85,7 +85,7 @@ def _reason(job: RemoteJob) -> str:
     return "; ".join(filter(None, [job.failure.detail, job.failure.remedy]))
 
 
-def _fetched(client: Client, job: RemoteJob, target: Path) -> tuple[Path, ...]:
+def _fetch(client: Client, job: RemoteJob, target: Path) -> tuple[Path, ...]:
     """All levels in one GLB; in other formats a file a level, named as the library does."""
     form = target.suffix[1:]
     levels = [level.level for level in client.result(job.id).levels]

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from service.cli.submission import Outcome, Submission, submit_one
+from service.cli.submission import MeshOrder, MeshOutcome, submit_one
 from service.client import Client, ClientError
 from simplifier.cli.plugin import INTERRUPTED, interrupts, percent, print_line, print_text
 
@@ -24,9 +24,7 @@ _PATIENCE = 3600.0  # seconds for which a full queue is waited for
 _LONGEST_NAME = 32
 
 
-def submit_all(
-    submissions: Sequence[Submission], server: str, key: str | None, at_once: int
-) -> int:
+def submit_all(submissions: Sequence[MeshOrder], server: str, key: str | None, at_once: int) -> int:
     """Print what came of each; the exit status."""
     with interrupts() as listening:
         with listening.deferred() as stop, submission_bars() as bars:
@@ -51,11 +49,13 @@ class _Batch:
         self._lock = threading.Lock()
         self._begun: set[str] = set()
 
-    def run(self, submissions: Sequence[Submission], at_once: int) -> int:
+    def run(self, submissions: Sequence[MeshOrder], at_once: int) -> int:
         """How many failed."""
         failed, stopping = 0, False
         with self._client, self._canceller, ThreadPoolExecutor(at_once) as pool:
-            waiting: set[Future[Outcome]] = {pool.submit(self._submit, one) for one in submissions}
+            waiting: set[Future[MeshOutcome]] = {
+                pool.submit(self._submit, one) for one in submissions
+            }
             while waiting:
                 done, waiting = wait(waiting, _GLANCE, FIRST_COMPLETED)
                 for outcome in (one.result() for one in done if not one.cancelled()):
@@ -67,7 +67,7 @@ class _Batch:
                     self._cancel_all()
         return failed
 
-    def _submit(self, submission: Submission) -> Outcome:
+    def _submit(self, submission: MeshOrder) -> MeshOutcome:
         name = str(submission.mesh)
         self._bars.begin(name)
         return submit_one(
@@ -77,7 +77,7 @@ class _Batch:
             self._note,
         )
 
-    def _end(self, outcome: Outcome) -> None:
+    def _end(self, outcome: MeshOutcome) -> None:
         if outcome.job is not None:
             with self._lock:
                 self._begun.discard(outcome.job.id)
@@ -101,7 +101,7 @@ class _Batch:
             self._canceller.cancel(job_id)
 
 
-def _line(outcome: Outcome) -> str:
+def _line(outcome: MeshOutcome) -> str:
     mesh = outcome.submission.mesh
     if outcome.fault or outcome.job is None or outcome.job.summary is None:
         return f"error: {mesh}: {outcome.fault}"

@@ -56,17 +56,15 @@ def submit(
 
     def run() -> int:
         # Here, not above: 'occluder --help' need not have a client installed.
-        from service.cli.submission import Submission
+        from service.cli.submission import MeshOrder
         from service.cli.submissions import submit_all
 
         bounds = typed_lengths(chosen["error_bounds"], "error bounds")
-        options = _asked({**chosen, "error_bounds": bounds})
+        options = _options_to_send({**chosen, "error_bounds": bounds})
         targets = _targets(meshes, output, form)
         names = _asset_names(meshes, asset)
         submissions = [
-            Submission(
-                mesh, target, options, name, None if no_overrides else overrides_beside(mesh)
-            )
+            MeshOrder(mesh, target, options, name, None if no_overrides else overrides_beside(mesh))
             for mesh, target, name in zip(meshes, targets, names, strict=True)
         ]
         return submit_all(submissions, server, key, at_once)
@@ -74,7 +72,7 @@ def submit(
     run_command(run, debug=debug)
 
 
-def _asked(chosen: Mapping[str, Any]) -> dict[str, Any]:
+def _options_to_send(chosen: Mapping[str, Any]) -> dict[str, Any]:
     """What differs from the defaults, which the server knows, each checked before any upload."""
     for field in _FIELDS:
         field.check(chosen[field.name])

@@ -13,7 +13,7 @@ from typing import Any, Self
 import httpx
 
 from service.client.errors import ClientError
-from service.client.transfers import Tell, Upload
+from service.client.transfers import ReportShare, Upload
 from service.client.values import (
     RemoteAsset,
     RemoteJob,
@@ -33,7 +33,7 @@ Options = Mapping[str, Any]
 """By the names of ``simplifier.simplify``; what is left out has its default."""
 
 
-def _unheard(share: float) -> None:
+def _report_to_nobody(share: float) -> None:
     """For uploads that nobody follows."""
 
 
@@ -86,7 +86,7 @@ class Client:
         asset: str | None = None,
         webhook: str | None = None,
         overrides: Path | None = None,
-        tell: Tell = _unheard,
+        tell: ReportShare = _report_to_nobody,
     ) -> RemoteJob:
         """Have occluders made of a mesh; ``name`` says the format of bytes by its suffix.
 
@@ -98,9 +98,9 @@ class Client:
         if overrides is not None:
             uploads = {"mesh": upload, "overrides": _overrides(overrides)}
             fields = _in_form(options, asset, webhook)
-            return _submitted(self._wire.post_parts("/v1/occluders", uploads, fields, tell))
+            return _job_in(self._wire.post_parts("/v1/occluders", uploads, fields, tell))
         query = {**_in_address(options), "asset": asset, "webhook": webhook}
-        return _submitted(self._wire.post_body("/v1/occluders", upload, query, tell))
+        return _job_in(self._wire.post_body("/v1/occluders", upload, query, tell))
 
     def submit_scene(
         self,
@@ -110,12 +110,12 @@ class Client:
         options: Options | None = None,
         asset: str | None = None,
         webhook: str | None = None,
-        tell: Tell = _unheard,
+        tell: ReportShare = _report_to_nobody,
     ) -> RemoteJob:
         """Have a tree of occluders made of a scene: a GLB, or a zip of a folder of meshes."""
         query = {**_in_address(options), "asset": asset, "webhook": webhook}
         upload = Upload.of(scene, name)
-        return _submitted(self._wire.post_body("/v1/scenes", upload, query, tell))
+        return _job_in(self._wire.post_body("/v1/scenes", upload, query, tell))
 
     def evaluate(
         self,
@@ -132,7 +132,7 @@ class Client:
         if overrides is not None:
             uploads["overrides"] = _overrides(overrides)
         fields = _in_form(options, asset, webhook)
-        return _submitted(self._wire.post_parts("/v1/evaluations", uploads, fields, _unheard))
+        return _job_in(self._wire.post_parts("/v1/evaluations", uploads, fields, _report_to_nobody))
 
     # Jobs.
 
@@ -288,6 +288,6 @@ def _overrides(file: Path) -> Upload:
     return Upload.of(file, media_type="application/toml")
 
 
-def _submitted(body: Mapping[str, Any]) -> RemoteJob:
+def _job_in(body: Mapping[str, Any]) -> RemoteJob:
     """The job of an answer: of a result, where that is stored already, or itself."""
     return job_of(body.get("job", body))

@@ -13,12 +13,12 @@ from typing import BinaryIO
 
 import httpx
 
-from service.client.errors import spoiled
+from service.client.errors import damaged_answer
 from service.client.sending import Build, Sender
 
 _CHUNK = 1 << 18
 
-Tell = Callable[[float], None]
+ReportShare = Callable[[float], None]
 """Called with the share of the upload that was sent, 0 to 1; what it raises ends the call."""
 
 _DOWNLOAD_TRIES = 4
@@ -58,7 +58,7 @@ class Upload:
                 yield chunk
 
 
-def told(chunks: Iterable[bytes], size: int, tell: Tell) -> Iterator[bytes]:
+def report_as_read(chunks: Iterable[bytes], size: int, tell: ReportShare) -> Iterator[bytes]:
     """The chunks of so many bytes; after each the share that was sent by then is told."""
     sent = 0
     for chunk in chunks:
@@ -87,7 +87,7 @@ def _fill(sender: Sender, build: Build, draft: Path) -> None:
                 continue
         if found == announced:
             return
-    raise spoiled(f"{response.url} did not arrive as announced, {_DOWNLOAD_TRIES} times")
+    raise damaged_answer(f"{response.url} did not arrive as announced, {_DOWNLOAD_TRIES} times")
 
 
 def _write(sender: Sender, response: httpx.Response, draft: Path) -> str:

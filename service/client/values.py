@@ -92,20 +92,22 @@ def job_of(data: Mapping[str, Any]) -> RemoteJob:
     asset = data.get("asset") or {}
     return RemoteJob(
         **{
-            **_known(RemoteJob, data),
+            **_known_members(RemoteJob, data),
             "kind": JobKind(data["kind"]),
             "state": JobState(data["state"]),
             "asset": asset.get("name"),
             "asset_id": asset.get("id"),
             "progress": progress_of(data.get("progress")),
-            "failure": Failure(**_known(Failure, data["failure"])) if data.get("failure") else None,
+            "failure": Failure(**_known_members(Failure, data["failure"]))
+            if data.get("failure")
+            else None,
             "summary": _summary_of(data.get("summary")),
         }
     )
 
 
 def progress_of(data: Mapping[str, Any] | None) -> RemoteProgress | None:
-    return RemoteProgress(**_known(RemoteProgress, data)) if data else None
+    return RemoteProgress(**_known_members(RemoteProgress, data)) if data else None
 
 
 def result_of(data: Mapping[str, Any]) -> RemoteResult:
@@ -113,15 +115,15 @@ def result_of(data: Mapping[str, Any]) -> RemoteResult:
         job=job_of(data["job"]),
         report=data.get("report"),
         levels=tuple(_level_of(level) for level in data["levels"]),
-        files=tuple(RemoteFile(**_known(RemoteFile, file)) for file in data["files"]),
+        files=tuple(RemoteFile(**_known_members(RemoteFile, file)) for file in data["files"]),
     )
 
 
 def asset_of(data: Mapping[str, Any]) -> RemoteAsset:
     return RemoteAsset(
         **{
-            **_known(RemoteAsset, data),
-            "thresholds": Thresholds(**_known(Thresholds, data.get("thresholds") or {})),
+            **_known_members(RemoteAsset, data),
+            "thresholds": Thresholds(**_known_members(Thresholds, data.get("thresholds") or {})),
             "latest": job_of(data["latest"]) if data.get("latest") else None,
         }
     )
@@ -129,15 +131,15 @@ def asset_of(data: Mapping[str, Any]) -> RemoteAsset:
 
 def _level_of(data: Mapping[str, Any]) -> RemoteLevel:
     names = {form: link.rpartition("/files/")[2] for form, link in data["files"].items()}
-    return RemoteLevel(**{**_known(RemoteLevel, data), "files": names})
+    return RemoteLevel(**{**_known_members(RemoteLevel, data), "files": names})
 
 
 def _summary_of(data: Mapping[str, Any] | None) -> Summary | None:
     if not data:
         return None
-    known = _known(Summary, data)
+    known = _known_members(Summary, data)
     return Summary(**{**known, "warnings": tuple(known.get("warnings", ()))})
 
 
-def _known(kind: type[Any], data: Mapping[str, Any]) -> dict[str, Any]:
+def _known_members(kind: type[Any], data: Mapping[str, Any]) -> dict[str, Any]:
     return {one.name: data[one.name] for one in fields(kind) if one.name in data}

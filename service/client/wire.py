@@ -14,7 +14,7 @@ from typing import Any, cast
 import httpx
 
 from service.client.sending import Sender
-from service.client.transfers import Tell, Upload, download, told
+from service.client.transfers import ReportShare, Upload, download, report_as_read
 
 _TIMEOUT = httpx.Timeout(60.0, connect=10.0, pool=None)
 _SILENCE = httpx.Timeout(40.0, connect=10.0)  # a stream without even a comment counts as lost
@@ -48,7 +48,7 @@ class Wire:
 
     def get(self, path: str, query: Query | None = None) -> Any:
         # None, as an empty mapping takes away what the path itself asks for.
-        return self._json("GET", path, params=_given(query) or None)
+        return self._json("GET", path, params=_as_text(query) or None)
 
     def put(self, path: str, body: Mapping[str, Any]) -> Any:
         return self._json("PUT", path, json=body)
@@ -59,17 +59,17 @@ class Wire:
     def post(self, path: str, body: Mapping[str, Any] | None = None) -> Any:
         return self._json("POST", path, json=body, headers=_fresh_key())
 
-    def post_body(self, path: str, upload: Upload, query: Query, tell: Tell) -> Any:
+    def post_body(self, path: str, upload: Upload, query: Query, tell: ReportShare) -> Any:
         """An upload as it is, read as it goes."""
         headers = {
             "Content-Type": "application/octet-stream",
             "Content-Length": str(upload.size),
             **_fresh_key(),
         }
-        params = _given({**query, "filename": upload.name})
+        params = _as_text({**query, "filename": upload.name})
 
         def build() -> httpx.Request:
-            chunks = told(upload.chunks(), upload.size, self._telling(tell))
+            chunks = report_as_read(upload.chunks(), upload.size, self._checking(tell))
             return self._http.build_request(
                 "POST", path, params=params, content=chunks, headers=headers
             )
@@ -77,7 +77,7 @@ class Wire:
         return self._sender.send(build).json()
 
     def post_parts(
-        self, path: str, uploads: Mapping[str, Upload], fields: Query, tell: Tell
+        self, path: str, uploads: Mapping[str, Upload], fields: Query, tell: ReportShare
     ) -> Any:
         """Several uploads, read as they go, and fields of text before them."""
         key = _fresh_key()
@@ -89,10 +89,12 @@ class Wire:
                     for part, one in uploads.items()
                 }
                 form = self._http.build_request(
-                    "POST", path, data=_given(fields), files=files, headers=key
+                    "POST", path, data=_as_text(fields), files=files, headers=key
                 )
                 size = int(form.headers["Content-Length"])
-                chunks = told(cast(Iterable[bytes], form.stream), size, self._telling(tell))
+                chunks = report_as_read(
+                    cast(Iterable[bytes], form.stream), size, self._checking(tell)
+                )
                 return self._http.build_request("POST", path, headers=form.headers, content=chunks)
 
             return self._sender.send(build).json()
@@ -122,19 +124,19 @@ class Wire:
     def _json(self, verb: str, path: str, **more: Any) -> Any:
         return self._sender.send(lambda: self._http.build_request(verb, path, **more)).json()
 
-    def _telling(self, tell: Tell) -> Tell:
-        def checked(share: float) -> None:
+    def _checking(self, tell: ReportShare) -> ReportShare:
+        def report_unless_stopped(share: float) -> None:
             self._sender.check()
             tell(share)
 
-        return checked
+        return report_unless_stopped
 
 
 def _fresh_key() -> dict[str, str]:
     return {"Idempotency-Key": secrets.token_hex(16)}
 
 
-def _given(query: Query | None) -> dict[str, Any]:
+def _as_text(query: Query | None) -> dict[str, Any]:
     """What is not None, as text that addresses and forms hold."""
     return {name: _text(value) for name, value in (query or {}).items() if value is not None}
 
@@ -149,7 +151,7 @@ def _text(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class ServerEvent:
-    """An event: its type, ``message`` where none was told, and its data, lines joined."""
+    """An event: its type, ``message`` where none was report_as_read, and its data, lines joined."""
 
     type: str
     data: str

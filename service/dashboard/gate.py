@@ -52,24 +52,24 @@ class Gate:
         address = scope["client"][0] if scope.get("client") else ""
         visitor = Visitor.of(services, Headers(scope=scope), address)
         try:
-            known = services.authenticator.known(visitor.headers)
+            known = services.authenticator.caller_at_once(visitor.headers)
             caller = known or await run_sync(visitor.caller)
         except ServiceError as refusal:
             await _refuse(refusal, scope, receive, send)
             return
         scope.setdefault("state", {}).update(visitor=visitor, caller=caller)
-        await self._pages(scope, receive, _guarded(send))
+        await self._pages(scope, receive, _with_policy(send))
 
 
-def _guarded(send: Send) -> Send:
-    async def guarded(message: Message) -> None:
+def _with_policy(send: Send) -> Send:
+    async def send_with_policy(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)
             if headers.get("content-type", "").startswith("text/html"):
                 headers.update(_HEADERS)
         await send(message)
 
-    return guarded
+    return send_with_policy
 
 
 async def _refuse(refusal: ServiceError, scope: Scope, receive: Receive, send: Send) -> None:

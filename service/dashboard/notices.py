@@ -22,7 +22,7 @@ def warn(text: str) -> None:
 
 
 @contextmanager
-def refusals_told() -> Iterator[None]:
+def showing_refusals() -> Iterator[None]:
     """Say what a store refuses, and what to do; who is signed in no more has to sign in again."""
     try:
         yield
@@ -37,7 +37,7 @@ def _capitals(text: str) -> str:
 
 
 @contextmanager
-def unknown_told() -> Iterator[None]:
+def showing_unknown() -> Iterator[None]:
     """Around a whole page: says what is not there, or belongs to another tenant."""
     try:
         yield

@@ -54,7 +54,7 @@ class Bin:
     count: int
 
 
-def binned(shares: Sequence[float]) -> list[Bin]:
+def histogram(shares: Sequence[float]) -> list[Bin]:
     """From the lowest to the highest, without a gap; shares are 0 to 1, and there is one."""
     low, high = min(shares), max(shares)
     width = next(

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from service.engines.failures import out_of_memory, out_of_time, process_died
-from service.engines.messages import Answer, Cancelled, Done, Failed, Task, Told
+from service.engines.messages import Answer, Cancelled, Done, Failed, Task, TaskProgress
 from service.engines.process import ProcessDiedError, WorkerProcess
 from service.engines.signals import Orders
 from service.jobs.job import Failure, Summary
@@ -37,7 +37,7 @@ class GivenUp:
     """It was told to end: the orders say why."""
 
 
-Outcome = Succeeded | NotDone | GivenUp
+AttemptOutcome = Succeeded | NotDone | GivenUp
 
 
 def attempt(
@@ -46,7 +46,7 @@ def attempt(
     seconds: float,
     orders: Orders,
     tell: Callable[[JobProgress], None],
-) -> Outcome:
+) -> AttemptOutcome:
     """Have a task done within some seconds and the memory that it says.
 
     A process that cannot be used any more afterwards has been ended.
@@ -56,7 +56,7 @@ def attempt(
     try:
         while True:
             answer = process.receive(_GLANCE)
-            if isinstance(answer, Told):
+            if isinstance(answer, TaskProgress):
                 tell(answer.progress)
             elif answer is not None:
                 return _outcome(process, answer, orders)
@@ -70,7 +70,7 @@ def attempt(
         return NotDone(process_died(str(death)), final=False)
 
 
-def _outcome(process: WorkerProcess, answer: Answer, orders: Orders) -> Outcome:
+def _outcome(process: WorkerProcess, answer: Answer, orders: Orders) -> AttemptOutcome:
     match answer:
         case Done():
             return Succeeded(answer.summary)
@@ -93,7 +93,7 @@ class _Watch:
         self._up = time.monotonic() + seconds
         self._patient_until: float | None = None
 
-    def glance(self) -> Outcome | None:
+    def glance(self) -> AttemptOutcome | None:
         """What the attempt ends with here and now; None while it may go on."""
         now = time.monotonic()
         if self._orders.stopped:

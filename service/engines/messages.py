@@ -59,11 +59,11 @@ class Ready:
 
 
 @dataclass(frozen=True)
-class Told:
+class TaskProgress:
     """How far the task is."""
 
     progress: JobProgress
-    type: Literal["told"] = "told"
+    type: Literal["progress"] = "progress"
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Cancelled:
 
 
 Order = Task | CancelTask
-Answer = Ready | Told | Done | Failed | Cancelled
+Answer = Ready | TaskProgress | Done | Failed | Cancelled
 
 _ORDERS: TypeAdapter[Order] = TypeAdapter(Annotated[Order, Field(discriminator="type")])
 _ANSWERS: TypeAdapter[Answer] = TypeAdapter(

@@ -32,7 +32,7 @@ class Trouble:
         self._stopped = threading.Event()
 
     @property
-    def told(self) -> str | None:
+    def in_words(self) -> str | None:
         """All of them in words; None while everything works."""
         with self._lock:
             return "; ".join(self._troubles.values()) or None

@@ -37,7 +37,7 @@ from service.engines.messages import (
     Failed,
     Ready,
     Task,
-    Told,
+    TaskProgress,
     answer_bytes,
     order_of,
 )
@@ -46,15 +46,15 @@ from service.jobs.progress import JobProgress
 
 logger = logging.getLogger(__name__)
 
-Tell = Callable[[JobProgress], None]
+ReportProgress = Callable[[JobProgress], None]
 Cancel = threading.Event
-Work = Callable[[Task, Tell, Cancel], Summary]
+DoTask = Callable[[Task, ReportProgress, Cancel], Summary]
 """Does a task: writes its files and returns its numbers.
 
 Raises :class:`TaskFailedError` with a reason for the job's owner, :class:`TaskCancelledError` once
 the event is set, and whatever else as a fault of the program.
 """
-Start = Callable[[], Work]
+LoadWork = Callable[[], DoTask]
 """Gets everything ready, once a process."""
 
 _TELL_SECONDS = 0.1
@@ -119,10 +119,10 @@ class _Wire:
         now = time.monotonic()
         if progress.picture is not None or now - self._told >= _TELL_SECONDS:
             self._told = now
-            self.say(Told(progress))
+            self.say(TaskProgress(progress))
 
 
-def serve(connection: Connection, start: Start) -> None:
+def serve(connection: Connection, start: LoadWork) -> None:
     """Do tasks until the other end closes."""
     wire = _Wire(connection)
     work = start()
@@ -134,7 +134,7 @@ def serve(connection: Connection, start: Start) -> None:
         gc.collect()  # now, while nobody waits for it
 
 
-def _answer(work: Work, task: Task, wire: _Wire) -> Answer:
+def _answer(work: DoTask, task: Task, wire: _Wire) -> Answer:
     """Whatever happens is an answer."""
     os.environ["OCCLUDER_THREADS"] = str(task.threads)  # the library reads it at each call
     tempfile.tempdir = task.scratch
@@ -159,7 +159,7 @@ def main() -> None:
         level=logging.INFO, format=f"%(levelname)s worker {os.getpid()}: %(message)s"
     )
     module, _, function = sys.argv[2].partition(":")
-    start: Start = getattr(importlib.import_module(module), function)
+    start: LoadWork = getattr(importlib.import_module(module), function)
     serve(Connection(int(sys.argv[1])), start)
 
 

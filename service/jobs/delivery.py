@@ -32,7 +32,7 @@ class DeliveryStore(Protocol):
     def due(self, limit: int) -> Sequence[Delivery]:
         """Those whose time has come, oldest first."""
 
-    def delivered(self, delivery: Delivery) -> None: ...
+    def confirm(self, delivery: Delivery) -> None: ...
 
     def postpone(self, delivery: Delivery, seconds: float, reason: str) -> None:
         """Count the attempt and try again later."""

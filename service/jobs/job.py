@@ -153,15 +153,15 @@ class Submission(JobTerms):
     @property
     def work_key(self) -> str:
         """Equal for the same work: kind, inputs, options and version."""
-        return _hash([self.version, self._asked])
+        return _hash([self.version, self._work])
 
     @property
     def fingerprint(self) -> str:
         """Equal for the same request, whatever version it comes to: what is asked, and for whom."""
-        return _hash([self._asked, self.name, self.asset, self.webhook, self.retry_of])
+        return _hash([self._work, self.name, self.asset, self.webhook, self.retry_of])
 
     @property
-    def _asked(self) -> list[object]:
+    def _work(self) -> list[object]:
         inputs = sorted((one.name, one.blob.digest) for one in self.inputs)
         return [self.kind, inputs, dict(self.options)]
 

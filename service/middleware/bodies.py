@@ -73,7 +73,7 @@ class LingeringClose:
             return
         coming, closing = True, False
 
-        async def heard() -> Message:
+        async def receive_noting() -> Message:
             nonlocal coming
             message = await receive()
             coming = message["type"] == "http.request" and message.get("more_body", False)
@@ -82,9 +82,9 @@ class LingeringClose:
         async def drain() -> None:
             read = 0
             while coming and read < self._most:
-                read += len((await heard()).get("body", b""))
+                read += len((await receive_noting()).get("body", b""))
 
-        async def told(message: Message) -> None:
+        async def send_lingering(message: Message) -> None:
             nonlocal closing
             if message["type"] == "http.response.start":
                 closing = Headers(raw=message["headers"]).get("connection", "").lower() == "close"
@@ -95,4 +95,4 @@ class LingeringClose:
                 message = {"type": "http.response.body", "body": b""}
             await send(message)
 
-        await self._app(scope, heard, told)
+        await self._app(scope, receive_noting, send_lingering)

@@ -22,9 +22,9 @@ def cancel(services: Services, caller: Caller, job_id: str) -> Job:
     """End a job: at once while it waits, soon while it runs.  Conflicts when it has ended."""
     job = services.jobs.cancel(caller.tenant, job_id)
     services.runner.wake()
-    services.board.changed(job_id)
+    services.board.announce(job_id)
     if job.state.ended:
-        services.ended(job)
+        services.on_end(job)
     return job
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import Any
 
 from fastapi import FastAPI
@@ -21,8 +22,8 @@ from service.routes import (
     submit,
 )
 from service.routes.docs import refusal
-from service.schemas.asset import Asset
-from service.schemas.job import Job
+from service.schemas.asset import AssetBody
+from service.schemas.job import JobBody
 from service.schemas.problem import MEDIA_TYPE, Problem
 from service.schemas.result import Result
 from simplifier import __version__
@@ -44,7 +45,7 @@ _DESCRIPTION = (
 
 _ROUTES = (submit, jobs, progress, results, assets, health, explanations)
 
-_WRITTEN_BY_ROUTES = (Job, Result, Asset, Problem)
+_WRITTEN_BY_ROUTES = (JobBody, Result, AssetBody, Problem)
 _OF_FASTAPI = "HTTPValidationError"
 Document = dict[str, Any]
 
@@ -81,13 +82,13 @@ def describe(app: FastAPI) -> None:
 
     def openapi() -> Document:
         if not completed:
-            completed.append(_completed(json.loads(json.dumps(plain()))))
+            completed.append(_complete(json.loads(_in_public(json.dumps(plain())))))
         return completed[0]
 
     app.openapi = openapi  # type: ignore[method-assign]
 
 
-def _completed(document: Document) -> Document:
+def _complete(document: Document) -> Document:
     components = document["components"]
     components["schemas"] = _schemas(components["schemas"])
     components["responses"] = {}
@@ -99,11 +100,19 @@ def _completed(document: Document) -> Document:
     return document
 
 
+def _in_public(document: str) -> str:
+    """A document, as JSON, with models by the names that they have outside.
+
+    What is a JobBody here, since a Job is a value of ours, is a Job to everybody else.
+    """
+    return re.sub(r'(?<=["/])([A-Z]\w*)Body(?=")', r"\1", document)
+
+
 def _schemas(known: Document) -> Document:
     """With those that routes write themselves, and without FastAPI's own refusal."""
     models = [(model, "serialization") for model in _WRITTEN_BY_ROUTES]
     _, more = models_json_schema(models, ref_template="#/components/schemas/{model}")  # type: ignore[arg-type]
-    schemas = {**more["$defs"], **known}
+    schemas = {**json.loads(_in_public(json.dumps(more["$defs"]))), **known}
     return {
         name: schema
         for name, schema in sorted(schemas.items())

@@ -15,11 +15,11 @@ from service.access.key import Caller
 from service.answers.following import news
 from service.errors import NotFoundError
 from service.headers import is_fresh
-from service.jobs.job import Job as StoredJob
+from service.jobs.job import Job
 from service.routes.docs import EVERYWHERE, binary, header, refusals
 from service.routes.jobs import job_body
 from service.routes.services import KEYED, Reader, Services, TheServices
-from service.schemas.job import Progress
+from service.schemas.job import ProgressBody
 
 _QUIET = 15.0  # seconds, after which a comment keeps proxies from hanging up
 
@@ -68,7 +68,7 @@ async def job_events(
 
 
 async def _stream(
-    request: Request, services: Services, caller: Caller, job: StoredJob
+    request: Request, services: Services, caller: Caller, job: Job
 ) -> AsyncIterator[bytes]:
     # NotFoundError: the job was removed with its asset, and there is no more to tell.
     with suppress(NotFoundError):
@@ -78,10 +78,10 @@ async def _stream(
                     return
                 if one is None:
                     yield b": still here\n\n"
-                elif isinstance(one, StoredJob):
+                elif isinstance(one, Job):
                     yield _event("state", job_body(services, caller, one))
                 else:
-                    yield _event("progress", Progress.of(job.id, one))
+                    yield _event("progress", ProgressBody.of(job.id, one))
 
 
 def _event(name: str, data: BaseModel) -> bytes:

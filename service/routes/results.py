@@ -62,7 +62,7 @@ def get_file(
     """Its bytes, whole or, by `Range` and `If-Range`, in part. It never changes; its ETag is the
     SHA-256 of it."""
     job = services.jobs.job(caller.tenant, job_id)
-    file = _named(services.jobs.files(job.id), name)
+    file = _find_file(services.jobs.files(job.id), name)
     if file is None:
         raise NotFoundError(
             f"the job has no file '{name}'",
@@ -95,7 +95,7 @@ def result_answer(
         answer = Response(result.model_dump_json(), media_type=JSON)
     else:
         name = FORMATS[job.kind][media_type]
-        file = _named(files, name)
+        file = _find_file(files, name)
         if file is None:
             raise NotAcceptableError(
                 f"this result has no '{name}'",
@@ -107,13 +107,13 @@ def result_answer(
     return answer
 
 
-def _named(files: Sequence[JobFile], name: str) -> JobFile | None:
+def _find_file(files: Sequence[JobFile], name: str) -> JobFile | None:
     return next((file for file in files if file.name == name), None)
 
 
 def read_report(blobs: BlobStore, files: Sequence[JobFile]) -> dict[str, Any] | None:
     """The report among the files of a job; None where its kind has none.  Call it in a thread."""
-    file = _named(files, "report.json")
+    file = _find_file(files, "report.json")
     if file is None:
         return None
     try:

@@ -50,7 +50,7 @@ class Services:
                        may go to.
     ``checks``         by name, what has to be well for the service to be ready.
     ``submitting``     limits the threads that submit, so that others need not wait for one.
-    ``ended``          called once for each job that a route, and no runner, has brought to its end.
+    ``on_end``         called once for each job that a route, and no runner, has brought to its end.
     """
 
     settings: Settings
@@ -65,7 +65,7 @@ class Services:
     authenticator: Authenticator
     check_webhook: Callable[[str], Awaitable[None]]
     checks: Mapping[str, Check]
-    ended: Callable[[Job], None]
+    on_end: Callable[[Job], None]
     submitting: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(_SUBMITTING))
 
     def submit(self, submission: Submission) -> Job:
@@ -76,7 +76,7 @@ class Services:
         """
         job, new = self.jobs.submit(submission, self.settings.queue_limit)
         if new and job.state.ended:
-            self.ended(job)
+            self.on_end(job)
         elif new:
             self.runner.wake()
         return job
@@ -94,7 +94,7 @@ def _caller_with(scope: Scope) -> Callable[..., Awaitable[Caller]]:
     async def caller(request: Request, services: TheServices) -> Caller:
         authenticator, headers = services.authenticator, request.headers
         # A thread only where the database has to be asked: status calls are many.
-        one = authenticator.known(headers)
+        one = authenticator.caller_at_once(headers)
         if one is None:
             address = request.client.host if request.client else ""
             one = await run_sync(authenticator.caller, headers, address)

@@ -146,13 +146,13 @@ def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) ->
         if name in said and not 1 <= len(said[name]) <= most:
             remedy = f"give 1 to {most} characters, or leave it out"
             faults.append(FieldError(name, f"it has {len(said[name])} characters", remedy))
-    resolved = _tried(faults, lambda: table.read({**options, **more}))
+    resolved = _collect_faults(faults, lambda: table.read({**options, **more}))
     if faults:
         raise InvalidOptionsError(faults)
     return Form(resolved, said.get("asset"), said.get("webhook"))
 
 
-def _tried(faults: list[FieldError], read: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+def _collect_faults(faults: list[FieldError], read: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     """What was read; its faults go to the others, so that all are told at once."""
     try:
         return read()

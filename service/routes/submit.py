@@ -29,7 +29,7 @@ from service.routes.docs import (
 from service.routes.jobs import job_body
 from service.routes.services import KEYED, TheServices, Writer
 from service.routes.submission import submit_upload
-from service.schemas.job import Job
+from service.schemas.job import JobBody
 from service.schemas.job_options import option_tables
 from service.uploads.receiving import Wanted
 from simplifier import MESH_SUFFIXES
@@ -131,7 +131,7 @@ def measure_tradeoff(
     response: Response,
     services: TheServices,
     caller: Writer,
-) -> Job:
+) -> JobBody:
     """Many settings on the mesh of the asset's latest run, each timed and judged.
 
     Results are `tradeoff.html` to read, and the rows as `tradeoff.csv` and `tradeoff.json`.

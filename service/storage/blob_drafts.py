@@ -40,8 +40,8 @@ class Draft:
 
     def write(self, data: bytes | bytearray) -> None:
         """Raises :class:`~service.errors.DiskFullError`."""
-        with self._lock, full_disk_told():
-            handle = self._opened()
+        with self._lock, raising_disk_full():
+            handle = self._open_handle()
             check_room(self.path.parent, len(data), self._min_free)
             rest = memoryview(data)
             while rest:
@@ -51,8 +51,8 @@ class Draft:
 
     def seal(self) -> Blob:
         """Make what was written last.  Raises :class:`~service.errors.DiskFullError`."""
-        with self._lock, full_disk_told():
-            os.fsync(self._opened())
+        with self._lock, raising_disk_full():
+            os.fsync(self._open_handle())
             self._close()
             return Blob(self._hash.hexdigest(), self._size)
 
@@ -63,7 +63,7 @@ class Draft:
             self._close()
             self.path.unlink(missing_ok=True)
 
-    def _opened(self) -> int:
+    def _open_handle(self) -> int:
         if self._discarded:
             raise ValueError(f"{self.path.name} was discarded")
         if self._handle is None:
@@ -90,7 +90,7 @@ def check_room(folder: Path, size: int, min_free: int) -> None:
 
 
 @contextmanager
-def full_disk_told() -> Iterator[None]:
+def raising_disk_full() -> Iterator[None]:
     """Turn a full disk, a used up quota and a file too large into :class:`DiskFullError`."""
     try:
         yield

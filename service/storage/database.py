@@ -86,7 +86,7 @@ class Database:
             file.touch(mode=0o600)
         database = cls(file)
         try:
-            with database._told(at_start=True):
+            with database._raising_service_errors(at_start=True):
                 _prepare(file, may_be_new)
         except BaseException:
             database.close()
@@ -96,13 +96,13 @@ class Database:
     @contextmanager
     def reading(self) -> Iterator[Session]:
         """A transaction that sees one state of things, whatever others write meanwhile."""
-        with self._told(), self._read.begin() as session:
+        with self._raising_service_errors(), self._read.begin() as session:
             yield session
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
         """A transaction that no other writes beside; an error undoes all of it."""
-        with self._told(), self._write.begin() as session:
+        with self._raising_service_errors(), self._write.begin() as session:
             yield session
 
     def is_sound(self) -> bool:
@@ -117,7 +117,7 @@ class Database:
         self._writer.dispose()
 
     @contextmanager
-    def _told(self, *, at_start: bool = False) -> Iterator[None]:
+    def _raising_service_errors(self, *, at_start: bool = False) -> Iterator[None]:
         """Turn what SQLite refuses into errors of the service; faults of ours pass through."""
         try:
             yield
@@ -127,14 +127,16 @@ class Database:
             ) from None
         except UnicodeDecodeError as error:  # of a name in the schema, within SQLite's own words
             self._damaged = True
-            raise damaged(self._file, "a name is not UTF-8") from error
+            raise damage_error(self._file, "a name is not UTF-8") from error
         except DBAPIError as error:
             code = _code(error)
             kind = code & 0xFF  # the rest says more closely what went wrong
             self._damaged |= kind in _DAMAGE
             if kind in _DAMAGE:
                 # Not the text that is none: it may be of another tenant.
-                raise damaged(self._file, str(error.orig).partition(" with text")[0]) from error
+                raise damage_error(
+                    self._file, str(error.orig).partition(" with text")[0]
+                ) from error
             if kind in _FULL or code in _FULL:
                 raise DiskFullError(
                     "there is no room for the database",
@@ -161,7 +163,7 @@ def _code(error: DBAPIError) -> int:
     return getattr(error.orig, "sqlite_errorcode", own)
 
 
-def damaged(file: Path, what: str) -> DatabaseDamagedError:
+def damage_error(file: Path, what: str) -> DatabaseDamagedError:
     return DatabaseDamagedError(
         f"the database '{file}' is damaged ({what})",
         remedy="stop the service, keep a copy of the file, and put back a backup or what "
@@ -169,7 +171,7 @@ def damaged(file: Path, what: str) -> DatabaseDamagedError:
     )
 
 
-def _lost(file: Path) -> DatabaseDamagedError:
+def _loss_error(file: Path) -> DatabaseDamagedError:
     return DatabaseDamagedError(
         f"the database '{file}' is gone, and blobs that it named are there",
         remedy="put back a backup of it; or, if nothing of them is wanted, remove the whole folder",
@@ -216,15 +218,15 @@ def _prepare(file: Path, may_be_new: bool) -> None:
             )
         found = connection.exec_driver_sql("PRAGMA quick_check(1)").scalar_one()
         if found != "ok":
-            raise damaged(file, found.splitlines()[-1])
+            raise damage_error(file, found.splitlines()[-1])
         if (
             not may_be_new
             and connection.exec_driver_sql("SELECT 1 FROM sqlite_master").first() is None
         ):
-            raise _lost(file)
+            raise _loss_error(file)
         migrate(connection)
         if connection.exec_driver_sql("PRAGMA foreign_key_check").first() is not None:
-            raise damaged(file, "a row names another that is not there")
+            raise damage_error(file, "a row names another that is not there")
 
 
 def migrate(connection: Connection) -> None:

@@ -23,7 +23,7 @@ from typing import BinaryIO, TypeVar
 
 from service.errors import SettingsError
 from service.jobs.job import Blob
-from service.storage.blob_drafts import Draft, free_bytes, full_disk_told, sync_folder
+from service.storage.blob_drafts import Draft, free_bytes, raising_disk_full, sync_folder
 
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 _BLOCK = 1 << 18
@@ -97,7 +97,9 @@ class FileBlobs:
         """Within a sweep; whether it was not held."""
         # Out of its place at once; taking long to free the disk then keeps nobody waiting.
         draft = self._drafts / f"{digest}.tmp"
-        removed = self._holds.unless_noted(digest, partial(self._place(digest).replace, draft))
+        removed = self._holds.remove_unless_noted(
+            digest, partial(self._place(digest).replace, draft)
+        )
         if removed:
             draft.unlink()
         return removed
@@ -112,7 +114,7 @@ class FileBlobs:
     def publish(self, path: Path, blob: Blob) -> None:
         """Move a whole, lasting file to its place, or remove it where an equal one is there."""
         place = self._place(blob.digest)
-        with full_disk_told():
+        with raising_disk_full():
             if _is_whole(place, blob.size):
                 path.unlink()
             else:
@@ -147,8 +149,8 @@ class FileKeeping:
             draft.discard()
 
     def put_file(self, path: Path) -> Blob:
-        with full_disk_told():
-            blob = _sealed(path)
+        with raising_disk_full():
+            blob = _seal(path)
             self._hold(blob.digest)
             self._store.publish(path, blob)
         return blob
@@ -220,7 +222,7 @@ def _is_whole(path: Path, size: int) -> bool:
     return stat.S_ISREG(found.st_mode) and found.st_size == size
 
 
-def _sealed(path: Path) -> Blob:
+def _seal(path: Path) -> Blob:
     """Make a file last as it is, for nobody to write to."""
     handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     with os.fdopen(handle, "rb") as file:
@@ -271,7 +273,7 @@ class Holds:
                 with self._lock:
                     self._noted = None
 
-    def unless_noted(self, digest: str, remove: Callable[[], object]) -> bool:
+    def remove_unless_noted(self, digest: str, remove: Callable[[], object]) -> bool:
         """Within a sweep: remove what was not held since its begin; whether it was removed."""
         with self._lock:
             if self._noted is None:

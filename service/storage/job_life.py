@@ -13,8 +13,8 @@ from service.errors import ConflictError, QueueFullError
 from service.jobs.job import Failure, JobState, Submission, Summary
 from service.storage.rows import (
     add_asset,
-    asset_named,
     failure_columns,
+    find_asset,
     new_id,
     submitted_columns,
     summary_columns,
@@ -43,7 +43,7 @@ def earlier_job(session: Session, submission: Submission) -> JobRow | None:
     return session.get_one(JobRow, key.job_number)
 
 
-def key_known(session: Session, tenant: str, key: str) -> bool:
+def has_key(session: Session, tenant: str, key: str) -> bool:
     """Whether an idempotency key has given a job before."""
     return session.get(IdempotencyKeyRow, (tenant, key)) is not None
 
@@ -76,7 +76,7 @@ def add_job(session: Session, submission: Submission, now: float) -> JobRow:
     tenant, name = submission.tenant, submission.asset
     asset = None
     if name is not None:
-        asset = asset_named(session, tenant, name) or add_asset(session, tenant, name, now)
+        asset = find_asset(session, tenant, name) or add_asset(session, tenant, name, now)
     row = JobRow(
         id=new_id(), state=JobState.QUEUED, work_key=submission.work_key, created=now, asset=asset,
         **submitted_columns(submission),

@@ -9,7 +9,9 @@ from service.jobs.stores import JobFilter
 from service.storage.tables import AssetRow, JobRow
 
 
-def listed(tenant: str | None, wanted: JobFilter, before: int | None, limit: int) -> Select[JobRow]:
+def list_query(
+    tenant: str | None, wanted: JobFilter, before: int | None, limit: int
+) -> Select[JobRow]:
     """Newest first, and one more than the limit, which tells whether there is another page."""
     query = select(JobRow).order_by(JobRow.number.desc()).limit(limit + 1)
     if before is not None:
@@ -32,7 +34,7 @@ def listed(tenant: str | None, wanted: JobFilter, before: int | None, limit: int
     return query
 
 
-def queued(tenant: str | None, limit: int) -> Select[JobRow]:
+def queue_query(tenant: str | None, limit: int) -> Select[JobRow]:
     """Those that wait, the next first."""
     query = (
         select(JobRow).where(JobRow.state == JobState.QUEUED).order_by(JobRow.number).limit(limit)

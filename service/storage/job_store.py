@@ -28,11 +28,11 @@ from service.storage.job_life import (
     end_attempt,
     end_cancelled,
     end_succeeded,
-    key_known,
+    has_key,
     release,
     same_work,
 )
-from service.storage.job_queries import listed, queued
+from service.storage.job_queries import list_query, queue_query
 from service.storage.leases import Beat, LeaseWatch
 from service.storage.rows import add_files, files_of, is_run, job_of, summary_of
 from service.storage.tables import JobFileRow, JobRow
@@ -78,7 +78,7 @@ class SqlJobStore:
 
     def check_room(self, tenant: str, idempotency_key: str | None, queue_limit: int) -> None:
         with self._database.reading() as session:
-            if idempotency_key is None or not key_known(session, tenant, idempotency_key):
+            if idempotency_key is None or not has_key(session, tenant, idempotency_key):
                 check_room(session, queue_limit)
 
     def _reuse(self, session: Session, row: JobRow, done: JobRow) -> None:
@@ -90,19 +90,21 @@ class SqlJobStore:
 
     def job(self, tenant: str | None, job_id: str) -> Job:
         with self._database.reading() as session:
-            return job_of(_found(session, tenant, job_id))
+            return job_of(_find(session, tenant, job_id))
 
     def jobs(
         self, tenant: str | None, wanted: JobFilter, *, before: int | None, limit: int
     ) -> JobPage:
         with self._database.reading() as session:
-            found = [job_of(row) for row in session.scalars(listed(tenant, wanted, before, limit))]
+            found = [
+                job_of(row) for row in session.scalars(list_query(tenant, wanted, before, limit))
+            ]
         page = tuple(found[:limit])
         return JobPage(page, page[-1].number if len(found) > limit else None)
 
     def queue(self, tenant: str | None, limit: int) -> tuple[tuple[int, Job], ...]:
         with self._database.reading() as session:
-            found = [job_of(row) for row in session.scalars(queued(tenant, limit))]
+            found = [job_of(row) for row in session.scalars(queue_query(tenant, limit))]
             line = session.scalars(
                 select(JobRow.number).where(JobRow.state == JobState.QUEUED).order_by(JobRow.number)
             ).all()
@@ -131,11 +133,11 @@ class SqlJobStore:
 
     def cancel(self, tenant: str | None, job_id: str) -> Job:
         with self._database.writing() as session:
-            row = _found(session, tenant, job_id)
+            row = _find(session, tenant, job_id)
             if row.state.ended:
                 raise ConflictError(
                     f"the job '{job_id}' has {row.state} already",
-                    remedy="only jobs that are queued or running can be cancelled",
+                    remedy="only jobs that are queue_query or running can be cancelled",
                 )
             if row.state is JobState.QUEUED:
                 end_cancelled(session, row, self._clock())
@@ -187,7 +189,7 @@ class SqlJobStore:
 
     def succeed(self, claim: Claim, files: Sequence[JobFile], summary: Summary) -> bool:
         with self._database.writing() as session:
-            row = _held(session, claim)
+            row = _claimed_row(session, claim)
             if row is None:
                 return False
             add_files(session, row.number, files)
@@ -196,7 +198,7 @@ class SqlJobStore:
 
     def fail(self, claim: Claim, failure: Failure, *, final: bool) -> JobState | None:
         with self._database.writing() as session:
-            row = _held(session, claim)
+            row = _claimed_row(session, claim)
             if row is None:
                 return None
             end_attempt(session, row, failure, self._clock(), final=final)
@@ -204,7 +206,7 @@ class SqlJobStore:
 
     def end_cancelled(self, claim: Claim) -> bool:
         with self._database.writing() as session:
-            row = _held(session, claim)
+            row = _claimed_row(session, claim)
             if row is None:
                 return False
             end_cancelled(session, row, self._clock())
@@ -212,7 +214,7 @@ class SqlJobStore:
 
     def release(self, claim: Claim) -> bool:
         with self._database.writing() as session:
-            row = _held(session, claim)
+            row = _claimed_row(session, claim)
             if row is None:
                 return False
             release(session, row, self._clock())
@@ -235,7 +237,7 @@ class SqlJobStore:
             return [job_of(row) for row in silent]
 
 
-def _found(session: Session, tenant: str | None, job_id: str) -> JobRow:
+def _find(session: Session, tenant: str | None, job_id: str) -> JobRow:
     row = session.scalars(select(JobRow).where(JobRow.id == job_id)).first()
     if row is None or tenant not in (None, row.tenant):
         raise NotFoundError(
@@ -244,7 +246,7 @@ def _found(session: Session, tenant: str | None, job_id: str) -> JobRow:
     return row
 
 
-def _held(session: Session, claim: Claim) -> JobRow | None:
+def _claimed_row(session: Session, claim: Claim) -> JobRow | None:
     """The job of a claim, unless it was ended or taken back since."""
     row = session.get(JobRow, claim.job.number)
     return row if row is not None and _holds(claim, row) else None

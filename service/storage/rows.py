@@ -79,7 +79,7 @@ def add_files(session: Session, job_number: int, files: Iterable[JobFile]) -> No
     )  # fmt: skip
 
 
-def asset_named(session: Session, tenant: str, name: str) -> AssetRow | None:
+def find_asset(session: Session, tenant: str, name: str) -> AssetRow | None:
     query = select(AssetRow).where(AssetRow.tenant == tenant, AssetRow.name == name)
     return session.scalars(query).first()
 

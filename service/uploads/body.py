@@ -97,10 +97,10 @@ class SmallBodyRoute(APIRoute):
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         handle = super().get_route_handler()
 
-        async def limited(request: Request) -> Response:
-            return await handle(_replayed(request, await _short_body(request)))
+        async def handle_small_body(request: Request) -> Response:
+            return await handle(_request_with(request, await _short_body(request)))
 
-        return limited
+        return handle_small_body
 
 
 async def _short_body(request: Request) -> bytes:
@@ -116,7 +116,7 @@ async def _short_body(request: Request) -> bytes:
     return bytes(body)
 
 
-def _replayed(request: Request, body: bytes) -> Request:
+def _request_with(request: Request, body: bytes) -> Request:
     async def receive() -> Message:
         return {"type": "http.request", "body": body, "more_body": False}
 

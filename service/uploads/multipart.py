@@ -95,7 +95,7 @@ class _Events:
         self._found: deque[_Event] = deque()
         self._headers: _Headers = {}
         self._field = self._value = b""
-        with _refused():
+        with _refusing_malformed():
             self._parser = MultipartParser(
                 boundary,
                 {
@@ -117,7 +117,7 @@ class _Events:
                 raise BadRequestError(
                     "the body ends before the boundary that closes it", remedy="send all of it"
                 )
-            with _refused():
+            with _refusing_malformed():
                 self._parser.write(chunk)
         return self._found.popleft()
 
@@ -141,7 +141,7 @@ class _Events:
 
 
 @contextmanager
-def _refused() -> Iterator[None]:
+def _refusing_malformed() -> Iterator[None]:
     """Turn what the parser does not understand into :class:`BadRequestError`."""
     try:
         yield

@@ -56,7 +56,7 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class Upload:
+class UploadedFile:
     """A file that came.
 
     ``name``    of its part.
@@ -80,7 +80,7 @@ class Upload:
 class Uploads:
     """What a request brought: all files that it had to and others that it may, and texts."""
 
-    files: Mapping[str, Upload]
+    files: Mapping[str, UploadedFile]
     texts: Mapping[str, str]
 
 
@@ -122,20 +122,20 @@ async def _one_file(
         request.headers.get("content-type", ""),
         body.chunks(),
     )
-    return Uploads({part.name: await _stored(part, needed[0], keeping)}, {})
+    return Uploads({part.name: await _store(part, needed[0], keeping)}, {})
 
 
 async def _parts(
     boundary: bytes, body: Body, keeping: Keeping, wanted: Sequence[Wanted]
 ) -> Uploads:
     by_name = {one.name: one for one in wanted}
-    files: dict[str, Upload] = {}
+    files: dict[str, UploadedFile] = {}
     texts: dict[str, str] = {}
     async for part in read_parts(boundary, body.chunks()):
         if part.name in files or part.name in texts:
             raise BadRequestError(f"the part '{part.name}' comes twice", remedy="send it once")
         if part.name in by_name:
-            files[part.name] = await _stored(part, by_name[part.name], keeping)
+            files[part.name] = await _store(part, by_name[part.name], keeping)
         elif part.name in TEXTS:
             texts[part.name] = await _text(part)
         else:
@@ -151,16 +151,16 @@ async def _parts(
     return Uploads(files, texts)
 
 
-async def _stored(part: Part, wanted: Wanted, keeping: Keeping) -> Upload:
+async def _store(part: Part, wanted: Wanted, keeping: Keeping) -> UploadedFile:
     label = file_label(part.filename)
     suffix = _suffix(label, part.media_type, wanted.suffixes)
-    blob = await keeping.put_stream(_limited(part, wanted))
+    blob = await keeping.put_stream(_chunks_within_limit(part, wanted))
     if not blob.size:
         raise wanted.fault(f"the {part.name} file is empty", remedy="send a file with bytes in it")
-    return Upload(part.name, label or f"{part.name}{suffix}", suffix, blob)
+    return UploadedFile(part.name, label or f"{part.name}{suffix}", suffix, blob)
 
 
-async def _limited(part: Part, wanted: Wanted) -> AsyncIterator[bytes]:
+async def _chunks_within_limit(part: Part, wanted: Wanted) -> AsyncIterator[bytes]:
     """Its bytes; raises :class:`TooLargeError`."""
     size = 0
     async for chunk in part.chunks:

@@ -149,7 +149,7 @@ def fault_of(address: Address, *, allow_private: bool) -> str | None:
     addresses and what else serves the secrets of a cloud stay out.
     """
     if isinstance(address, IPv6Address):
-        inner = _embedded(address)
+        inner = _inner_address(address)
         if inner is not None:
             return fault_of(inner, allow_private=allow_private)
     if address in _METADATA:
@@ -165,7 +165,7 @@ def fault_of(address: Address, *, allow_private: bool) -> str | None:
     return "which is not public" if special else None
 
 
-def _embedded(address: IPv6Address) -> IPv4Address | None:
+def _inner_address(address: IPv6Address) -> IPv4Address | None:
     """The IPv4 address that an IPv6 one stands for: mapped, 6to4 or NAT64."""
     if address in _NAT64:
         return IPv4Address(int(address) & 0xFFFFFFFF)

@@ -29,7 +29,7 @@ _MOST_ADDRESSES = 4
 
 
 @dataclass(frozen=True)
-class Outcome:
+class PostOutcome:
     """What came of a try.
 
     ``reason``  why it was not heard; empty when it was.
@@ -46,23 +46,23 @@ class Outcome:
         return not self.reason
 
 
-async def attempt(
+async def post_webhook(
     transport: httpx.AsyncBaseTransport,
     url: str,
     headers: Mapping[str, str],
     body: bytes,
     seconds: float,
-) -> Outcome:
+) -> PostOutcome:
     """POST a body; any status of 200 to 299 is a yes.  Redirects are not followed."""
     try:
         async with asyncio.timeout(seconds):
             response = await _post(transport, url, headers, body, seconds)
     except (TimeoutError, httpx.TimeoutException):
-        return Outcome(f"no answer within {seconds:g} seconds")
+        return PostOutcome(f"no answer within {seconds:g} seconds")
     except socket.gaierror:
-        return Outcome("the host has no address")
+        return PostOutcome("the host has no address")
     except (UnsafeAddressError, httpx.HTTPError, httpx.InvalidURL, OSError) as error:
-        return Outcome(str(error) or type(error).__name__)
+        return PostOutcome(str(error) or type(error).__name__)
     try:
         await _read_a_little(response)
     finally:
@@ -98,10 +98,10 @@ async def _read_a_little(response: httpx.Response) -> None:
                     return
 
 
-def _outcome_of(response: httpx.Response) -> Outcome:
+def _outcome_of(response: httpx.Response) -> PostOutcome:
     if response.is_success:
-        return Outcome()
-    return Outcome(
+        return PostOutcome()
+    return PostOutcome(
         f"the receiver answered {response.status_code}",
         gone=response.status_code == httpx.codes.GONE,
         wait=retry_after(response.headers.get("retry-after"), time.time()),

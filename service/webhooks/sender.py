@@ -23,7 +23,7 @@ from service.errors import NotFoundError, ServiceError
 from service.jobs.delivery import Delivery, DeliveryStore
 from service.settings import Settings
 from service.webhooks.address_guard import Resolve
-from service.webhooks.posting import Outcome, PinnedTransport, attempt, seconds_until_retry
+from service.webhooks.posting import PinnedTransport, PostOutcome, post_webhook, seconds_until_retry
 from service.webhooks.signing import (
     DELIVERY_HEADER,
     EVENT_HEADER,
@@ -147,25 +147,25 @@ class WebhookSender:
         try:
             outcome = await self._tell(transport, delivery)
             # What was heard must not be told again because the disk is full.
-            while not self._is_settled(delivery, outcome):
+            while not self._try_to_settle(delivery, outcome):
                 await asyncio.sleep(_STORE_PAUSE)
         finally:
             del self._under_way[delivery.id]
             self._woken.set()
 
-    async def _tell(self, transport: httpx.AsyncBaseTransport, delivery: Delivery) -> Outcome:
+    async def _tell(self, transport: httpx.AsyncBaseTransport, delivery: Delivery) -> PostOutcome:
         try:
             body = _body(delivery, self._describe(delivery))
             headers = _headers(delivery, self._secrets.of(delivery.tenant), body)
             seconds = self._settings.webhook_seconds
-            return await attempt(transport, delivery.url, headers, body, seconds)
+            return await post_webhook(transport, delivery.url, headers, body, seconds)
         except NotFoundError:
-            return Outcome("the job is there no more", gone=True)
+            return PostOutcome("the job is there no more", gone=True)
         except Exception as error:
             _complain(error)
-            return Outcome(f"unexpected {type(error).__name__}")
+            return PostOutcome(f"unexpected {type(error).__name__}")
 
-    def _is_settled(self, delivery: Delivery, outcome: Outcome) -> bool:
+    def _try_to_settle(self, delivery: Delivery, outcome: PostOutcome) -> bool:
         try:
             self._settle(delivery, outcome)
         except Exception as error:
@@ -173,12 +173,12 @@ class WebhookSender:
             return False
         return True
 
-    def _settle(self, delivery: Delivery, outcome: Outcome) -> None:
+    def _settle(self, delivery: Delivery, outcome: PostOutcome) -> None:
         tried = delivery.attempt + 1
         # The URL is the receiver's secret, but for the host.
         about = f"webhook {delivery.id} of job {delivery.job_id} to {_host(delivery)}"
         if outcome.heard:
-            self._deliveries.delivered(delivery)
+            self._deliveries.confirm(delivery)
             _log.info("%s was heard", about)
         elif outcome.gone or tried >= self._settings.webhook_attempts:
             self._deliveries.give_up(delivery, outcome.reason)

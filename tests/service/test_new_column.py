@@ -10,7 +10,7 @@ import sys
 from dataclasses import fields
 
 from service.jobs.job import Job, JobFacts, JobFile, JobTerms, Submission
-from service.schemas.job import Job as JobBody
+from service.schemas.job import JobBody
 from service.storage.tables import JobFileRow, JobRow
 from tests.acceptance.command import ROOT
 
@@ -48,7 +48,7 @@ from pathlib import Path
 from service.client.values import job_of
 from service.jobs.job import JobKind, Submission, Summary
 from service.routes.api import make_api
-from service.schemas.job import Job as JobBody
+from service.schemas.job import JobBody
 from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
 

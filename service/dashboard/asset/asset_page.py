@@ -13,7 +13,7 @@ from service.access.key import Scope
 from service.dashboard.asset.details import AssetDetail, RunLine, read_asset
 from service.dashboard.asset.panels import run_panels
 from service.dashboard.frame import page_frame, panel
-from service.dashboard.notices import unknown_told
+from service.dashboard.notices import showing_unknown
 from service.dashboard.overview.thresholds_dialog import open_demand
 from service.dashboard.visitor import Visitor, current_caller, current_visitor
 from service.dashboard.wording import percent, seconds, whole
@@ -44,7 +44,7 @@ _OPTIONS_CELL = """<q-td :props="props" class="wrapping">{{ props.value }}</q-td
 async def asset_page(asset_id: str, run: str | None = None) -> None:
     """``run`` is the job to show in place of the latest run."""
     visitor = current_visitor()
-    with unknown_told():
+    with showing_unknown():
         detail = await _read(visitor, asset_id, run)
         with page_frame(detail.asset.name, here="/"), ui.element("div").classes("detail"):
             _show(visitor, detail)

@@ -16,7 +16,7 @@ from service.dashboard.asset.comparison import (
 from service.dashboard.asset.details import RunDetail
 from service.dashboard.asset.view_panels import ShowView, viewer_panel
 from service.dashboard.frame import page_frame, panel
-from service.dashboard.notices import unknown_told
+from service.dashboard.notices import showing_unknown
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.visitor import Visitor, current_visitor
 from service.dashboard.wording import along, moment, percent
@@ -28,7 +28,7 @@ _LOOKS = {True: "good", False: "bad", None: ""}
 async def compare_page(a: str, b: str) -> None:
     """``a`` and ``b`` are jobs, usually the older one first."""
     visitor = current_visitor()
-    with unknown_told():
+    with showing_unknown():
         compared = await _read(visitor, a, b)
         with page_frame(_title(compared), here="/"), ui.element("div").classes("detail"):
             _show(compared)

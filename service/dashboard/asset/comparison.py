@@ -76,11 +76,11 @@ def read_comparison(stores: Stores, tenant: str, a: str, b: str) -> ComparedRuns
         tuple(_numbers(first.job.summary, second.job.summary)),
         tuple(_options(first.job.options, second.job.options)),
         tuple(_files(stores.jobs.files(a), stores.jobs.files(b))),
-        tuple(most_changed(first.views, second.views)),
+        tuple(largest_changes(first.views, second.views)),
     )
 
 
-def most_changed(a: Sequence[View], b: Sequence[View]) -> list[ViewChange]:
+def largest_changes(a: Sequence[View], b: Sequence[View]) -> list[ViewChange]:
     """The largest falls of recall first, then what else changed."""
     if not _same_lines(a, b):
         return []
@@ -144,7 +144,7 @@ def _whole(value: float) -> str:
 
 def _options(a: Any, b: Any) -> list[tuple[str, str, str]]:
     return [
-        (name, _said(a.get(name)), _said(b.get(name)))
+        (name, _value_words(a.get(name)), _value_words(b.get(name)))
         for name in sorted({*a, *b})
         if a.get(name) != b.get(name)
     ]
@@ -155,15 +155,15 @@ def _files(a: Iterable[JobFile], b: Iterable[JobFile]) -> Iterator[tuple[str, st
     for part in sorted({*first, *second}):
         one, other = first.get(part), second.get(part)
         if one is None or other is None or one.blob.digest != other.blob.digest:
-            yield part, _called(one), _called(other)
+            yield part, _file_words(one), _file_words(other)
 
 
-def _called(file: JobFile | None) -> str:
+def _file_words(file: JobFile | None) -> str:
     """Runs of an asset often send files of one name, so the begin of the hash tells them apart."""
     if file is None:
         return "-"
     return f"{file.label or file.name} ({file.blob.digest[:8]})"
 
 
-def _said(value: object) -> str:
+def _value_words(value: object) -> str:
     return "-" if value is None else str(value)

@@ -13,7 +13,7 @@ from service.jobs.asset import Asset, AssetStore
 from service.jobs.job import OVERRIDES_FILE, Job, JobKind
 from service.jobs.stores import BlobStore, JobStore
 from service.routes.results import read_report
-from service.schemas.job import Job as JobBody
+from service.schemas.job import JobBody
 from service.schemas.options import OptionTable
 from service.schemas.result import Level, Result, ResultFile
 
@@ -183,14 +183,14 @@ def chosen_options(table: OptionTable, options: Mapping[str, Any]) -> str:
     """Those that are not as by default."""
     default = table.read({})
     chosen = [
-        f"{name.replace('_', ' ')} {_said(value)}"
+        f"{name.replace('_', ' ')} {_value_words(value)}"
         for name, value in options.items()
         if name in default and value != default[name]
     ]
     return ", ".join(chosen) or "as by default"
 
 
-def _said(value: object) -> str:
+def _value_words(value: object) -> str:
     if isinstance(value, bool):
         return "on" if value else "off"
     if isinstance(value, float):

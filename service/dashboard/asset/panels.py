@@ -22,7 +22,7 @@ from service.dashboard.asset.view_panels import viewer_panel, views_panel
 from service.dashboard.colours import css
 from service.dashboard.frame import panel
 from service.dashboard.plain_table import PlainTable
-from service.dashboard.views import Bin, Measure, View, binned, quantile
+from service.dashboard.views import Bin, Measure, View, histogram, quantile
 from service.dashboard.wording import length, percent, seconds, whole
 from service.jobs.job import Summary
 from service.schemas.result import Level, ResultFile
@@ -129,7 +129,7 @@ def histograms_panel(views: Sequence[View]) -> None:
                 f"{percent(min(shares), _DIGITS)}."
             )
             ui.label(words)
-            chart = ui.echart(_histogram_options(binned(shares)), renderer="svg").classes(
+            chart = ui.echart(_histogram_options(histogram(shares)), renderer="svg").classes(
                 "histogram"
             )
             chart.props["role"] = "img"

@@ -14,7 +14,7 @@ from service.jobs.progress import JobProgress, Snapshot
 _LEGEND = ((BOTH, "hidden rightly"), (MISSED, "missed"), (WRONG, "hidden wrongly"))
 
 _MOST_POINTS = 400
-Point = tuple[float, float]
+MeasurePoint = tuple[float, float]
 """Seconds, and a share from 0 to 1."""
 
 _WIDE, _HIGH = 200.0, 40.0
@@ -70,7 +70,7 @@ class MeasureLine:
     """A small line, and its last value in words; hidden until there is a first point."""
 
     def __init__(self) -> None:
-        self._points: list[Point] = []
+        self._points: list[MeasurePoint] = []
         self._level = 0
         with ui.element("div").classes("measure-line") as self._box:
             with ui.element("svg") as drawing:
@@ -106,7 +106,7 @@ class MeasureLine:
         self._box.set_visibility(False)
 
 
-def polyline(points: Sequence[Point]) -> str:
+def polyline(points: Sequence[MeasurePoint]) -> str:
     """Points of a line over the whole width, the lowest value at the bottom."""
     times = [time for time, _ in points]
     values = [value for _, value in points]

@@ -9,7 +9,7 @@ from service.access.key import Scope
 from service.dashboard.jobs.job_lines import ENDED, EndedPage, JobLine, ended_page
 from service.dashboard.jobs.job_parts import name_cells, show_failure
 from service.dashboard.jobs.words import STATE_CLASSES, STATES
-from service.dashboard.notices import refusals_told, tell
+from service.dashboard.notices import showing_refusals, tell
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.visitor import Visitor
 from service.dashboard.wording import moment, percent, seconds, whole
@@ -26,7 +26,7 @@ class EndedJobs:
 
     def __init__(self, visitor: Visitor, state: str) -> None:
         self._visitor = visitor
-        self._states = _chosen(state)
+        self._states = _states_of(state)
         self._cursors: list[int | None] = [None]  # of the pages up to the one that is shown
         self._page: EndedPage | None = None
         with ui.element("section").classes("panel"):
@@ -49,7 +49,7 @@ class EndedJobs:
 
     async def load(self) -> None:
         """Show what there is now."""
-        with refusals_told():
+        with showing_refusals():
             page = await run_sync(ended_page, self._visitor, self._states, self._cursors[-1])
             if page != self._page:
                 self._page = page
@@ -60,7 +60,7 @@ class EndedJobs:
             await self.load()
 
     async def _choose(self, state: str) -> None:
-        self._states, self._cursors = _chosen(state), [None]
+        self._states, self._cursors = _states_of(state), [None]
         await self.load()
 
     async def _go_older(self) -> None:
@@ -116,7 +116,7 @@ def retry_button(visitor: Visitor, line: JobLine) -> None:
             caller = visitor.caller(Scope.WRITE)
             return actions.retry(visitor.services, caller, line.id).id
 
-        with refusals_told():
+        with showing_refusals():
             new = await run_sync(retry)
             tell("The job is done again")
             ui.navigate.to(f"/jobs/{new}")
@@ -125,5 +125,5 @@ def retry_button(visitor: Visitor, line: JobLine) -> None:
     button.props["aria-label"] = f"Retry {line.name}"
 
 
-def _chosen(state: str) -> frozenset[JobState]:
+def _states_of(state: str) -> frozenset[JobState]:
     return frozenset([JobState(state)]) if state in list(ENDED) else ENDED

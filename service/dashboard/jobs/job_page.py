@@ -16,7 +16,7 @@ from service.dashboard.jobs.job_lines import JobLine, line_of
 from service.dashboard.jobs.job_parts import show_failure
 from service.dashboard.jobs.live_job import LiveJob
 from service.dashboard.jobs.words import KINDS
-from service.dashboard.notices import unknown_told
+from service.dashboard.notices import showing_unknown
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.visitor import Visitor, current_visitor
 from service.dashboard.wording import moment
@@ -26,7 +26,7 @@ from service.jobs.job import Job, JobKind, JobState
 @ui.page("/jobs/{job_id}")
 async def job_page(job_id: str) -> None:
     visitor = current_visitor()
-    with unknown_told():
+    with showing_unknown():
         detail = await run_sync(_read, visitor, job_id)
         with page_frame(detail.job.name, here="/jobs"), ui.element("div").classes("detail"):
             _show(visitor, detail)
@@ -44,7 +44,7 @@ def _show(visitor: Visitor, detail: RunDetail) -> None:
     elif job.state is JobState.SUCCEEDED:
         run_panels(detail)
     else:
-        _undone(visitor, job)
+        _show_without_result(visitor, job)
     _options(job.options, visitor.services.tables[job.kind].read({}))
     if job.state is not JobState.SUCCEEDED:
         downloads_panel(detail.files)
@@ -74,7 +74,7 @@ async def _anew(_: JobLine) -> None:
     ui.navigate.reload()
 
 
-def _undone(visitor: Visitor, job: Job) -> None:
+def _show_without_result(visitor: Visitor, job: Job) -> None:
     line = line_of(job)
     with panel("State"):
         if job.failure:

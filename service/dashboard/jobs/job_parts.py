@@ -15,7 +15,7 @@ def show_outcome(line: JobLine) -> None:
     """Of a job that has ended."""
     match line.state:
         case JobState.SUCCEEDED:
-            _succeeded(line)
+            _show_figures(line)
         case JobState.FAILED:
             # Read out at once: somebody waits for it.
             show_failure(line, role="alert")
@@ -32,7 +32,7 @@ def show_failure(line: JobLine, role: str = "note") -> None:
             ui.label(f"What to do: {line.remedy}").classes("name")
 
 
-def _succeeded(line: JobLine) -> None:
+def _show_figures(line: JobLine) -> None:
     with ui.element("dl").classes("figures"):
         for name, value in _figures(line):
             with ui.element("div"):

@@ -17,7 +17,7 @@ from service.dashboard.frame import page_frame, panel
 from service.dashboard.jobs.ended_jobs import EndedJobs
 from service.dashboard.jobs.job_lines import JobLine, JobsNow, jobs_now
 from service.dashboard.jobs.job_parts import name_cells
-from service.dashboard.notices import refusals_told
+from service.dashboard.notices import showing_refusals
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.visitor import Visitor, current_visitor
 from service.dashboard.wording import moment, percent, seconds
@@ -64,7 +64,7 @@ class WaitingJobs:
         ui.timer(_RENEW_SECONDS, self._renew)
 
     async def _renew(self) -> None:
-        with refusals_told():
+        with showing_refusals():
             now = await run_sync(jobs_now, self._visitor)
             before, self._now = self._now, now
             if _ids(now.running) != _ids(before.running) or _places(now) != _places(before):
@@ -122,7 +122,7 @@ class WaitingJobs:
                 actions.cancel(self._visitor.services, caller, line.id)
 
             button.disable()
-            with refusals_told():
+            with showing_refusals():
                 await run_sync(cancel)
 
         with table.cell() as cell:

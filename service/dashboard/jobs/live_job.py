@@ -13,7 +13,7 @@ from service.dashboard.jobs.best_so_far import BestPicture, MeasureLine
 from service.dashboard.jobs.job_lines import JobLine, job_line, progress_words
 from service.dashboard.jobs.job_parts import show_outcome
 from service.dashboard.jobs.words import STATE_CLASSES, STATES
-from service.dashboard.notices import refusals_told
+from service.dashboard.notices import showing_refusals
 from service.dashboard.visitor import Visitor
 from service.dashboard.wording import percent, seconds
 from service.errors import NotFoundError
@@ -68,7 +68,7 @@ class LiveJob:
             try:
                 await self._show(await run_sync(job_line, self._visitor, self._job_id))
             except NotFoundError:
-                self._gone()
+                self._show_removed()
                 return
         if progress is not None and self._line is not None and not self._line.state.ended:
             await self._show(
@@ -102,7 +102,7 @@ class LiveJob:
             if self._on_end is not None:
                 await self._on_end(line)
 
-    def _gone(self) -> None:
+    def _show_removed(self) -> None:
         self._timer.cancel()
         self._state.text = "removed"
         for one in (self._cancel, self._bar):
@@ -114,7 +114,7 @@ class LiveJob:
             actions.cancel(self._visitor.services, caller, self._job_id)
 
         self._cancel.disable()
-        with refusals_told():
+        with showing_refusals():
             await run_sync(cancel)
 
 

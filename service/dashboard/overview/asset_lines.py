@@ -108,10 +108,12 @@ def read_overview(assets: AssetStore, tenant: str, since: datetime) -> Overview:
     stamp = assets.stamp(tenant)  # first, so that what comes meanwhile is seen the next time
     lines = tuple(AssetLine.of(one) for one in assets.standings(tenant))
     before = assets.runs_at(tenant, since.timestamp())
-    return Overview(lines, worsened(lines, before), since, stamp)
+    return Overview(lines, falls_since(lines, before), since, stamp)
 
 
-def worsened(lines: tuple[AssetLine, ...], before: Mapping[str, RunNumbers]) -> tuple[Change, ...]:
+def falls_since(
+    lines: tuple[AssetLine, ...], before: Mapping[str, RunNumbers]
+) -> tuple[Change, ...]:
     """Those that fell from the run of before, by asset id, to their latest."""
     changes = (_change(line, before[line.id]) for line in lines if line.id in before)
     found = [change for change in changes if change is not None]

@@ -62,7 +62,7 @@ def rows_of_all(since: str, request: Request, services: TheServices, caller: Rea
         day = midnight(since)
     except ValueError:
         raise BadRequestError(f"'{since}' is no day", remedy="write it as 2024-05-01") from None
-    packed = _packed(shared_overview(services.assets, caller.tenant, day))
+    packed = _pack(shared_overview(services.assets, caller.tenant, day))
     headers = {"Cache-Control": "no-store", "Vary": "Accept-Encoding"}
     if "gzip" in request.headers.get("accept-encoding", ""):
         return Response(packed, 200, {**headers, "Content-Encoding": "gzip"}, "application/json")
@@ -70,7 +70,7 @@ def rows_of_all(since: str, request: Request, services: TheServices, caller: Rea
 
 
 @lru_cache(maxsize=4)
-def _packed(overview: Overview) -> bytes:
+def _pack(overview: Overview) -> bytes:
     text = json.dumps(rows_of(overview), separators=(",", ":"))
     return gzip.compress(text.encode(), compresslevel=5)
 

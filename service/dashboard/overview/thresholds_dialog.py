@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable
 from nicegui import run, ui
 
 from service.access.key import Scope
-from service.dashboard.notices import refusals_told, tell
+from service.dashboard.notices import showing_refusals, tell
 from service.dashboard.overview.asset_lines import AssetLine
 from service.dashboard.visitor import Visitor
 from service.jobs.asset import Asset, Thresholds
@@ -34,7 +34,7 @@ def open_demand(
                 caller = visitor.caller(Scope.WRITE)
                 visitor.services.assets.set_thresholds(caller.tenant, line.id, demanded)
 
-            with refusals_told():
+            with showing_refusals():
                 await run.io_bound(store)
                 dialog.close()
                 tell("The thresholds are set")

@@ -38,7 +38,7 @@ class SubmitForm:
         with ui.element("section").classes("panel"):
             self._uploader = Uploader(
                 visitor.services.settings.max_upload,
-                on_chosen=self._chosen, on_sent=self._sent, on_done=self._done,
+                on_chosen=self._hear_chosen, on_sent=self._hear_sent, on_done=self._hear_done,
             )  # fmt: skip
             self._asset = ui.input("Asset", value=asset[:_LONGEST_NAME]).classes("asset-name")
             self._asset.props(f"dense outlined maxlength={_LONGEST_NAME} autocomplete=off")
@@ -53,10 +53,10 @@ class SubmitForm:
                 ui.button("Defaults", on_click=self._reset).props("no-caps flat")
                 self._words = ui.label("Choose a mesh first.").classes("quiet").props("role=status")
             self._button.disable()
-        self._remembered = Remembered("submit", self._kept)
+        self._remembered = Remembered("submit", self._hear_kept)
         self._jobs = ui.element("div").classes("live-jobs")
 
-    def _chosen(self, names: list[str]) -> None:
+    def _hear_chosen(self, names: list[str]) -> None:
         self._files = names
         self._button.set_enabled(bool(names))
         count = len(names)
@@ -73,17 +73,17 @@ class SubmitForm:
         self._words.text = "Sending"
         self._uploader.send(form.given, asset_names(self._asset.value or "", self._files))
 
-    def _sent(self, job_id: str) -> None:
+    def _hear_sent(self, job_id: str) -> None:
         with self._jobs:
             panel = LiveJob(self._visitor, job_id).panel
         panel.move(target_index=0)
 
-    def _done(self) -> None:
+    def _hear_done(self) -> None:
         self._button.set_enabled(bool(self._files))
         refused = len(self._files)
         self._words.text = "Not all could be sent; see above" if refused else "Sent"
 
-    def _kept(self, told: object) -> None:
+    def _hear_kept(self, told: object) -> None:
         self._form.fill(remembered_options(self._table, told))
 
     def _reset(self) -> None:
@@ -111,14 +111,14 @@ class Uploader(Element, component="uploader.js"):
             "castle.overrides.toml goes along with castle.glb."
         )
 
-        def chosen(event: GenericEventArguments) -> None:
+        def hear_chosen(event: GenericEventArguments) -> None:
             on_chosen([str(name) for name in event.args])
 
-        def sent(event: GenericEventArguments) -> None:
+        def hear_sent(event: GenericEventArguments) -> None:
             on_sent(str(event.args["job"]))
 
-        self.on("chosen", chosen)
-        self.on("sent", sent)
+        self.on("chosen", hear_chosen)
+        self.on("sent", hear_sent)
         self.on("done", lambda: on_done())
 
     def send(self, settings: Sequence[tuple[str, str]], assets: Sequence[str]) -> None:

@@ -16,7 +16,7 @@ from nicegui import ui
 from service.access.key import Scope
 from service.dashboard.frame import page_frame
 from service.dashboard.jobs.live_job import LiveJob
-from service.dashboard.notices import refusals_told, unknown_told, warn
+from service.dashboard.notices import showing_refusals, showing_unknown, warn
 from service.dashboard.submit.option_form import OptionForm
 from service.dashboard.submit.submit_form import COMMON, SubmitForm
 from service.dashboard.submit.typed import typed_options
@@ -42,7 +42,7 @@ async def _again(visitor: Visitor, earlier: str) -> None:
         job = jobs.job(visitor.caller().tenant, earlier)
         return Earlier.of(job, jobs.files(job.id))
 
-    with unknown_told():
+    with showing_unknown():
         job = await run_sync(find)
         with page_frame("Run again", here="/submit"):
             AgainForm(visitor, job, COMMON)
@@ -99,7 +99,7 @@ class AgainForm:
             caller = self._visitor.caller(Scope.WRITE)
             return actions.rerun(self._visitor.services, caller, self._earlier.id, form.resolved).id
 
-        with refusals_told():
+        with showing_refusals():
             job_id = await run_sync(again)
             with self._jobs:
                 panel = LiveJob(self._visitor, job_id).panel

@@ -11,7 +11,7 @@ from service.access.key import Scope
 from service.dashboard.frame import page_frame, panel
 from service.dashboard.jobs.job_lines import JobLine
 from service.dashboard.jobs.live_job import LiveJob
-from service.dashboard.notices import refusals_told, unknown_told, warn
+from service.dashboard.notices import showing_refusals, showing_unknown, warn
 from service.dashboard.submit.option_form import OptionForm
 from service.dashboard.tradeoff.chart import TradeoffChart, show_points
 from service.dashboard.tradeoff.points import Tradeoff, tradeoff_of
@@ -23,7 +23,7 @@ from service.routes import actions
 @ui.page("/tradeoff/{asset_id}")
 async def tradeoff_page(asset_id: str) -> None:
     visitor = current_visitor()
-    with unknown_told():
+    with showing_unknown():
         known = await run_sync(tradeoff_of, visitor, asset_id)
         with page_frame(f"Speed against accuracy: {known.asset}", here="/"):
             ui.link("See the asset", f"/assets/{known.asset_id}")
@@ -51,7 +51,7 @@ class _Page:
         self._drawn.set_visibility(bool(known.runs or known.swept))
         with self._tables:
             if known.sweep:
-                _measured(known)
+                _show_measured(known)
             with panel("Runs"):
                 if known.runs:
                     show_points("Runs", known.runs, known.precision, linked=True)
@@ -59,7 +59,7 @@ class _Page:
                     ui.label("No run of it has been judged yet.").classes("quiet")
 
 
-def _measured(known: Tradeoff) -> None:
+def _show_measured(known: Tradeoff) -> None:
     with panel("What the sweep measured"):
         for line in known.advice:
             ui.label(line).classes("name")
@@ -107,15 +107,15 @@ class SweepPanel:
             services = self._visitor.services
             return actions.sweep(services, caller, self._asset_id, form.resolved).id
 
-        with refusals_told():
+        with showing_refusals():
             self._follow(await run_sync(sweep))
 
     def _follow(self, job_id: str) -> None:
         self._button.disable()
         self._place.clear()
         with self._place:
-            LiveJob(self._visitor, job_id, self._ended)
+            LiveJob(self._visitor, job_id, self._hear_end)
 
-    async def _ended(self, _: JobLine) -> None:
+    async def _hear_end(self, _: JobLine) -> None:
         self._button.enable()
         await self._on_measured()

@@ -15,12 +15,14 @@ from service.jobs.job import Failure
 
 _OVERRIDES = "overrides"
 
-Options = simplifier.SimplifyOptions | simplifier.EvaluateOptions | simplifier.TradeoffOptions
+MeshOptions = simplifier.SimplifyOptions | simplifier.EvaluateOptions | simplifier.TradeoffOptions
 
 _GIB = 1 << 30
 
 
-def read_mesh(task: Task, options: Options) -> tuple[simplifier.TriangleMesh, simplifier.Overrides]:
+def read_mesh(
+    task: Task, options: MeshOptions
+) -> tuple[simplifier.TriangleMesh, simplifier.Overrides]:
     """Without what the overrides ignore; none are decided where none came.
 
     Raises :class:`simplifier.OccluderError`.
@@ -46,20 +48,20 @@ def input_path(task: Task, name: str) -> Path:
     return Path(task.inputs[name])
 
 
-def memory_of(task: Task) -> int:
+def task_memory(task: Task) -> int:
     """Bytes that it may take beside what its process has; its owner may have set less."""
     own = task.options.get("memory_limit")
     return task.memory if own is None else min(int(own * _GIB), task.memory)
 
 
-def allowed(task: Task) -> float:
+def whole_memory(task: Task) -> float:
     """GiB of the whole process, a warm one."""
-    return (simplifier.BASE_BYTES + memory_of(task)) / _GIB
+    return (simplifier.BASE_BYTES + task_memory(task)) / _GIB
 
 
-def allowed_options(task: Task) -> dict[str, Any]:
+def options_within_memory(task: Task) -> dict[str, Any]:
     """The task's, with that limit."""
-    return {**task.options, "memory_limit": allowed(task)}
+    return {**task.options, "memory_limit": whole_memory(task)}
 
 
 def without_paths(text: str, task: Task) -> str:

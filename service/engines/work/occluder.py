@@ -10,10 +10,10 @@ from typing import Literal
 
 import simplifier
 from service.engines.messages import Task
-from service.engines.work.inputs import allowed_options, input_path, read_mesh
+from service.engines.work.inputs import input_path, options_within_memory, read_mesh
 from service.engines.work.meter import MAKING, Meter
 from service.engines.work.report_files import summary_of, write_pages
-from service.engines.worker import Cancel, TaskCancelledError, Tell
+from service.engines.worker import Cancel, ReportProgress, TaskCancelledError
 from service.jobs.job import Summary
 from service.jobs.progress import Snapshot
 
@@ -22,14 +22,14 @@ _PICTURE_PAUSE = 1.0  # seconds before the first and between two
 _DRAWING_SHARE = 0.05  # of the time that drawing may take
 
 
-def make_occluder(task: Task, tell: Tell, cancel: Cancel) -> Summary:
+def make_occluder(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     """Results: ``occluder.glb`` with all levels, ``lod0.glb``, ``lod0.obj``... of each, a report,
     and ``original.glb`` to look at beside them.
 
-    Raises as :data:`~service.engines.worker.Work` says, and :class:`simplifier.OccluderError`.
+    Raises as :data:`~service.engines.worker.DoTask` says, and :class:`simplifier.OccluderError`.
     """
     meter, results = Meter(tell), Path(task.results)
-    options = simplifier.SimplifyOptions.of(allowed_options(task))
+    options = simplifier.SimplifyOptions.of(options_within_memory(task))
     meter.at("load", 0.0)
     simplifier.check_file(input_path(task, "mesh"), options, pictures=True, viewing=True)
     mesh, overrides = read_mesh(task, options)

@@ -13,14 +13,20 @@ import simplifier
 from service.engines.failures import disk_full, too_much_memory
 from service.engines.messages import Task
 from service.engines.work.evaluation import evaluate_mesh
-from service.engines.work.inputs import memory_of, without_paths
+from service.engines.work.inputs import task_memory, without_paths
 from service.engines.work.occluder import make_occluder
 from service.engines.work.scene import make_scene
 from service.engines.work.tradeoff import measure_tradeoff
-from service.engines.worker import Cancel, TaskCancelledError, TaskFailedError, Tell, Work
+from service.engines.worker import (
+    Cancel,
+    DoTask,
+    ReportProgress,
+    TaskCancelledError,
+    TaskFailedError,
+)
 from service.jobs.job import Failure, JobKind, Summary
 
-_WORKS: Mapping[JobKind, Work] = {
+_WORKS: Mapping[JobKind, DoTask] = {
     JobKind.OCCLUDER: make_occluder,
     JobKind.EVALUATION: evaluate_mesh,
     JobKind.SCENE: make_scene,
@@ -39,7 +45,7 @@ _KINDS = {
 }
 
 
-def start() -> Work:
+def start() -> DoTask:
     """Compile or load every kernel and draw once, so that no job has to wait for that."""
     simplifier.warm_up()
     mesh = simplifier.TriangleMesh.from_soup(_TETRAHEDRON, _SIDES)
@@ -49,7 +55,7 @@ def start() -> Work:
     return _work
 
 
-def _work(task: Task, tell: Tell, cancel: Cancel) -> Summary:
+def _work(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     with refusals(task):
         return _WORKS[task.kind](task, tell, cancel)
 
@@ -62,7 +68,7 @@ def refusals(task: Task) -> Iterator[None]:
     except simplifier.CancelledError as error:
         raise TaskCancelledError from error
     except simplifier.MemoryLimitError as error:
-        limit = memory_of(task)
+        limit = task_memory(task)
         raise TaskFailedError(too_much_memory(error.what, error.resolution, limit)) from error
     except tuple(_KINDS) as error:
         kind = next(kind for of, kind in _KINDS.items() if isinstance(error, of))

@@ -79,7 +79,7 @@ class ByHand:
         if claim is None:
             return False
         self.claim = claim
-        self.board.changed(claim.job.id)
+        self.board.announce(claim.job.id)
         return True
 
     def succeed(self, *, recall: float = 0.8, seconds: float = 1.5) -> Job:
@@ -159,7 +159,7 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
         assets=assets, blobs=blobs, board=board, runner=hand, metrics=metrics,
         authenticator=Authenticator(keys, sessions, keys_needed=settings.keys_needed),
         check_webhook=check_webhook, checks={"engine": lambda: faults.get("engine")},
-        ended=metrics.count,
+        on_end=metrics.count,
     )  # fmt: skip
 
     @asynccontextmanager

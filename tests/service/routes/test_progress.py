@@ -88,7 +88,7 @@ def test_a_stream_ends_when_its_job_is_removed(service):
         next(told)
         service.services.jobs.cancel(None, job_id)
         assert service.http.delete(f"/v1/assets/{asset}").status_code == 204
-        service.services.board.changed(job_id)
+        service.services.board.announce(job_id)
         assert list(told) == []
 
 

@@ -6,7 +6,7 @@ import json
 
 import simplifier
 from service.jobs.job import Blob, Job, JobFile, JobKind, JobState
-from service.schemas.job import Job as JobBody
+from service.schemas.job import JobBody
 from service.schemas.result import Result
 from tests.solids import box
 

@@ -81,7 +81,7 @@ def delivery(jobs: SqlJobStore, deliveries: SqlDeliveryStore) -> Delivery:
 
 
 def test_what_was_heard_is_not_due_again(deliveries: SqlDeliveryStore, delivery: Delivery) -> None:
-    deliveries.delivered(delivery)
+    deliveries.confirm(delivery)
     assert deliveries.due(10) == []
 
 

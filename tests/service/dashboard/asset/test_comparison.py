@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from service.dashboard.asset.comparison import most_changed, read_comparison
+from service.dashboard.asset.comparison import largest_changes, read_comparison
 from service.dashboard.views import View
 from service.errors import NotFoundError
 from service.jobs.job import Failure
@@ -21,13 +21,13 @@ def _views(recalls: Sequence[float], slant: float = 0.0) -> list[View]:
 
 
 def test_the_largest_fall_comes_first_and_what_did_not_change_not_at_all() -> None:
-    changed = most_changed(_views([0.5, 0.9, 0.9, 0.2]), _views([0.9, 0.8, 0.9, 0.1999]))
+    changed = largest_changes(_views([0.5, 0.9, 0.9, 0.2]), _views([0.9, 0.8, 0.9, 0.1999]))
     assert [one.a.index for one in changed] == [1, 3, 0]
 
 
 def test_views_along_other_lines_are_not_compared() -> None:
-    assert most_changed(_views([0.5]), _views([0.9], slant=0.1)) == []
-    assert most_changed(_views([0.5]), _views([0.9, 0.8])) == []
+    assert largest_changes(_views([0.5]), _views([0.9], slant=0.1)) == []
+    assert largest_changes(_views([0.5]), _views([0.9, 0.8])) == []
 
 
 def test_numbers_say_what_became_better_and_what_worse(tmp_path: Path, castle: JobResult) -> None:

@@ -15,9 +15,9 @@ from service.dashboard.overview.asset_lines import (
     AssetLine,
     Overview,
     Verdict,
+    falls_since,
     midnight,
     summary,
-    worsened,
 )
 from service.dashboard.overview.exports import csv_of, harmless, rows_of
 from service.jobs.asset import RunNumbers, Standing, Thresholds
@@ -56,7 +56,7 @@ def test_an_asset_without_a_run_has_no_verdict() -> None:
 def test_what_fell_is_told_with_the_largest_fall_first() -> None:
     a = line("a", replace(RUN, job_id="new", recall=0.75))
     b = line("b", replace(RUN, job_id="new", precision=0.9, recall=0.9))
-    found = worsened((a, b), {a.id: RUN, b.id: RUN})
+    found = falls_since((a, b), {a.id: RUN, b.id: RUN})
     assert [change.line.name for change in found] == ["b", "a"]
     assert (found[0].precision, found[0].recall) == ((0.999, 0.9), None)
     assert (found[1].precision, found[1].recall) == (None, (0.8, 0.75))
@@ -68,7 +68,7 @@ def test_what_rose_stayed_or_began_later_is_not_worse() -> None:
     hardly = line("c", replace(RUN, job_id="new", recall=0.7996))
     fresh = line("d", replace(RUN, recall=0.1))
     before = {one.id: RUN for one in (risen, same, hardly)}
-    assert worsened((risen, same, hardly, fresh), before) == ()
+    assert falls_since((risen, same, hardly, fresh), before) == ()
 
 
 def test_the_summary_counts_in_words() -> None:

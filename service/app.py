@@ -13,9 +13,9 @@ from starlette.types import ASGIApp
 from service.access.authentication import Authenticator
 from service.access.session import Sessions
 from service.engines.engine import Engine
-from service.jobs.delivery import Delivery
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
+from service.jobs.stores import Delivery
 from service.metrics import Metrics
 from service.middleware.bodies import LingeringClose, Turnstile
 from service.middleware.host_guard import HostGuard

@@ -88,7 +88,7 @@ def wait_seconds(headers: Iterable[str], most: float) -> float:
 
 
 @dataclass(frozen=True)
-class Part:
+class ByteRange:
     """Bytes from ``start`` up to but not including ``stop``."""
 
     start: int
@@ -100,7 +100,7 @@ def is_fresh(headers: Mapping[str, str], etag: str) -> bool:
     return _names(headers.get("if-none-match", ""), etag)
 
 
-def part_wanted(headers: Mapping[str, str], etag: str, size: int) -> Part | None:
+def wanted_range(headers: Mapping[str, str], etag: str, size: int) -> ByteRange | None:
     """The part that ``Range`` asks for; None for the whole file.
 
     The whole file is also the answer to several ranges at once, to other units, to what is no
@@ -116,9 +116,9 @@ def part_wanted(headers: Mapping[str, str], etag: str, size: int) -> Part | None
     if first and last and int(first) > int(last):
         return None
     if not first:
-        part = Part(max(size - int(last), 0), size)
+        part = ByteRange(max(size - int(last), 0), size)
     else:
-        part = Part(int(first), min(int(last) + 1, size) if last else size)
+        part = ByteRange(int(first), min(int(last) + 1, size) if last else size)
     if part.start >= part.stop:
         raise RangeNotSatisfiableError(size)
     return part

@@ -12,7 +12,7 @@ from fastapi import Request
 from fastapi.responses import Response, StreamingResponse
 
 from service.errors import NotAcceptableError, NotFoundError
-from service.headers import Part, best_of, is_fresh, part_wanted
+from service.headers import ByteRange, best_of, is_fresh, wanted_range
 from service.jobs.job import JobFile, JobKind
 from service.jobs.stores import BlobStore
 
@@ -63,8 +63,8 @@ def send_file(
     if request.method in ("GET", "HEAD") and is_fresh(request.headers, etag):
         return Response(status_code=304, headers=headers)
     size = file.blob.size
-    part = part_wanted(request.headers, etag, size) if request.method == "GET" else None
-    sent = part or Part(0, size)
+    part = wanted_range(request.headers, etag, size) if request.method == "GET" else None
+    sent = part or ByteRange(0, size)
     if part:
         headers["Content-Range"] = f"bytes {part.start}-{part.stop - 1}/{size}"
     headers["Content-Length"] = str(sent.stop - sent.start)
@@ -73,11 +73,11 @@ def send_file(
     if request.method == "HEAD":
         return Response(status_code=status, headers=headers, media_type=file.media_type)
     return StreamingResponse(
-        _read(_opened(blobs, file), sent), status, headers, media_type=file.media_type
+        _chunks_of(_open_blob(blobs, file), sent), status, headers, media_type=file.media_type
     )
 
 
-def _opened(blobs: BlobStore, file: JobFile) -> BinaryIO:
+def _open_blob(blobs: BlobStore, file: JobFile) -> BinaryIO:
     try:
         return blobs.open(file.blob)
     except KeyError:
@@ -86,7 +86,7 @@ def _opened(blobs: BlobStore, file: JobFile) -> BinaryIO:
         ) from None
 
 
-async def _read(source: BinaryIO, part: Part) -> AsyncIterator[bytes]:
+async def _chunks_of(source: BinaryIO, part: ByteRange) -> AsyncIterator[bytes]:
     with source:
         source.seek(part.start)
         left = part.stop - part.start

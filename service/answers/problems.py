@@ -1,6 +1,7 @@
-"""Every failure becomes ``application/problem+json``, in one place; no traceback leaves.
+"""Refusals as RFC 9457 has them: every failure becomes ``application/problem+json``, in one place.
 
-A job that has no result is one of them: what is answered for it is told from its failure.
+No traceback leaves.  A job that has no result is a failure too: what is answered for it is told
+from its own.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from urllib.parse import quote
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
+from pydantic import BaseModel, ConfigDict, Field
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.responses import Response
@@ -34,11 +36,11 @@ from service.errors import (
 )
 from service.jobs.job import Failure, Job
 from service.schemas.job import FailureBody
-from service.schemas.problem import MEDIA_TYPE, problem_of
+
+MEDIA_TYPE = "application/problem+json"
 
 _LOG = logging.getLogger(__name__)
 _LONGEST_ECHO = 200
-
 _KINDS: dict[str, type[ServiceError]] = {
     "unreadable-mesh": UnreadableMeshError,
     "invalid-overrides": InvalidOverridesError,
@@ -46,6 +48,46 @@ _KINDS: dict[str, type[ServiceError]] = {
     "unavailable": NotReadyError,
 }
 """Kinds of failure that are problems of their own; any other is a failed job."""
+
+
+class FieldProblem(BaseModel):
+    """What is wrong with one field of a request."""
+
+    field: str = Field(description="Its name.", examples=["budget"])
+    detail: str = Field(description="The fault.", examples=["0 is out of range"])
+    remedy: str = Field(description="What to do.", examples=["choose 1 to 100,000"])
+
+
+class Problem(BaseModel):
+    """Why a request was refused, and what to do."""
+
+    model_config = ConfigDict(extra="allow")
+
+    type: str = Field(
+        description="`/problems/` and a word that stays the same; the page there says more.",
+        examples=["/problems/invalid-options"],
+    )
+    title: str = Field(description="The kind of problem, in words.")
+    status: int = Field(description="The HTTP status.", examples=[422])
+    detail: str = Field(description="What is wrong here, and where.")
+    remedy: str = Field(description="What to do about it; may be empty.")
+    instance: str = Field(description="The path that was asked for.")
+    errors: list[FieldProblem] | None = Field(
+        None, description="Each field that is wrong, where fields are."
+    )
+
+
+def problem_of(error: ServiceError, instance: str) -> dict[str, Any]:
+    """The members of the answer; those that an error has beside the standard ones among them."""
+    return {
+        "type": f"/problems/{error.slug}",
+        "title": error.title,
+        "status": error.status,
+        "detail": error.detail,
+        "remedy": error.remedy,
+        "instance": instance,
+        **error.extra,
+    }
 
 
 class ProblemResponse(Response):

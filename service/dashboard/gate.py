@@ -10,10 +10,10 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from service.answers.problems import MEDIA_TYPE, problem_of
 from service.dashboard.visitor import Visitor
 from service.errors import ServiceError, UnauthenticatedError
 from service.routes.services import Services
-from service.schemas.problem import MEDIA_TYPE, problem_of
 
 _OPEN = "/_nicegui/"
 """Scripts and styles, the same for everybody."""

@@ -11,7 +11,7 @@ from fastapi.routing import APIRoute
 from pydantic.json_schema import models_json_schema
 from starlette.types import Lifespan
 
-from service.answers.problems import handle_failures
+from service.answers.problems import MEDIA_TYPE, Problem, handle_failures
 from service.routes import (
     assets,
     explanations,
@@ -24,7 +24,6 @@ from service.routes import (
 from service.routes.docs import refusal
 from service.schemas.asset import AssetBody
 from service.schemas.job import JobBody
-from service.schemas.problem import MEDIA_TYPE, Problem
 from service.schemas.result import Result
 from simplifier import __version__
 

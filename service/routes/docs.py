@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from service.answers.files import FORMATS
+from service.answers.problems import MEDIA_TYPE
 from service.jobs.asset import LONGEST_NAME
-from service.jobs.delivery import LONGEST_URL
 from service.jobs.job import JobKind
+from service.jobs.stores import LONGEST_URL
 from service.schemas.job_options import option_tables
-from service.schemas.problem import MEDIA_TYPE
 from service.uploads.receiving import Wanted
 
 Responses = dict[int | str, dict[str, Any]]

@@ -17,8 +17,8 @@ from service.answers.problems import problem_of_job
 from service.errors import FieldError, InvalidOptionsError, QueueFullError
 from service.headers import idempotency_key, wait_seconds
 from service.jobs.asset import LONGEST_NAME
-from service.jobs.delivery import LONGEST_URL
 from service.jobs.job import Job, JobKind, JobState, Submission
+from service.jobs.stores import LONGEST_URL
 from service.routes.jobs import job_body
 from service.routes.results import result_answer
 from service.routes.services import Services

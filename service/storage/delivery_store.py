@@ -1,4 +1,4 @@
-"""Webhooks that wait; see :class:`service.jobs.delivery.DeliveryStore` for what is promised."""
+"""Webhooks that wait; see :class:`service.jobs.stores.DeliveryStore` for what is promised."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from sqlalchemy import or_, select
 
-from service.jobs.delivery import Delivery
+from service.jobs.stores import Delivery
 from service.storage.database import Database
 from service.storage.tables import DeliveryRow, DeliveryState
 

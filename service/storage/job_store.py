@@ -32,9 +32,16 @@ from service.storage.job_life import (
     release,
     same_work,
 )
-from service.storage.job_queries import list_query, queue_query
 from service.storage.leases import Beat, LeaseWatch
-from service.storage.rows import add_files, files_of, is_run, job_of, summary_of
+from service.storage.rows import (
+    add_files,
+    files_of,
+    is_run,
+    job_of,
+    list_query,
+    queue_query,
+    summary_of,
+)
 from service.storage.tables import JobFileRow, JobRow
 
 _EXPIRED_AT_ONCE = 200

@@ -19,7 +19,7 @@ from ipaddress import IPv4Address, IPv4Network, IPv6Address, IPv6Network, ip_add
 import httpx
 
 from service.errors import FieldError, InvalidOptionsError
-from service.jobs.delivery import LONGEST_URL
+from service.jobs.stores import LONGEST_URL
 
 Address = IPv4Address | IPv6Address
 Resolve = Callable[[str, int], Awaitable[list[Address]]]

@@ -20,7 +20,7 @@ from typing import Any
 import httpx
 
 from service.errors import NotFoundError, ServiceError
-from service.jobs.delivery import Delivery, DeliveryStore
+from service.jobs.stores import Delivery, DeliveryStore
 from service.settings import Settings
 from service.webhooks.address_guard import Resolve
 from service.webhooks.posting import PinnedTransport, PostOutcome, post_webhook, seconds_until_retry

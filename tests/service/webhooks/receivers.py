@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from ipaddress import ip_address
 
-from service.jobs.delivery import Delivery
+from service.jobs.stores import Delivery
 from service.webhooks.address_guard import Address
 
 

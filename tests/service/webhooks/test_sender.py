@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from service.errors import DiskFullError, NotFoundError
-from service.jobs.delivery import Delivery
+from service.jobs.stores import Delivery
 from service.settings import Settings
 from service.webhooks.sender import WebhookSender
 from service.webhooks.signing import SignatureError, verify

@@ -193,7 +193,7 @@ class FailedAttempts:
         self._buckets: dict[str, _Bucket] = {}  # by the time of the last failure
 
     def count(self, address: str) -> None:
-        """One more failure."""
+        """Note one more failure of an address."""
         network = _network(address)
         with self._lock:
             now = self._clock()
@@ -204,7 +204,7 @@ class FailedAttempts:
                 del self._buckets[next(iter(self._buckets))]
 
     def seconds_to_wait(self, address: str) -> int:
-        """Until it may fail again; 0 where it may at once."""
+        """How long an address has to wait before it may fail again; 0 where it may at once."""
         with self._lock:
             level = self._level(_network(address), self._clock())
         excess = level - self._limit + 1.0

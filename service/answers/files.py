@@ -49,6 +49,17 @@ A GLB and an OCC hold all levels of detail, the others the finest.
 """
 
 
+def chosen_format(accept: str, kind: JobKind) -> str:
+    """The media type to answer in.  Raises :class:`~service.errors.NotAcceptableError`."""
+    offered = [JSON, *FORMATS[kind]]
+    best = best_of(accept, offered)
+    if best is None:
+        raise NotAcceptableError(
+            f"nothing can be given of '{accept}'", remedy=f"accept one of {', '.join(offered)}"
+        )
+    return best
+
+
 def send_file(
     request: Request, blobs: BlobStore, file: JobFile, *, cache: str = _FOR_EVER
 ) -> Response:
@@ -103,14 +114,3 @@ def _disposition(file: JobFile) -> str:
     shown = file.media_type.startswith(_SHOWN) and not file.is_input
     kind = "inline" if shown else "attachment"
     return f'{kind}; filename="{file.name.rpartition("/")[2]}"'
-
-
-def chosen_format(accept: str, kind: JobKind) -> str:
-    """The media type to answer in.  Raises :class:`~service.errors.NotAcceptableError`."""
-    offered = [JSON, *FORMATS[kind]]
-    best = best_of(accept, offered)
-    if best is None:
-        raise NotAcceptableError(
-            f"nothing can be given of '{accept}'", remedy=f"accept one of {', '.join(offered)}"
-        )
-    return best

@@ -169,7 +169,7 @@ def _of_http(request: Request, error: HTTPException, routes: Sequence[BaseRoute]
 
 
 def _methods(path: str, routes: Sequence[BaseRoute]) -> list[str]:
-    """All that a path has: the router tells those of the first route alone."""
+    """All methods that a path has: the router tells those of the first route alone."""
     there = [one for one in routes if isinstance(one, Route) and one.path_regex.match(path)]
     return sorted({method for one in there for method in one.methods or ()})
 
@@ -218,7 +218,7 @@ def _of_failure(failure: Failure) -> ServiceError:
 
 
 def _about(job: Job) -> dict[str, Any]:
-    """Where the job is, and why it failed."""
+    """What goes along with a refusal of a job: where the job is, and why it failed."""
     about: dict[str, Any] = {"job": f"/v1/jobs/{job.id}"}
     if job.failure is not None:
         failure = FailureBody.model_validate(job.failure, from_attributes=True)

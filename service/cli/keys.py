@@ -149,7 +149,7 @@ def _folder(data: Path | None) -> DataFolder:
 
 
 def _known_folder(data: Path | None) -> DataFolder:
-    """One that a key was made in, or a server has run on: a slip must not make another."""
+    """The folder, if a key was made or a server has run in it: a slip must not make another."""
     folder = _folder(data)
     if not folder.database.exists():
         raise OptionError(

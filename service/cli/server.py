@@ -89,7 +89,7 @@ class _Server(uvicorn.Server):
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """As uvicorn's, but for a signal that was obeyed: it is not raised again at the end."""
+        """Do as uvicorn does, but do not raise a signal again at the end that was obeyed."""
         numbers = (signal.SIGINT, signal.SIGTERM)
         before = {number: signal.signal(number, self.handle_exit) for number in numbers}
         try:
@@ -150,7 +150,7 @@ def _log_plainly() -> None:
 
 
 def _allow_files() -> None:
-    """As many open files as may be: each connection is one, and shells allow 1,024 by habit."""
+    """Allow as many open files as may be: each connection is one, and shells allow 1,024."""
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = _MOST_FILES if hard == resource.RLIM_INFINITY else min(hard, _MOST_FILES)
     resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))

@@ -56,15 +56,17 @@ def submit(
 
     def run() -> int:
         # Here, not above: 'occluder --help' need not have a client installed.
-        from service.cli.submission import MeshOrder
-        from service.cli.submissions import submit_all
+        from service.cli.batch import submit_all
+        from service.cli.mesh_submission import MeshSubmission
 
         bounds = typed_lengths(chosen["error_bounds"], "error bounds")
         options = _options_to_send({**chosen, "error_bounds": bounds})
         targets = _targets(meshes, output, form)
         names = _asset_names(meshes, asset)
         submissions = [
-            MeshOrder(mesh, target, options, name, None if no_overrides else overrides_beside(mesh))
+            MeshSubmission(
+                mesh, target, options, name, None if no_overrides else overrides_beside(mesh)
+            )
             for mesh, target, name in zip(meshes, targets, names, strict=True)
         ]
         return submit_all(submissions, server, key, at_once)
@@ -80,7 +82,7 @@ def _options_to_send(chosen: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _targets(meshes: Sequence[Path], folder: Path | None, form: str) -> list[Path]:
-    """Where each occluder goes; no two to the same file, and none over a mesh."""
+    """The file that each occluder goes to; no two are the same, and none is a mesh."""
     suffix = f".{form}"
     if suffix not in OCCLUDER_SUFFIXES:
         known = ", ".join(one[1:] for one in OCCLUDER_SUFFIXES)

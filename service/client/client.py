@@ -34,7 +34,7 @@ Options = Mapping[str, Any]
 
 
 def _report_to_nobody(share: float) -> None:
-    """For uploads that nobody follows."""
+    """Stands in for a listener where nobody follows the upload."""
 
 
 class Client:
@@ -146,7 +146,7 @@ class Client:
         kind: JobKind | None = None,
         asset_id: str | None = None,
     ) -> Iterator[RemoteJob]:
-        """Newest first, a page at a time."""
+        """The jobs that there are, newest first, asked for a page at a time."""
         wanted = {"state": states, "kind": kind, "asset": asset_id}
         return map(job_of, self._wire.items("/v1/jobs", wanted))
 
@@ -223,7 +223,7 @@ class Client:
         return next(map(asset_of, self._wire.items("/v1/assets", {"name": name})), None)
 
     def assets(self, *, contains: str | None = None) -> Iterator[RemoteAsset]:
-        """By name, a page at a time; ``contains`` is a part of the name."""
+        """Assets by name, asked for a page at a time; ``contains`` is a part of the name."""
         return map(asset_of, self._wire.items("/v1/assets", {"contains": contains}))
 
     def runs(self, asset_id: str) -> Iterator[Mapping[str, Any]]:
@@ -254,7 +254,7 @@ class Client:
         return asset_of(self._wire.put(f"/v1/assets/{asset_id}/thresholds", asdict(thresholds)))
 
     def remove_asset(self, asset_id: str) -> None:
-        """With its jobs; refused while one has not ended."""
+        """Remove an asset with its jobs; refused while one has not ended."""
         self._wire.delete(f"/v1/assets/{asset_id}")
 
     def _changes(self, job_id: str) -> Iterator[RemoteJob]:
@@ -284,7 +284,7 @@ def _in_form(options: Options | None, asset: str | None, webhook: str | None) ->
 
 
 def _overrides(file: Path) -> Upload:
-    """Whatever the file is called."""
+    """An upload of overrides, known as such whatever the file is called."""
     return Upload.of(file, media_type="application/toml")
 
 

@@ -52,7 +52,7 @@ class Upload:
         return self.source.open("rb") if isinstance(self.source, Path) else BytesIO(self.source)
 
     def chunks(self) -> Iterator[bytes]:
-        """All of it from the begin, never more than a chunk in memory."""
+        """All bytes from the begin, never more than a chunk of them in memory."""
         with self.open() as file:
             while chunk := file.read(_CHUNK):
                 yield chunk

@@ -79,7 +79,7 @@ class Wire:
     def post_parts(
         self, path: str, uploads: Mapping[str, Upload], fields: Query, tell: ReportShare
     ) -> Any:
-        """Several uploads, read as they go, and fields of text before them."""
+        """Post several uploads, read as they go, and fields of text before them."""
         key = _fresh_key()
         with ExitStack() as opened:
 

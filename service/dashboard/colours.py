@@ -30,18 +30,18 @@ STOPS: tuple[Colour, ...] = (
 
 @dataclass(frozen=True)
 class Scale:
-    """From ``low`` to ``high``, shares of 0 to 1; what is beyond takes the colour of the end."""
+    """Colours from ``low`` to ``high``, shares of 0 to 1; beyond an end they stay as at the end."""
 
     low: float
     high: float
 
     @classmethod
     def over(cls, values: Sequence[float]) -> Scale:
-        """All of the values, of which there is at least one."""
+        """The scale that spans some values, of which there is at least one."""
         return cls(min(values), max(values))
 
     def colour(self, value: float) -> Colour:
-        """Of values that are all equal, the best."""
+        """The colour of a value; the best one where all values are equal."""
         span = self.high - self.low
         share = min(1.0, max(0.0, (value - self.low) / span)) if span > 0.0 else 1.0
         at = share * (len(STOPS) - 1)

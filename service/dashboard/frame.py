@@ -88,12 +88,12 @@ class Theme(StrEnum):
 
     @property
     def dark(self) -> bool | None:
-        """As NiceGUI has it: None follows the system."""
+        """The theme as NiceGUI has it: None follows the system."""
         return {Theme.AUTO: None, Theme.LIGHT: False, Theme.DARK: True}[self]
 
 
 def remembered_theme() -> Theme:
-    """Of the browser that a page is built for."""
+    """The theme that the browser remembers for which a page is built."""
     stored = ui.context.client.request.cookies.get(_THEME_COOKIE, "")
     return Theme(stored) if stored in list(Theme) else Theme.AUTO
 

@@ -90,7 +90,7 @@ async def _refuse(refusal: ServiceError, scope: Scope, receive: Receive, send: S
 
 
 def sign_in_address(scope: Scope) -> str:
-    """Where to sign in and come back from."""
+    """The address of the form to sign in, which leads back here."""
     query = scope.get("query_string", b"").decode("latin-1")
     wanted = scope["path"] + (f"?{query}" if query else "")
     return f"/sign-in?next={quote(wanted, safe='')}"

@@ -86,7 +86,7 @@ class ViewMap(Element, component="view_map.js"):
 
 
 def place(direction: Vector, up: Axis) -> tuple[float, float]:
-    """Where a line of sight belongs: x to the right, -2 to 2, y to the top, -1 to 1."""
+    """The place of a line of sight: x to the right, -2 to 2, y to the top, -1 to 1."""
     right, front, above = (-_dot(direction, axes[up]) for axes in (_RIGHT, _FRONT, _UP))
     return mollweide(math.atan2(right, front), math.asin(max(-1.0, min(1.0, above))))
 

@@ -40,7 +40,7 @@ class MeshViewer(
     component="viewer.js",
     esm={"nicegui-scene": str(_THREE), "occluder-drawing": str(_HERE / "drawing")},
 ):
-    """One original and the levels of one occluder.
+    """A view of one original and the levels of one occluder.
 
     ``original``   address of a GLB as :func:`simplifier.save_for_viewing` writes it: a node tells
                    its bounding sphere, the unit of this view.
@@ -69,7 +69,7 @@ class MeshViewer(
         )  # fmt: skip
 
     def show_level(self, level: int) -> None:
-        """One of those given, from 0."""
+        """Show one of the levels given, counted from 0."""
         self._set(level=level)
 
     def show_mode(self, mode: Mode) -> None:

@@ -28,7 +28,7 @@ class View:
 
 
 def views_of(report: Mapping[str, Any]) -> tuple[View, ...]:
-    """In the order of the report, at least one."""
+    """The views of a report in its order, at least one."""
     return tuple(
         View(index, _direction(row["direction"]), row["precision"], row["recall"])
         for index, row in enumerate(report["by_view"])
@@ -36,7 +36,7 @@ def views_of(report: Mapping[str, Any]) -> tuple[View, ...]:
 
 
 def worst_first(views: Sequence[View], measure: Measure) -> list[View]:
-    """By the measure, lowest first; equals in the order of the report."""
+    """Views by a measure, lowest first; equals stay in the order of the report."""
     return sorted(views, key=lambda view: view.share(measure))
 
 
@@ -55,7 +55,7 @@ class Bin:
 
 
 def histogram(shares: Sequence[float]) -> list[Bin]:
-    """From the lowest to the highest, without a gap; shares are 0 to 1, and there is one."""
+    """Bins from the lowest to the highest share, without a gap; shares are 0 to 1, at least one."""
     low, high = min(shares), max(shares)
     width = next(
         (one for one in _BIN_WIDTHS if (high - low) / one >= _ENOUGH_BINS), _BIN_WIDTHS[-1]

@@ -31,7 +31,7 @@ _RENEWALS = 3.0  # in the time of a lease
 
 
 class Engine:
-    """As many jobs at the same time as the settings say, each under a lease that is renewed.
+    """Does as many jobs at a time as the settings say, each under a lease that is renewed.
 
     A process that dies costs its job one attempt and nothing else.  Where the stores cannot be
     written, work waits and is tried again.

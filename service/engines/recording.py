@@ -69,7 +69,7 @@ class Recorder:
         return state is not None
 
     def _store_files(self, keeping: Keeping, results: Path) -> list[JobFile]:
-        """All files of a folder, side by side: most of the time goes to waiting for the disk.
+        """Store all files of a folder side by side: most of the time goes to waiting for the disk.
 
         Raises :class:`DiskFullError` when there was no room for a minute.
         """
@@ -90,7 +90,7 @@ class Recorder:
 
 
 def _files(folder: Path) -> Iterator[Path]:
-    """All plain files below, by name; links are none."""
+    """All plain files below a folder, by name; links are none."""
     for path in sorted(folder.rglob("*")):
         if path.is_file() and not path.is_symlink():
             yield path

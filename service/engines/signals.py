@@ -100,7 +100,7 @@ class Running:
             return list(self._orders.values())
 
     def stop(self) -> None:
-        """All of them, and those that begin later."""
+        """Stop all attempts, also those that begin later."""
         with self._lock:
             self._stopped = True
         for _, orders in self.all():

@@ -141,7 +141,7 @@ class Slot:
             self._process = None
 
     def _do(self, claim: Claim, process: WorkerProcess) -> None:
-        """One attempt, from its claim to its record."""
+        """Make one attempt, from its claim to its record."""
         shop, job = self._shop, claim.job
         shop.board.announce(job.id)
         recorder = Recorder(shop.jobs, shop.blobs, shop.trouble)
@@ -204,7 +204,7 @@ class Slot:
         )  # fmt: skip
 
     def _threads(self) -> int:
-        """All processors for a job that is alone, a fair share of them for one of many."""
+        """The threads of a job: one a processor where it is alone, else a fair share of them."""
         if self._shop.running.count == 1:
             return processors()
         return max(1, processors() // self._shop.settings.workers)

@@ -33,7 +33,7 @@ class Trouble:
 
     @property
     def in_words(self) -> str | None:
-        """All of them in words; None while everything works."""
+        """All troubles in words; None while everything works."""
         with self._lock:
             return "; ".join(self._troubles.values()) or None
 

@@ -39,7 +39,7 @@ from service.engines.messages import (
     Task,
     TaskProgress,
     answer_bytes,
-    order_of,
+    instruction_of,
 )
 from service.jobs.job import Failure, Summary
 from service.jobs.progress import JobProgress
@@ -89,10 +89,10 @@ class _Wire:
     def _read(self) -> None:
         try:
             while True:
-                order = order_of(self._connection.recv_bytes(LARGEST))
-                if isinstance(order, Task):
+                instruction = instruction_of(self._connection.recv_bytes(LARGEST))
+                if isinstance(instruction, Task):
                     self.cancel = threading.Event()
-                    self._tasks.put(order)
+                    self._tasks.put(instruction)
                 else:
                     self.cancel.set()
         except (EOFError, OSError):
@@ -105,14 +105,14 @@ class _Wire:
         return task
 
     def say(self, answer: Answer) -> None:
-        """From the main thread only."""
+        """Send an answer; from the main thread only."""
         try:
             self._connection.send_bytes(answer_bytes(answer))
         except OSError:
             end_group()
 
     def tell(self, progress: JobProgress) -> None:
-        """Some times a second at most: kernels tell far more often than anyone can see.
+        """Send progress some times a second at most: kernels report more often than anyone can see.
 
         What has a picture goes always, as the next one has it no more.
         """
@@ -135,7 +135,7 @@ def serve(connection: Connection, start: LoadWork) -> None:
 
 
 def _answer(work: DoTask, task: Task, wire: _Wire) -> Answer:
-    """Whatever happens is an answer."""
+    """Do a task; whatever happens is an answer."""
     os.environ["OCCLUDER_THREADS"] = str(task.threads)  # the library reads it at each call
     tempfile.tempdir = task.scratch
     allow_memory(task.memory)

@@ -98,7 +98,7 @@ class ProgressBoard:
 
 
 def _with_picture(progress: JobProgress, before: JobProgress | None) -> JobProgress:
-    """With its own picture, or else the one that was told before."""
+    """Progress with its own picture, or else with the one that was told before."""
     if progress.picture is not None and len(progress.picture.png) <= LARGEST_PICTURE:
         return progress
     return replace(progress, picture=before.picture if before else None)

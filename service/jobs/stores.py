@@ -77,13 +77,13 @@ class JobStore(Protocol):
         """Queued jobs, the next first, each with its place from 1 among those of all tenants."""
 
     def files(self, job_id: str) -> tuple[JobFile, ...]:
-        """Of its inputs and results, by name."""
+        """The files of a job, what was sent and what was made, by name."""
 
     def expire(self, ended_before: float) -> int:
         """Forget jobs that ended before then, except the latest run of each asset; how many."""
 
     def unnamed(self, digests: Collection[str]) -> set[str]:
-        """Those of some thousand digests that no file of any job has."""
+        """Those of up to some thousand digests that no file of any job has."""
 
     def cancel(self, tenant: str | None, job_id: str) -> Job:
         """End a queued job; ask for the end of a running one.
@@ -100,7 +100,7 @@ class JobStore(Protocol):
         """Begin an attempt of the oldest queued job."""
 
     def renew(self, claims: Collection[Claim], lease_seconds: float) -> Mapping[str, bool]:
-        """Of those that are still held, by job id: whether their end was asked for."""
+        """Whether their end was asked for, by job id, of those claims that are still held."""
 
     def succeed(self, claim: Claim, files: Sequence[JobFile], summary: Summary) -> bool:
         """Whether the claim still held; if not, nothing has changed."""
@@ -161,7 +161,7 @@ class BlobStore(Protocol):
         """A file to be read by another process of this machine.  Raises KeyError."""
 
     def digests(self) -> Iterator[str]:
-        """All that are stored, in no order."""
+        """The digests of all that is stored, in no order."""
 
     def sweep(self, unnamed: Callable[[Collection[str]], Collection[str]]) -> int:
         """Remove what is neither named nor kept; how many.
@@ -196,7 +196,7 @@ class DeliveryStore(Protocol):
     """Deliveries that wait.  They are made in the transaction that ends their job."""
 
     def due(self, limit: int) -> Sequence[Delivery]:
-        """Those whose time has come, oldest first."""
+        """The deliveries whose time has come, oldest first."""
 
     def confirm(self, delivery: Delivery) -> None: ...
 

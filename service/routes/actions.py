@@ -29,7 +29,7 @@ def cancel(services: Services, caller: Caller, job_id: str) -> Job:
 
 
 def retry(services: Services, caller: Caller, job_id: str, key: str | None = None) -> Job:
-    """The same once more, for a job that failed or was cancelled; conflicts for any other."""
+    """Do a job once more that failed or was cancelled; conflicts for any other."""
     job = services.jobs.job(caller.tenant, job_id)
     if job.state not in (JobState.FAILED, JobState.CANCELLED):
         raise ConflictError(
@@ -46,7 +46,7 @@ def rerun(
     changes: Mapping[str, Any],
     key: str | None = None,
 ) -> Job:
-    """The same inputs with other options; those that are not named stay as they were.
+    """Do other work with the same inputs; options that are not named stay as they were.
 
     Raises :class:`~service.errors.InvalidOptionsError` that names each wrong one.
     """

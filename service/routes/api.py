@@ -108,7 +108,7 @@ def _in_public(document: str) -> str:
 
 
 def _schemas(known: Document) -> Document:
-    """With those that routes write themselves, and without FastAPI's own refusal."""
+    """The schemas with those of bodies that routes write, and without FastAPI's own refusal."""
     models = [(model, "serialization") for model in _WRITTEN_BY_ROUTES]
     _, more = models_json_schema(models, ref_template="#/components/schemas/{model}")  # type: ignore[arg-type]
     schemas = {**json.loads(_in_public(json.dumps(more["$defs"]))), **known}

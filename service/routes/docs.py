@@ -110,7 +110,7 @@ def refusals(*statuses: int) -> Responses:
 
 
 def refusal(status: int) -> dict[str, Any]:
-    """One of them."""
+    """The documented problem of one status."""
     body = {"schema": {"$ref": "#/components/schemas/Problem"}}
     documented: dict[str, Any] = {
         "description": _MEANINGS[status],

@@ -1,4 +1,4 @@
-"""Jobs: list, one, cancel, retry."""
+"""Jobs: listed page by page, looked at, cancelled, and done again, as they were or otherwise."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def job_body(services: Services, caller: Caller, job: Job) -> JobBody:
 
 
 def next_page(path: str, wanted: BaseModel, cursor: int | str | None) -> str | None:
-    """The same list from a cursor on; None where it ends."""
+    """The address of the same list from a cursor on; None where it ends."""
     if cursor is None:
         return None
     asked = wanted.model_dump(mode="json", exclude_unset=True)

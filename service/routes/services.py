@@ -44,7 +44,7 @@ class JobRunner(Protocol):
 
 @dataclass(frozen=True)
 class Services:
-    """All that the routes share.
+    """All parts of the service that the routes share.
 
     ``check_webhook``  raises :class:`~service.errors.ServiceError` for an address that no webhook
                        may go to.

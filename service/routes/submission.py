@@ -130,7 +130,7 @@ class Form:
 
 
 def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) -> Form:
-    """From the query and from parts of text; either may say a thing, not both.
+    """A form, from the query and from parts of text; either may say a thing, not both.
 
     Raises :class:`~service.errors.InvalidOptionsError` that names each wrong field.
     """

@@ -181,7 +181,7 @@ class JobPageBody(BaseModel):
 
 
 def moment(seconds: float) -> datetime:
-    """From Unix seconds, cut to microseconds.
+    """The time of Unix seconds, cut to microseconds.
 
     Never later than it was, so that a list from the time that a job shows has that job.
     """

@@ -74,7 +74,7 @@ class Result(BaseModel):
 
 
 def _levels(report: Mapping[str, Any], files: Iterable[ResultFile]) -> list[Level]:
-    """Of each level that has files, what the report says of it."""
+    """What the report says of each level that has files."""
     links: dict[int, dict[str, str]] = {}
     for file in files:
         match = _LEVEL_FILE.fullmatch(file.name)

@@ -107,7 +107,7 @@ def end_cancelled(session: Session, row: JobRow, now: float) -> None:
 def end_attempt(
     session: Session, row: JobRow, failure: Failure, now: float, *, final: bool
 ) -> None:
-    """After an attempt that came to nothing: fail, try again, or do as was asked meanwhile.
+    """Settle an attempt that came to nothing: fail, try again, or do as was asked meanwhile.
 
     Another attempt keeps the job's number, so it is the next to be claimed.
     """
@@ -121,7 +121,7 @@ def end_attempt(
 
 
 def release(session: Session, row: JobRow, now: float) -> None:
-    """After an attempt that is not to count: as many are left as before it."""
+    """Queue a job again after an attempt that is not to count: as many are left as before it."""
     if row.cancel_asked:
         end_cancelled(session, row, now)
     else:

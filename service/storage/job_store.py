@@ -123,7 +123,7 @@ class SqlJobStore:
             return () if number is None else files_of(session, number)
 
     def expire(self, ended_before: float) -> int:
-        """In several transactions; each forgets some, and together all."""
+        """Forget old jobs, some in each of several transactions."""
         expired = 0
         while True:
             with self._database.writing() as session:

@@ -42,7 +42,7 @@ class SqlKeyStore:
             return _key_of(row), secret
 
     def keys(self, tenant: str | None = None) -> Sequence[ApiKey]:
-        """Those that were revoked too, in the order in which they were made."""
+        """All keys, also those that were revoked, in the order in which they were made."""
         query = select(ApiKeyRow).order_by(ApiKeyRow.number)
         if tenant is not None:
             query = query.where(ApiKeyRow.tenant == tenant)

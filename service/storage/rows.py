@@ -60,7 +60,7 @@ def summary_of(stored: dict[str, Any]) -> Summary:
 
 
 def files_of(session: Session, job_number: int) -> tuple[JobFile, ...]:
-    """By name."""
+    """The files of a job, by name."""
     rows = session.scalars(
         select(JobFileRow).where(JobFileRow.job_number == job_number).order_by(JobFileRow.name)
     )
@@ -122,7 +122,7 @@ def asset_of(row: AssetRow, latest: JobRow | None, runs: int) -> Asset:
 def list_query(
     tenant: str | None, wanted: JobFilter, before: int | None, limit: int
 ) -> Select[JobRow]:
-    """Newest first, and one more than the limit, which tells whether there is another page."""
+    """The jobs of a page, newest first, and one more, which tells whether there is another page."""
     query = select(JobRow).order_by(JobRow.number.desc()).limit(limit + 1)
     if before is not None:
         query = query.where(JobRow.number < before)
@@ -145,7 +145,7 @@ def list_query(
 
 
 def queue_query(tenant: str | None, limit: int) -> Select[JobRow]:
-    """Those that wait, the next first."""
+    """The jobs that wait, the next first."""
     query = (
         select(JobRow).where(JobRow.state == JobState.QUEUED).order_by(JobRow.number).limit(limit)
     )

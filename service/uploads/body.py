@@ -25,7 +25,7 @@ _SMALL = 64 << 10
 
 
 class Body:
-    """To be read once.  ``ended`` says whether all of it was."""
+    """A body, to be read once.  ``ended`` says whether all of it was."""
 
     def __init__(self, request: Request, settings: Settings) -> None:
         """Look at what is told beforehand.

@@ -22,7 +22,7 @@ _REMEDY = "send multipart/form-data as RFC 7578 has it"
 
 @dataclass(frozen=True)
 class Part:
-    """One part; ``filename`` and ``media_type`` as its sender says, empty where it does not.
+    """One part; ``filename`` and ``media_type`` are as its sender says, and may be empty.
 
     ``chunks`` must be read before the next part is asked for; what is left is skipped.
     """
@@ -122,7 +122,7 @@ class _Events:
         return self._found.popleft()
 
     async def data(self) -> AsyncIterator[bytes]:
-        """Of the part whose headers came last."""
+        """The data of the part whose headers came last."""
         while isinstance(event := await self.next(), bytes):
             yield event
 

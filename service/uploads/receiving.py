@@ -71,7 +71,7 @@ class UploadedFile:
 
     @property
     def job_file(self) -> JobFile:
-        """As an input of a job, by a name of ours."""
+        """The file as an input of a job, by a name of ours."""
         name = f"input/{self.name}{self.suffix}"
         return JobFile(name, self.blob, media_type_of(name), is_input=True, label=self.label)
 
@@ -174,7 +174,7 @@ async def _chunks_within_limit(part: Part, wanted: Wanted) -> AsyncIterator[byte
 
 
 def _suffix(label: str, media_type: str, suffixes: Collection[str]) -> str:
-    """Of the format; raises :class:`UnsupportedMediaTypeError`."""
+    """The suffix of the format; raises :class:`UnsupportedMediaTypeError`."""
     by_label = PurePosixPath(label).suffix.lower()
     suffix = by_label if by_label in suffixes else suffix_of(media_type, suffixes)
     if suffix is None:

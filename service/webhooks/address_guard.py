@@ -63,7 +63,7 @@ class UnsafeAddressError(Exception):
 
 @dataclass(frozen=True)
 class Target:
-    """Where a URL leads, by its spelling: ``host`` as the resolver is asked, in ASCII."""
+    """The place that a URL leads to by its spelling; ``host`` in ASCII, for the resolver."""
 
     url: httpx.URL
     host: str

@@ -85,7 +85,7 @@ async def _post(
 
 
 async def _read_a_little(response: httpx.Response) -> None:
-    """So that a receiver that is still writing a short answer meets no closed connection.
+    """Read on, so that a receiver that still writes a short answer meets no closed connection.
 
     The status has said all that counts, so it does not matter how this ends.
     """
@@ -109,7 +109,7 @@ def _outcome_of(response: httpx.Response) -> PostOutcome:
 
 
 def seconds_until_retry(tried: int, asked: float | None) -> float:
-    """After it was ``tried`` so often; what the receiver ``asked`` for counts, up to an hour."""
+    """How long to wait after so many tries; what the receiver asks for counts, up to an hour."""
     if asked is not None:
         return min(max(asked, 1.0), LONGEST_WAIT)
     spread = random.uniform(1.0 - _WAIT_JITTER, 1.0 + _WAIT_JITTER)

@@ -122,7 +122,7 @@ class WebhookSender:
                 await asyncio.sleep(_BREATH)
 
     def _next(self) -> Iterator[Delivery]:
-        """Those that are due, and have a place."""
+        """The deliveries that are due and have a place."""
         try:
             due = self._deliveries.due(_LOOK_AHEAD)
         except Exception as error:
@@ -195,7 +195,7 @@ def _complain(error: Exception) -> None:
 
 
 def _body(delivery: Delivery, job: Mapping[str, Any]) -> bytes:
-    """The same for every try, but for what the job has lost meanwhile."""
+    """The body of a webhook: the same for every try, but for what the job has lost meanwhile."""
     word = {"event": EVENT, "id": delivery.id, "created": job["ended"], "job": job}
     return json.dumps(word, allow_nan=False).encode()
 
@@ -213,6 +213,6 @@ def _headers(delivery: Delivery, secret: str, body: bytes) -> dict[str, str]:
 
 
 def _host(delivery: Delivery) -> str:
-    """With the port, as it is spelled; for counting and for the log."""
+    """The host with its port, as it is spelled; for counting and for the log."""
     authority = re.split(r"[/?#]", delivery.url.partition("://")[2], maxsplit=1)[0]
     return authority.rpartition("@")[2].lower()

@@ -96,7 +96,7 @@ async def _reload() -> None:
 
 
 def history_panel(asset_id: str, history: Sequence[RunLine], shown: str) -> None:
-    """Newest first; ``shown`` is the run that the page is about."""
+    """Show the runs, newest first; ``shown`` is the one that the page is about."""
     with panel("History"):
         table = ui.table(
             rows=[_row(asset_id, line, shown) for line in history],

@@ -32,14 +32,14 @@ class NumberChange:
 
 @dataclass(frozen=True)
 class ViewChange:
-    """One direction, in both runs."""
+    """What became of one direction from one run to the other."""
 
     a: View
     b: View
 
     @property
     def rise(self) -> float:
-        """Of recall, from a to b."""
+        """How much more is recalled in b than in a."""
         return self.b.recall - self.a.recall
 
 

@@ -23,7 +23,7 @@ _SHEET = "pictures/silhouettes.png"
 
 
 class Stores(Protocol):
-    """Of the service, what is read here."""
+    """The part of the service's stores that is read here."""
 
     @property
     def jobs(self) -> JobStore: ...
@@ -132,7 +132,7 @@ class AssetDetail:
 def read_asset(
     stores: Stores, tenant: str, asset_id: str, job_id: str | None = None
 ) -> AssetDetail:
-    """With the latest run, or the one that is asked for.  Waits for database and disk.
+    """An asset with its latest run, or with another.  Waits for database and disk.
 
     Raises :class:`~service.errors.NotFoundError`.
     """
@@ -162,7 +162,7 @@ def read_run(stores: Stores, tenant: str, job_id: str) -> RunDetail:
 
 
 def run_line(stores: Stores, asset: Asset, job: Job) -> RunLine:
-    """Of a run that has succeeded."""
+    """The line of a run, which has succeeded, in the history of its asset."""
     summary = job.summary
     assert summary is not None, "runs are jobs that have succeeded"
     return RunLine(
@@ -180,7 +180,7 @@ def run_line(stores: Stores, asset: Asset, job: Job) -> RunLine:
 
 
 def chosen_options(table: OptionTable, options: Mapping[str, Any]) -> str:
-    """Those that are not as by default."""
+    """The options that are not as by default, in words."""
     default = table.read({})
     chosen = [
         f"{name.replace('_', ' ')} {_value_words(value)}"

@@ -36,7 +36,7 @@ _SHOWN = (".html", ".png", ".json")  # by the browser itself
 def run_panels(
     run: RunDetail, holds: bool | None = None, *, beside: Callable[[], None] = lambda: None
 ) -> None:
-    """Of a job that has succeeded; a scene has but numbers, times and files.
+    """Show a job that has succeeded; a scene has but numbers, times and files.
 
     ``beside``  makes what belongs below the numbers.
     """
@@ -118,7 +118,7 @@ def _level_files(level: Level) -> None:
 
 
 def histograms_panel(views: Sequence[View]) -> None:
-    """Of at least one view."""
+    """Show how the shares of all views spread; there is at least one view."""
     with panel("Spread over the views"):
         for measure in get_args(Measure):
             shares = [view.share(measure) for view in views]

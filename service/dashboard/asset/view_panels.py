@@ -72,7 +72,7 @@ class _ControlledViewer:
         self._said = ui.label().classes("quiet one-line").props("aria-live=polite")
 
     def show_view(self, view: View) -> None:
-        """As silhouettes, from one of the report's directions."""
+        """Show silhouettes from one of the report's directions."""
         self._modes.value = "silhouette"
         self._viewer.look_along(view.direction)
         self._said.set_text(
@@ -92,7 +92,7 @@ class _ControlledViewer:
 
 
 def views_panel(views: Sequence[View], up: Axis, show: ShowView) -> None:
-    """Whatever is chosen is shown by ``show``; views in the order of the report, at least one."""
+    """Show the views, as the report orders them, at least one; ``show`` gets the chosen one."""
     with panel("By direction"):
         _ViewsPanel(views, up, show)
 

@@ -65,7 +65,7 @@ class EndedPage:
 
 
 def jobs_now(visitor: Visitor) -> JobsNow:
-    """Of whoever asks.  Raises :class:`~service.errors.ServiceError`, as all of these."""
+    """The jobs of whoever asks.  Raises :class:`~service.errors.ServiceError`, as all of these."""
     services, tenant = visitor.services, visitor.caller().tenant
     running = services.jobs.jobs(
         tenant, JobFilter(states=frozenset([JobState.RUNNING])), before=None, limit=SHOWN
@@ -79,7 +79,7 @@ def jobs_now(visitor: Visitor) -> JobsNow:
 def ended_page(
     visitor: Visitor, states: frozenset[JobState] = ENDED, before: int | None = None
 ) -> EndedPage:
-    """Those in one of some states that are for good."""
+    """A page of jobs that are in one of some states for good."""
     page = visitor.services.jobs.jobs(
         visitor.caller().tenant, JobFilter(states=states), before=before, limit=SHOWN
     )

@@ -12,7 +12,7 @@ from service.jobs.job import JobKind, JobState
 
 
 def show_outcome(line: JobLine) -> None:
-    """Of a job that has ended."""
+    """Show what came of a job that has ended."""
     match line.state:
         case JobState.SUCCEEDED:
             _show_figures(line)

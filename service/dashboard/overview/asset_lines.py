@@ -34,7 +34,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class AssetLine:
-    """One asset."""
+    """What the page shows of one asset."""
 
     id: str
     name: str
@@ -88,7 +88,7 @@ class Overview:
 
 
 def summary(overview: Overview) -> str:
-    """All of it in a line of words."""
+    """The whole overview in a line of words."""
     count = len(overview.lines)
     missed = _count(sum(line.verdict is Verdict.MISSED for line in overview.lines))
     worse = _count(len(overview.worse))
@@ -114,7 +114,7 @@ def read_overview(assets: AssetStore, tenant: str, since: datetime) -> Overview:
 def falls_since(
     lines: tuple[AssetLine, ...], before: Mapping[str, RunNumbers]
 ) -> tuple[Change, ...]:
-    """Those that fell from the run of before, by asset id, to their latest."""
+    """Assets whose latest run is worse than the one before, which is given by asset id."""
     changes = (_change(line, before[line.id]) for line in lines if line.id in before)
     found = [change for change in changes if change is not None]
     return tuple(sorted(found, key=lambda change: -change.fall))

@@ -23,7 +23,7 @@ class Distribution(
     component="distribution.js",
     esm={"nicegui-echart": str(_CHART), "occluder-assets": SOURCE},
 ):
-    """One point an asset that has both shares; a click opens it."""
+    """A chart with a point for each asset that has both shares; a click opens the asset."""
 
     def __init__(self) -> None:
         super().__init__()

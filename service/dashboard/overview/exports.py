@@ -50,7 +50,7 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
 
 def rows_address(since: datetime, number: int) -> str:
-    """Where the rows are; another ``number`` makes the browser fetch them anew."""
+    """The address of the rows; another ``number`` makes the browser fetch them anew."""
     return f"{_PATH}?{urlencode({'since': since.date().isoformat(), 'number': number})}"
 
 
@@ -112,7 +112,7 @@ def csv_of(lines: Iterable[AssetLine]) -> str:
 
 
 def harmless(text: str) -> str:
-    """With an apostrophe before what a spreadsheet would take for a formula."""
+    """Text with an apostrophe before what a spreadsheet would take for a formula."""
     return f"'{text}" if text.startswith(_FORMULA) else text
 
 

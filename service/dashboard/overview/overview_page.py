@@ -84,7 +84,7 @@ class _Page:
                 self._show(overview)
 
     def _read(self) -> Overview:
-        """In a thread."""
+        """Read what there is now; called in a thread."""
         tenant = self._visitor.caller().tenant
         return shared_overview(self._visitor.services.assets, tenant, self._since)
 
@@ -109,7 +109,7 @@ class _Page:
             open_demand(self._visitor, line, self._look)
 
     def _export(self, asset_ids: Sequence[str]) -> None:
-        """In the order in which they are shown."""
+        """Send a table of the assets, in the order in which they are shown."""
         lines = {line.id: line for line in self._lines}
         chosen = (lines[one] for one in asset_ids if one in lines)
         ui.download.content(csv_of(chosen), "assets.csv", "text/csv")
@@ -170,7 +170,7 @@ def _head(*columns: tuple[str, str]) -> None:
 
 
 def _change_rows(change: Change) -> None:
-    """One for each share that fell."""
+    """Add a row for each share that fell."""
     for word, pair in (("recall", change.recall), ("precision", change.precision)):
         if pair is not None:
             _change_row(change, word, pair)

@@ -135,5 +135,5 @@ class Remembered(Element, component="remembered.js"):
         self.on("kept", lambda event: on_kept(event.args))
 
     def keep(self, values: Mapping[str, str]) -> None:
-        """In place of what was kept before."""
+        """Remember these values in place of those before."""
         self.run_method("keep", dict(values))

@@ -44,7 +44,7 @@ class TradeoffChart:
 
 
 def chart_options(known: Tradeoff) -> dict[str, Any]:
-    """As ECharts takes them.  Names are drawn as text, never as HTML."""
+    """The chart as ECharts takes it.  Names are drawn as text, never as HTML."""
     return {
         "animation": False,
         "grid": {"left": 64, "right": 24, "top": 48, "bottom": 52},
@@ -66,7 +66,7 @@ def _reach(known: Tradeoff) -> dict[str, float]:
 
 
 def _series(known: Tradeoff) -> list[dict[str, Any]]:
-    """Those that are not precise enough are apart: they are on no front."""
+    """The series of points; those that are not precise enough are apart, being on no front."""
     imprecise = [one for one in (*known.runs, *known.swept) if one.precision < known.precision]
     name = f"below {100.0 * known.precision:g} % precision"
     series = [

@@ -90,7 +90,7 @@ def tradeoff_of(visitor: Visitor, asset_id: str) -> Tradeoff:
 
 
 def points_of(runs: Iterable[Job]) -> list[Point]:
-    """Those runs that have been judged."""
+    """The points of those runs that have been judged."""
     return [
         Point(
             name=run_name(run.options),
@@ -121,7 +121,7 @@ def with_front(points: Sequence[Point], precision: float) -> tuple[Point, ...]:
 
 
 def making_seconds(summary: Summary) -> float:
-    """From the mesh in memory to the triangles; all of it where stages are not known."""
+    """Seconds from the mesh in memory to the triangles; of all where stages are not known."""
     stages = [value for name, value in summary.timings.items() if name not in _ASIDE]
     return sum(stages) if stages else summary.seconds
 

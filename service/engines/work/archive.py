@@ -53,7 +53,7 @@ def unpack(archive: Path, folder: Path, limit: int) -> None:
 
 
 def _place(archive: Path, entry: zipfile.ZipInfo, folder: Path) -> Path:
-    """Where an entry goes, below the folder."""
+    """The place below the folder where an entry goes."""
     name = entry.filename.replace("\\", "/")
     parts = PurePosixPath(name).parts
     if name.startswith("/") or ".." in parts or _DRIVE.match(name) or not parts:

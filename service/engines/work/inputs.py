@@ -23,7 +23,7 @@ _GIB = 1 << 30
 def read_mesh(
     task: Task, options: MeshOptions
 ) -> tuple[simplifier.TriangleMesh, simplifier.Overrides]:
-    """Without what the overrides ignore; none are decided where none came.
+    """The mesh without what the overrides ignore, and these; empty where none came.
 
     Raises :class:`simplifier.OccluderError`.
     """
@@ -42,7 +42,7 @@ def read_mesh(
 
 
 def input_path(task: Task, name: str) -> Path:
-    """Of an input of the task; raises :class:`TaskFailedError` when there is none."""
+    """The path of an input of the task; raises :class:`TaskFailedError` when there is none."""
     if name not in task.inputs:
         raise TaskFailedError(Failure("unreadable-mesh", f"no {name} was given", f"send a {name}"))
     return Path(task.inputs[name])
@@ -83,5 +83,5 @@ def input_label(task: Task, name: str) -> str:
 
 
 def unpacked_folder(task: Task) -> Path:
-    """Where the archive of a task is unpacked."""
+    """The folder that the archive of a task is unpacked to."""
     return Path(task.scratch) / "unpacked"

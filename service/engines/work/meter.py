@@ -42,7 +42,7 @@ class Meter:
         self._say(JobProgress(stage, fraction))
 
     def at_count(self, stage: str, fraction: float, done: int, of: int) -> None:
-        """The same, where the stage is so many pieces."""
+        """The job is at a stage of so many pieces, and some of them are done."""
         self._say(JobProgress(stage, fraction, None, done, of))
 
     def part(

@@ -52,7 +52,7 @@ def make_occluder(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
 
 
 def _save(made: simplifier.Made, scratch: Path, results: Path) -> tuple[Path, ...]:
-    """Every level in every format, a GLB and an OCC with all; the own GLBs, finest first."""
+    """Save each level in each format, a GLB and an OCC with all; the single GLBs, finest first."""
     for suffix in simplifier.OCCLUDER_SUFFIXES:
         for level, path in enumerate(made.save(scratch / f"occluder{suffix}")):
             shutil.copyfile(path, results / f"lod{level}{suffix}")

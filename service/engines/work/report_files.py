@@ -31,7 +31,7 @@ def write_pages(judged: Judged, report: dict[str, Any], name: str, results: Path
 
 
 def summary_of(report: Mapping[str, Any], levels: int, seconds: float) -> Summary:
-    """Of the finest level; ``report`` as ``docs/report.schema.json`` says."""
+    """The numbers of the finest level; ``report`` as ``docs/report.schema.json`` says."""
     worst = report["worst_view"]
     return Summary(
         triangles=report["triangles"],

@@ -69,7 +69,7 @@ def _scene_options(task: Task) -> dict[str, Any]:
 
 
 def _load(task: Task) -> simplifier.Scene:
-    """Of one file, which may not refer to others, or of an archive, within which files may."""
+    """The scene of one file, which may refer to no other, or of an archive, whose files may."""
     path = input_path(task, "scene")
     if path.suffix.lower() == ".zip":
         folder = unpacked_folder(task)

@@ -38,7 +38,7 @@ def measure_tradeoff(task: Task, tell: ReportProgress, cancel: Cancel) -> Summar
 
 
 def _summary(study: simplifier.Study, input_triangles: int, seconds: float) -> Summary:
-    """Of the setting that recalls most; raises :class:`TaskFailedError` where all have failed."""
+    """The numbers of the setting that recalls most; raises :class:`TaskFailedError` without any."""
     measured = [row for row in study.rows if row["standing"] != "failed"]
     if not measured:
         raise TaskFailedError(

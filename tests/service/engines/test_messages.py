@@ -16,8 +16,8 @@ from service.engines.messages import (
     TaskProgress,
     answer_bytes,
     answer_of,
-    order_bytes,
-    order_of,
+    instruction_bytes,
+    instruction_of,
 )
 from service.jobs.job import Failure, JobKind, Summary
 from service.jobs.progress import JobProgress, Snapshot
@@ -37,8 +37,8 @@ options = st.dictionaries(
 @given(st.text(), options)
 def test_orders_arrive_as_they_were_sent(name, options):
     task = Task(JobKind.SCENE, name, options, {"scene": "/a/b"}, "r", "s", 2, 3, 4, {"scene": name})
-    assert order_of(order_bytes(task)) == task
-    assert order_of(order_bytes(CancelTask())) == CancelTask()
+    assert instruction_of(instruction_bytes(task)) == task
+    assert instruction_of(instruction_bytes(CancelTask())) == CancelTask()
 
 
 @pytest.mark.parametrize(

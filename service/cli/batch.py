@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from service.cli.submission import MeshOrder, MeshOutcome, submit_one
+from service.cli.mesh_submission import MeshOutcome, MeshSubmission, submit_one
 from service.client import Client, ClientError
 from simplifier.cli.plugin import INTERRUPTED, interrupts, percent, print_line, print_text
 
@@ -24,7 +24,9 @@ _PATIENCE = 3600.0  # seconds for which a full queue is waited for
 _LONGEST_NAME = 32
 
 
-def submit_all(submissions: Sequence[MeshOrder], server: str, key: str | None, at_once: int) -> int:
+def submit_all(
+    submissions: Sequence[MeshSubmission], server: str, key: str | None, at_once: int
+) -> int:
     """Print what came of each; the exit status."""
     with interrupts() as listening:
         with listening.deferred() as stop, submission_bars() as bars:
@@ -49,7 +51,7 @@ class _Batch:
         self._lock = threading.Lock()
         self._begun: set[str] = set()
 
-    def run(self, submissions: Sequence[MeshOrder], at_once: int) -> int:
+    def run(self, submissions: Sequence[MeshSubmission], at_once: int) -> int:
         """How many failed."""
         failed, stopping = 0, False
         with self._client, self._canceller, ThreadPoolExecutor(at_once) as pool:
@@ -67,7 +69,7 @@ class _Batch:
                     self._cancel_all()
         return failed
 
-    def _submit(self, submission: MeshOrder) -> MeshOutcome:
+    def _submit(self, submission: MeshSubmission) -> MeshOutcome:
         name = str(submission.mesh)
         self._bars.begin(name)
         return submit_one(

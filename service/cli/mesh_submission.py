@@ -15,7 +15,7 @@ ReportStep = Callable[[str, float, float | None], None]
 
 
 @dataclass(frozen=True)
-class MeshOrder:
+class MeshSubmission:
     """A mesh, what to make of it, and where to.
 
     ``target``     the file of a single occluder.
@@ -33,14 +33,14 @@ class MeshOrder:
 class MeshOutcome:
     """What came of a mesh: its job and the files written, or why not."""
 
-    submission: MeshOrder
+    submission: MeshSubmission
     job: RemoteJob | None = None
     files: tuple[Path, ...] = ()
     fault: str = ""
 
 
 def submit_one(
-    client: Client, submission: MeshOrder, tell: ReportStep, begun: Callable[[str], None]
+    client: Client, submission: MeshSubmission, tell: ReportStep, begun: Callable[[str], None]
 ) -> MeshOutcome:
     """Never raises what one mesh may bring about; ``begun`` hears the job's id."""
     try:
@@ -54,7 +54,7 @@ def submit_one(
 
 
 def _make_remotely(
-    client: Client, submission: MeshOrder, tell: ReportStep, begun: Callable[[str], None]
+    client: Client, submission: MeshSubmission, tell: ReportStep, begun: Callable[[str], None]
 ) -> MeshOutcome:
     job = client.submit(
         submission.mesh,
@@ -86,7 +86,7 @@ def _reason(job: RemoteJob) -> str:
 
 
 def _fetch(client: Client, job: RemoteJob, target: Path) -> tuple[Path, ...]:
-    """All levels in one GLB; in other formats a file a level, named as the library does."""
+    """Fetch all levels in one GLB; in other formats a file a level, named as the library does."""
     form = target.suffix[1:]
     levels = [level.level for level in client.result(job.id).levels]
     if form == "glb" or len(levels) == 1:

@@ -21,8 +21,8 @@ from typing import Any
 
 from bench.process_tree import run_command
 from bench.record import Row, told, write_page, write_table
-from simplifier.builds.build import build
-from simplifier.builds.making import Job
+from simplifier.builds.build import build_assets
+from simplifier.builds.making import AssetJob
 from simplifier.builds.record import Digests
 from simplifier.kernels.threads import thread_count
 from simplifier.version import VERSION
@@ -69,11 +69,11 @@ def _built(folder: Path, count: int, kib: int) -> Path:
         mesh.write_bytes(index.to_bytes(8, "little") + noise)
     manifest = folder / "occluders.toml"
     manifest.write_text(_MANIFEST)
-    build(manifest, threading.Event(), maker=_pretended)
+    build_assets(manifest, threading.Event(), maker=_pretended)
     return manifest
 
 
-def _pretended(job: Job) -> Mapping[str, Any]:
+def _pretended(job: AssetJob) -> Mapping[str, Any]:
     for target in job.targets:
         target.draft.write_bytes(job.mesh.read_bytes()[:_OCCLUDER])
     return {

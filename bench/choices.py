@@ -17,7 +17,7 @@ import simplifier
 from bench.meshes import STAND_INS, load_stand_in
 from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.options import Options, RefineOptions, make_options
+from simplifier.options.stages import Options, RefineOptions, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.refinement import annealing
 from simplifier.selection import exchange
@@ -82,7 +82,7 @@ def _cell(mesh: TriangleMesh, typed: dict[str, Any], changes: dict[str, Any]) ->
                 stack.enter_context(patch.object(module, constant, changes[constant]))
         varied = _options(mesh, typed, changes)
         occluder = simplify_mesh(mesh, varied).occluder
-    report = simplifier.evaluate(mesh, occluder, exact=True)
+    report = simplifier.evaluate(mesh, occluder, exact=True).accuracy
     ratio = occlusion_measures(mesh, occluder).ratio
     seconds = sum(occluder.timings.values())
     return f"{report.recall:.1%} at {report.precision:.2%}, M {ratio:.1%}, {seconds:.2f} s"

@@ -28,16 +28,16 @@ from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.solid import BoolArray, Solid
 from simplifier.kernels.decimate import decimate
-from simplifier.options import RefineOptions, make_options
+from simplifier.options.stages import RefineOptions, make_options
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.inner_surface import inner_surface
 from simplifier.refinement.search import refine
-from simplifier.refinement.starts import clustered, enclosed_start, sheet_start
+from simplifier.refinement.starts import cluster_vertices, enclosed_start, sheet_start
 from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.cut import cut_solid
 from simplifier.steps.solid import solidify
-from simplifier.voxel.morphology import dilated
+from simplifier.voxel.morphology import dilate
 
 BUDGETS = (16, 64, 256)
 MOVES = (8_000, 30_000)
@@ -60,13 +60,13 @@ class Scene:
         mesh = simplifier.load(path)
         options = make_options(float(mesh.extent.max()), **typed)  # type: ignore[arg-type]
         solid = solidify(mesh, options.solid, Stopwatch())
-        return cls(path.stem, mesh, solid, *dilated(solid.core, solid.reach))
+        return cls(path.stem, mesh, solid, *dilate(solid.core, solid.reach))
 
     def judged(self, surface: Surface) -> str:
         """Recall, precision and triangles."""
         vertices, faces = surface
         occluder = Occluder(self.solid.filled.to_world(vertices), faces.copy())
-        report = simplifier.evaluate(self.mesh, occluder, views=128, exact=True)
+        report = simplifier.evaluate(self.mesh, occluder, views=128, exact=True).accuracy
         return f"{report.recall:.1%} at {report.precision:.2%} ({len(faces)})"
 
     def refined(self, surface: Surface, moves: int) -> Surface:
@@ -100,7 +100,7 @@ def decimators(scenes: Sequence[Scene]) -> None:
     for scene in scenes:
         surfaces = {
             "enclosed": inner_surface(scene.solid.filled),
-            "sheet": clustered(scene.mesh, scene.solid.filled),
+            "sheet": cluster_vertices(scene.mesh, scene.solid.filled),
         }
         for kind, surface in surfaces.items():
             makers = [partial(_here, scene), *(partial(_library, name) for name in names)]

@@ -201,8 +201,9 @@ def _scene(folder: Path) -> Iterator[tuple[str, Any]]:
 def _build(folder: Path) -> Iterator[tuple[str, Any]]:
     (folder / "bunny.ply").write_bytes((ASSETS / "bunny_4968.ply").read_bytes())
     (folder / "occluders.toml").write_text(
-        '[defaults]\npreset = "draft"\nviews = 32\nground = true\nrequire = { recall = 0.5 }\n\n'
-        '[[asset]]\nmesh = "*.ply"\noutput = ["{name}_occluder.glb", "{name}_occluder.obj"]\n'
+        '[defaults]\npreset = "draft"\nviews = 32\nground = true\n'
+        "require = { min_recall = 0.5 }\n\n"
+        '[[asset]]\nfiles = "*.ply"\noutput = ["{name}_occluder.glb", "{name}_occluder.obj"]\n'
     )
     for name in ("first", "second"):
         ran = _run(folder, "build", "--junit", "junit.xml", "--json", "build.json",
@@ -275,8 +276,11 @@ def _answers(address: str) -> Iterator[tuple[str, Any]]:
     place = f"/v1/occluders?{query}&asset=bunny"
     sent = {"Prefer": "wait=120", "Content-Type": "application/octet-stream"}
     yield "job", _asked(address, place, body, sent)
-    yield "glb", _asked(address, place, body, {**sent, "Accept": "model/gltf-binary"}, whole=True)
-    yield "obj", _asked(address, place, body, {**sent, "Accept": "model/obj"}, whole=True)
+    yield (
+        "glb",
+        _asked(address, place, body, {**sent, "Accept": "model/gltf-binary"}, whole=True)[1],
+    )
+    yield "obj", _asked(address, place, body, {**sent, "Accept": "model/obj"}, whole=True)[1]
     yield "ranged", _asked(address, "/v1/assets/bunny")
     for wrong in ("budget=0", "nothing=1", "resolution=8&error_bound=1", "lods=2&conservative=true",
                   "up=w", "times=1", "error_bounds=1,x"):  # fmt: skip
@@ -311,7 +315,7 @@ def _asked(
             raise
         status, kind, data = error.code, error.headers["Content-Type"], error.read()  # type: ignore[attr-defined]
     if whole:
-        return [status, data] if "html" in kind else data
+        return status, data
     if "json" in kind:
         return [status, kind, _plain(json.loads(data))]
     return [status, kind, _steady(data.decode(errors="replace").replace(address, "HOST"))]

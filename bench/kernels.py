@@ -23,22 +23,22 @@ from examples.castle import castle
 from simplifier.accuracy.accuracy import view_masks
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import image_axes, random_directions
-from simplifier.kernels.coverage import covered
+from simplifier.kernels.coverage import coverage_masks
 from simplifier.kernels.fill import flood
 from simplifier.kernels.measure import score_images
 from simplifier.kernels.soup_views import UNIT
 from simplifier.kernels.voxelize import mark_triangles
-from simplifier.options import SectionOptions, make_options
+from simplifier.options.stages import SectionOptions, make_options
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import Annealing, RefineViews, Room
-from simplifier.refinement.search import pulled_in
+from simplifier.refinement.search import pull_into
 from simplifier.selection.measure import directional_measures, search_projections, silhouettes
 from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler
 from simplifier.steps.cut import cut_solid
 from simplifier.steps.solid import solidify
 from simplifier.voxel.fill import fill
-from simplifier.voxel.morphology import dilated
+from simplifier.voxel.morphology import dilate
 from simplifier.voxel.voxelize import voxelize
 
 Masks = NDArray[np.bool_]
@@ -109,7 +109,7 @@ def _coverage() -> Iterator[Row]:
     mesh, views = bumpy_sphere(100_000), 64
     projections = np.full((views, 2, 4), 128.0)
     projections[:, :, :3] = image_axes(random_directions(views, 0))[:, :2] * 100.0
-    took = seconds(lambda: covered(mesh.vertices, mesh.faces, projections, 256, 256))
+    took = seconds(lambda: coverage_masks(mesh.vertices, mesh.faces, projections, 256, 256))
     size = mesh.vertices.nbytes + mesh.faces.nbytes + 12 * len(mesh.faces)
     floor = views * size / bytes_a_second(size)
     text = "read vertices, faces and three 4-byte cells a triangle in every view"
@@ -147,11 +147,11 @@ def _annealing() -> Iterator[Row]:
     watch = Stopwatch()
     solid = solidify(mesh, options.solid, watch)
     start = cut_solid(solid, options, watch, Deadline.after(None))
-    allowed, margin = dilated(solid.core, solid.reach)
+    allowed, margin = dilate(solid.core, solid.reach)
     projections = search_projections(solid, options, options.refine.views, margin)
     originals = silhouettes(solid.core.to_grid(mesh.vertices) + margin, mesh.faces, projections)
     search = Annealing(
-        pulled_in(start + margin, allowed), Room.of(allowed), RefineViews(projections, originals),
+        pull_into(start + margin, allowed), Room.of(allowed), RefineViews(projections, originals),
         UNIT // 2, 0,
     )  # fmt: skip
     search.run(6_000, (0.0, 0.5))

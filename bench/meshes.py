@@ -21,7 +21,7 @@ from bench.machine import ROOT
 from examples.castle import castle
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.io.formats import readable_suffixes
-from simplifier.options import Axis
+from simplifier.options.simplify import Axis
 
 ASSETS = Path(os.environ.get("OCCLUDER_ASSETS", ROOT.parent / "shared" / "assets"))
 

@@ -67,6 +67,6 @@ def timed(mesh: TriangleMesh, options: dict[str, Any], repeats: int) -> tuple[Oc
     seconds = []
     for _ in range(repeats):
         begin = time.perf_counter()
-        occluder = simplifier.simplify(mesh, **options)
+        occluder = simplifier.simplify(mesh, **options).occluder
         seconds.append(time.perf_counter() - begin)
     return occluder, statistics.median(seconds)

@@ -92,8 +92,10 @@ def seed_rows(
             yield skipped(stand_in.name, stand_in.missing)
             continue
         mesh = load_stand_in(stand_in)
-        occluder = simplifier.simplify(mesh, **stand_in.options)
-        reports = [simplifier.evaluate(mesh, occluder, seed=i, **accuracy) for i in range(seeds)]
+        occluder = simplifier.simplify(mesh, **stand_in.options).occluder
+        reports = [
+            simplifier.evaluate(mesh, occluder, seed=i, **accuracy).accuracy for i in range(seeds)
+        ]
         for figure in ("precision", "recall"):
             values = [float(getattr(report, figure)) for report in reports]
             yield {
@@ -104,7 +106,7 @@ def seed_rows(
 
 
 def _judged(mesh: TriangleMesh, occluder: Occluder, views: int) -> dict[str, float | int]:
-    report = simplifier.evaluate(mesh, occluder, views=views, exact=True)
+    report = simplifier.evaluate(mesh, occluder, views=views, exact=True).accuracy
     return {
         "triangles": len(occluder.faces), "precision": report.precision, "recall": report.recall,
         "worst_view_recall": float(report.recall_by_view.min()),

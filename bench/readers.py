@@ -178,7 +178,7 @@ def _turned(face: list[int]) -> tuple[int, ...]:
 
 def main() -> None:
     """Write the table and show it."""
-    occluder = simplifier.simplify(castle(), budget=64, ground=True)
+    occluder = simplifier.simplify(castle(), budget=64, ground=True).occluder
     with tempfile.TemporaryDirectory() as folder:
         rows = list(answers(occluder, Path(folder)))
     write_table(RESULTS / "readers_castle.csv", rows, "python -m bench.readers")

@@ -17,7 +17,7 @@ from scipy import ndimage
 import simplifier
 from bench.meshes import STAND_INS, bumpy_sphere, load_stand_in
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.options import make_options
+from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.voxel.core import core
 from simplifier.voxel.fill import close_holes, fill
@@ -66,7 +66,7 @@ def _cell(mesh: TriangleMesh, changes: dict[str, Any]) -> str:
         typed["shrink"] *= longest
     with patch("simplifier.steps.cut.TOLERANCE_VOXELS", changes.get("tolerance", 1.0)):
         occluder = simplify_mesh(mesh, make_options(longest, **typed)).occluder
-    report = simplifier.evaluate(mesh, occluder, exact=True)
+    report = simplifier.evaluate(mesh, occluder, exact=True).accuracy
     return f"{report.recall:.1%} at {report.precision:.2%}"
 
 

@@ -28,15 +28,15 @@ from bench.process_tree import Run, run_command
 from bench.record import Row, told, write_page, write_table
 from examples.city import city
 from simplifier.camera_paths.generate import generate_path
-from simplifier.camera_paths.options import PathKind
-from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.flythrough import Flythrough, fly
-from simplifier.culling.flythrough_rows import table_bytes
+from simplifier.culling.flythrough_rows import flythrough_csv
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.manifest import load_occluder_tree
-from simplifier.io import load_scene, write_scene
-from simplifier.options import Axis
+from simplifier.io.scene import load_scene
+from simplifier.io.scene_writer import write_scene
+from simplifier.options.scene import CullOptions, PathKind, PathOptions
+from simplifier.options.simplify import Axis
 
 RESULTS = Path("bench/results")
 WORK = ROOT / "out" / "bench"  # scenes and builds, made again each time
@@ -165,10 +165,10 @@ def _flown(one: BenchScene, name: str, options: Sequence[str], folder: Path) -> 
     _build(source, built, options)
     scene, tree = load_scene(source), load_occluder_tree(built)
     for kind in one.kinds:
-        path = generate_path(scene, kind, FRAMES, one.up)
+        path = generate_path(scene, PathOptions(kind, FRAMES, one.up))
         flown = fly(scene, tree, path, CullOptions(shots=0))
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"cull_{name}_{kind}.csv").write_bytes(table_bytes(flown))
+        (folder / f"cull_{name}_{kind}.csv").write_bytes(flythrough_csv(flown))
         yield {"scene": name, "path": kind, **_totals(flown)}
 
 

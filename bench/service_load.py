@@ -247,7 +247,7 @@ def _by_library(data: bytes, preset: str) -> float:
         (folder / "mesh.obj").write_bytes(data)
         mesh = simplifier.load(folder / "mesh.obj")
         options = simplifier.SimplifyOptions.of({"preset": preset, "lods": 3})
-        product = simplifier.produce(mesh, options)
+        product = simplifier.simplify(mesh, options).measure()
         for suffix in simplifier.OCCLUDER_SUFFIXES:
             product.save(folder / f"occluder{suffix}")
         product.write_pictures(folder, "mesh.obj")

@@ -18,13 +18,14 @@ from pathlib import Path
 
 from bench.machine import ROOT, header
 from bench.meshes import STAND_INS, StandIn
+from simplifier.options.tradeoff import TradeoffOptions
 from simplifier.tradeoff import words
 from simplifier.tradeoff.advice import Advice, advise
 from simplifier.tradeoff.cases import Case
 from simplifier.tradeoff.plot import overview_picture
 from simplifier.tradeoff.study import Study, study_of
-from simplifier.tradeoff.sweep import SweepOptions, sweep
-from simplifier.tradeoff.table import table_bytes
+from simplifier.tradeoff.sweep import sweep
+from simplifier.tradeoff.table import tradeoff_csv
 from simplifier.warmup import warm_up
 from simplifier.wording import percent
 
@@ -32,7 +33,7 @@ RESULTS, DOCS = ROOT / "bench" / "results", ROOT / "docs"
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 PRECISION = 0.99
 
-_QUICK = SweepOptions(
+_QUICK = TradeoffOptions(
     resolutions=(32,), directions=(16,), budgets=(16,), times=(0.25, 1.0), repeats=1
 )
 
@@ -45,12 +46,12 @@ def main() -> None:
     arguments = parser.parse_args()
     quick = " --quick" if arguments.quick else ""
     command = f"python -m bench.tradeoff --repeats {arguments.repeats}{quick}"
-    base = replace(_QUICK if quick else SweepOptions(), repeats=arguments.repeats)
+    base = replace(_QUICK if quick else TradeoffOptions(), repeats=arguments.repeats)
     warm_up()
     measure([stand_in for stand_in in STAND_INS if not stand_in.missing], base, command)
 
 
-def measure(stand_ins: Sequence[StandIn], base: SweepOptions, command: str) -> None:
+def measure(stand_ins: Sequence[StandIn], base: TradeoffOptions, command: str) -> None:
     """Sweep, and write all files."""
     studies = {}
     for stand_in in stand_ins:
@@ -60,7 +61,7 @@ def measure(stand_ins: Sequence[StandIn], base: SweepOptions, command: str) -> N
     write_measured(DOCS / "tradeoff.md", measured(studies, command))
 
 
-def studied(stand_in: StandIn, base: SweepOptions) -> Study:
+def studied(stand_in: StandIn, base: TradeoffOptions) -> Study:
     """The sweep of one asset."""
     options = replace(base, up=stand_in.up, ground=stand_in.ground)
     return study_of(list(sweep([stand_in.path], options)), options, PRECISION)
@@ -68,7 +69,7 @@ def studied(stand_in: StandIn, base: SweepOptions) -> Study:
 
 def write_study(stand_in: StandIn, study: Study, command: str) -> None:
     """The rows and the picture of one asset."""
-    table = table_bytes(study.outcomes, study.cases, study.options, study.machine)
+    table = tradeoff_csv(study.outcomes, study.cases, study.options, study.machine)
     (RESULTS / f"tradeoff_{stand_in.name}.csv").write_bytes(table)
     footer = "; ".join(header(command)[:2])
     picture = overview_picture(study.cases, study.precision, footer)

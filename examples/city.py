@@ -20,7 +20,7 @@ from examples.city_plan import PAVEMENT, Builder, blocks
 from examples.plan import Rect, Spot
 from simplifier.errors import OutputError
 from simplifier.geometry.scene import Scene
-from simplifier.io import write_scene
+from simplifier.io.scene_writer import write_scene
 
 _A_BLOCK = 13.0  # buildings, and with its streets
 _A_BLOCK_SIDE = 97.0  # metres

@@ -15,7 +15,7 @@ import simplifier
 from examples.castle import castle
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.views import image_axes
-from simplifier.report.png import encoded
+from simplifier.report.png import png_bytes
 
 _EYE = np.array([0.25, -0.3, -1.0])  # the direction in which one looks
 _CENTRE, _SPAN = np.array([-6.0, 11.0, 24.0]), (60.0, 34.0)  # metres that a panel shows
@@ -77,7 +77,7 @@ def main() -> None:
     shown = picture(
         plain.vertices[plain.faces], overridden.vertices[overridden.faces], overrides.triangles
     )
-    Path(sys.argv[3]).write_bytes(encoded(shown))
+    Path(sys.argv[3]).write_bytes(png_bytes(shown))
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ def check_within(name: str, value: float, low: float, high: float) -> None:
     # NaN fails the comparison; a whole number too large for a float must not meet one.
     if not is_number(value) or not low <= value <= high:
         raise OptionError(
-            f"{shown(value)} is out of range", where=name, remedy=f"choose {low:,} to {high:,}"
+            f"{value_text(value)} is out of range", where=name, remedy=f"choose {low:,} to {high:,}"
         )
 
 
@@ -34,7 +34,7 @@ def check_whole(name: str, value: int, low: int, high: int) -> None:
     """A whole number from ``low`` to ``high``, both included."""
     if not isinstance(value, Integral):
         raise OptionError(
-            f"{shown(value)} is not a whole number",
+            f"{value_text(value)} is not a whole number",
             where=name,
             remedy=f"choose {low:,} to {high:,}",
         )
@@ -45,7 +45,7 @@ def check_above_zero(name: str, value: float, high: float) -> None:
     """A number above 0 and at most ``high``."""
     if not is_number(value) or not 0.0 < value <= high:
         raise OptionError(
-            f"{shown(value)} is out of range",
+            f"{value_text(value)} is out of range",
             where=name,
             remedy=f"choose more than 0 and at most {high:,}",
         )
@@ -55,7 +55,7 @@ def check_positive(name: str, value: float) -> None:
     """A number above 0, however large."""
     if not is_finite(value) or not value > 0.0:
         raise OptionError(
-            f"{shown(value)} is out of range", where=name, remedy="choose a number above 0"
+            f"{value_text(value)} is out of range", where=name, remedy="choose a number above 0"
         )
 
 
@@ -63,7 +63,7 @@ def check_length(name: str, value: float) -> None:
     """0 or a positive length."""
     if not is_finite(value) or not value >= 0.0:
         raise OptionError(
-            f"{shown(value)} is not a length",
+            f"{value_text(value)} is not a length",
             where=name,
             remedy="give 0 or a positive length in the units of the mesh",
         )
@@ -73,7 +73,9 @@ def check_lengths(name: str, values: Sequence[float]) -> None:
     """A list or tuple of positive lengths."""
     if not isinstance(values, (list, tuple)):
         raise OptionError(
-            f"{shown(values)} is no list of lengths", where=name, remedy="give a list of numbers"
+            f"{value_text(values)} is no list of lengths",
+            where=name,
+            remedy="give a list of numbers",
         )
     for value in values:
         check_positive(name, value)
@@ -83,7 +85,7 @@ def check_several(name: str, values: Sequence[float]) -> None:
     """A list or tuple of 1 to 16 values, no two of them the same; of what kind is not looked at."""
     if not isinstance(values, (list, tuple)):
         raise OptionError(
-            f"{shown(values)} is no list", where=name, remedy="give a list of numbers"
+            f"{value_text(values)} is no list", where=name, remedy="give a list of numbers"
         )
     if not 1 <= len(values) <= MOST_VALUES:
         raise OptionError(
@@ -93,25 +95,37 @@ def check_several(name: str, values: Sequence[float]) -> None:
         raise OptionError("a value is given twice", where=name, remedy="give each once")
 
 
+def check_size(name: str, value: object) -> None:
+    """Two numbers: columns and rows."""
+    if not isinstance(value, tuple) or len(value) != 2:
+        raise OptionError(
+            f"{value_text(value)} is no size", where=name, remedy="give columns and rows"
+        )
+
+
 def check_one_of(name: str, value: str, choices: Sequence[str]) -> None:
     """One of some words."""
     # A list's "in" would ask an array for a truth that it does not have.
     if not isinstance(value, str) or value not in choices:
         raise OptionError(
-            f"{shown(value)} is not known", where=name, remedy=f"choose one of {', '.join(choices)}"
+            f"{value_text(value)} is not known",
+            where=name,
+            remedy=f"choose one of {', '.join(choices)}",
         )
 
 
 def check_flag(name: str, value: bool) -> None:
     """Yes or no."""
     if not isinstance(value, bool):
-        raise OptionError(f"{shown(value)} is neither yes nor no", where=name, remedy="give a bool")
+        raise OptionError(
+            f"{value_text(value)} is neither yes nor no", where=name, remedy="give a bool"
+        )
 
 
 def check_kind(name: str, value: object, kind: type | UnionType, remedy: str) -> None:
     """An object of one of the library's own kinds; ``remedy`` is what to give."""
     if not isinstance(value, kind):
-        raise OptionError(f"{shown(value)} is no {name}", where=name, remedy=f"give {remedy}")
+        raise OptionError(f"{value_text(value)} is no {name}", where=name, remedy=f"give {remedy}")
 
 
 def as_path(name: str, value: object) -> Path:
@@ -120,21 +134,25 @@ def as_path(name: str, value: object) -> Path:
         return Path(value)  # type: ignore[arg-type]
     except TypeError:
         raise OptionError(
-            f"{shown(value)} is no path", where=name, remedy="give text or a pathlib.Path"
+            f"{value_text(value)} is no path", where=name, remedy="give text or a pathlib.Path"
         ) from None
 
 
 def check_callable(name: str, value: object) -> None:
     """A function."""
     if not callable(value):
-        raise OptionError(f"{shown(value)} cannot be called", where=name, remedy="give a function")
+        raise OptionError(
+            f"{value_text(value)} cannot be called", where=name, remedy="give a function"
+        )
 
 
 def check_cancel(value: object) -> None:
     """What can be asked whether to end a run, or None for nothing."""
     if value is not None and not callable(getattr(value, "is_set", None)):
         raise OptionError(
-            f"{shown(value)} has no method is_set", where="cancel", remedy="give a threading.Event"
+            f"{value_text(value)} has no method is_set",
+            where="cancel",
+            remedy="give a threading.Event",
         )
 
 
@@ -160,7 +178,7 @@ def _plain(value: object) -> object:
         return value
 
 
-def shown(value: object) -> str:
+def value_text(value: object) -> str:
     """A value as a message can hold it."""
     try:
         text = repr(value)

@@ -12,12 +12,12 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, NOTHING, Overrides
 from simplifier.geometry.solid import Solid
-from simplifier.options import ERROR_VOXELS, Options
+from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Cancel, Deadline, Listener, Stopwatch
 from simplifier.steps.cut import cut_solid
 from simplifier.steps.refine import improve
 from simplifier.steps.solid import solid_warnings, solidify
-from simplifier.steps.verbatim import fits, seen_triangles
+from simplifier.steps.verbatim import is_own_occluder, seen_triangles
 
 _EMPTY = (
     "nothing within the error bound hides more rightly than wrongly, so the occluder is empty; "
@@ -71,7 +71,7 @@ def simplify_mesh(
     interrupted = False
     if left == 0:
         triangles = NOTHING
-    elif fits(mesh, solid, left, overrides):
+    elif is_own_occluder(mesh, solid, left, overrides):
         triangles = seen_triangles(mesh, solid)
     else:
         rest = replace(options, selection=replace(options.selection, budget=left))

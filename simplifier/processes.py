@@ -28,7 +28,7 @@ _GLANCE = 0.05  # seconds between looks at whether to stop
 
 
 @dataclass(frozen=True)
-class Outcome:
+class JobOutcome:
     """What came of the job at a place."""
 
     job: int
@@ -36,8 +36,8 @@ class Outcome:
 
 
 def run_jobs_here(
-    work: Work, jobs: Sequence[Any], threads: int, cancel: Cancel | None = None
-) -> Iterator[Outcome]:
+    work: JobFunction, jobs: Sequence[Any], threads: int, cancel: Cancel | None = None
+) -> Iterator[JobOutcome]:
     """As :func:`run_jobs`, in threads of this process and in order; work may look at ``cancel``.
 
     Where ``cancel`` is set, or the caller closes the iterator, this waits for what is under way.
@@ -49,7 +49,7 @@ def run_jobs_here(
                 answer = attempt.result()
                 if cancel is not None and cancel.is_set():
                     return
-                yield Outcome(index, answer)
+                yield JobOutcome(index, answer)
         finally:
             pool.shutdown(cancel_futures=True)
 
@@ -60,7 +60,7 @@ def run_jobs(
     jobs: Sequence[Any],
     processes: int,
     cancel: Cancel | None = None,
-) -> Iterator[Outcome]:
+) -> Iterator[JobOutcome]:
     """Do every job in one of some processes; yield each outcome as it comes, in any order.
 
     ``start(*arguments)`` is called once in each process and returns what does a job.  All of them
@@ -114,7 +114,7 @@ class _Crew:
         ready = wait([one.connection for one in self._workers if not one.idle], _GLANCE)
         return [worker for worker in self._workers if worker.connection in ready]
 
-    def take(self, worker: Worker) -> Outcome | None:
+    def take(self, worker: Worker) -> JobOutcome | None:
         """What a worker says of its job, if it is over."""
         attempt = worker.attempt
         try:
@@ -127,7 +127,9 @@ class _Crew:
                 return None
         else:
             self._stillborn = 0
-        return Outcome(attempt.job, answer) if attempt is not None and answer is not None else None
+        return (
+            JobOutcome(attempt.job, answer) if attempt is not None and answer is not None else None
+        )
 
     def _bury(self, worker: Worker) -> None:
         self._workers.remove(worker)
@@ -147,8 +149,8 @@ class _Crew:
             worker.join()
 
 
-Work = Callable[[Any], object]
-Start = Callable[..., Work]
+JobFunction = Callable[[Any], object]
+Start = Callable[..., JobFunction]
 
 
 @dataclass(frozen=True)
@@ -167,7 +169,7 @@ class Attempt:
     number: int = 1
 
 
-def answer_of(work: Work, job: Any) -> Answer:
+def answer_of(work: JobFunction, job: Any) -> Answer:
     """Whatever a job raises is its failure; only a full or forbidden disk is that of all.
 
     Raises :class:`OutputError`.

@@ -60,8 +60,21 @@ Listener = Callable[[Progress], None]
 """Called between steps and from the caller's thread only; what it raises ends the run."""
 
 
-Tell = Callable[[float], None]
-"""What a stage tells its share to, now and then; what it raises ends the stage."""
+TellShare = Callable[[float], None]
+"""Called now and then with the share of the work that is done; what it raises ends the work."""
+
+TellCount = Callable[[int, int], None]
+"""Called with how many pieces of the work are done, and how many there are."""
+
+TellStep = Callable[[int, str], object]
+"""Called with how many pieces of the work are done, and the name of the one that runs now."""
+
+TellTotalStep = Callable[[int, int, str], object]
+"""Called with how many pieces are done, how many there are, and the name of the one that runs."""
+
+
+def silent(share: float) -> None:
+    """The :data:`TellShare` that tells nobody."""
 
 
 class Cancel(Protocol):
@@ -121,7 +134,7 @@ class Stopwatch:
         if self.cancelled:
             raise CancelledError("cancelled before there was an occluder")
 
-    def steps(self, name: str) -> Tell:
+    def steps(self, name: str) -> TellShare:
         """What a stage tells its share to: it reports each growth, and raises as ``check``."""
         told = 0.0
 

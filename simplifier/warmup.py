@@ -13,8 +13,6 @@ from typing import get_args
 import numpy as np
 
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
-from simplifier.camera_paths.options import PathKind
-from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.depth_buffer import Coverage, DepthBuffer
 from simplifier.culling.flythrough import fly
 from simplifier.culling.item_buffer import ItemBuffer
@@ -25,11 +23,14 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.build import build_occluders
 from simplifier.hierarchy.manifest import load_occluder_tree, occluder_store, write_manifest
-from simplifier.hierarchy.options import SceneOptions
-from simplifier.io import load_mesh, load_occluder, save_occluder, writable_suffixes
+from simplifier.io.formats import writable_suffixes
+from simplifier.io.load import load, load_occluder
+from simplifier.io.save import save_occluder
 from simplifier.kernels.item_buffer import merge_pictures
 from simplifier.kernels.thin import crack_triangles
-from simplifier.options import Options, SectionOptions, Trim, make_options
+from simplifier.options.scene import CullOptions, PathKind, PathOptions, SceneOptions
+from simplifier.options.simplify import Trim
+from simplifier.options.stages import Options, SectionOptions, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.report.report import build_report
 
@@ -57,28 +58,28 @@ def warm_up() -> None:
     little = replace(little, sections=SectionOptions(directions=4, depths=2))
     for trim, exact in product(get_args(Trim), (False, True)):
         selection = replace(little.selection, trim=trim)
-        occluder = _judged(mesh, replace(little, selection=selection), exact=exact)
+        occluder = _simplify_and_judge(mesh, replace(little, selection=selection), exact=exact)
     fan = TriangleMesh.from_soup(_POINTS, [[0, 1, 2], [0, 2, 3]])
     crack_triangles(9.0 * fan.vertices, fan.faces, np.arange(4, dtype=np.int32))
     simplify_mesh(TriangleMesh.from_soup(_POINTS[:3], [[0, 1, 2]]), little)  # nothing inside
     closed = replace(little.solid, smallest_hole=0.1, conservative=True)
-    _judged(mesh, replace(little, solid=closed), exact=False)
+    _simplify_and_judge(mesh, replace(little, solid=closed), exact=False)
     with suppress(BackendUnavailableError):
         stencil = SectionOptions(directions=2, depths=1, slicer="gl")
-        _judged(mesh, replace(little, sections=stencil), exact=False)
+        _simplify_and_judge(mesh, replace(little, sections=stencil), exact=False)
     for kind in get_args(PathKind):
         with suppress(MeshError):  # the frame has no interior, which is found out by its floors
-            generate_path(_scene(mesh), kind, frames=2)
+            generate_path(_scene(mesh), PathOptions(kind, frames=2))
     _cull(mesh)
     with tempfile.TemporaryDirectory() as folder:
         for conservative in (False, True):
             _fly(mesh, Path(folder) / str(conservative), conservative=conservative)
         for path in _files(Path(folder), occluder):
-            load_mesh(path)
+            load(path)
             load_occluder(path)
 
 
-def _judged(mesh: TriangleMesh, options: Options, *, exact: bool) -> Occluder:
+def _simplify_and_judge(mesh: TriangleMesh, options: Options, *, exact: bool) -> Occluder:
     """Simplify, judge and report."""
     result = simplify_mesh(mesh, options)
     accuracy = evaluate_accuracy(
@@ -112,7 +113,7 @@ def _fly(mesh: TriangleMesh, folder: Path, *, conservative: bool) -> None:
     camera = Camera.looking(
         np.array([1.5, 1.5, -5.0]), np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), 60.0, 0.1
     )
-    fly(scene, load_occluder_tree(folder), CameraPath("", (camera,)), CullOptions(16, 16))
+    fly(scene, load_occluder_tree(folder), CameraPath("", (camera,)), CullOptions((16, 16)))
 
 
 def _files(folder: Path, occluder: Occluder) -> Iterator[Path]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import inspect
 import math
 import threading
 
@@ -21,8 +19,6 @@ from simplifier.errors import (
     UnknownFormatError,
     UnreadableMeshError,
 )
-from simplifier.hierarchy.options import SceneOptions
-from simplifier.options import make_options
 from tests.solids import blob, box
 
 FAST = {"resolution": 12, "budget": 12, "preset": "draft", "moves": 200}
@@ -30,7 +26,7 @@ FAST = {"resolution": 12, "budget": 12, "preset": "draft", "moves": 200}
 
 def test_from_arrays_to_a_file_and_back(tmp_path):
     mesh = simplifier.TriangleMesh.from_soup(box().vertices.tolist(), box().faces.tolist())
-    occluder = simplifier.simplify(mesh, **FAST)
+    occluder = simplifier.simplify(mesh, **FAST).occluder
     assert isinstance(occluder, simplifier.Occluder)
     assert occluder.vertices.dtype == np.float64
     assert occluder.faces.dtype == np.int32
@@ -39,7 +35,7 @@ def test_from_arrays_to_a_file_and_back(tmp_path):
     simplifier.save(occluder, path)
     again = simplifier.load(path)
     assert again.vertices[again.faces] == pytest.approx(occluder.vertices[occluder.faces], abs=1e-6)
-    report = simplifier.evaluate(mesh, occluder, views=16, image=64, exact=True)
+    report = simplifier.evaluate(mesh, occluder, views=16, image=64, exact=True).accuracy
     assert isinstance(report, simplifier.AccuracyReport)
     assert report.recall > 0.8
     assert report.options.views == 16
@@ -51,27 +47,32 @@ def test_paths_may_be_text(tmp_path):
 
 
 def test_results_are_read_only():
-    occluder = simplifier.simplify(box(), **FAST)
+    occluder = simplifier.simplify(box(), **FAST).occluder
     for array in (occluder.vertices, occluder.faces):
         with pytest.raises(ValueError, match="read-only"):
             array[0, 0] = 1
 
 
 def test_an_error_bound_in_place_of_a_resolution():
-    occluder = simplifier.simplify(box(), error_bound=0.3, budget=12, preset="draft", moves=200)
+    occluder = simplifier.simplify(
+        box(), error_bound=0.3, budget=12, preset="draft", moves=200
+    ).occluder
     assert 0.2 < occluder.error_bound <= 0.3
     with pytest.raises(OptionError):
         simplifier.simplify(box(), error_bound=0.3, resolution=8)
 
 
-def test_simplify_and_make_options_have_the_same_defaults():
-    here = inspect.signature(simplifier.simplify).parameters
-    there = inspect.signature(make_options).parameters
-    shared = set(here) & set(there)
-    assert {"budget", "resolution", "error_bound", "up", "ground", "trim", "seed"} <= shared
-    assert {"viewers", "smallest_hole", "conservative", "shrink"} <= shared
-    assert all(here[name].default == there[name].default for name in shared)
-    assert set(here) - shared == {"mesh", "overrides", "memory_limit", "listener", "cancel"}
+def test_options_as_an_object_and_as_keywords():
+    options = simplifier.SimplifyOptions(**FAST, alpha=0.25)
+    one = simplifier.simplify(box(), options, seed=3)
+    other = simplifier.simplify(box(), **FAST, alpha=0.25, seed=3)
+    assert one.options == other.options == simplifier.SimplifyOptions(**FAST, alpha=0.25, seed=3)
+    assert one.stages.selection.alpha == 0.25  # an option once lost on its way
+    assert one.occluder.vertices.tobytes() == other.occluder.vertices.tobytes()
+    with pytest.raises(OptionError, match=r"^alfa: there is no such option; choose from budget"):
+        simplifier.simplify(box(), alfa=0.1)
+    with pytest.raises(OptionError, match=r"give simplifier\.SimplifyOptions"):
+        simplifier.simplify(box(), simplifier.EvaluateOptions())
 
 
 def test_every_error_is_an_occluder_error():
@@ -90,11 +91,11 @@ def test_every_error_is_an_occluder_error():
     [
         (UnreadableMeshError, lambda: simplifier.load("nowhere.obj")),
         (UnknownFormatError, lambda: simplifier.load("mesh.xyz")),
-        (OptionError, lambda: simplifier.simplify(box(), budget=0)),
-        (OptionError, lambda: simplifier.simplify(box(), up="w")),
-        (OptionError, lambda: simplifier.simplify(box(), viewers="below")),
-        (OptionError, lambda: simplifier.evaluate(box(), no_occluder(), views=0)),
-        (OptionError, lambda: simplifier.evaluate(box(), no_occluder(), viewers="below")),
+        (OptionError, lambda: simplifier.simplify(box(), budget=0).occluder),
+        (OptionError, lambda: simplifier.simplify(box(), up="w").occluder),
+        (OptionError, lambda: simplifier.simplify(box(), viewers="below").occluder),
+        (OptionError, lambda: simplifier.evaluate(box(), no_occluder(), views=0).accuracy),
+        (OptionError, lambda: simplifier.evaluate(box(), no_occluder(), viewers="below").accuracy),
         (OutputError, lambda: simplifier.save(no_occluder(), "occluder.xyz")),
     ],
 )
@@ -109,7 +110,7 @@ def no_occluder():
 
 def test_an_occluder_made_elsewhere_promises_nothing():
     assert math.isinf(no_occluder().error_bound)
-    report = simplifier.evaluate(box(), no_occluder(), views=4, image=32, quads=100)
+    report = simplifier.evaluate(box(), no_occluder(), views=4, image=32, quads=100).accuracy
     assert (report.precision, report.recall) == (1.0, 0.0)
 
 
@@ -123,7 +124,7 @@ LODS = {"resolution": 24, "preset": "draft", "moves": 300, "budget": 24}
 
 
 def test_levels_of_detail_there_and_back(tmp_path):
-    chain = simplifier.simplify_lods(blob(), pixel_error=2.0, fov=45, **LODS)
+    chain = simplifier.simplify(blob(), pixel_error=2.0, fov=45, **LODS, lods=3).chain
     assert isinstance(chain, simplifier.LodChain)
     assert len(chain.levels) + len(chain.left_out) == 3
     assert chain.at(0.0) is chain.levels[0]
@@ -138,20 +139,12 @@ def test_levels_of_detail_there_and_back(tmp_path):
 
 
 def test_levels_by_error_bounds():
-    chain = simplifier.simplify_lods(
+    chain = simplifier.simplify(
         box(), error_bounds=[1.0, 0.3], budget=12, preset="draft", moves=0
-    )
+    ).chain
     assert chain.levels[0].error_bound <= 0.3
     with pytest.raises(OptionError, match="error bounds: cannot be given together"):
-        simplifier.simplify_lods(box(), error_bounds=[1.0, 0.3], resolution=8)
-
-
-def test_levels_take_the_options_of_a_single_occluder():
-    one = inspect.signature(simplifier.simplify).parameters
-    many = inspect.signature(simplifier.simplify_lods).parameters
-    # Wholly inside there is no error to choose a level by.
-    assert set(one) - set(many) == {"conservative", "shrink"}
-    assert all(many[name].default == one[name].default for name in set(one) & set(many))
+        simplifier.simplify(box(), error_bounds=[1.0, 0.3], resolution=8)
 
 
 def wall_and_boxes():
@@ -190,10 +183,3 @@ def test_a_scene_is_not_begun_when_it_is_cancelled(tmp_path):
     with pytest.raises(CancelledError):
         simplifier.simplify_scene(wall_and_boxes(), tmp_path, cancel=stop)
     assert not (tmp_path / "scene.json").exists()
-
-
-def test_the_options_of_a_scene_are_those_that_can_be_typed():
-    typed = inspect.signature(simplifier.simplify_scene).parameters
-    fields = {field.name: field.default for field in dataclasses.fields(SceneOptions)}
-    given = {name: one.default for name, one in typed.items() if name in fields}
-    assert given == fields

@@ -47,7 +47,9 @@ QUAD = [[0.1, 0.2, 0.3], [0.7, 0.2, 0.3], [0.7, 0.9, 1 / 3], [0.1, 0.9, 1 / 3]]
 @pytest.mark.parametrize("more", [{}, {"moves": 0}, {"trim": "area"}, {"conservative": True}])
 def test_drawn_parts_are_in_the_result_exactly_and_count_towards_the_budget(more):
     overrides = Overrides((drawn_box((0.4, 0.5, 0.6), (1.9, 0.3, 0.3)), drawn_quad(QUAD)))
-    occluder = simplifier.simplify(box(), budget=20, overrides=overrides, **{**QUICK, **more})
+    occluder = simplifier.simplify(
+        box(), budget=20, overrides=overrides, **{**QUICK, **more}
+    ).occluder
     assert 14 < len(occluder.faces) <= 20
     there = ordered(soup(occluder))
     assert all(triangle in there for triangle in ordered(overrides.triangles))
@@ -55,7 +57,7 @@ def test_drawn_parts_are_in_the_result_exactly_and_count_towards_the_budget(more
 
 def test_a_budget_that_is_all_drawn_leaves_the_drawn_parts_alone():
     overrides = Overrides((drawn_quad(QUAD),))
-    occluder = simplifier.simplify(box(), budget=2, overrides=overrides, **QUICK)
+    occluder = simplifier.simplify(box(), budget=2, overrides=overrides, **QUICK).occluder
     assert ordered(soup(occluder)) == ordered(overrides.triangles)
 
 
@@ -71,8 +73,8 @@ def test_a_part_in_an_open_region_is_refused():
 
 
 def test_nothing_overridden_gives_the_same_bytes_as_no_overrides():
-    plain = simplifier.simplify(blob(), budget=16, **QUICK)
-    same = simplifier.simplify(blob(), budget=16, overrides=Overrides(), **QUICK)
+    plain = simplifier.simplify(blob(), budget=16, **QUICK).occluder
+    same = simplifier.simplify(blob(), budget=16, overrides=Overrides(), **QUICK).occluder
     assert plain.vertices.tobytes() == same.vertices.tobytes()
     assert plain.faces.tobytes() == same.faces.tobytes()
 
@@ -81,12 +83,14 @@ def test_a_mesh_within_the_budget_is_not_its_own_occluder_where_a_person_decided
     """Else its own triangles would close the region, and come twice beside what is drawn."""
     hole = opening((0.5, 0.5, 0.5), (0.4, 0.4, 3.0))
     own = ordered(box().vertices[box().faces])
-    assert ordered(soup(simplifier.simplify(box(), budget=40, **QUICK))) == own
-    found = soup(simplifier.simplify(box(), budget=40, overrides=Overrides(open=(hole,)), **QUICK))
+    assert ordered(soup(simplifier.simplify(box(), budget=40, **QUICK).occluder)) == own
+    found = soup(
+        simplifier.simplify(box(), budget=40, overrides=Overrides(open=(hole,)), **QUICK).occluder
+    )
     assert len(found) > 0
     assert not hole.region.crossed_by(found).any()
     drawn = Overrides((drawn_quad(QUAD),))
-    found = ordered(soup(simplifier.simplify(box(), budget=40, overrides=drawn, **QUICK)))
+    found = ordered(soup(simplifier.simplify(box(), budget=40, overrides=drawn, **QUICK).occluder))
     assert len(found) <= 40
     assert not any(triangle in found for triangle in own)
     assert all(triangle in found for triangle in ordered(drawn.triangles))
@@ -97,10 +101,10 @@ def test_what_are_no_overrides_is_refused_by_name():
     text = "castle.overrides.toml"
     occluder = simplifier.Occluder(box().vertices, box().faces)
     for call in (
-        lambda: simplifier.simplify(box(), overrides=text),
-        lambda: simplifier.simplify_lods(box(), overrides=text),
-        lambda: simplifier.produce(box(), overrides=text),
-        lambda: simplifier.judge(box(), occluder, overrides=text),
+        lambda: simplifier.simplify(box(), overrides=text).occluder,
+        lambda: simplifier.simplify(box(), overrides=text, lods=3).chain,
+        lambda: simplifier.simplify(box(), overrides=text).measure(),
+        lambda: simplifier.evaluate(box(), occluder, overrides=text),
     ):
         with pytest.raises(OptionError, match=say):
             call()
@@ -113,11 +117,11 @@ def test_what_are_no_overrides_is_refused_by_name():
 def test_what_is_drawn_over_one_half_leaves_the_search_the_other():
     mesh = joined(box(), box(low=(3.0, 0.0, 0.0)))
     overrides = Overrides((drawn_box((0.5, 0.5, 0.5), (1, 1, 1)),))
-    occluder = simplifier.simplify(mesh, budget=24, overrides=overrides, **QUICK)
+    occluder = simplifier.simplify(mesh, budget=24, overrides=overrides, **QUICK).occluder
     found = [one for one in ordered(soup(occluder)) if one not in ordered(overrides.triangles)]
     assert found
     assert np.array(found)[:, :, 0].mean() > 2.5
-    assert simplifier.evaluate(mesh, occluder, views=16, image=64).recall > 0.7
+    assert simplifier.evaluate(mesh, occluder, views=16, image=64).accuracy.recall > 0.7
 
 
 # Regions left open.
@@ -158,7 +162,7 @@ def test_no_ray_within_an_open_region_meets_the_occluder(seed, more):
     )
     overrides = Overrides(open=(region,))
     options = {"budget": 16, **QUICK, **more}
-    occluder = simplifier.simplify(sphere(), overrides=overrides, **options)
+    occluder = simplifier.simplify(sphere(), overrides=overrides, **options).occluder
     assert not region.region.crossed_by(soup(occluder)).any()
     begin, end = rays_into(region.region, generator, 400)
     assert not hits(begin, end, soup(occluder)).any()
@@ -169,7 +173,9 @@ def test_a_region_stays_open_in_every_file(tmp_path):
     far = np.array([400.0, 0.0, 200.0])
     ball_there = simplifier.TriangleMesh.from_soup(sphere().vertices + far, sphere().faces)
     region = opening(far + np.array([0.2, 0.1, 0.0]), (0.4, 0.4, 3.0))
-    occluder = simplifier.simplify(ball_there, overrides=Overrides(open=(region,)), **QUICK)
+    occluder = simplifier.simplify(
+        ball_there, overrides=Overrides(open=(region,)), **QUICK
+    ).occluder
     assert len(occluder.faces) > 0
     for suffix in (".glb", ".obj", ".stl"):
         simplifier.save(occluder, tmp_path / f"out{suffix}")
@@ -180,15 +186,15 @@ def test_a_region_stays_open_in_every_file(tmp_path):
 def test_the_unrefined_cut_would_pass_through_without_the_region():
     region = opening((0, 0, 0), (0.5, 0.5, 3.0))
     for moves in (0, 600):
-        plain = simplifier.simplify(sphere(), budget=16, **{**QUICK, "moves": moves})
+        plain = simplifier.simplify(sphere(), budget=16, **{**QUICK, "moves": moves}).occluder
         assert region.region.crossed_by(soup(plain)).any()
 
 
 def test_a_region_around_all_of_it_leaves_an_empty_occluder_and_a_warning():
-    product = simplifier.produce(
+    product = simplifier.simplify(
         box(), simplifier.SimplifyOptions(**QUICK, views=4, image=32, quads=50),
         overrides=Overrides(open=(opening((0.5, 0.5, 0.5), (9, 9, 9)),)),
-    )  # fmt: skip
+    ).measure()  # fmt: skip
     assert len(product.occluder.faces) == 0
     assert any("open region" in warning for warning in product.warnings)
 
@@ -201,9 +207,9 @@ def test_every_level_has_what_is_drawn_and_leaves_regions_open():
     hole = opening((0.8, 0.0, 0.0), (0.3, 0.3, 3.0))
     parts = tuple(drawn_quad(np.array(quad) * s, f"quad {s}") for s in (1, 2, 3))
     overrides = Overrides(parts, (hole,))
-    chain = simplifier.simplify_lods(
+    chain = simplifier.simplify(
         sphere(), lods=3, budget=16, overrides=overrides, resolution=24, preset="draft", moves=600
-    )
+    ).chain
     assert len(chain.levels) > 1
     for level in chain.levels:
         there = ordered(soup(level.occluder))
@@ -215,7 +221,7 @@ def test_a_report_tells_of_a_part_that_sticks_out_and_by_how_much():
     out = DrawnPart("sail", drawn_box((3.0, 0.5, 0.5), (2, 1, 1)).triangles, "a.overrides.toml:7")
     inside = drawn_box((0.5, 0.5, 0.5), (0.5, 0.5, 0.5), "core")
     options = simplifier.SimplifyOptions(**QUICK, views=4, image=32, quads=50)
-    product = simplifier.produce(box(), options, overrides=Overrides((out, inside)))
+    product = simplifier.simplify(box(), options, overrides=Overrides((out, inside))).measure()
     told = [warning for warning in product.warnings if "sticks out" in warning]
     assert len(told) == 1
     assert told[0].startswith("sail (a.overrides.toml:7) sticks out of the mesh by 3")
@@ -231,7 +237,7 @@ def test_judging_tells_of_triangles_that_pass_through_an_open_region():
     options = simplifier.EvaluateOptions(resolution=8, views=4, image=32, quads=50)
     whole = simplifier.Occluder(box().vertices, box().faces)
     window = opening((0.5, 0.5, 0.0), (0.2, 0.2, 0.2), name="window")
-    judged = simplifier.judge(box(), whole, options, overrides=Overrides(open=(window,)))
+    judged = simplifier.evaluate(box(), whole, options, overrides=Overrides(open=(window,)))
     report = judged.report()
     assert report["warnings"] == ["2 triangles pass through the open region window"]
     assert report["options"]["overrides"] == {"drawn": [], "triangles": 0, "open": ["window"]}

@@ -15,7 +15,7 @@ from examples.castle import castle
 from simplifier.accuracy.deviation import deviation
 from simplifier.errors import BackendUnavailableError, CancelledError
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.options import ERROR_VOXELS, make_options
+from simplifier.options.stages import ERROR_VOXELS, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import STAGES, Stopwatch
 from simplifier.steps.solid import solidify
@@ -33,7 +33,7 @@ def run(mesh, listener=None, cancel=None, **options):
 def judged(mesh, **options):
     """Precision and recall, free of sampling noise, and the result."""
     result = run(mesh, **options)
-    report = simplifier.evaluate(mesh, result.occluder, exact=True, views=64, image=128)
+    report = simplifier.evaluate(mesh, result.occluder, exact=True, views=64, image=128).accuracy
     return report.precision, report.recall, result
 
 
@@ -408,8 +408,8 @@ def test_opengl_does_as_well_as_the_sampler():
     assert diary.begun == ["voxelize", "fill", "surface", *RUN[2:]]
     assert list(drawn.occluder.timings) == diary.begun
     check_bound(mesh, drawn)
-    ours = simplifier.evaluate(mesh, run(mesh, **options).occluder, exact=True, image=128)
-    theirs = simplifier.evaluate(mesh, drawn.occluder, exact=True, image=128)
+    ours = simplifier.evaluate(mesh, run(mesh, **options).occluder, exact=True, image=128).accuracy
+    theirs = simplifier.evaluate(mesh, drawn.occluder, exact=True, image=128).accuracy
     assert theirs.recall == pytest.approx(ours.recall, abs=0.03)
     assert theirs.precision == pytest.approx(ours.precision, abs=0.005)
 

@@ -13,7 +13,7 @@ from simplifier.accuracy.deviation import deviation
 from simplifier.errors import BackendUnavailableError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.kernels.voxelize import mark_triangles
-from simplifier.options import make_options
+from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
 from tests.segments import crossings, outside
 from tests.solids import blob, box, joined, sphere, table, torus
@@ -26,7 +26,7 @@ def run(mesh, **options):
 
 
 def judged(mesh, occluder, views):
-    return simplifier.evaluate(mesh, occluder, views=views, image=96, exact=True)
+    return simplifier.evaluate(mesh, occluder, views=views, image=96, exact=True).accuracy
 
 
 def check_precision_is_1(mesh, occluder, views=4096):
@@ -287,7 +287,7 @@ def test_viewers_above_look_level_or_down(up):
     assert (np.abs((report.directions * everywhere.directions).sum(axis=1)) > 1.0 - 1e-12).all()
     same = simplifier.evaluate(
         mesh, occluder, views=64, image=64, quads=500, viewers="above", up=up
-    )
+    ).accuracy
     assert np.array_equal(same.recall_by_view, report.recall_by_view)
 
 

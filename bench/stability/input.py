@@ -21,8 +21,8 @@ from bench.machine import ROOT
 from bench.meshes import ASSETS, bumpy_sphere
 from bench.record import Row, markdown, read_table, write_table
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.io import readable_suffixes
-from simplifier.production.options import SimplifyOptions
+from simplifier.io.formats import readable_suffixes
+from simplifier.options.simplify import SimplifyOptions
 from simplifier.warmup import warm_up
 
 COMMAND = "python -m bench.stability.input"
@@ -58,8 +58,8 @@ def far_rows() -> Iterator[Row]:
 
 
 def judged(name: str, far: str, whole: TriangleMesh, mesh: TriangleMesh) -> Row:
-    made = simplifier.make(mesh, SimplifyOptions())
-    report = simplifier.evaluate(whole, made.occluder, exact=True)
+    made = simplifier.simplify(mesh, SimplifyOptions())
+    report = simplifier.evaluate(whole, made.occluder, exact=True).accuracy
     told = " ".join(made.result.warnings)
     return {
         "mesh": name, "one vertex is out by": far, "dropped": mesh.dropped.total,

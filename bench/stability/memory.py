@@ -21,7 +21,7 @@ from bench.point import measure_command
 from bench.record import Row, markdown, read_table, told, write_table
 from bench.stability.balls import write_ball
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import save_occluder
+from simplifier.io.save import save_occluder
 from simplifier.warmup import warm_up
 
 RESULT = ROOT / "bench" / "results" / "stability_memory.csv"

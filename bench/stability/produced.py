@@ -33,11 +33,11 @@ def produced_row(mesh: TriangleMesh, case: Row, views: int, options: dict[str, A
     try:
         chosen = simplifier.SimplifyOptions.of(options | {"views": views, "exact": True})
         begin = time.perf_counter()
-        made = simplifier.make(mesh, chosen)
+        made = simplifier.simplify(mesh, chosen)
         seconds = time.perf_counter() - begin
     except simplifier.OccluderError as error:
         return {**case, "says": f"refused: {error}"}
-    product = made.judged()
+    product = made.measure()
     report, finest = product.report(), product.levels[0]
     voxel = report["solid"]["cell_size"]
     return {

@@ -22,7 +22,8 @@ from bench.record import Row, markdown, read_table, told, write_table
 from simplifier.accuracy.deviation import deviation
 from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.options import ERROR_VOXELS, Axis, make_options
+from simplifier.options.simplify import Axis
+from simplifier.options.stages import ERROR_VOXELS, make_options
 from simplifier.pipeline import Simplification, simplify_mesh
 from tests.extremes.transforms import (
     OFFSETS,
@@ -106,7 +107,7 @@ class Judge:
         self, case: str, alike: str, mesh: TriangleMesh, made: Simplification, scale: float = 1.0
     ) -> Row:
         """Lengths are in voxels of the undisturbed mesh."""
-        report = simplifier.evaluate(mesh, made.occluder, views=self.views, exact=True)
+        report = simplifier.evaluate(mesh, made.occluder, views=self.views, exact=True).accuracy
         strays = deviation(made.occluder, mesh, made.solid.touched, made.solid.filled)
         voxel = self.longest * scale / _RESOLUTION
         return {

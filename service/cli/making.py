@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from simplifier import (
-    SIMPLIFY_FIELDS,
     CancelledError,
     OccluderError,
     OptionError,
@@ -21,10 +20,10 @@ from simplifier.cli.plugin import overrides_beside
 
 if TYPE_CHECKING:
     from service.client import Client, RemoteJob
-    from simplifier.builds.making import Job
+    from simplifier.builds.making import AssetJob
 
 _PATIENCE = 3600.0  # seconds for which a full queue is waited for
-_DEFAULTS = {field.name: field.default for field in SIMPLIFY_FIELDS}
+_DEFAULTS = {field.name: field.default for field in SimplifyOptions.fields()}
 
 
 @contextmanager
@@ -51,7 +50,7 @@ class RemoteMaker:
     def __init__(self, client: Client, canceller: Client) -> None:
         self._client, self._canceller = client, canceller
 
-    def __call__(self, job: Job) -> Mapping[str, Any]:
+    def __call__(self, job: AssetJob) -> Mapping[str, Any]:
         """Write the drafts; the report.
 
         Raises :class:`OccluderError` for whatever the service refuses and for what it would make
@@ -115,13 +114,12 @@ def _options_to_send(options: SimplifyOptions) -> dict[str, Any]:
         raise OptionError(
             "a service draws with its own", where="slicer", remedy="leave it out, or build here"
         )
-    wholly_inside = options.conservative or options.shrink > 0.0
-    if options.levels is None and not wholly_inside:
+    if options.levels is None and not options.wholly_inside:
         chosen["lods"] = 1
     return chosen
 
 
-def _check_plain(job: Job) -> None:
+def _check_plain(job: AssetJob) -> None:
     for target in job.targets:
         for name in target.output.written:
             raise OptionError(

@@ -10,10 +10,10 @@ from typing import Annotated, Any
 import typer
 
 from service.cli.command import run_command
-from simplifier import OCCLUDER_SUFFIXES, SIMPLIFY_FIELDS, OptionError, OutputError
-from simplifier.cli.plugin import Debug, overrides_beside, typed_lengths, with_options
+from simplifier import OCCLUDER_SUFFIXES, OptionError, OutputError, SimplifyOptions
+from simplifier.cli.plugin import Debug, overrides_beside, read_values, with_options
 
-_FIELDS = tuple(field for field in SIMPLIFY_FIELDS if field.name != "slicer")  # the server's affair
+_FIELDS = tuple(one for one in SimplifyOptions.fields() if one.name != "slicer")  # the server's
 _DEFAULTS = {field.name: field.default for field in _FIELDS}
 
 
@@ -59,8 +59,7 @@ def submit(
         from service.cli.batch import submit_all
         from service.cli.mesh_submission import MeshSubmission
 
-        bounds = typed_lengths(chosen["error_bounds"], "error bounds")
-        options = _options_to_send({**chosen, "error_bounds": bounds})
+        options = _options_to_send(read_values(_FIELDS, chosen))
         targets = _targets(meshes, output, form)
         names = _asset_names(meshes, asset)
         submissions = [

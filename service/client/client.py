@@ -242,7 +242,7 @@ class Client:
     def tradeoff(self, asset_id: str, options: Options | None = None) -> RemoteJob:
         """Measure speed against accuracy on the mesh of an asset's latest run.
 
-        Options are those of ``occluder tradeoff``, by the names of ``simplifier.TRADEOFF_FIELDS``.
+        Options are those of ``occluder tradeoff``, by the names of ``simplifier.TradeoffOptions``.
         """
         return job_of(self._wire.post(f"/v1/assets/{asset_id}/tradeoff", dict(options or {})))
 

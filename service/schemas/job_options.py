@@ -7,18 +7,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 from service.jobs.job import JobKind
-from service.schemas.options import OptionTable
+from service.schemas.options import OptionTable, Resolve
 from simplifier import (
-    EVALUATE_FIELDS,
-    SCENE_FIELDS,
-    SIMPLIFY_FIELDS,
-    TRADEOFF_FIELDS,
     EvaluateOptions,
     OptionField,
+    OptionSet,
+    SceneOptions,
     SimplifyOptions,
     TradeoffOptions,
 )
@@ -34,14 +32,15 @@ def option_tables(job_seconds: float, job_memory: float) -> Mapping[JobKind, Opt
     """The tables by kind; a job may take ``job_seconds``, its refining no more than that, and
     ``job_memory`` bytes."""
 
-    def here(fields: tuple[OptionField, ...]) -> tuple[OptionField, ...]:
-        return tuple(_here(one, job_seconds, job_memory) for one in fields if one.name not in _KEPT)
+    def table(options: type[OptionSet], resolve: Resolve) -> OptionTable:
+        wanted = (one for one in options.fields() if one.name not in _KEPT)
+        return OptionTable(tuple(_here(one, job_seconds, job_memory) for one in wanted), resolve)
 
     return {
-        JobKind.OCCLUDER: OptionTable(here(SIMPLIFY_FIELDS), _simplify_options),
-        JobKind.EVALUATION: OptionTable(here(EVALUATE_FIELDS), _evaluate_options),
-        JobKind.SCENE: OptionTable(here(SCENE_FIELDS), _scene_options),
-        JobKind.TRADEOFF: OptionTable(here(TRADEOFF_FIELDS), _tradeoff_options),
+        JobKind.OCCLUDER: table(SimplifyOptions, _simplify_options),
+        JobKind.EVALUATION: table(EvaluateOptions, _resolver(EvaluateOptions)),
+        JobKind.SCENE: table(SceneOptions, _resolver(SceneOptions)),
+        JobKind.TRADEOFF: table(TradeoffOptions, _resolver(TradeoffOptions)),
     }
 
 
@@ -63,24 +62,17 @@ def _simplify_options(chosen: dict[str, Any]) -> dict[str, Any]:
     inside = chosen.get("conservative", False) or chosen.get("shrink", 0.0) > 0.0
     if not inside and chosen.get("error_bounds") is None and chosen.get("lods") is None:
         chosen = {**chosen, "lods": LEVELS}
-    return _without_kept(asdict(SimplifyOptions.of(chosen)))
+    return _resolver(SimplifyOptions)(chosen)
 
 
-def _evaluate_options(chosen: dict[str, Any]) -> dict[str, Any]:
-    return _without_kept(asdict(EvaluateOptions.of(chosen)))
+def _resolver(options: type[OptionSet]) -> Resolve:
+    """All options of a job from those that were given, as JSON has them."""
 
+    def resolve(chosen: dict[str, Any]) -> dict[str, Any]:
+        return {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in vars(options.of(chosen)).items()
+            if name not in _KEPT
+        }
 
-def _scene_options(chosen: dict[str, Any]) -> dict[str, Any]:
-    return {one.name: one.default for one in SCENE_FIELDS if one.name not in _KEPT} | chosen
-
-
-def _tradeoff_options(chosen: dict[str, Any]) -> dict[str, Any]:
-    return _without_kept(asdict(TradeoffOptions.of(chosen)))
-
-
-def _without_kept(options: dict[str, Any]) -> dict[str, Any]:
-    return {
-        name: list(value) if isinstance(value, tuple) else value
-        for name, value in options.items()
-        if name not in _KEPT
-    }
+    return resolve

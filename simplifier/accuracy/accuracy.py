@@ -27,20 +27,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import get_args
 
 import numpy as np
 
-from simplifier.checks import check_flag, check_kind, check_one_of, check_whole, settle_numbers
+from simplifier.checks import check_kind, check_whole
 from simplifier.errors import MeshError, OptionError
 from simplifier.geometry.mesh import A_MESH, FloatArray, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.views import BoundingSphere, from_above, image_axes, random_directions
-from simplifier.kernels.coverage import MaskArray, covered, unpacked
+from simplifier.kernels.coverage import MaskArray, coverage_masks, unpack_masks
 from simplifier.kernels.random_quads import exact_quad_pixels, sample_quads
 from simplifier.kernels.threads import run_chunks
-from simplifier.options import Axis, Viewers
+from simplifier.options.fields import OptionSet, shared
+from simplifier.options.simplify import Axis, SimplifyOptions, Viewers
 
 QUANTILE_LEVELS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 """The shares of views that the report's quantiles stand for."""
@@ -49,15 +49,13 @@ _BLOCK_BYTES = 1 << 26  # masks held at once, original and occluders together
 
 
 @dataclass(frozen=True)
-class AccuracyOptions:
+class AccuracyOptions(OptionSet):
     """How accuracy is measured; two reports compare only when these are equal.
 
-    ``views``  orthographic views, 1..65536.  More narrow the spread by the choice of directions.
-    ``image``  pixels a side, 8..4096.  More resolve thinner parts; time and memory grow as its
-               square.
-    ``quads``  random quads a view, 1..10,000,000.  More lessen the sampling noise; not used when
-               ``exact``.
-    ``seed``   of directions and quads, 0..2^63 - 1.
+    ``views``  orthographic views.  More narrow the spread by the choice of directions.
+    ``image``  pixels a side.  More resolve thinner parts; time and memory grow as its square.
+    ``quads``  random quads a view.  More lessen the sampling noise; not used when ``exact``.
+    ``seed``   of directions and quads.
     ``exact``  the expectation over all quads in place of a sample: no noise, about the same time.
     ``viewers``  where they can be: ``all``, or ``above``, looking level or down (d . up <= 0).
     ``up``     the mesh's up axis, for viewers above.
@@ -65,23 +63,13 @@ class AccuracyOptions:
     Raises :class:`OptionError` for a value out of range or not known.
     """
 
-    views: int = 256
-    image: int = 256
-    quads: int = 32000
-    seed: int = 0
-    exact: bool = False
-    viewers: Viewers = "all"
-    up: Axis = "y"
-
-    def __post_init__(self) -> None:
-        settle_numbers(self)
-        check_one_of("viewers", self.viewers, get_args(Viewers))
-        check_one_of("up", self.up, get_args(Axis))
-        check_flag("exact", self.exact)
-        check_whole("views", self.views, 1, 65536)
-        check_whole("image", self.image, 8, 4096)
-        check_whole("quads", self.quads, 1, 10_000_000)
-        check_whole("seed", self.seed, 0, 2**63 - 1)
+    views: int = shared(SimplifyOptions, "views")
+    image: int = shared(SimplifyOptions, "image")
+    quads: int = shared(SimplifyOptions, "quads")
+    seed: int = shared(SimplifyOptions, "seed")
+    exact: bool = shared(SimplifyOptions, "exact")
+    viewers: Viewers = shared(SimplifyOptions, "viewers")
+    up: Axis = shared(SimplifyOptions, "up")
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,7 +187,7 @@ def view_masks(
     """
     check_whole("image", image, 8, 4096)
     original, (hidden,) = _masks(mesh, [occluder], _checked_directions(directions), image)
-    return unpacked(original, image), unpacked(hidden, image)
+    return unpack_masks(original, image), unpack_masks(hidden, image)
 
 
 def _sight(options: AccuracyOptions) -> FloatArray:
@@ -250,7 +238,7 @@ def _masks(
         unit = np.empty(item.vertices.shape[::-1])  # as it is drawn, so that nothing copies it
         for axis, column in enumerate(item.vertices.T):
             unit[axis] = (column - sphere.centre[axis]) / sphere.radius
-        return covered(unit.T, item.faces, projections, image, image)
+        return coverage_masks(unit.T, item.faces, projections, image, image)
 
     original = silhouettes(mesh)
     try:

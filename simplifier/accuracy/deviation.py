@@ -13,8 +13,8 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.deviation import (
     TRIANGLES_PER_LEAF,
-    build_tree,
-    cut_pieces,
+    build_box_tree,
+    halve_pieces,
     piece_distances,
     point_distances,
     triangle_boxes,
@@ -75,7 +75,7 @@ class _Original:
         lows = np.empty((len(faces), 3))
         highs = np.empty((len(faces), 3))
         run_chunks(lambda a, b: triangle_boxes(points, faces, a, b, lows, highs), len(faces))
-        nodes, order = build_tree(lows, highs, TRIANGLES_PER_LEAF)
+        nodes, order = build_box_tree(lows, highs, TRIANGLES_PER_LEAF)
         return cls(_box_nodes(filled.inside & ~touched.inside), nodes, order, points, faces)
 
     def distances(self, queries: FloatArray) -> FloatArray:
@@ -126,7 +126,7 @@ def _largest_distance(triangles: FloatArray, original: _Original) -> float:
         open_pieces = pieces[undecided & (distances + reaches > largest + slack)]
         if len(open_pieces) > 0:
             halves = np.empty((2 * len(open_pieces), 3, 3))
-            cut_pieces(open_pieces, halves)
+            halve_pieces(open_pieces, halves)
             waiting.append(halves)
     return largest
 
@@ -139,7 +139,7 @@ def _box_nodes(inside: BoolArray) -> FloatArray:
     step = np.diff(padded, axis=2)
     lows = np.array(np.argwhere(step == 1), dtype=np.float64, order="C")
     highs = np.argwhere(step == -1) + np.array([1.0, 1.0, 0.0])
-    nodes, _ = build_tree(lows, np.ascontiguousarray(highs), 1)
+    nodes, _ = build_box_tree(lows, np.ascontiguousarray(highs), 1)
     return nodes
 
 

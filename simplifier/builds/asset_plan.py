@@ -6,12 +6,12 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 from simplifier.builds.finding import Requirements
-from simplifier.builds.globs import Pattern, mesh_files
+from simplifier.builds.globs import Glob, mesh_files
 from simplifier.builds.manifest import Manifest, Resolved, cascade, resolve
 from simplifier.builds.outputs import Output, level_base, outputs_of
 from simplifier.errors import ManifestError
 from simplifier.io.suffixes import MESH_SUFFIXES
-from simplifier.production.options import SimplifyOptions
+from simplifier.options.simplify import SimplifyOptions
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ def plan_assets(manifest: Manifest, made: Collection[str] = ()) -> tuple[Asset, 
     no mesh, and for outputs that two meshes share or that would replace a mesh.
     """
     patterns = [one for block in manifest.blocks for one in block.files]
-    found = _named(manifest, mesh_files(manifest.folder, patterns))
+    found = _assets_by_name(manifest, mesh_files(manifest.folder, patterns))
     sources = _Sources(found, made)
     assets = tuple(one for one in found.values() if sources.holds(one.name))
     _check_literal(patterns, found, assets)
@@ -52,7 +52,7 @@ def plan_assets(manifest: Manifest, made: Collection[str] = ()) -> tuple[Asset, 
     return assets
 
 
-def _named(manifest: Manifest, files: Iterable[str]) -> dict[str, Asset]:
+def _assets_by_name(manifest: Manifest, files: Iterable[str]) -> dict[str, Asset]:
     """Assets by name, outputs among them; blocks that say the same are resolved once."""
     resolved: dict[tuple[int, ...], Resolved] = {}
     found = {}
@@ -95,7 +95,7 @@ class _Sources:
 
 
 def _check_literal(
-    patterns: Iterable[Pattern], found: Mapping[str, Asset], assets: Iterable[Asset]
+    patterns: Iterable[Glob], found: Mapping[str, Asset], assets: Iterable[Asset]
 ) -> None:
     """What is named in full is meant to be a mesh: it must not be taken for an output."""
     names = {asset.name for asset in assets}
@@ -108,7 +108,7 @@ def _check_literal(
             )
 
 
-def _check_matched(patterns: Iterable[Pattern], assets: Collection[Asset]) -> None:
+def _check_matched(patterns: Iterable[Glob], assets: Collection[Asset]) -> None:
     for pattern in patterns:
         if not any(pattern.matches(asset.name) for asset in assets):
             raise ManifestError(
@@ -128,13 +128,13 @@ def _check_outputs(assets: Collection[Asset]) -> None:
             if folded in meshes:
                 raise _replacing(asset, output, meshes[folded])
             if folded in owners:
-                raise _shared(asset, output, owners[folded])
+                raise _sharing_error(asset, output, owners[folded])
             owners[folded] = asset
     for output, asset in [*owners.items(), *meshes.items()]:
         base = level_base(output)
         other = owners.get(base) if base else None
         if other is not None and other is not asset and other.options.levels:
-            raise _shared(asset, output, other)
+            raise _sharing_error(asset, output, other)
 
 
 def _replacing(asset: Asset, output: str, mesh: Asset) -> ManifestError:
@@ -146,7 +146,7 @@ def _replacing(asset: Asset, output: str, mesh: Asset) -> ManifestError:
     )
 
 
-def _shared(asset: Asset, output: str, other: Asset) -> ManifestError:
+def _sharing_error(asset: Asset, output: str, other: Asset) -> ManifestError:
     what = f"an output of '{asset.name}' twice" if asset is other else (
         f"what both '{other.name}' and '{asset.name}' become"
     )  # fmt: skip

@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import posixpath
 import tempfile
-from collections.abc import Callable, Collection, Generator, Iterator, Sequence
+from collections.abc import Collection, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import closing, contextmanager, suppress
 from dataclasses import replace
@@ -20,22 +20,19 @@ from pathlib import Path
 
 from simplifier.builds.asset_plan import Asset
 from simplifier.builds.finding import Finding, State, shortfalls
-from simplifier.builds.making import Job, Made, Maker, Target, make, make_here
+from simplifier.builds.making import AssetJob, MadeAsset, Maker, Target, make_asset, make_here
 from simplifier.builds.record import Digests, Entry, Record, RecordKeeper, record_path
-from simplifier.builds.staleness import Examined, chosen_options, examine, gone, judged
+from simplifier.builds.staleness import Examined, chosen_options, examine, find_gone, judge_unmade
 from simplifier.errors import OutputError
 from simplifier.io.files import make_folder, remove_drafts, write_all_whole
 from simplifier.kernels.threads import thread_count
-from simplifier.processes import Outcome, Work, answer_of, run_jobs
-from simplifier.progress import Cancel
-
-Tell = Callable[[int, int], None]
-"""Told how many of the assets that are to be made are done, and how many they are."""
+from simplifier.processes import JobFunction, JobOutcome, answer_of, run_jobs
+from simplifier.progress import Cancel, TellCount
 
 _ABANDONED = 60.0  # seconds after which nobody writes a draft any more
 
 
-def build(
+def build_assets(
     path: Path,
     cancel: Cancel,
     *,
@@ -45,7 +42,7 @@ def build(
     digests: Digests | None = None,
     skipped: Collection[str] = (),
     tidy: bool = True,
-    tell: Tell = lambda done, total: None,
+    tell: TellCount = lambda done, total: None,
 ) -> list[Finding]:
     """Make what is stale, in processes of this machine or by ``maker``.
 
@@ -66,28 +63,30 @@ def build(
         seen = examine(path, digests or Digests())
         keeper = RecordKeeper(record_path(path), seen.record)
         was = before or {}
-        findings = {one.name: judged(one, seen.record, seen.stale.get(one.name, ""), was)
+        findings = {one.name: judge_unmade(one, seen.record, seen.stale.get(one.name, ""), was)
                     for one in seen.assets}  # fmt: skip
         due = [one for one in seen.assets if one.name in seen.stale and one.name not in skipped]
         try:
             if due:
-                for finding in _built(seen, due, keeper, was, maker, at_once, tell, cancel):
+                for finding in _findings_of_due(
+                    seen, due, keeper, was, maker, at_once, tell, cancel
+                ):
                     findings[finding.asset] = finding
             if tidy and not cancel.is_set():
                 _remove_gone(seen, keeper)
         finally:
             keeper.save()
-    return [*findings.values(), *(() if tidy else gone(seen))]
+    return [*findings.values(), *(() if tidy else find_gone(seen))]
 
 
-def _built(
+def _findings_of_due(
     seen: Examined,
     due: Sequence[Asset],
     keeper: RecordKeeper,
     before: Record,
     maker: Maker | None,
     at_once: int | None,
-    tell: Tell,
+    tell: TellCount,
     cancel: Cancel,
 ) -> Iterator[Finding]:
     """One of each asset that is over, in any order."""
@@ -96,37 +95,39 @@ def _built(
     with tempfile.TemporaryDirectory(prefix="occluder-") as scratch:
         jobs = [_job(folder, asset, Path(scratch, str(i))) for i, asset in enumerate(due)]
         if maker is None:
-            outcomes = made_here(jobs, at_once, cancel)
+            outcomes = answers_here(jobs, at_once, cancel)
         else:
-            outcomes = made_by(maker, jobs, at_once, cancel)
+            outcomes = answers_by(maker, jobs, at_once, cancel)
         tell(0, len(due))
         with closing(outcomes):
             for done, outcome in enumerate(outcomes, start=1):
                 asset, made = due[outcome.job], outcome.answer.result
                 stale = Finding(asset.name, State.STALE, seen.stale[asset.name])
-                if not isinstance(made, Made) and cancel.is_set():
+                if not isinstance(made, MadeAsset) and cancel.is_set():
                     continue
-                if not isinstance(made, Made):
+                if not isinstance(made, MadeAsset):
                     yield replace(stale, state=State.FAILED, why=outcome.answer.failure)
                 else:
-                    yield _taken(folder, asset, jobs[outcome.job], made, stale, keeper, before)
+                    yield _put_in_place(
+                        folder, asset, jobs[outcome.job], made, stale, keeper, before
+                    )
                 tell(done, len(due))
 
 
-def _job(folder: Path, asset: Asset, scratch: Path) -> Job:
+def _job(folder: Path, asset: Asset, scratch: Path) -> AssetJob:
     """Each output in a folder of its own: what appears there goes to the output's."""
     targets = (
         Target(scratch / str(i) / Path(output.file).name, folder / output.file, output)
         for i, output in enumerate(asset.outputs)
     )
-    return Job(folder / asset.name, asset.options, tuple(targets))
+    return AssetJob(folder / asset.name, asset.options, tuple(targets))
 
 
-def _taken(
+def _put_in_place(
     folder: Path,
     asset: Asset,
-    job: Job,
-    made: Made,
+    job: AssetJob,
+    made: MadeAsset,
     stale: Finding,
     keeper: RecordKeeper,
     before: Record,
@@ -188,10 +189,10 @@ _ASKED = 8  # of a service at a time, where nothing else is said
 _GLANCE = 0.1  # seconds between looks at whether to stop
 
 
-def made_here(
-    jobs: Sequence[Job], at_once: int | None, cancel: Cancel
-) -> Generator[Outcome, None, None]:
-    """What comes of each, a :class:`~simplifier.builds.making.Made`, in any order.
+def answers_here(
+    jobs: Sequence[AssetJob], at_once: int | None, cancel: Cancel
+) -> Generator[JobOutcome, None, None]:
+    """What comes of each, a :class:`~simplifier.builds.making.MadeAsset`, in any order.
 
     ``at_once``  processes; by default as many as there are processors, which they share.  Once
     ``cancel`` is set they are ended, and what they are at is lost.
@@ -202,13 +203,13 @@ def made_here(
     yield from run_jobs(_start, (threads,), jobs, processes, cancel)
 
 
-def made_by(
-    maker: Maker, jobs: Sequence[Job], at_once: int | None, cancel: Cancel
-) -> Generator[Outcome, None, None]:
-    """As :func:`made_here`, ``at_once`` by a maker that ends soon by itself on ``cancel``."""
-    work = partial(make, maker)
+def answers_by(
+    maker: Maker, jobs: Sequence[AssetJob], at_once: int | None, cancel: Cancel
+) -> Generator[JobOutcome, None, None]:
+    """As :func:`answers_here`, ``at_once`` by a maker that ends soon by itself on ``cancel``."""
+    work = partial(make_asset, maker)
     with ThreadPoolExecutor(at_once or _ASKED) as pool:
-        waiting: dict[Future[Outcome], None] = {
+        waiting: dict[Future[JobOutcome], None] = {
             pool.submit(_outcome, work, place, job): None for place, job in enumerate(jobs)
         }
         try:
@@ -220,14 +221,14 @@ def made_by(
             pool.shutdown(cancel_futures=True)
 
 
-def _outcome(work: Work, place: int, job: Job) -> Outcome:
-    return Outcome(place, answer_of(work, job))
+def _outcome(work: JobFunction, place: int, job: AssetJob) -> JobOutcome:
+    return JobOutcome(place, answer_of(work, job))
 
 
-def _start(threads: int) -> Work:
+def _start(threads: int) -> JobFunction:
     """What a process does with a job, on so many threads."""
     os.environ["OCCLUDER_THREADS"] = str(threads)
-    return partial(make, make_here)
+    return partial(make_asset, make_here)
 
 
 try:

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from simplifier.option_fields import OptionField
+from simplifier.options.fields import OptionSet, option
+from simplifier.options.simplify import MOST_TRIANGLES
 
 
 class State(StrEnum):
@@ -43,7 +44,7 @@ class Finding:
     asset: str
     state: State
     why: str = ""
-    figures: Figures | None = None
+    figures: AssetFigures | None = None
     short: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     seconds: float = 0.0
@@ -55,26 +56,19 @@ class Finding:
         return ((f"{self.state}: {self.why}",) if bad else ()) + self.short
 
 
-REQUIREMENT_FIELDS = (
-    OptionField("min_precision", "number", None, "Least precision.", 0.0, 1.0, nullable=True),
-    OptionField("min_recall", "number", None, "Least recall.", 0.0, 1.0, nullable=True),
-    OptionField("max_triangles", "whole", None, "Most triangles.", 1, 100_000, nullable=True),
-    OptionField("max_recall_loss", "number", 0.005, "Most recall lost to before.", 0.0, 1.0),
-)
-"""What ``require`` of a manifest may hold."""
-
-
 @dataclass(frozen=True)
-class Requirements:
-    """As :data:`REQUIREMENT_FIELDS` says; None demands nothing."""
+class Requirements(OptionSet):
+    """What ``require`` of a manifest demands of an occluder; None demands nothing."""
 
-    min_precision: float | None = None
-    min_recall: float | None = None
-    max_triangles: int | None = None
-    max_recall_loss: float = 0.005
+    min_precision: float | None = option(None, "Least precision.", low=0.0, high=1.0)
+    min_recall: float | None = option(None, "Least recall.", low=0.0, high=1.0)
+    max_triangles: int | None = option(None, "Most triangles.", low=1, high=MOST_TRIANGLES)
+    max_recall_loss: float = option(0.005, "Most recall lost to before.", low=0.0, high=1.0)
 
 
-def shortfalls(demanded: Requirements, found: Figures, before: Figures | None) -> Iterator[str]:
+def shortfalls(
+    demanded: Requirements, found: AssetFigures, before: AssetFigures | None
+) -> Iterator[str]:
     """In words, each way in which an occluder is not good enough.
 
     ``before``  its figures where the change is compared to, if they are known.
@@ -98,7 +92,7 @@ _SHARE_DIGITS = 6
 
 
 @dataclass(frozen=True)
-class Figures:
+class AssetFigures:
     """Of the finest level where there are several.
 
     ``precision``, ``recall``  from 0 to 1, to six digits.
@@ -113,7 +107,7 @@ class Figures:
     error_bound: float | None
 
     @classmethod
-    def of(cls, report: Mapping[str, Any]) -> Figures:
+    def of(cls, report: Mapping[str, Any]) -> AssetFigures:
         """Of a report as ``docs/report.schema.json`` says."""
         bound = report["error_bound"]
         return cls(

@@ -22,7 +22,7 @@ _MAGIC = re.compile(r"[*?\[]")
 
 
 @dataclass(frozen=True)
-class Pattern:
+class Glob:
     """A pattern of paths below a folder, with ``/`` between names.
 
     ``where``  the file and line that it stands at.  Raises :class:`ManifestError` for a pattern
@@ -97,7 +97,7 @@ def _safe(inside: str) -> str:
     return re.sub(r"([&~|])", r"\\\1", inside)
 
 
-def mesh_files(folder: Path, patterns: Iterable[Pattern]) -> list[str]:
+def mesh_files(folder: Path, patterns: Iterable[Glob]) -> list[str]:
     """The mesh files that patterns may name, by path: whatever is below their bases."""
     bases: list[str] = []
     for base in sorted({pattern.base for pattern in patterns}):

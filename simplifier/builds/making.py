@@ -2,9 +2,9 @@
 
 Makers on other machines, by the address that they are asked at.
 
-A package above this one adds them by an entry point of the group :data:`GROUP`, whose name is the
-scheme of an address and whose object is called with the address, an API key or None, and an event
-that ends the work once it is set; it returns a context manager of a
+A package above this one adds them by an entry point of the group :data:`MAKER_GROUP`, whose name is
+the scheme of an address and whose object is called with the address, an API key or None, and an
+event that ends the work once it is set; it returns a context manager of a
 :data:`~simplifier.builds.making.Maker` that is safe to call from several threads.
 """
 
@@ -20,16 +20,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 
-from simplifier.builds.finding import Figures
+from simplifier.builds.finding import AssetFigures
 from simplifier.builds.outputs import Output
 from simplifier.builds.record import Digests
 from simplifier.errors import MeshError, OccluderError, OptionError, OutputError
 from simplifier.io.files import read_bytes
 from simplifier.io.suffixes import overrides_beside
-from simplifier.production.options import SimplifyOptions
+from simplifier.options.simplify import SimplifyOptions
 
 if TYPE_CHECKING:
-    from simplifier.production.produce import Product
+    from simplifier.production.result import MeasuredResult
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Target:
 
 
 @dataclass(frozen=True)
-class Job:
+class AssetJob:
     """A mesh, its overrides beside it where it has any, and the files to make of it."""
 
     mesh: Path
@@ -51,27 +51,27 @@ class Job:
     targets: tuple[Target, ...]
 
 
-Maker = Callable[[Job], Mapping[str, Any]]
+Maker = Callable[[AssetJob], Mapping[str, Any]]
 """Writes the drafts of a job and returns the report, as ``docs/report.schema.json`` says; levels of
-detail go to files as ``Product.save`` names them.
+detail go to files as ``SimplifyResult.save`` names them.
 
 Raises :class:`~simplifier.errors.OccluderError`.
 """
 
 
 @dataclass(frozen=True)
-class Made:
+class MadeAsset:
     """``mesh`` and ``beside`` as in :class:`~simplifier.builds.record.Entry`."""
 
     mesh: str
     beside: Mapping[str, str]
     version: str
-    figures: Figures
+    figures: AssetFigures
     warnings: tuple[str, ...]
     seconds: float
 
 
-def make(maker: Maker, job: Job) -> Made:
+def make_asset(maker: Maker, job: AssetJob) -> MadeAsset:
     """Raises :class:`~simplifier.errors.MeshError` where the mesh changes meanwhile, and else what
     the maker raises; what cannot be written costs this asset alone, too."""
     begin = time.perf_counter()
@@ -85,33 +85,33 @@ def make(maker: Maker, job: Job) -> Made:
     if _stamp(job.mesh) != before:
         raise MeshError("it changed while it was read", where=str(job.mesh), remedy="build again")
     mesh, beside = before
-    return Made(
-        mesh, beside, str(report["version"]), Figures.of(report), tuple(report["warnings"]),
+    return MadeAsset(
+        mesh, beside, str(report["version"]), AssetFigures.of(report), tuple(report["warnings"]),
         time.perf_counter() - begin,
     )  # fmt: skip
 
 
-def make_here(job: Job) -> Mapping[str, Any]:
+def make_here(job: AssetJob) -> Mapping[str, Any]:
     """The maker of this machine."""
     # Here, not above: a build on a server need not load what makes occluders.
-    from simplifier.io import load_mesh
+    from simplifier.api import simplify
+    from simplifier.io.load import load
     from simplifier.io.overrides import overrides_of
-    from simplifier.production.produce import produce
 
     by_hand, options = overrides_of(job.mesh), job.options
-    soup = load_mesh(
+    soup = load(
         job.mesh,
         transparent=options.transparent,
         ignore=by_hand.ignore,
         memory_limit=options.memory_limit,
     )
-    product = produce(soup, options, overrides=by_hand)
+    product = simplify(soup, options, overrides=by_hand).measure()
     for target in job.targets:
         _write(product, job.mesh, target)
     return product.report()
 
 
-def _write(product: Product, mesh: Path, target: Target) -> None:
+def _write(product: MeasuredResult, mesh: Path, target: Target) -> None:
     from simplifier.io.glb_embed import with_original
     from simplifier.io.style import Style
 
@@ -139,15 +139,15 @@ def _stamp(mesh: Path) -> tuple[str, dict[str, str]]:
     return digests.of(mesh) or "", beside
 
 
-__all__ = ["GROUP", "Job", "Maker", "maker_at"]
+__all__ = ["MAKER_GROUP", "AssetJob", "Maker", "maker_at"]
 
-GROUP = "occluder.makers"
+MAKER_GROUP = "occluder.makers"
 
 
 def maker_at(address: str, key: str | None, stop: threading.Event) -> AbstractContextManager[Maker]:
     """Raises :class:`OptionError` for an address that nobody is asked at."""
     scheme = address.partition("://")[0].lower() if "://" in address else ""
-    known = {one.name: one for one in entry_points(group=GROUP)}
+    known = {one.name: one for one in entry_points(group=MAKER_GROUP)}
     if scheme not in known:
         raise OptionError(
             f"'{address}' is no address of a service",

@@ -11,15 +11,15 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from simplifier.builds.finding import REQUIREMENT_FIELDS, Requirements
-from simplifier.builds.globs import Pattern
-from simplifier.builds.outputs import WRITING_FIELDS, Output
+from simplifier.builds.finding import Requirements
+from simplifier.builds.globs import Glob
+from simplifier.builds.outputs import Output
 from simplifier.errors import ManifestError, OptionError
 from simplifier.io.toml import Table, read_toml
-from simplifier.option_fields import SIMPLIFY_FIELDS, OptionField
-from simplifier.production.options import SimplifyOptions
+from simplifier.options.fields import OptionField
+from simplifier.options.simplify import SimplifyOptions
 
-NAME = "occluders.toml"
+MANIFEST_NAME = "occluders.toml"
 """The manifest's usual name."""
 
 
@@ -27,8 +27,8 @@ NAME = "occluders.toml"
 class Block:
     """Files and what holds for them.  ``where`` the block begins."""
 
-    files: tuple[Pattern, ...]
-    exclude: tuple[Pattern, ...]
+    files: tuple[Glob, ...]
+    exclude: tuple[Glob, ...]
     settings: Settings
     where: str
 
@@ -85,16 +85,16 @@ def _block(table: Table) -> Block:
     return Block(_patterns(table, "files"), _patterns(table, "exclude"), settings, table.where())
 
 
-def _patterns(table: Table, key: str) -> tuple[Pattern, ...]:
+def _patterns(table: Table, key: str) -> tuple[Glob, ...]:
     if key not in table:
         return ()
-    return tuple(Pattern(text, table.where(key)) for text in texts(table, key))
+    return tuple(Glob(text, table.where(key)) for text in texts(table, key))
 
 
 _OUTPUT, _REQUIRE = "output", "require"
-_OPTIONS = {field.name: field for field in SIMPLIFY_FIELDS}
-_REQUIREMENTS = {field.name: field for field in REQUIREMENT_FIELDS}
-_WRITING = {field.name: field for field in WRITING_FIELDS}
+_OPTIONS = {field.name: field for field in SimplifyOptions.fields()}
+_REQUIREMENTS = {field.name: field for field in Requirements.fields()}
+_WRITING = {field.name: field for field in Output.fields()}
 
 _RIVALS = (
     {"resolution", "error_bound", "error_bounds"},
@@ -108,7 +108,7 @@ BESIDE = Output("{folder}/{name}_occluder.glb")
 
 
 @dataclass(frozen=True)
-class Setting:
+class ManifestSetting:
     """A value, checked, and the file and line that it stands at."""
 
     value: Any
@@ -119,14 +119,14 @@ class Setting:
 class Settings:
     """Values by name, of one block or of several.
 
-    ``options``       by the names of :data:`~simplifier.option_fields.SIMPLIFY_FIELDS`.
-    ``requirements``  by those of :data:`~simplifier.builds.finding.REQUIREMENT_FIELDS`.
+    ``options``       by the names of :class:`~simplifier.options.simplify.SimplifyOptions`.
+    ``requirements``  by those of :class:`~simplifier.builds.finding.Requirements`.
     ``output``        a tuple of templates, :class:`Output`, if there is one.
     """
 
-    options: Mapping[str, Setting]
-    requirements: Mapping[str, Setting]
-    output: Setting | None = None
+    options: Mapping[str, ManifestSetting]
+    requirements: Mapping[str, ManifestSetting]
+    output: ManifestSetting | None = None
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class Resolved:
 
     options: SimplifyOptions
     requirements: Requirements
-    output: Setting
+    output: ManifestSetting
 
 
 def read_settings(table: Table, others: Collection[str] = ()) -> Settings:
@@ -155,16 +155,16 @@ def read_settings(table: Table, others: Collection[str] = ()) -> Settings:
     if isinstance(demanded, Table):
         check_keys(demanded, list(_REQUIREMENTS))
     return Settings(
-        _checked(table, _OPTIONS),
-        _checked(demanded, _REQUIREMENTS) if isinstance(demanded, Table) else {},
+        _check_values(table, _OPTIONS),
+        _check_values(demanded, _REQUIREMENTS) if isinstance(demanded, Table) else {},
         _output(table),
     )
 
 
 def cascade(blocks: Iterable[Settings]) -> Settings:
     """Several, each over those before it, setting by setting."""
-    options: dict[str, Setting] = {}
-    requirements: dict[str, Setting] = {}
+    options: dict[str, ManifestSetting] = {}
+    requirements: dict[str, ManifestSetting] = {}
     output = None
     for block in blocks:
         replaced = {
@@ -192,7 +192,7 @@ def resolve(settings: Settings, where: str) -> Resolved:
             f"{error.where}: {error.what}", where=place, remedy=error.remedy
         ) from None
     requirements = Requirements(**_values(settings.requirements))
-    output = settings.output or Setting((BESIDE,), where)
+    output = settings.output or ManifestSetting((BESIDE,), where)
     if options.levels is not None and any(one.with_original for one in output.value):
         raise ManifestError(
             "levels of detail are not written with the original",
@@ -227,11 +227,13 @@ def texts(table: Table, key: str) -> tuple[str, ...]:
     return tuple(listed)
 
 
-def _checked(table: Table, fields: Mapping[str, OptionField]) -> dict[str, Setting]:
-    return {name: Setting(value, table.where(name)) for name, value in _found(table, fields)}
+def _check_values(table: Table, fields: Mapping[str, OptionField]) -> dict[str, ManifestSetting]:
+    return {
+        name: ManifestSetting(value, table.where(name)) for name, value in _values_of(table, fields)
+    }
 
 
-def _found(table: Table, fields: Mapping[str, OptionField]) -> Iterator[tuple[str, Any]]:
+def _values_of(table: Table, fields: Mapping[str, OptionField]) -> Iterator[tuple[str, Any]]:
     for name in table:
         if name not in fields:
             continue
@@ -245,7 +247,7 @@ def _found(table: Table, fields: Mapping[str, OptionField]) -> Iterator[tuple[st
         yield name, value
 
 
-def _output(table: Table) -> Setting | None:
+def _output(table: Table) -> ManifestSetting | None:
     """A text, a table, or a list of them."""
     if _OUTPUT not in table:
         return None
@@ -253,7 +255,7 @@ def _output(table: Table) -> Setting | None:
     listed = value if isinstance(value, list) else [value]
     if not listed:
         raise _no_output(table)
-    return Setting(tuple(_template(table, one) for one in listed), table.where(_OUTPUT))
+    return ManifestSetting(tuple(_template(table, one) for one in listed), table.where(_OUTPUT))
 
 
 def _template(table: Table, said: Any) -> Output:
@@ -262,7 +264,7 @@ def _template(table: Table, said: Any) -> Output:
     if not (isinstance(said, Table) and isinstance(said.get("file"), str) and said["file"]):
         raise _no_output(table)
     check_keys(said, ["file", *_WRITING])
-    written = {name: one.value for name, one in _checked(said, _WRITING).items()}
+    written = {name: one.value for name, one in _check_values(said, _WRITING).items()}
     return Output(said["file"], **written)
 
 
@@ -286,5 +288,5 @@ def _check_writing(table: Table) -> None:
             )
 
 
-def _values(settings: Mapping[str, Setting]) -> dict[str, Any]:
+def _values(settings: Mapping[str, ManifestSetting]) -> dict[str, Any]:
     return {name: setting.value for name, setting in settings.items()}

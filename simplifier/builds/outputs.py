@@ -5,44 +5,34 @@ from __future__ import annotations
 import posixpath
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
-from typing import Any, get_args
+from dataclasses import dataclass, replace
+from typing import Any
 
 from simplifier.errors import ManifestError
-from simplifier.io.style import Embedding, Sides
 from simplifier.io.suffixes import OCCLUDER_SUFFIXES, QUAD_SUFFIXES
-from simplifier.option_fields import OptionField
-
-WRITING_FIELDS = (
-    OptionField("sides", "choice", "double", "Sides drawn.", choices=get_args(Sides)),
-    OptionField("as_quads", "flag", False, "Quads where triangles pair up."),
-    OptionField(
-        "with_original", "choice", None, "The original too.", choices=get_args(Embedding),
-        nullable=True,
-    ),
-)  # fmt: skip
-"""How an output may be written, by the names of ``occluder simplify``."""
+from simplifier.options.fields import OptionSet, shared
+from simplifier.options.simplify import Embedding, Sides, WriteOptions
 
 _FIELD = re.compile(r"\{([^{}]*)\}")
 _LEVEL = re.compile(r"(.*)_lod(?:0|[1-9][0-9]*)(\.[^./]*)")
 
 
 @dataclass(frozen=True)
-class Output:
-    """A file and how it is written, as :data:`WRITING_FIELDS` says.
+class Output(OptionSet):
+    """A file and how it is written.
 
     ``file``  relative to the manifest's folder; in a template with ``{name}`` and so on.
     """
 
     file: str
-    sides: Sides = "double"
-    as_quads: bool = False
-    with_original: Embedding | None = None
+    sides: Sides = shared(WriteOptions, "sides")
+    as_quads: bool = shared(WriteOptions, "as_quads")
+    with_original: Embedding | None = shared(WriteOptions, "with_original")
 
     @property
     def written(self) -> dict[str, Any]:
         """What of it is not as it is where nothing is said, as JSON has it."""
-        values = ((one.name, getattr(self, one.name), one.default) for one in fields(self)[1:])
+        values = ((one.name, getattr(self, one.name), one.default) for one in self.fields())
         return {name: value for name, value, default in values if value != default}
 
 
@@ -57,20 +47,20 @@ def outputs_of(mesh: str, templates: Iterable[Output], where: str) -> tuple[Outp
     name, suffix = posixpath.splitext(file)
     values = {"folder": folder or ".", "name": name, "suffix": suffix[1:]}
 
-    def filled(template: Output) -> Output:
+    def fill_template(template: Output) -> Output:
         text = template.file
         for field in _FIELD.findall(text):
             if field not in values:
-                raise _refused(text, f"has no {{{field}}}", where)
+                raise _output_error(text, f"has no {{{field}}}", where)
         path = posixpath.normpath(_FIELD.sub(lambda found: values[found[1]], text))
         if path.startswith(("/", "../")) or "\\" in text or ":" in path.split("/")[0]:
-            raise _refused(text, "leads out of the manifest's folder", where)
+            raise _output_error(text, "leads out of the manifest's folder", where)
         if posixpath.splitext(path)[1].lower() not in OCCLUDER_SUFFIXES:  # ".glb" is a name
-            raise _refused(text, "does not end as an occluder's file does", where)
+            raise _output_error(text, "does not end as an occluder's file does", where)
         _check_format(template, path.lower(), where)
         return replace(template, file=path)
 
-    return tuple(filled(template) for template in templates)
+    return tuple(fill_template(template) for template in templates)
 
 
 def level_base(path: str) -> str | None:
@@ -89,7 +79,7 @@ def _check_format(template: Output, path: str, where: str) -> None:
         raise ManifestError(what, where=where, remedy="end it in .glb, or take with_original out")
 
 
-def _refused(template: str, what: str, where: str) -> ManifestError:
+def _output_error(template: str, what: str, where: str) -> ManifestError:
     known = " ".join(OCCLUDER_SUFFIXES)
     return ManifestError(
         f"the output '{template}' {what}",

@@ -22,7 +22,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from simplifier.builds.finding import Figures
+from simplifier.builds.finding import AssetFigures
 from simplifier.checks import is_finite
 from simplifier.errors import ManifestError, OptionError
 from simplifier.io.files import read_bytes, write_whole
@@ -50,7 +50,7 @@ class Entry:
     options: Mapping[str, Any]
     version: str
     outputs: Mapping[str, str]
-    figures: Figures
+    figures: AssetFigures
     written: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
@@ -150,7 +150,7 @@ def _entry(data: Mapping[str, Any]) -> Entry:
         _settings(data["options"]),
         _text(data["version"]),
         _texts(data["outputs"]),
-        Figures(
+        AssetFigures(
             _whole(figures["triangles"]),
             _number(figures["precision"]),
             _number(figures["recall"]),

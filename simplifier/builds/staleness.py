@@ -13,15 +13,14 @@ from typing import Any
 from simplifier.builds.asset_plan import Asset, plan_assets
 from simplifier.builds.finding import Finding, State, shortfalls
 from simplifier.builds.manifest import Manifest, read_manifest
-from simplifier.builds.outputs import WRITING_FIELDS, level_base
+from simplifier.builds.outputs import Output, level_base
 from simplifier.builds.record import Digests, Entry, Record, read_record, record_path
 from simplifier.io.suffixes import overrides_place
 from simplifier.kernels.threads import thread_count
-from simplifier.option_fields import SIMPLIFY_FIELDS
-from simplifier.production.options import SimplifyOptions
+from simplifier.options.simplify import SimplifyOptions
 from simplifier.version import VERSION
 
-_DEFAULTS = {field.name: field.default for field in (*SIMPLIFY_FIELDS, *WRITING_FIELDS)}
+_DEFAULTS = {field.name: field.default for field in (*SimplifyOptions.fields(), *Output.fields())}
 
 Found = Mapping[Path, str | None]
 """The digests of files as they are now, None for one that is not there."""
@@ -130,19 +129,22 @@ def examine(path: Path, digests: Digests) -> Examined:
     return Examined(manifest, assets, record, {name: why for name, why in reasons if why})
 
 
-def check(path: Path, before: Record) -> list[Finding]:
+def check_assets(path: Path, before: Record) -> list[Finding]:
     """Make nothing: is every output there, current, and as good as is demanded?
 
     ``before``  the record whose recall counts as what was.  Raises as :func:`examine`.
     """
     seen = examine(path, Digests())
     return [
-        *(judged(one, seen.record, seen.stale.get(one.name, ""), before) for one in seen.assets),
-        *gone(seen),
+        *(
+            judge_unmade(one, seen.record, seen.stale.get(one.name, ""), before)
+            for one in seen.assets
+        ),
+        *find_gone(seen),
     ]
 
 
-def judged(asset: Asset, record: Record, stale: str, before: Record) -> Finding:
+def judge_unmade(asset: Asset, record: Record, stale: str, before: Record) -> Finding:
     """One that this run did not make."""
     if stale:
         return Finding(asset.name, State.STALE, stale)
@@ -151,7 +153,7 @@ def judged(asset: Asset, record: Record, stale: str, before: Record) -> Finding:
     return Finding(asset.name, State.CURRENT, "", figures, tuple(short))
 
 
-def gone(seen: Examined) -> Iterator[Finding]:
+def find_gone(seen: Examined) -> Iterator[Finding]:
     """Those of the record that are no assets any more, where what was made of them is there."""
     names = {asset.name for asset in seen.assets}
     for name in sorted(seen.record.keys() - names):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from watchfiles import Change, watch
 
-from simplifier.builds.build import build
+from simplifier.builds.build import build_assets
 from simplifier.builds.finding import Finding, State
 from simplifier.builds.making import Maker
 from simplifier.builds.record import Digests, read_record, record_path
@@ -47,9 +47,9 @@ def watch_assets(
     digests, failed = Digests(), frozenset[str]()
     for changed in _changes(path, cancel):
         try:
-            findings = build(
+            findings = build_assets(
                 path, cancel, maker=maker, at_once=at_once, digests=digests,
-                skipped=_untouched(path, failed, changed), tidy=False,
+                skipped=_failed_and_untouched(path, failed, changed), tidy=False,
             )  # fmt: skip
         except OccluderError as error:
             told.refusal(error)
@@ -83,7 +83,7 @@ def _changes(path: Path, cancel: Cancel) -> Iterator[Collection[Path] | None]:
             yield frozenset(Path(name) for _, name in changes)
 
 
-def _untouched(
+def _failed_and_untouched(
     path: Path, failed: Collection[str], changed: Collection[Path] | None
 ) -> Collection[str]:
     """Those that failed and will again: beside them nothing changed but outputs."""

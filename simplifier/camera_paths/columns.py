@@ -17,7 +17,7 @@ from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.columns import block_columns, raise_columns
-from simplifier.options import Axis
+from simplifier.options.simplify import Axis
 
 _COARSE = 256  # columns along the longer side when a window is looked for
 

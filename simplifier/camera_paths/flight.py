@@ -31,7 +31,7 @@ def roof_flight(
     flat = _figure(extent[:2], frames, rng)
     step = float(np.linalg.norm(np.diff(flat, axis=0), axis=1).max(initial=0.0))
     parts = max(math.ceil(step / cell), 1)
-    dense = _subdivided(flat, parts)
+    dense = _subdivide(flat, parts)
     x, y = columns.cells_of(dense).T
     # Over more than all places all heights are one, and an eye may be higher than any number.
     even = round(min(_EVEN * eye * parts / step, len(dense))) if step > 0.0 else 0
@@ -56,7 +56,7 @@ def _figure(extent: FloatArray, frames: int, rng: np.random.Generator) -> FloatA
     return np.column_stack([np.interp(wanted, along, column) for column in curve.T])
 
 
-def _subdivided(points: FloatArray, times: int) -> FloatArray:
+def _subdivide(points: FloatArray, times: int) -> FloatArray:
     """Places on the straight lines between points (n, 2), ``times`` a line, and the last point."""
     if len(points) == 1:
         return points

@@ -15,14 +15,13 @@ import numpy as np
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.camera_paths.flight import roof_flight
 from simplifier.camera_paths.interior import interior_walk
-from simplifier.camera_paths.options import PathKind, PathOptions
 from simplifier.camera_paths.street import street_walk
 from simplifier.camera_paths.walk import views
 from simplifier.errors import MeshError
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.scene import Scene
-from simplifier.options import Axis
+from simplifier.options.scene import PathKind, PathOptions
 
 Finder = Callable[[UprightScene, int, float, np.random.Generator], FloatArray | None]
 
@@ -37,45 +36,31 @@ _TURNS: dict[PathKind, tuple[float, float]] = {
 _NEAR = 0.03  # eye heights; walls are more than a voxel of 0.06 away
 
 
-def generate_path(
-    scene: Scene,
-    kind: PathKind,
-    frames: int = 60,
-    up: Axis = "y",
-    seed: int = 0,
-    eye_height: float = 1.7,
-    fov: float = 60.0,
-) -> CameraPath:
+def generate_path(scene: Scene, options: PathOptions) -> CameraPath:
     """Cameras in equal steps along a way through a scene, the same for the same seed.
 
-    ``kind``        ``street``: a walk at eye height over the ground, between the objects, and
-                    where there is no ground at the height of the bases nearby; ``roof``: a flight
-                    just above the roofs, looking slightly down; ``inside``: a walk through rooms
-                    that something leads out of, and through the objects whose names say that they
-                    are doors.
-    ``frames``      1 to 100,000; a walk is as long as they allow: 8 eye heights a step on a
-                    street, 3 inside.
-    ``up``          the scene's up axis.
-    ``eye_height``  world units; all other lengths are multiples of it.
-    ``fov``         vertical field of view, degrees, 1 to 170.
+    ``kind``    ``street``: a walk at eye height over the ground, between the objects, and where
+                there is no ground at the height of the bases nearby; ``roof``: a flight just above
+                the roofs, looking slightly down; ``inside``: a walk through rooms that something
+                leads out of, and through the objects whose names say that they are doors.
+    ``frames``  a walk is as long as they allow: 8 eye heights a step on a street, 3 inside.
 
     Neither a camera nor the straight way from one to the next crosses a triangle (doors aside).
-    Raises :class:`OptionError` for a value out of range and :class:`MeshError` where the scene has
-    no room for the kind; it says which kinds have.
+    Raises :class:`MeshError` where the scene has no room for the kind; it says which kinds have.
     """
-    options = PathOptions(kind, frames, up, seed, eye_height, fov)
-    upright = UprightScene.of(scene, up)
+    upright = UprightScene.of(scene, options.up)
     places = _places(upright, options)
     if places is None:
         raise _no_room(upright, options)
-    turn, tilt = _TURNS[kind]
-    rng = np.random.default_rng([seed, 1])
+    turn, tilt = _TURNS[options.kind]
+    rng = np.random.default_rng([options.seed, 1])
     forwards = upright.directions_to_world(views(places, rng, turn=turn, tilt=tilt))
     upwards = upright.directions_to_world(np.array([[0.0, 0.0, 1.0]]))[0]
+    near = _NEAR * options.eye_height
     return CameraPath(
-        kind,
+        options.kind,
         tuple(
-            Camera.looking(place, forward, upwards, fov, _NEAR * eye_height)
+            Camera.looking(place, forward, upwards, options.fov, near)
             for place, forward in zip(upright.to_world(places), forwards, strict=True)
         ),
     )

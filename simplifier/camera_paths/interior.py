@@ -17,7 +17,7 @@ from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
 from simplifier.camera_paths.columns import UprightScene, window
-from simplifier.camera_paths.walk import Ids, Space, Ways, crossed_cells, smoothed, stepped, tour
+from simplifier.camera_paths.walk import Ids, Space, Ways, crossed_cells, equal_steps, smooth, tour
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.voxelize import mark_triangles
@@ -40,7 +40,7 @@ def interior_walk(
     ledges = floors.ledge_distances()
     roofed, rooms = floors.indoors()
     kept = rooms & (ledges >= max(_AWAY * floors.eye, 1.0))
-    pairs = _renumbered(floors.pairs, kept)
+    pairs = _renumber(floors.pairs, kept)
     if len(pairs) == 0:
         return None
     crowded = np.maximum(0.0, 1.0 - ledges[kept] / (_ROOMY * floors.eye))
@@ -51,7 +51,7 @@ def interior_walk(
     longest = _STEP * floors.eye
     route = tour(ways, room, 0.4 * longest * frames, rng)
     space = _space(floors, kept)
-    return floors.grid.to_world(stepped(smoothed(route, space), frames, longest, space))
+    return floors.grid.to_world(equal_steps(smooth(route, space), frames, longest, space))
 
 
 def _least(floors: Floors, roofed: BoolArray) -> float:
@@ -61,7 +61,7 @@ def _least(floors: Floors, roofed: BoolArray) -> float:
     return least if roofed.mean() > 0.5 else max(least, _OPEN_AREA * width * depth)
 
 
-def _renumbered(pairs: Ids, kept: BoolArray) -> Ids:
+def _renumber(pairs: Ids, kept: BoolArray) -> Ids:
     """The pairs of which both are kept, by their numbers among these."""
     numbers = np.cumsum(kept) - 1
     return np.asarray(numbers[pairs[kept[pairs].all(axis=1)]])
@@ -163,7 +163,7 @@ def find_floors(upright: UprightScene, eye: float) -> Floors | None:
     """
     if upright.extent[2] > _TALLEST * eye:
         return None
-    grid = _touched(upright, eye)
+    grid = _touched_voxels(upright, eye)
     eye_voxels = grid.in_voxels(eye)
     free = ~grid.inside
     stands = np.zeros_like(free)
@@ -175,7 +175,7 @@ def find_floors(upright: UprightScene, eye: float) -> Floors | None:
     return Floors(grid, cells, pairs, eye_voxels)
 
 
-def _touched(upright: UprightScene, eye: float) -> VoxelGrid:
+def _touched_voxels(upright: UprightScene, eye: float) -> VoxelGrid:
     """The voxels that triangles touch, within memory, and a headroom of free ones above all."""
     height = float(upright.extent[2]) + 2.0 * _HEADROOM * eye
     coarsest = _COARSEST * eye

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import ndimage
 
 from simplifier.camera_paths.columns import Columns, UprightScene, blocked_band, columns_of, window
-from simplifier.camera_paths.walk import Ids, Space, Ways, crossed_cells, smoothed, stepped, tour
+from simplifier.camera_paths.walk import Ids, Space, Ways, crossed_cells, equal_steps, smooth, tour
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import BoolArray
 
@@ -93,8 +93,8 @@ def street_walk(
     size = np.bincount(part, weights=sights)
     sights &= part == size.argmax()
     route = tour(ways, sights, 0.4 * _STEP * eye * frames, rng)
-    route = smoothed(route, street.space)
-    return stepped(route, frames, _STEP * eye, street.space)
+    route = smooth(route, street.space)
+    return equal_steps(route, frames, _STEP * eye, street.space)
 
 
 def find_street(upright: UprightScene, eye: float) -> Street:
@@ -158,7 +158,7 @@ def ground_heights(columns: Columns, area: float, eye: float) -> tuple[FloatArra
     it is true nowhere and the heights are those of the bases.
     """
     filled = columns.filled
-    opened = _opened(columns.lows, int(np.ceil(_BUMP * eye / columns.cell)))
+    opened = _open_heights(columns.lows, int(np.ceil(_BUMP * eye / columns.cell)))
     based = filled & (columns.lows <= opened + _UNEVEN * eye)
     low = based & (columns.highs <= columns.lows + _THICK * eye)
     surface = _wide(low & ~steep(columns.highs, columns.cell), _SHARE * area / columns.cell**2)
@@ -184,7 +184,7 @@ def steep(heights: FloatArray, cell: float) -> BoolArray:
     return result
 
 
-def _opened(lows: FloatArray, reach: int) -> FloatArray:
+def _open_heights(lows: FloatArray, reach: int) -> FloatArray:
     """What is left of the heights when bumps up to 2 ``reach`` + 1 wide are cut off; gaps are none.
 
     A slope loses the last ``reach`` of its upper end at the grid's edge, which costs a strip to

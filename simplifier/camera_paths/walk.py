@@ -40,7 +40,7 @@ class Space:
     clear: Callable[[FloatArray, FloatArray], BoolArray]
 
 
-def smoothed(route: FloatArray, space: Space) -> FloatArray:
+def smooth(route: FloatArray, space: Space) -> FloatArray:
     """The route (n, 3) with every place drawn between its neighbours, as far as is allowed.
 
     Places of a route are neighbours in a grid, and no eye is allowed in the cells on both sides of
@@ -56,7 +56,7 @@ def smoothed(route: FloatArray, space: Space) -> FloatArray:
     return points
 
 
-def stepped(route: FloatArray, frames: int, longest: float, space: Space) -> FloatArray:
+def equal_steps(route: FloatArray, frames: int, longest: float, space: Space) -> FloatArray:
     """(frames, 3) places along the route in equal steps of at most ``longest``.
 
     Where a step would cut a corner through something, another part of the route is taken, and a

@@ -9,13 +9,13 @@ from typing import Annotated
 
 import typer
 
-from simplifier.builds.build import build as build_assets
+from simplifier.builds.build import build_assets as build_assets
 from simplifier.builds.finding import Finding
 from simplifier.builds.making import maker_at
-from simplifier.builds.manifest import NAME
+from simplifier.builds.manifest import MANIFEST_NAME
 from simplifier.builds.record import Record, baseline
 from simplifier.builds.reports import json_report, junit_report, markdown_report
-from simplifier.builds.staleness import check as check_assets
+from simplifier.builds.staleness import check_assets as check_assets
 from simplifier.cli.console import count_bar, print_line
 from simplifier.cli.findings import print_findings
 from simplifier.cli.options import AtOnce, Key, ManifestFile, Server
@@ -24,7 +24,7 @@ from simplifier.io.files import check_folder, write_whole
 
 
 def build(
-    manifest: ManifestFile = Path(NAME),
+    manifest: ManifestFile = Path(MANIFEST_NAME),
     check: Annotated[
         bool,
         typer.Option(
@@ -67,7 +67,7 @@ def build(
             findings = (
                 check_assets(manifest, before)
                 if check
-                else _built(manifest, before, server, key, at_once, listening)
+                else _build_findings(manifest, before, server, key, at_once, listening)
             )
             with listening.held():
                 print_findings(manifest.name, findings)
@@ -83,7 +83,7 @@ def build(
         raise typer.Exit(status)
 
 
-def _built(
+def _build_findings(
     manifest: Path,
     before: Record,
     server: str | None,

@@ -7,20 +7,19 @@ from typing import Annotated, Any
 
 import typer
 
-from simplifier.cli.options import Mesh, Pictures, ReportFile, with_options
+from simplifier.api import evaluate as measure
+from simplifier.cli.options import Mesh, PicturesFolder, ReportFile, read_options, with_options
 from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_overrides
-from simplifier.cli.report import check_extras, shown
+from simplifier.cli.report import check_extras, run_and_show
 from simplifier.cli.running import Debug, Interrupts
-from simplifier.io import load_mesh, load_occluder
-from simplifier.option_fields import EVALUATE_FIELDS
+from simplifier.io.load import load, load_occluder
+from simplifier.options.simplify import EvaluateOptions
 from simplifier.production.estimate import check_file
-from simplifier.production.judge import judge
-from simplifier.production.options import EvaluateOptions
 from simplifier.progress import Listener, Stopwatch
 from simplifier.report.report import Report, write_report
 
 
-@with_options(EVALUATE_FIELDS)
+@with_options(EvaluateOptions)
 def evaluate(
     mesh: Mesh,
     occluder: Annotated[Path, typer.Argument(help="The occluder to judge.")],
@@ -28,7 +27,7 @@ def evaluate(
     overrides: OverridesFile = None,
     no_overrides: NoOverrides = False,
     report: ReportFile = None,
-    pictures: Pictures = None,
+    pictures: PicturesFolder = None,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
@@ -39,25 +38,25 @@ def evaluate(
     """
 
     def run(listener: Listener, interrupts: Interrupts) -> Report:
-        options = EvaluateOptions(**chosen)
+        options = read_options(EvaluateOptions, chosen)
         check_extras(report, pictures)
         by_hand = chosen_overrides(mesh, overrides, no_overrides)
         check_file(mesh, options, pictures=pictures is not None)
         watch, limit = Stopwatch(listener), options.memory_limit
         with watch.stage("load"):
-            soup = load_mesh(
+            soup = load(
                 mesh,
                 transparent=options.transparent,
                 ignore=by_hand.ignore,
                 memory_limit=limit,
             )
             judged = load_occluder(occluder, memory_limit=limit)
-        judgement = judge(soup, judged, options, listener, overrides=by_hand)
-        summary = judgement.report(load_seconds=watch.timings["load"])
+        found = measure(soup, judged, options, listener=listener, overrides=by_hand)
+        summary = found.report(load_seconds=watch.timings["load"])
         if report is not None:
             write_report(summary, report)
         if pictures is not None:
-            judgement.write_pictures(pictures, mesh.name, summary)
+            found.write_pictures(pictures, mesh.name, summary)
         return summary
 
-    shown(run, f"{mesh.name}, {occluder.name}", debug=debug)
+    run_and_show(run, f"{mesh.name}, {occluder.name}", debug=debug)

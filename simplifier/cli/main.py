@@ -6,10 +6,10 @@ adds the traceback.
 
 The commands of ``occluder``, each loaded when it is asked for, its own and those from outside.
 
-A package above this one adds a command by an entry point of the group :data:`GROUP`, whose name is
-the command's and whose object is a function as typer takes one, or a ``typer.Typer`` with commands
-of its own.  Nothing is imported for a command but what it needs: a server does not pay for numpy,
-and ``occluder simplify`` not for the server.
+A package above this one adds a command by an entry point of the group :data:`COMMAND_GROUP`, whose
+name is the command's and whose object is a function as typer takes one, or a ``typer.Typer`` with
+commands of its own.  Nothing is imported for a command but what it needs: a server does not pay for
+numpy, and ``occluder simplify`` not for the server.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ from simplifier.cli.running import INTERRUPTED
 from simplifier.errors import CommandError
 from simplifier.version import VERSION
 
-GROUP = "occluder.commands"
+COMMAND_GROUP = "occluder.commands"
 
 _PLACES = {
     "simplify": "simplifier.cli.simplify:simplify",
     "evaluate": "simplifier.cli.evaluate:evaluate",
     "tradeoff": "simplifier.cli.tradeoff:tradeoff",
-    "path": "simplifier.cli.scene:path",
+    "path": "simplifier.cli.path:path",
     "scene": "simplifier.cli.scene:scene",
     "cull": "simplifier.cli.cull:cull",
     "build": "simplifier.cli.build:build",
     "watch": "simplifier.cli.watch:watch",
     "warmup": "simplifier.cli.warmup:warmup",
 }
-_OWN = {name: EntryPoint(name, place, GROUP) for name, place in _PLACES.items()}
+_OWN = {name: EntryPoint(name, place, COMMAND_GROUP) for name, place in _PLACES.items()}
 
 
 class Catalogue(Mapping[str, Any]):
@@ -56,11 +56,11 @@ class Catalogue(Mapping[str, Any]):
 
     @cached_property
     def _places(self) -> dict[str, EntryPoint]:
-        outside = sorted(entry_points(group=GROUP), key=lambda one: one.name)
+        outside = sorted(entry_points(group=COMMAND_GROUP), key=lambda one: one.name)
         return _OWN | {one.name: one for one in outside if one.name not in _OWN}
 
     def __getitem__(self, name: str) -> Any:
-        return _loaded(_OWN[name] if name in _OWN else self._places[name])
+        return _load_command(_OWN[name] if name in _OWN else self._places[name])
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._places)
@@ -100,7 +100,7 @@ class Commands(TyperGroup):
         return super().resolve_command(ctx, args)
 
 
-def _loaded(place: EntryPoint) -> Any:
+def _load_command(place: EntryPoint) -> Any:
     try:
         return _command(place.name, place.load())
     except Exception as error:

@@ -1,8 +1,9 @@
-"""Options of the command line, from the tables of :mod:`simplifier.option_fields`."""
+"""Options of the command line, from the tables of :mod:`simplifier.options`."""
 
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Mapping, Sequence
 from inspect import Parameter
 from pathlib import Path
@@ -11,17 +12,21 @@ from typing import Annotated, Any, Literal
 import typer
 
 from simplifier.errors import OptionError
-from simplifier.option_fields import OptionField
+from simplifier.options.fields import OptionField, OptionSet, SomeOptions
+from simplifier.options.simplify import Transparent
 
 Mesh = Annotated[Path, typer.Argument(help="The mesh: glb, gltf, obj, ply, stl or off.")]
+SceneArgument = Annotated[
+    Path, typer.Argument(help="The scene: a mesh file, objects by its nodes, or a folder of them.")
+]
 TransparentScene = Annotated[
-    Literal["leave-out", "keep"],
+    Transparent,
     typer.Option(
         "--transparent", help="Triangles of the scene that one can see through: leave-out, or keep."
     ),
 ]
 ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the report as JSON.")]
-Pictures = Annotated[
+PicturesFolder = Annotated[
     Path | None, typer.Option(help="Write pictures and an HTML report to this folder.")
 ]
 
@@ -39,18 +44,23 @@ AtOnce = Annotated[
 
 Command = Callable[..., None]
 
-_TYPES: Mapping[str, Any] = {
-    "whole": int, "number": float, "flag": bool, "lengths": str, "wholes": str, "numbers": str,
+Table = type[OptionSet] | Sequence[OptionField]
+"""Options: all of a class, or some."""
+
+_TYPES: Mapping[str, Any] = {"whole": int, "number": float, "flag": bool}
+_METAVARS: Mapping[str, str] = {
+    "lengths": "LIST", "wholes": "LIST", "numbers": "LIST", "size": "WxH",
 }  # fmt: skip
-_LISTS = ("lengths", "wholes", "numbers")
+"""Of kinds that are typed as one word of several values."""
 
 
-def with_options(fields: Sequence[OptionField]) -> Callable[[Command], Command]:
-    """Give a command the options of a table in place of its ``**chosen``.
+def with_options(*tables: Table) -> Callable[[Command], Command]:
+    """Give a command the options of some tables in place of its ``**chosen``.
 
-    What it has after a ``*`` is either one of the table, which the command asks for by its name, or
-    an option of its own, listed behind those of the table.
+    What it has after a ``*`` is either one of them, which the command asks for by its name, or an
+    option of its own, listed behind those of the tables.
     """
+    fields = [one for table in tables for one in _fields_of(table)]
     names = {one.name for one in fields}
 
     def decorate(command: Command) -> Command:
@@ -69,54 +79,86 @@ def with_options(fields: Sequence[OptionField]) -> Callable[[Command], Command]:
     return decorate
 
 
+def read_options(kind: type[SomeOptions], chosen: Mapping[str, Any]) -> SomeOptions:
+    """The options of a class from what was typed, others left aside; lists are still text.
+
+    Raises :class:`OptionError` for what is no list, and as the class does.
+    """
+    return kind(**read_values(kind, chosen))
+
+
+def read_values(table: Table, chosen: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of a table's options by name; raises :class:`OptionError` for what is no list."""
+    return {
+        one.name: _READERS.get(one.kind, _as_it_is)(one, chosen[one.name])
+        for one in _fields_of(table)
+        if one.name in chosen
+    }
+
+
+def _fields_of(table: Table) -> Sequence[OptionField]:
+    return table.fields() if isinstance(table, type) else table
+
+
 def _parameter(one: OptionField) -> Parameter:
-    kind = Literal[one.choices] if one.kind == "choice" else _TYPES[one.kind]
+    kind = Literal[one.choices] if one.kind == "choice" else _TYPES.get(one.kind, str)
     option = typer.Option(
         f"--{one.name.replace('_', '-')}",
         help=one.help,
         show_default=one.absent or True,
-        metavar="LIST" if one.kind in _LISTS else None,
+        metavar=_METAVARS.get(one.kind),
     )
     return Parameter(
         one.name,
         Parameter.KEYWORD_ONLY,
-        default=_typed(one.default) if isinstance(one.default, tuple) else one.default,
+        default=_default_text(one) if one.kind in _METAVARS else one.default,
         annotation=Annotated[kind | None if one.nullable else kind, option],
     )
 
 
-def _typed(values: tuple[float, ...]) -> str:
-    return ",".join(f"{value:g}" for value in values)
+def _default_text(one: OptionField) -> str | None:
+    if one.default is None:
+        return None
+    return ("x" if one.kind == "size" else ",").join(f"{value:g}" for value in one.default)
 
 
-def typed_lists(fields: Sequence[OptionField], chosen: Mapping[str, Any]) -> dict[str, Any]:
-    """The options with ``"32,64"`` as numbers, each once; raises :class:`OptionError` where one is
-    none."""
-    kinds = {one.name: one.kind for one in fields}
-    return {
-        name: _numbers(name, value, int if kinds[name] == "wholes" else float)
-        if kinds[name] in ("wholes", "numbers")
-        else value
-        for name, value in chosen.items()
-    }
+def _as_it_is(one: OptionField, value: Any) -> Any:
+    return value
 
 
-def _numbers(name: str, text: str, kind: Callable[[str], float]) -> tuple[float, ...]:
-    try:
-        return tuple(dict.fromkeys(kind(word) for word in text.split(",")))
-    except ValueError:
-        raise OptionError(
-            f"'{text}' is no list of numbers", where=name, remedy="separate them by commas"
-        ) from None
-
-
-def typed_lengths(text: str | None, name: str) -> tuple[float, ...] | None:
-    """Lengths separated by commas; raises :class:`OptionError` for anything else."""
+def _read_lengths(one: OptionField, text: str | None) -> tuple[float, ...] | None:
+    """Numbers as they are typed, whatever their number and order."""
     if text is None:
         return None
     try:
         return tuple(float(word) for word in text.split(","))
     except ValueError:
         raise OptionError(
-            f"'{text}' is no list of lengths", where=name, remedy="separate them by commas"
+            f"'{text}' is no list of lengths", where=one.words, remedy="separate them by commas"
         ) from None
+
+
+def _read_numbers(one: OptionField, text: str) -> tuple[float, ...]:
+    """Each value once."""
+    kind: Callable[[str], float] = int if one.kind == "wholes" else float
+    try:
+        return tuple(dict.fromkeys(kind(word) for word in text.split(",")))
+    except ValueError:
+        raise OptionError(
+            f"'{text}' is no list of numbers", where=one.name, remedy="separate them by commas"
+        ) from None
+
+
+def _read_size(one: OptionField, text: str) -> tuple[int, int]:
+    """``"320x180"`` as columns and rows."""
+    found = re.fullmatch(r"(\d{1,6})[xX](\d{1,6})", text.strip(), flags=re.ASCII)
+    if found is None:
+        raise OptionError(
+            f"'{text}' is no size", where=one.name, remedy="give columns and rows, as in 320x180"
+        )
+    return int(found[1]), int(found[2])
+
+
+_READERS: Mapping[str, Callable[[OptionField, Any], Any]] = {
+    "lengths": _read_lengths, "wholes": _read_numbers, "numbers": _read_numbers, "size": _read_size,
+}  # fmt: skip

@@ -3,9 +3,9 @@
 :data:`Debug`          the type of its ``--debug``, which it hands to :func:`run_guarded`
 :func:`run_guarded`    does its work; an error is one line on standard error and an exit status
 :func:`print_line`     a line on standard error; :func:`print_text` one on standard output
-:func:`with_options`   gives it the options of a table, such as ``simplifier.SIMPLIFY_FIELDS``
+:func:`with_options`   gives it the options of a table, such as ``SimplifyOptions.fields()``
 :func:`percent`        a share of 0 to 1 as all commands write it
-:func:`typed_lengths`  reads the one option of those that is a list
+:func:`read_values`    reads those of a table that are typed as lists
 :func:`overrides_beside`  the file of overrides that belongs to a mesh
 :func:`interrupts`     listens to Ctrl-C; :data:`INTERRUPTED` is the exit status then
 
@@ -15,7 +15,7 @@
 from __future__ import annotations
 
 from simplifier.cli.console import print_line, print_text
-from simplifier.cli.options import typed_lengths, with_options
+from simplifier.cli.options import read_values, with_options
 from simplifier.cli.running import INTERRUPTED, Debug, interrupts, run_guarded
 from simplifier.io.suffixes import overrides_beside
 from simplifier.wording import percent
@@ -28,7 +28,7 @@ __all__ = [
     "percent",
     "print_line",
     "print_text",
+    "read_values",
     "run_guarded",
-    "typed_lengths",
     "with_options",
 ]

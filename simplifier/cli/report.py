@@ -13,7 +13,9 @@ from simplifier.progress import Listener
 from simplifier.report.report import Report
 
 
-def shown(work: Callable[[Listener, Interrupts], Report | None], name: str, *, debug: bool) -> None:
+def run_and_show(
+    work: Callable[[Listener, Interrupts], Report | None], name: str, *, debug: bool
+) -> None:
     """Run a command under a progress bar and show its report, if there is one."""
 
     def run() -> None:

@@ -7,27 +7,26 @@ from typing import Annotated, Any
 
 import typer
 
+from simplifier.api import simplify as simplify_soup
 from simplifier.cli.console import print_line, print_rows
-from simplifier.cli.options import Mesh, Pictures, ReportFile, typed_lengths, with_options
+from simplifier.cli.options import Mesh, PicturesFolder, ReportFile, read_options, with_options
 from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_overrides
-from simplifier.cli.report import check_extras, shown
+from simplifier.cli.report import check_extras, run_and_show
 from simplifier.cli.running import Debug, Interrupts
 from simplifier.errors import OptionError, OutputError
-from simplifier.io import check_writable, load_mesh
 from simplifier.io.glb_embed import check_place
-from simplifier.io.save import is_level_path
-from simplifier.io.style import Embedding, Sides, Style
+from simplifier.io.load import load
+from simplifier.io.save import check_writable, is_level_path
+from simplifier.io.style import Style
 from simplifier.memory.limit import default_limit
 from simplifier.memory.need import BASE_BYTES, GIB
-from simplifier.option_fields import SIMPLIFY_FIELDS
+from simplifier.options.simplify import SimplifyOptions, WriteOptions
 from simplifier.production.estimate import check_file, estimate_memory
-from simplifier.production.options import SimplifyOptions
-from simplifier.production.produce import make
 from simplifier.progress import Listener, Stopwatch
 from simplifier.report.report import Report, write_report
 
 
-@with_options(SIMPLIFY_FIELDS)
+@with_options(SimplifyOptions, WriteOptions)
 def simplify(
     mesh: Mesh,
     output: Annotated[
@@ -35,24 +34,10 @@ def simplify(
         typer.Option("-o", "--output", help="The occluder: glb, occ, obj, ply, off, stl, tres."),
     ],
     *,
-    sides: Annotated[
-        Sides,
-        typer.Option(help="single: for engines that cull back faces, both windings are written."),
-    ] = "double",
-    as_quads: Annotated[
-        bool, typer.Option("--as-quads", help="Write quads where triangles pair up: obj, off, ply.")
-    ] = False,
-    with_original: Annotated[
-        Embedding | None,
-        typer.Option(
-            help="Write the original too, to a glb, with the occluder as a node NAME-occonly"
-            " (godot) or as its coarsest level of detail (lod)."
-        ),
-    ] = None,
     overrides: OverridesFile = None,
     no_overrides: NoOverrides = False,
     report: ReportFile = None,
-    pictures: Pictures = None,
+    pictures: PicturesFolder = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Say what memory it would need, and make nothing.")
     ] = False,
@@ -68,11 +53,11 @@ def simplify(
     """
 
     def run(listener: Listener, interrupts: Interrupts) -> Report | None:
-        bounds = typed_lengths(chosen["error_bounds"], "error bounds")
-        options = SimplifyOptions(**{**chosen, "error_bounds": bounds})
-        style = Style(sides, as_quads)
+        options = read_options(SimplifyOptions, chosen)
+        writing = read_options(WriteOptions, chosen)
+        style = Style(writing.sides, writing.as_quads)
         check_writable(output, style)
-        if with_original is not None:
+        if writing.with_original is not None:
             _check_embedding(mesh, output, levels=options.levels is not None)
         _check_distinct(mesh, output, levels=options.levels is not None)
         check_extras(report, pictures)
@@ -83,7 +68,7 @@ def simplify(
         check_file(mesh, options, pictures=pictures is not None)
         watch = Stopwatch(listener)
         with watch.stage("load"):
-            soup = load_mesh(
+            soup = load(
                 mesh,
                 transparent=options.transparent,
                 ignore=by_hand.ignore,
@@ -92,16 +77,18 @@ def simplify(
         kept = reported = False
         try:
             with interrupts.deferred() as cancel:
-                made = make(soup, options, listener, cancel, by_hand)
+                made = simplify_soup(
+                    soup, options, listener=listener, cancel=cancel, overrides=by_hand
+                )
                 with interrupts.held(), watch.stage("write"):
-                    if with_original is None:
+                    if writing.with_original is None:
                         files = made.save(output, style)
                     else:
-                        files = made.save_with_original(mesh, output, with_original, style)
+                        files = made.save_with_original(mesh, output, writing.with_original, style)
                 kept = True
             if interrupts.heard and not made.interrupted:
                 raise KeyboardInterrupt
-            product = made.judged(listener)
+            product = made.measure(listener)
             summary = product.report(
                 load_seconds=watch.timings["load"], write_seconds=watch.timings["write"],
                 files=files,
@@ -122,7 +109,7 @@ def simplify(
                 print_line(f"warning: interrupted: {pictures} may lack pictures")
         return summary
 
-    shown(run, mesh.name, debug=debug)
+    run_and_show(run, mesh.name, debug=debug)
 
 
 def _check_embedding(mesh: Path, output: Path, *, levels: bool) -> None:
@@ -139,7 +126,7 @@ def _check_embedding(mesh: Path, output: Path, *, levels: bool) -> None:
 def _foretell(path: Path, options: SimplifyOptions, *, pictures: bool) -> None:
     """Print what a run would need, stage by stage; it may be more than the limit."""
     need = estimate_memory(path, options, pictures=pictures)
-    mesh = load_mesh(path, memory_limit=options.memory_limit)
+    mesh = load(path, memory_limit=options.memory_limit)
     need = need.joined(estimate_memory(mesh, options, pictures=pictures))
     stages = [(f"memory: {name}", _gib(BASE_BYTES + count)) for name, count in need.stages.items()]
     limit = options.memory_limit or default_limit()

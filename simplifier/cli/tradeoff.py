@@ -8,20 +8,19 @@ from typing import Annotated, Any
 import typer
 
 from simplifier.cli.console import print_front, print_line, print_text, run_bar
-from simplifier.cli.options import typed_lists, with_options
+from simplifier.cli.options import read_options, with_options
 from simplifier.cli.overrides import NoOverrides, chosen_overrides
 from simplifier.cli.running import Debug, interrupts, run_guarded
 from simplifier.errors import MeshError
 from simplifier.geometry.overrides import Overrides
 from simplifier.io.files import make_folder, write_whole
-from simplifier.option_fields import TRADEOFF_FIELDS
-from simplifier.tradeoff.cases import check_precision
+from simplifier.options.tradeoff import TradeoffOptions
 from simplifier.tradeoff.study import Study, study_files, study_of
-from simplifier.tradeoff.sweep import SweepOptions, Trial, run_count, sweep
+from simplifier.tradeoff.sweep import Trial, run_count, sweep
 from simplifier.warmup import warm_up
 
 
-@with_options(TRADEOFF_FIELDS)
+@with_options(TradeoffOptions)
 def tradeoff(
     meshes: Annotated[
         list[Path], typer.Argument(help="The meshes: glb, gltf, obj, ply, stl, off.")
@@ -40,14 +39,11 @@ def tradeoff(
     """
 
     def run() -> None:
-        typed = typed_lists(TRADEOFF_FIELDS, chosen)
-        precision = typed.pop("precision")
-        check_precision(precision)
-        options = SweepOptions(**typed)
+        options = read_options(TradeoffOptions, chosen)
         make_folder(output)
         with interrupts() as listening:
             trials = _trials(meshes, options, no_overrides)
-            study = study_of(trials, options, precision)
+            study = study_of(trials, options, options.precision)
             with listening.deferred():  # what was measured is not to be lost to a late Ctrl-C
                 for name, data in study_files(study):
                     with listening.held():
@@ -63,7 +59,7 @@ def tradeoff(
     run_guarded(run, debug=debug)
 
 
-def _trials(meshes: list[Path], options: SweepOptions, no_overrides: bool) -> list[Trial]:
+def _trials(meshes: list[Path], options: TradeoffOptions, no_overrides: bool) -> list[Trial]:
     """All trials, or those up to Ctrl-C if there are any."""
 
     def overrides_of(mesh: Path) -> Overrides:

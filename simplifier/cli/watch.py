@@ -7,7 +7,7 @@ from pathlib import Path
 
 from simplifier.builds.finding import Finding
 from simplifier.builds.making import maker_at
-from simplifier.builds.manifest import NAME
+from simplifier.builds.manifest import MANIFEST_NAME
 from simplifier.builds.watch import watch_assets
 from simplifier.cli.console import print_line, print_text
 from simplifier.cli.findings import line_of
@@ -17,7 +17,7 @@ from simplifier.errors import OccluderError
 
 
 def watch(
-    manifest: ManifestFile = Path(NAME),
+    manifest: ManifestFile = Path(MANIFEST_NAME),
     server: Server = None,
     key: Key = None,
     at_once: AtOnce = None,

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from simplifier.culling.fate import Fate
 from simplifier.culling.flythrough import Flythrough
-from simplifier.culling.flythrough_rows import counted, pixel_words, recall_words, share
-from simplifier.culling.frame import Figures
+from simplifier.culling.flythrough_rows import count_phrase, pixel_words, recall_words, share
+from simplifier.culling.frame import FrameFigures
 from simplifier.culling.shot import RED, Shot
 from simplifier.culling.top_view import COLOURS, plan_picture, up_axis
-from simplifier.report.png import RgbImage, drawn, encoded
+from simplifier.report.png import RgbImage, figure_image, png_bytes
 from simplifier.wording import percent, plain
 
 # Pixels.
@@ -55,11 +55,11 @@ def contact_sheet(flown: Flythrough, scene_name: str) -> bytes:
         _write_caption(figure, shot.index, figures[shot.index], left, height - top)
     _add_legend(figure, _MARGIN / width, 0.5 * _FOOT / height)
     # matplotlib draws the words only: its images are resampled and take four times as long.
-    board = drawn(figure)
+    board = figure_image(figure)
     boxes, up = flown.parts.scene.bounds(), up_axis(flown.path)
     for shot, (left, top) in zip(flown.shots, corners, strict=True):
         _paste_shot(board, shot, boxes, up, left, top + _CAPTION - _GAP)
-    return encoded(board)
+    return png_bytes(board)
 
 
 def _write_head(figure: Figure, flown: Flythrough, scene_name: str, height: int) -> None:
@@ -78,18 +78,18 @@ def _write_head(figure: Figure, flown: Flythrough, scene_name: str, height: int)
     )  # fmt: skip
 
 
-def _write_caption(figure: Figure, index: int, figures: Figures, left: int, y: int) -> None:
+def _write_caption(figure: Figure, index: int, figures: FrameFigures, left: int, y: int) -> None:
     """The frame's number in bold and its figures beside it; ``y`` pixels from below."""
     parts = figures.parts
     recall = "none hidden" if parts.recall is None else f"{percent(parts.recall)} culled"
     wrong = (
         ""
         if not parts.wrong
-        else f", {parts.wrong:,} WRONG ({counted(figures.wrong_pixels, 'pixel')})"
+        else f", {parts.wrong:,} WRONG ({count_phrase(figures.wrong_pixels, 'pixel')})"
     )
-    occluders = counted(figures.occluder_triangles, "occluder triangle")
+    occluders = count_phrase(figures.occluder_triangles, "occluder triangle")
     words = (
-        f"{counted(parts.in_view, 'part')} in view, {parts.hidden:,} hidden, {recall}, "
+        f"{count_phrase(parts.in_view, 'part')} in view, {parts.hidden:,} hidden, {recall}, "
         f"{parts.missed:,} missed{wrong}; {occluders}"
     )
     colour = "#b3202a" if parts.wrong else "#333333"
@@ -115,7 +115,7 @@ def _paste_shot(
 ) -> None:
     aspect = shot.occluders.shape[1] / shot.occluders.shape[0]
     grey = np.repeat(shot.occluders[..., None], 3, axis=2)
-    _paste(board, _ringed(shot.view), _PICTURE, left, top)
+    _paste(board, _ring_faults(shot.view), _PICTURE, left, top)
     _paste(board, grey, _PICTURE, left + _PICTURE[0] + _GAP, top)
     inner = (_PLAN[0] - 2, _PLAN[1] - 2)
     plan = plan_picture(shot, boxes, up, inner, aspect)
@@ -135,7 +135,7 @@ def _paste(board: RgbImage, image: RgbImage, size: tuple[int, int], left: int, t
     panel[y : y + new[1], x : x + new[0]] = cv2.resize(image, new, interpolation=method)
 
 
-def _ringed(view: RgbImage) -> RgbImage:
+def _ring_faults(view: RgbImage) -> RgbImage:
     """The view with a ring around what is wrong in it: a pixel or two would not be noticed."""
     places = np.argwhere((view == RED).all(axis=2))
     ringed = view.copy()

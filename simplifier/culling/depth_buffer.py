@@ -23,6 +23,7 @@ from simplifier.geometry.camera import Camera, Lens
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.kernels import box_verdict
 from simplifier.kernels.depth_buffer import TILE, draw_inside, draw_triangles
+from simplifier.options.scene import LARGEST_SCREEN
 
 Coverage = Literal["centre", "inner"]
 """Which pixels an occluder is drawn into: with the centre in it, or with all of them in it."""
@@ -183,10 +184,6 @@ def _check_mesh(vertices: FloatArray, faces: IntArray) -> None:
         raise MeshError(
             f"a face names none of the {len(vertices)} vertices", remedy="repair the face indices"
         )
-
-
-LARGEST_SCREEN = 16384
-"""Rows or columns."""
 
 
 def screen_view(camera: Camera, rows: int, columns: int) -> FloatArray:

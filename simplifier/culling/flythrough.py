@@ -8,14 +8,12 @@ Do these occluders belong to this scene?
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import zip_longest
 
 import numpy as np
 
-from simplifier.culling.cull_options import CullOptions
-from simplifier.culling.frame import Figures, Frame, FrameMeasure, total
+from simplifier.culling.frame import Frame, FrameFigures, FrameMeasure, total
 from simplifier.culling.shot import Shot
 from simplifier.errors import CancelledError, SceneError, UnreadablePathError
 from simplifier.geometry.camera import CameraPath
@@ -23,10 +21,8 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.occluder_tree import OccluderTree
 from simplifier.hierarchy.parts import Parts, split_large
-from simplifier.progress import Cancel
-
-Tell = Callable[[int, str], None]
-"""Told how many frames are done, and which one is next."""
+from simplifier.options.scene import CullOptions
+from simplifier.progress import Cancel, TellStep
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +48,7 @@ class Flythrough:
         return len(self.frames) == len(self.path.cameras)
 
     @property
-    def total(self) -> Figures:
+    def total(self) -> FrameFigures:
         """Sums over the frames."""
         return total(self.frames)
 
@@ -73,7 +69,7 @@ def fly(
     tree: OccluderTree,
     path: CameraPath,
     options: CullOptions,
-    tell: Tell = lambda done, name: None,
+    tell: TellStep = lambda done, name: None,
     cancel: Cancel | None = None,
 ) -> Flythrough:
     """Cull the scene from every camera of the path and count what is hidden rightly and wrongly.
@@ -86,9 +82,9 @@ def fly(
         raise UnreadablePathError(
             "it has no frames", where=f"path '{path.name}'", remedy="give it one or more"
         )
-    parts = parts_of(scene, tree)
+    parts = matching_parts(scene, tree)
     measure = FrameMeasure(scene, parts, tree, options)
-    chosen = _spread(len(path.cameras), options.shots)
+    chosen = _even_places(len(path.cameras), options.shots)
     frames, shots = [], []
     for index, camera in enumerate(path.cameras):
         if cancel is not None and cancel.is_set():
@@ -102,7 +98,7 @@ def fly(
     return Flythrough(scene, parts, path, options, measure.pixel_error, tuple(frames), tuple(shots))
 
 
-def _spread(count: int, most: int) -> set[int]:
+def _even_places(count: int, most: int) -> set[int]:
     """At most that many of ``count`` places, from the first to the last."""
     return set(np.linspace(0, count - 1, min(count, most)).round().astype(int).tolist())
 
@@ -110,7 +106,7 @@ def _spread(count: int, most: int) -> set[int]:
 _TOLERANCE = 1e-6  # of the scene's extent: a box may pass through a file
 
 
-def parts_of(scene: Scene, tree: OccluderTree) -> Parts:
+def matching_parts(scene: Scene, tree: OccluderTree) -> Parts:
     """The parts that the occluders were made for.
 
     Raises :class:`SceneError` where objects, their parts or the parts' boxes are not those of the
@@ -118,7 +114,9 @@ def parts_of(scene: Scene, tree: OccluderTree) -> Parts:
     """
     for index, (here, there) in enumerate(zip_longest(scene.names, tree.objects)):
         if here != there:
-            raise _foreign(f"object {index} is {_named(here)} here and {_named(there)} there")
+            raise _foreign(
+                f"object {index} is {_name_or_none(here)} here and {_name_or_none(there)} there"
+            )
     parts = split_large(scene)
     if not np.array_equal(parts.object_of, tree.object_of):
         raise _foreign(f"{len(parts.object_of)} parts here and {len(tree.object_of)} there")
@@ -140,7 +138,7 @@ def _part_boxes(tree: OccluderTree) -> FloatArray:
     return boxes
 
 
-def _named(name: str | None) -> str:
+def _name_or_none(name: str | None) -> str:
     return "missing" if name is None else f"'{name}'"
 
 

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from simplifier.culling.flythrough import Flythrough
-from simplifier.culling.flythrough_rows import counted, pixel_words, recall_words, share
-from simplifier.culling.frame import Figures
-from simplifier.report.png import drawn, encoded
+from simplifier.culling.flythrough_rows import count_phrase, pixel_words, recall_words, share
+from simplifier.culling.frame import FrameFigures
+from simplifier.report.png import figure_image, png_bytes
 from simplifier.wording import plain
 
 _INK, _SOFT, _LINE = "#1b1b1a", "#6a6a66", "#e4e4e0"
@@ -35,7 +35,7 @@ def flythrough_plot(flown: Flythrough, scene_name: str) -> bytes:
     for one in axes:
         _finish(one, flown)
     axes[-1].set_xlabel("Frame", color=_INK, fontsize=_LETTERS)
-    return encoded(drawn(figure))
+    return png_bytes(figure_image(figure))
 
 
 def _draw_recall(axes: Any, flown: Flythrough) -> None:
@@ -55,7 +55,8 @@ def _draw_recall(axes: Any, flown: Flythrough) -> None:
 def _draw_wrong(axes: Any, flown: Flythrough) -> None:
     _line(axes, flown, lambda f: f.wrong_share, _WRONG, "wrong", width=1.6)
     whole = flown.total
-    words = f"{pixel_words(whole)}, by {counted(whole.parts.wrong, 'part')} culled although visible"
+    culled = count_phrase(whole.parts.wrong, "part")
+    words = f"{pixel_words(whole)}, by {culled} culled although visible"
     _title(axes, "Wrong pixels", words)
     most = flown.worst_picture.figures.wrong_share
     axes.set_ylim(0.0, max(1.15 * most, _LEAST_WRONG))
@@ -75,7 +76,7 @@ def _draw_cost(axes: Any, flown: Flythrough) -> None:
 def _line(
     axes: Any,
     flown: Flythrough,
-    value: Callable[[Figures], float | None],
+    value: Callable[[FrameFigures], float | None],
     colour: str,
     label: str,
     *,

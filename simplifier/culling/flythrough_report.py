@@ -9,8 +9,8 @@ from typing import Any
 
 from simplifier.culling.fate import Counts
 from simplifier.culling.flythrough import Flythrough
-from simplifier.culling.flythrough_rows import median_milliseconds, table_bytes
-from simplifier.culling.frame import Figures, Frame
+from simplifier.culling.flythrough_rows import flythrough_csv, median_milliseconds
+from simplifier.culling.frame import Frame, FrameFigures
 from simplifier.report.machine import this_machine
 from simplifier.version import VERSION
 
@@ -32,7 +32,14 @@ def summary(flown: Flythrough, scene_name: str) -> dict[str, Any]:
         },
         "path": {"name": flown.path.name, "frames": len(flown.path.cameras)},
         "frames_measured": len(flown.frames),
-        "options": {**asdict(flown.options), "pixel_error": flown.pixel_error},
+        "options": {
+            "rows": flown.options.rows,
+            "columns": flown.options.columns,
+            "pixel_error": flown.pixel_error,
+            "detail": flown.options.detail,
+            "repeats": flown.options.repeats,
+            "shots": flown.options.shots,
+        },
         "objects": _counts(whole.objects),
         "parts": _counts(whole.parts),
         "pixels": {
@@ -55,7 +62,7 @@ def flythrough_files(flown: Flythrough, scene_name: str) -> Iterator[tuple[str, 
 
     What cannot be had again without measuring comes first.
     """
-    yield "cull.csv", table_bytes(flown)
+    yield "cull.csv", flythrough_csv(flown)
     text = json.dumps(summary(flown, scene_name), indent=2, allow_nan=False) + "\n"
     yield "cull.json", text.encode("utf-8", "backslashreplace")
     # Here, not above: matplotlib takes half a second to import, and most commands draw nothing.
@@ -85,7 +92,7 @@ def _worst_picture(frame: Frame) -> dict[str, Any]:
     }
 
 
-def _occluders(flown: Flythrough, whole: Figures) -> dict[str, Any]:
+def _occluders(flown: Flythrough, whole: FrameFigures) -> dict[str, Any]:
     triangles = [frame.figures.occluder_triangles for frame in flown.frames]
     return {
         "drawn_mean": whole.occluders / len(flown.frames),

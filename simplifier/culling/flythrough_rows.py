@@ -13,7 +13,7 @@ import statistics
 
 from simplifier.culling.fate import Counts
 from simplifier.culling.flythrough import Flythrough
-from simplifier.culling.frame import Figures
+from simplifier.culling.frame import FrameFigures
 from simplifier.wording import percent
 
 _COUNTS = ("in_view", "hidden", "culled", "missed", "wrong", "lost", "recall")
@@ -31,7 +31,7 @@ TOTAL = "total"
 """In place of the frame's number in the last row: sums, and shares of sums."""
 
 
-def table_bytes(flown: Flythrough) -> bytes:
+def flythrough_csv(flown: Flythrough) -> bytes:
     """ASCII CSV, lines end in LF; empty cells are shares of nothing."""
     text = io.StringIO()
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
@@ -42,7 +42,7 @@ def table_bytes(flown: Flythrough) -> bytes:
     return text.getvalue().encode("ascii")
 
 
-def _cells(figures: Figures) -> dict[str, str]:
+def _cells(figures: FrameFigures) -> dict[str, str]:
     return {
         **_count_cells("objects", figures.objects),
         **_count_cells("parts", figures.parts),
@@ -81,7 +81,7 @@ def summary_rows(flown: Flythrough) -> list[tuple[str, str]]:
         ("fewest parts", recall),
         ("objects", recall_words(whole.objects)),
         ("wrongly culled", _wrong_words(whole.parts)),
-        *_lost_row(whole),
+        *_rows_of_losses(whole),
         ("wrong pixels", pixel_words(whole)),
         ("most wrong", wrong),
         ("occluder triangles", f"{triangles}, {share(whole.triangle_share)} of the scene's"),
@@ -97,7 +97,7 @@ def recall_words(counts: Counts) -> str:
     return f"{percent(counts.recall)} of {counts.hidden:,} hidden culled"
 
 
-def pixel_words(figures: Figures) -> str:
+def pixel_words(figures: FrameFigures) -> str:
     """``"14 of 15,035,282 (0.000093 %)"``."""
     shown = f" ({share(figures.wrong_share)})" if figures.wrong_pixels else ""
     return f"{figures.wrong_pixels:,} of {figures.covered_pixels:,}{shown}"
@@ -125,7 +125,7 @@ def share(value: float) -> str:
     return f"{hundred:.{max(0, 1 - before)}f} %"
 
 
-def counted(number: int, what: str) -> str:
+def count_phrase(number: int, what: str) -> str:
     """``"1 part"``, ``"1,234 parts"``."""
     return f"{number:,} {what}{'' if number == 1 else 's'}"
 
@@ -138,10 +138,10 @@ def _frames(flown: Flythrough) -> str:
 
 
 def _wrong_words(parts: Counts) -> str:
-    return f"{counted(parts.wrong, 'part')} of {parts.in_view - parts.hidden:,} visible"
+    return f"{count_phrase(parts.wrong, 'part')} of {parts.in_view - parts.hidden:,} visible"
 
 
-def _lost_row(whole: Figures) -> list[tuple[str, str]]:
+def _rows_of_losses(whole: FrameFigures) -> list[tuple[str, str]]:
     """Only where the tests are at fault."""
     if not whole.parts.lost:
         return []

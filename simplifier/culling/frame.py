@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from simplifier.culling.cull import Culled, Culler
-from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.depth_buffer import DepthBuffer
 from simplifier.culling.fate import Counts, Fate, fates, object_sums, object_verdicts
 from simplifier.culling.item_buffer import ItemBuffer
@@ -21,10 +20,11 @@ from simplifier.geometry.camera import Camera
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.occluder_tree import OccluderTree
 from simplifier.hierarchy.parts import Parts
+from simplifier.options.scene import CullOptions
 
 
 @dataclass(frozen=True)
-class Figures:
+class FrameFigures:
     """What culling did, in one frame or in all.
 
     ``objects``, ``parts``  of the scene; a part is an object or a piece of a large one, and what is
@@ -64,13 +64,13 @@ class Frame:
     """The figures of the camera ``index`` of a path."""
 
     index: int
-    figures: Figures
+    figures: FrameFigures
 
 
-def total(frames: Sequence[Frame]) -> Figures:
+def total(frames: Sequence[Frame]) -> FrameFigures:
     """Sums over one or more frames; the scene's triangles count anew in each."""
     every = [frame.figures for frame in frames]
-    return Figures(
+    return FrameFigures(
         objects=Counts.total(one.objects for one in every),
         parts=Counts.total(one.parts for one in every),
         covered_pixels=sum(one.covered_pixels for one in every),
@@ -115,7 +115,7 @@ class FrameMeasure:
             object_sums(truth.fragments, object_of, count),
             object_sums(visible, object_of, count),
         )
-        figures = Figures(
+        figures = FrameFigures(
             objects=Counts.of(of_objects),
             parts=Counts.of(self._fates),
             covered_pixels=int(visible.sum()),

@@ -53,7 +53,7 @@ def view_picture(
     items, depth = truth.items[::step, ::step], truth.depth[::step, ::step]
     colours = _OBJECTS[object_of[items] % len(_OBJECTS)] * _shade(depth, camera)[..., None]
     factor = max(1, round(depth.shape[1] / _WIDEST))
-    picture = _smoothed(np.where(items[..., None] >= 0, colours, _PAPER), factor)
+    picture = _smooth(np.where(items[..., None] >= 0, colours, _PAPER), factor)
     # A culled pixel is not to fade among its neighbours: one makes its square red.
     bad = (truth.items >= 0) & np.isin(found[truth.items], (Fate.WRONG, Fate.LOST))
     rows, columns = np.argwhere(bad).T // (step * factor)
@@ -102,7 +102,7 @@ def _step(points: FloatArray, axis: int) -> FloatArray:
     return np.where(nearer, onward, past)
 
 
-def _smoothed(picture: FloatArray, factor: int) -> FloatArray:
+def _smooth(picture: FloatArray, factor: int) -> FloatArray:
     """Means over squares of ``factor`` pixels; what is left over at the far edges is cut off."""
     rows, columns = (size // factor for size in picture.shape[:2])
     cut = picture[: rows * factor, : columns * factor]

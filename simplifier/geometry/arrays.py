@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simplifier.checks import is_number, shown
+from simplifier.checks import is_number, value_text
 from simplifier.errors import MeshError, OptionError
 
 _MOST = int(np.iinfo(np.int32).max)  # faces are stored as int32
@@ -35,7 +35,7 @@ def vertex_array(vertices: ArrayLike, where: str) -> NDArray[np.float64]:
         with np.errstate(over="ignore"):  # a wider float becomes infinite, as a literal would
             return np.asarray(values, dtype=np.float64)
     except OverflowError:  # a whole number of Python's, which does not
-        raise _refused("a coordinate of the vertices is beyond all floats", where) from None
+        raise _array_error("a coordinate of the vertices is beyond all floats", where) from None
 
 
 def face_array(faces: ArrayLike, count: int, where: str) -> NDArray[np.int64]:
@@ -76,7 +76,7 @@ def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
         numbers = np.empty(0)
     if len(numbers) != 3 or not np.isfinite(numbers).all():
         raise OptionError(
-            f"{shown(value)} is no vector", where=name, remedy="pass three finite numbers"
+            f"{value_text(value)} is no vector", where=name, remedy="pass three finite numbers"
         )
     return numbers
 
@@ -95,7 +95,7 @@ def check_arrays(vertices: object, faces: object, remedy: str) -> None:
 def _kind(array: object) -> str:
     if isinstance(array, np.ndarray):
         return f"an array of shape {array.shape} and type {array.dtype}"
-    return shown(array)
+    return value_text(array)
 
 
 def _real_numbers(name: str, given: ArrayLike, where: str) -> NDArray[Any]:
@@ -103,14 +103,14 @@ def _real_numbers(name: str, given: ArrayLike, where: str) -> NDArray[Any]:
     try:
         values = np.atleast_2d(np.asarray(given))
     except (TypeError, ValueError) as error:  # rows of different lengths, too many axes
-        raise _refused(f"{name} are no array ({error})", where) from None
+        raise _array_error(f"{name} are no array ({error})", where) from None
     kind = values.dtype.kind
     if kind not in "iuf" and not (kind == "O" and all(map(is_number, values.ravel()))):
-        raise _refused(f"{name} are of type {values.dtype}", where)
+        raise _array_error(f"{name} are of type {values.dtype}", where)
     if np.ma.is_masked(given):
-        raise _refused(f"{name} have masked values", where)
+        raise _array_error(f"{name} have masked values", where)
     return values
 
 
-def _refused(what: str, where: str) -> MeshError:
+def _array_error(what: str, where: str) -> MeshError:
     return MeshError(what, where=where, remedy="pass an array of real numbers")

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simplifier.checks import check_positive, check_whole, is_number, shown
+from simplifier.checks import check_positive, check_whole, is_number, value_text
 from simplifier.errors import OptionError
 from simplifier.geometry.arrays import vector
 from simplifier.geometry.mesh import FloatArray
+from simplifier.options.scene import LEAST_FOV
 
 _MOST_ROWS = 1 << 31  # of a screen; a larger one is a mistake
-LEAST_FOV = 1e-6
 """Degrees; of less, lengths in pixels grow past all floats."""
 
 
@@ -93,7 +93,9 @@ def _unit(vector: FloatArray, name: str) -> FloatArray:
 def _check_fov(fov: float) -> None:
     if not is_number(fov) or not LEAST_FOV <= fov < 180.0:
         raise OptionError(
-            f"{shown(fov)} is out of range", where="fov", remedy="choose between 0 and 180 degrees"
+            f"{value_text(fov)} is out of range",
+            where="fov",
+            remedy="choose between 0 and 180 degrees",
         )
 
 

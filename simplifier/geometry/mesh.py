@@ -180,7 +180,7 @@ class TriangleMesh:
         if stray.any():
             unusable["far_away"] = np.nonzero(usable)[0][stray]
             points, corners = _of_used_vertices(points, corners, ~stray)
-        return cls(points, corners, _dropped(unusable))
+        return cls(points, corners, _count_dropped(unusable))
 
     @property
     def bounds(self) -> FloatArray:
@@ -267,7 +267,7 @@ def _fill(whole: NDArray[_Scalar], parts: Iterable[NDArray[_Scalar]]) -> None:
         count += len(part)
 
 
-def _dropped(places: Mapping[str, IndexArray]) -> DroppedTriangles:
+def _count_dropped(places: Mapping[str, IndexArray]) -> DroppedTriangles:
     """Of the numbers of the triangles, ascending, by reason."""
     counts = {reason: len(found) for reason, found in places.items()}
     first = {reason: int(found[0]) for reason, found in places.items() if len(found)}

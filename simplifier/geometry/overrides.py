@@ -54,7 +54,7 @@ ALL_OPAQUE = Ignore()
 """Nothing is ignored by name."""
 
 
-def _called(name: str, where: str) -> str:
+def _name_with_place(name: str, where: str) -> str:
     return f"{name} ({where})" if where else name
 
 
@@ -70,7 +70,7 @@ class DrawnPart:
     where: str = ""
 
     def __str__(self) -> str:
-        return _called(self.name, self.where)
+        return _name_with_place(self.name, self.where)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ class OpenRegion:
     where: str = ""
 
     def __str__(self) -> str:
-        return _called(self.name, self.where)
+        return _name_with_place(self.name, self.where)
 
 
 @dataclass(frozen=True, eq=False)

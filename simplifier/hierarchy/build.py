@@ -23,8 +23,7 @@ from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import grid_shape
 from simplifier.hierarchy.node import is_own_occluder, node_occluder, node_options
-from simplifier.hierarchy.node_plan import Job, Keys, Plan, plan_occluders
-from simplifier.hierarchy.options import SceneOptions
+from simplifier.hierarchy.node_plan import Keys, NodeJob, Plan, plan_occluders
 from simplifier.hierarchy.parts import Parts, split_large
 from simplifier.hierarchy.store import OccluderStore, Summary
 from simplifier.hierarchy.tree import Tree, build_tree
@@ -32,11 +31,9 @@ from simplifier.kernels.threads import thread_count
 from simplifier.memory.limit import check_need
 from simplifier.memory.need import MIB, MemoryNeed, MeshSize
 from simplifier.memory.runs import Judging, judging, simplifying
-from simplifier.processes import Outcome, run_jobs, run_jobs_here
-from simplifier.progress import Cancel
-
-Tell = Callable[[int, int], None]
-"""Told how many occluders are there and how many there will be."""
+from simplifier.options.scene import SceneOptions
+from simplifier.processes import JobOutcome, run_jobs, run_jobs_here
+from simplifier.progress import Cancel, TellCount
 
 _FEW_JOBS = 16  # are done sooner than other processes have started
 
@@ -67,7 +64,7 @@ def build_occluders(
     options: SceneOptions,
     store: OccluderStore,
     known: Mapping[str, Summary],
-    tell: Tell = lambda done, total: None,
+    tell: TellCount = lambda done, total: None,
     cancel: Cancel | None = None,
     memory_limit: float | None = None,
 ) -> Build:
@@ -90,7 +87,7 @@ def build_occluders(
     parts = split_large(scene)
     tree = build_tree(parts.scene.bounds(), options.width)
     plan = plan_occluders(parts, tree, options)
-    summaries = _kept(plan, store, known, cancel)
+    summaries = _reusable(plan, store, known, cancel)
     kept = len(summaries)
     jobs = _missing(plan, parts, summaries)
     _check_memory(parts.scene, jobs, options, memory_limit)
@@ -111,7 +108,7 @@ def build_occluders(
     )  # fmt: skip
 
 
-def _kept(
+def _reusable(
     plan: Plan, store: OccluderStore, known: Mapping[str, Summary], cancel: Cancel | None
 ) -> dict[str, Summary]:
     """Of what earlier runs made and is not damaged."""
@@ -124,7 +121,7 @@ def _kept(
     return summaries
 
 
-def _missing(plan: Plan, parts: Parts, summaries: Mapping[str, Summary]) -> list[Job]:
+def _missing(plan: Plan, parts: Parts, summaries: Mapping[str, Summary]) -> list[NodeJob]:
     """Large ones first, for an even end."""
     triangles = parts.scene.triangle_counts
     jobs = [job for key, job in plan.jobs.items() if key not in summaries]
@@ -151,7 +148,7 @@ def _worthwhile(keys: Sequence[Keys], summaries: Mapping[str, Summary]) -> tuple
 
 
 def _check_memory(
-    scene: Scene, jobs: Sequence[Job], options: SceneOptions, memory_limit: float | None
+    scene: Scene, jobs: Sequence[NodeJob], options: SceneOptions, memory_limit: float | None
 ) -> None:
     at_once, apart = _crew(jobs)
 
@@ -162,7 +159,7 @@ def _check_memory(
     check_need(at(options.resolution), memory_limit, resolution=options.resolution, at=at)
 
 
-def _crew(jobs: Sequence[Job]) -> tuple[int, bool]:
+def _crew(jobs: Sequence[NodeJob]) -> tuple[int, bool]:
     """How many work at a time, and whether in processes: in threads of this one where that is
     sooner."""
     at_once = min(thread_count(), len(jobs))
@@ -171,11 +168,11 @@ def _crew(jobs: Sequence[Job]) -> tuple[int, bool]:
 
 def _outcomes(
     scene: Scene,
-    jobs: Sequence[Job],
+    jobs: Sequence[NodeJob],
     options: SceneOptions,
     store: OccluderStore,
     cancel: Cancel | None,
-) -> Generator[Outcome, None, None]:
+) -> Generator[JobOutcome, None, None]:
     processes, apart = _crew(jobs)
     if not apart:
         here = partial(_make, scene, options, store, cancel)
@@ -186,13 +183,15 @@ def _outcomes(
         yield from run_jobs(_maker, (folder, options, store), jobs, processes, cancel)
 
 
-def _maker(folder: str, options: SceneOptions, store: OccluderStore) -> Callable[[Job], Summary]:
+def _maker(
+    folder: str, options: SceneOptions, store: OccluderStore
+) -> Callable[[NodeJob], Summary]:
     """What a process does with a job."""
     return partial(_make, unpack(Path(folder)), options, store, None)
 
 
 def _make(
-    scene: Scene, options: SceneOptions, store: OccluderStore, cancel: Cancel | None, job: Job
+    scene: Scene, options: SceneOptions, store: OccluderStore, cancel: Cancel | None, job: NodeJob
 ) -> Summary:
     if job.kind == "inner":
         mesh = scene.joined(job.parts)
@@ -203,7 +202,7 @@ def _make(
     return store.write(job.key, node_occluder(mesh, job.kind, job.stand, options, cancel))
 
 
-def _place(scene: Scene, parts: Parts, job: Job) -> str:
+def _place(scene: Scene, parts: Parts, job: NodeJob) -> str:
     """Which object or objects a message is about."""
     objects = np.unique(parts.object_of[job.parts])
     others = len(objects) - 1
@@ -216,7 +215,7 @@ _WORKER = 90 * MIB  # of a process beside the first: their libraries' pages are 
 
 
 def need_of_building(
-    scene: Scene, jobs: Sequence[Job], options: SceneOptions, at_once: int, *, apart: bool
+    scene: Scene, jobs: Sequence[NodeJob], options: SceneOptions, at_once: int, *, apart: bool
 ) -> MemoryNeed:
     """``scene`` of parts; the ``at_once`` largest jobs count, which meet at worst.
 
@@ -225,15 +224,15 @@ def need_of_building(
     sizes = np.array([(len(mesh.vertices), len(mesh.faces)) for mesh in scene.meshes])
     held = _COPIES * sum(MeshSize(*size).held for size in sizes.tolist())
     bounds = scene.bounds()
-    needs = sorted(_need(scene, sizes, bounds, job, options) for job in jobs)
+    needs = sorted(_bytes_of_job(scene, sizes, bounds, job, options) for job in jobs)
     largest = needs[len(needs) - at_once :]
     libraries = _WORKER * at_once if apart else 0
     return MemoryNeed({"occluders": held + libraries + sum(largest)})
 
 
-def _need(
+def _bytes_of_job(
     scene: Scene, sizes: np.ndarray[tuple[int, int], np.dtype[np.int64]], bounds: FloatArray,
-    job: Job, options: SceneOptions,
+    job: NodeJob, options: SceneOptions,
 ) -> int:  # fmt: skip
     """Bytes of one job, beside the scene."""
     meshes = scene.mesh_of[job.parts]

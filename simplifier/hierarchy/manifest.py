@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -29,13 +29,13 @@ from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.build import Build
 from simplifier.hierarchy.node_plan import is_key
 from simplifier.hierarchy.occluder_tree import LEVELS, OccluderTree
-from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.store import OccluderStore, Summary
 from simplifier.hierarchy.tree import Tree
 from simplifier.io.files import make_folder, read_bytes, write_whole
+from simplifier.options.scene import SceneOptions
 from simplifier.version import VERSION
 
-NAME = "scene.json"
+SCENE_FILE = "scene.json"
 FOLDER = "occluders"
 
 SCHEMA_VERSION = 1
@@ -60,7 +60,7 @@ def write_manifest(folder: Path, scene: Scene, options: SceneOptions, build: Bui
     document = {
         "schema_version": SCHEMA_VERSION,
         "version": VERSION,
-        "options": asdict(options),
+        "options": options.chosen(),
         "objects": list(scene.names),
         "nodes": _nodes(build),
         "occluders": {
@@ -70,7 +70,7 @@ def write_manifest(folder: Path, scene: Scene, options: SceneOptions, build: Bui
         "warnings": [*scene.warnings, *build.warnings],
     }
     text = json.dumps(document, separators=(",", ":"), allow_nan=False)
-    write_whole(folder / NAME, text.replace('},{"bounds"', '},\n{"bounds"').encode())
+    write_whole(folder / SCENE_FILE, text.replace('},{"bounds"', '},\n{"bounds"').encode())
     occluder_store(folder).keep_only(build.summaries)
 
 
@@ -100,7 +100,7 @@ def _nodes(build: Build) -> list[dict[str, Any]]:
 def read_summaries(folder: Path) -> dict[str, Summary]:
     """Of the occluders of an earlier build; none where there is no such build or it is damaged."""
     try:
-        return summaries_of(value_of(_document(folder), "occluders", NAME))
+        return summaries_of(value_of(_document(folder), "occluders", SCENE_FILE))
     except (SceneError, *DAMAGE):
         return {}
 
@@ -114,33 +114,34 @@ def load_occluder_tree(folder: str | Path) -> OccluderTree:
     folder = as_path("folder", folder)
     document = _document(folder)
     try:
-        rows = rows_of(value_of(document, "nodes", NAME))
+        rows = rows_of(value_of(document, "nodes", SCENE_FILE))
         tree = tree_of(rows)
-        objects = objects_of(value_of(document, "objects", NAME))
+        objects = objects_of(value_of(document, "objects", SCENE_FILE))
         object_of, transforms = parts_of(rows, tree, len(objects))
-        summaries = summaries_of(value_of(document, "occluders", NAME))
+        summaries = summaries_of(value_of(document, "occluders", SCENE_FILE))
         keys = keys_of(rows, summaries)
         return OccluderTree(
-            options_of(value_of(document, "options", NAME)), objects, object_of, tree, transforms,
-            occluders_of(rows, keys), _read(OccluderStore(folder / FOLDER), keys, summaries),
+            options_of(value_of(document, "options", SCENE_FILE)), objects, object_of, tree,
+            transforms, occluders_of(rows, keys),
+            _read_occluders(OccluderStore(folder / FOLDER), keys, summaries),
             np.array([summaries[key].radius for key in keys]),
         )  # fmt: skip
     except (OptionError, *DAMAGE) as error:
-        raise _damaged(folder / NAME, str(error)) from None
+        raise _damage(folder / SCENE_FILE, str(error)) from None
 
 
 def _document(folder: Path) -> dict[str, Any]:
-    path = folder / NAME
+    path = folder / SCENE_FILE
     remedy = "build the scene with 'occluder scene'"
     if not path.exists():
-        raise SceneError(f"there is no {NAME}", where=str(folder), remedy=remedy)
+        raise SceneError(f"there is no {SCENE_FILE}", where=str(folder), remedy=remedy)
     data = read_bytes(path, error=SceneError, remedy=remedy)
     try:
         document = json.loads(data)
     except (ValueError, RecursionError):
-        raise _damaged(path, "it is not JSON") from None
+        raise _damage(path, "it is not JSON") from None
     if not isinstance(document, dict):
-        raise _damaged(path, "it is no JSON object")
+        raise _damage(path, "it is no JSON object")
     version = document.get("schema_version")
     if version != SCHEMA_VERSION:
         raise SceneError(
@@ -151,7 +152,7 @@ def _document(folder: Path) -> dict[str, Any]:
     return document
 
 
-def _read(
+def _read_occluders(
     store: OccluderStore, keys: Sequence[str], summaries: Mapping[str, Summary]
 ) -> tuple[Occluder, ...]:
     """Raises :class:`SceneError` where one is missing or not as it was written."""
@@ -159,14 +160,14 @@ def _read(
     for key in keys:
         try:
             if store.checksum(key) != summaries[key].checksum:
-                raise _damaged(store.path(key), "it is not what was written")
+                raise _damage(store.path(key), "it is not what was written")
             occluders.append(store.read(key))
         except MeshError as error:
-            raise _damaged(store.path(key), error.what) from None
+            raise _damage(store.path(key), error.what) from None
     return tuple(occluders)
 
 
-def _damaged(path: Path, why: str) -> SceneError:
+def _damage(path: Path, why: str) -> SceneError:
     return SceneError(f"it is damaged ({why})", where=str(path), remedy="build the scene again")
 
 
@@ -257,9 +258,8 @@ def summaries_of(rows: Any) -> dict[str, Summary]:
 
 def options_of(values: Any) -> SceneOptions:
     """Those that this version knows."""
-    return SceneOptions(
-        **{one.name: value_of(values, one.name, "the options") for one in fields(SceneOptions)}
-    )
+    known = (one.name for one in SceneOptions.fields() if one.of_result)
+    return SceneOptions(**{name: value_of(values, name, "the options") for name in known})
 
 
 def _summary(row: Any, key: str) -> Summary:

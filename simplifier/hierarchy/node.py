@@ -12,13 +12,17 @@ from simplifier.errors import CancelledError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import hemisphere_directions, image_axes
-from simplifier.hierarchy.options import SceneOptions
-from simplifier.options import MOST_MOVES, MOST_VOXELS, Axis, Options, SectionOptions, make_options
+from simplifier.options.scene import SceneOptions
+from simplifier.options.simplify import MOST_MOVES, MOST_VOXELS, Axis
+from simplifier.options.stages import Options, SectionOptions, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel
 from simplifier.selection.measure import bit_measure, fitted_projections, silhouettes
 
-Kind = Literal["near", "far", "inner"]
+COARSENESS = 2.0
+"""Voxels of a node that its occluder strays at least, or lacks where it keeps wholly inside."""
+
+NodeKind = Literal["near", "far", "inner"]
 """Of a leaf's two occluders: exact, and cheaper with an error; or that of an inner node."""
 
 _SECTIONS = SectionOptions(directions=8, depths=3)
@@ -27,7 +31,7 @@ _NEAR_EFFORT = 2  # times the moves: drawn from near by, and for all instances o
 _FINER = 2  # times the voxels of what keeps wholly inside: it loses up to one on every side
 _ITSELF = 4  # times the budget: with fewer triangles a mesh is its own exact occluder
 _MEASURED_VIEWS = 16
-_SHARES: dict[Kind, float] = {"near": 1.0, "far": 0.25, "inner": 0.5}  # of the budget
+_SHARES: dict[NodeKind, float] = {"near": 1.0, "far": 0.25, "inner": 0.5}  # of the budget
 
 
 @dataclass(frozen=True)
@@ -45,7 +49,7 @@ class Stand:
 
 def node_occluder(
     mesh: TriangleMesh,
-    kind: Kind,
+    kind: NodeKind,
     stand: Stand,
     options: SceneOptions,
     cancel: Cancel | None = None,
@@ -118,7 +122,7 @@ def hiding_radius(occluder: Occluder) -> float:
     return float(np.ldexp(np.cbrt(3.0 * np.mean(measures) / np.pi), exponent))
 
 
-def node_options(longest: float, kind: Kind, stand: Stand, options: SceneOptions) -> Options:
+def node_options(longest: float, kind: NodeKind, stand: Stand, options: SceneOptions) -> Options:
     """Of a node whose longest edge is that, in the space of its occluder."""
     resolution = options.resolution
     if kind == "near":

@@ -13,13 +13,14 @@ from typing import get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.geometry.camera import Lens
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.scene import scales
-from simplifier.hierarchy.node import Kind, Stand
-from simplifier.hierarchy.options import COARSENESS, SceneOptions
+from simplifier.hierarchy.node import COARSENESS, NodeKind, Stand
 from simplifier.hierarchy.parts import Parts
 from simplifier.hierarchy.tree import Tree
-from simplifier.options import Axis
+from simplifier.options.scene import SceneOptions
+from simplifier.options.simplify import Axis
 from simplifier.version import VERSION
 
 _FEWEST_PARTS = 4  # below an inner node: with fewer, the leaves do as well for as many triangles
@@ -27,7 +28,7 @@ _LEVEL = 1e-6  # an axis counts as upright where the cosine to up is this near t
 
 
 @dataclass(frozen=True, eq=False)
-class Job:
+class NodeJob:
     """One occluder to make.
 
     ``parts``  below the node, in the order in which they are joined; for the occluder of a leaf any
@@ -35,7 +36,7 @@ class Job:
     """
 
     key: str
-    kind: Kind
+    kind: NodeKind
     parts: IntArray
     stand: Stand
 
@@ -56,7 +57,7 @@ class Keys:
 class Plan:
     """``jobs`` by key; ``keys`` (k,) of the nodes."""
 
-    jobs: dict[str, Job]
+    jobs: dict[str, NodeJob]
     keys: tuple[Keys, ...]
 
 
@@ -73,18 +74,18 @@ def plan_occluders(parts: Parts, tree: Tree, options: SceneOptions) -> Plan:
     of_meshes = [mesh_key(mesh) for mesh in scene.meshes]
     stands = _stands(parts, whole, options)
     placed = [
-        placed_key(of_meshes[mesh], transform)
+        key_at_place(of_meshes[mesh], transform)
         for mesh, transform in zip(scene.mesh_of, scene.transforms, strict=True)
     ]
-    jobs: dict[str, Job] = {}
-    leaf_keys: dict[tuple[int, Kind], str] = {}  # a mesh may have a hundred thousand instances
+    jobs: dict[str, NodeJob] = {}
+    leaf_keys: dict[tuple[int, NodeKind], str] = {}  # a mesh may have a hundred thousand instances
 
-    def leaf(part: int, kind: Kind) -> str:
+    def leaf(part: int, kind: NodeKind) -> str:
         mesh = int(scene.mesh_of[part])
         if (mesh, kind) not in leaf_keys:
             key = leaf_key(of_meshes[mesh], kind, stands[mesh], of_options)
             leaf_keys[mesh, kind] = key
-            jobs.setdefault(key, Job(key, kind, np.array([part], dtype=np.int32), stands[mesh]))
+            jobs.setdefault(key, NodeJob(key, kind, np.array([part], dtype=np.int32), stands[mesh]))
         return leaf_keys[mesh, kind]
 
     def inner(below: IntArray) -> str:
@@ -92,7 +93,7 @@ def plan_occluders(parts: Parts, tree: Tree, options: SceneOptions) -> Plan:
         grounded = options.ground and bool(whole[below].all())
         stand = Stand(options.up if grounded else None, options.smallest_hole)
         key = node_key((placed[part] for part in below), stand, of_options)
-        jobs.setdefault(key, Job(key, "inner", below, stand))
+        jobs.setdefault(key, NodeJob(key, "inner", below, stand))
         return key
 
     keys = []
@@ -113,7 +114,7 @@ def _useful(tree: Tree, options: SceneOptions) -> NDArray[np.bool_]:
     error = COARSENESS * extents.max(axis=1) / options.resolution
     # So far off is never within the scene, whether the error is past all floats or there is none.
     with np.errstate(over="ignore", invalid="ignore"):
-        seen_from = options.lens.distance(1.0, options.pixel_error) * error
+        seen_from = Lens(options.rows, options.fov).distance(1.0, options.pixel_error) * error
     enough = np.diff(tree.spans, axis=1)[:, 0] >= _FEWEST_PARTS
     return np.asarray(enough & (seen_from <= np.linalg.norm(extents[0])))
 
@@ -177,12 +178,12 @@ def options_key(options: SceneOptions) -> bytes:
     return _digest(_FORMAT, repr(kept).encode())
 
 
-def leaf_key(mesh: bytes, kind: Kind, stand: Stand, options: bytes) -> str:
+def leaf_key(mesh: bytes, kind: NodeKind, stand: Stand, options: bytes) -> str:
     """Of an occluder of a mesh, in the mesh's own space."""
-    return _digest(kind.encode(), mesh, _said(stand), options).hex()[:_DIGITS]
+    return _digest(kind.encode(), mesh, _stand_bytes(stand), options).hex()[:_DIGITS]
 
 
-def placed_key(mesh: bytes, transform: FloatArray) -> bytes:
+def key_at_place(mesh: bytes, transform: FloatArray) -> bytes:
     """Of a mesh at its place in the world."""
     # Both of one length each, so no lengths are needed to tell them apart; scenes have many.
     return hashlib.sha256(b"placed" + mesh + transform.tobytes()).digest()
@@ -190,7 +191,7 @@ def placed_key(mesh: bytes, transform: FloatArray) -> bytes:
 
 def node_key(below: Iterable[bytes], stand: Stand, options: bytes) -> str:
     """Of an inner node from the keys of all parts below it, in an order that they alone decide."""
-    return _digest(b"inner", _said(stand), options, b"".join(below)).hex()[:_DIGITS]
+    return _digest(b"inner", _stand_bytes(stand), options, b"".join(below)).hex()[:_DIGITS]
 
 
 def is_key(text: str) -> bool:
@@ -198,7 +199,7 @@ def is_key(text: str) -> bool:
     return len(text) == _DIGITS and set(text) <= set("0123456789abcdef")
 
 
-def _said(stand: Stand) -> bytes:
+def _stand_bytes(stand: Stand) -> bytes:
     return repr(astuple(stand)).encode()
 
 

@@ -11,8 +11,8 @@ from simplifier.errors import EmptyMeshError
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene, scales
-from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.tree import Tree
+from simplifier.options.scene import SceneOptions
 
 LEVELS = ("far", "near")
 """A node's occluders: with an error that shows from near by; exact, for leaves alone."""

@@ -12,8 +12,9 @@ from simplifier.errors import MeshError, UnreadableMeshError
 from simplifier.geometry.occluder import Occluder
 from simplifier.hierarchy.node import hiding_radius
 from simplifier.hierarchy.node_plan import is_key
-from simplifier.io import load_occluder, save_occluder
 from simplifier.io.files import read_bytes, remove_drafts
+from simplifier.io.load import load_occluder
+from simplifier.io.save import save_occluder
 
 
 @dataclass(frozen=True)

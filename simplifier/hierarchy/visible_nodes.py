@@ -10,8 +10,8 @@ import numpy as np
 
 from simplifier.geometry.camera import Camera
 from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.hierarchy.node import COARSENESS
 from simplifier.hierarchy.occluder_tree import FAR, NEAR, OccluderTree
-from simplifier.hierarchy.options import COARSENESS
 from simplifier.hierarchy.tree import Tree
 
 _NONE = -1

@@ -12,10 +12,11 @@ import numpy as np
 
 from simplifier.checks import as_path
 from simplifier.errors import UnreadablePathError
-from simplifier.geometry.camera import LEAST_FOV, Camera, CameraPath
+from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.mesh import FloatArray
 from simplifier.io.files import read_bytes, write_whole
 from simplifier.io.objects import encodable
+from simplifier.options.scene import LEAST_FOV
 
 SCHEMA_VERSION = 1
 
@@ -39,15 +40,15 @@ def load_camera_path(path: str | Path) -> CameraPath:
     """
     path = as_path("path", path)
     where = str(path)
-    root = _parsed(read_bytes(path, error=UnreadablePathError, remedy=_NAME_ONE), where)
+    root = _parse(read_bytes(path, error=UnreadablePathError, remedy=_NAME_ONE), where)
     if not isinstance(root, dict):
         raise _wrong(where, "this is not a JSON object")
     _check_keys(root, _ROOT, _ROOT, where)
     version, name, frames = root["schema_version"], root["name"], root["frames"]
     if isinstance(version, bool) or version != SCHEMA_VERSION:
-        raise _wrong(where, f"schema_version is {_shown(version)}, not {SCHEMA_VERSION}")
+        raise _wrong(where, f"schema_version is {_short_json(version)}, not {SCHEMA_VERSION}")
     if not isinstance(name, str):
-        raise _wrong(where, f"name is {_shown(name)}, not a text")
+        raise _wrong(where, f"name is {_short_json(name)}, not a text")
     if not isinstance(frames, list) or not frames:
         raise _wrong(where, "frames is not a list of at least one frame")
     return CameraPath(
@@ -80,7 +81,7 @@ def save_camera_path(camera_path: CameraPath, path: str | Path) -> None:
 _NAME_ONE = "name a camera path"
 
 
-def _parsed(data: bytes, where: str) -> Any:
+def _parse(data: bytes, where: str) -> Any:
     def refuse(name: str) -> NoReturn:
         raise ValueError(f"{name} is no number in JSON")
 
@@ -102,8 +103,8 @@ def _camera(frame: Any, where: str) -> Camera:
     ahead = _vector(frame, ways[0], where)
     if ways == ["target"]:
         ahead = ahead - position
-    ahead = _scaled(ahead, "forward is zero" if ways == ["forward"] else _TOO_NEAR, where)
-    up = _scaled(up, "up is zero", where)
+    ahead = _unit_scale(ahead, "forward is zero" if ways == ["forward"] else _TOO_NEAR, where)
+    up = _unit_scale(up, "up is zero", where)
     if np.linalg.norm(np.cross(ahead, up)) < _PARALLEL:
         raise _wrong(where, f"up is parallel to {ways[0]}")
     fov = _number(frame["fov"], "fov", where)
@@ -115,7 +116,7 @@ def _camera(frame: Any, where: str) -> Camera:
     return Camera.looking(position, ahead, up, fov, near)
 
 
-def _scaled(direction: FloatArray, fault: str, where: str) -> FloatArray:
+def _unit_scale(direction: FloatArray, fault: str, where: str) -> FloatArray:
     """To about unit length by its longest component, so that nothing under- or overflows."""
     length = float(np.abs(direction).max())
     if length < _SHORTEST:
@@ -131,13 +132,13 @@ def _check_keys(
             raise _wrong(where, f"{key} is missing")
     for key in members:
         if key not in known:
-            raise _wrong(where, f"{_shown(key)} is no known field")
+            raise _wrong(where, f"{_short_json(key)} is no known field")
 
 
 def _vector(frame: dict[str, Any], key: str, where: str) -> FloatArray:
     value = frame[key]
     if not isinstance(value, list) or len(value) != 3:
-        raise _wrong(where, f"{key} is {_shown(value)}, not a list of three numbers")
+        raise _wrong(where, f"{key} is {_short_json(value)}, not a list of three numbers")
     return np.array([_number(one, key, where) for one in value])
 
 
@@ -145,11 +146,11 @@ def _number(value: Any, key: str, where: str) -> float:
     # A whole number of any length is legal JSON; one too large for a float must not meet one.
     real = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not real or not -_MOST < value < _MOST or not math.isfinite(value):
-        raise _wrong(where, f"{key} holds {_shown(value)}, not a finite number")
+        raise _wrong(where, f"{key} holds {_short_json(value)}, not a finite number")
     return float(value)
 
 
-def _shown(value: Any) -> str:
+def _short_json(value: Any) -> str:
     """As JSON, cut to a length that fits a line."""
     text = json.dumps(value)
     return text if len(text) <= 40 else f"{text[:37]}..."

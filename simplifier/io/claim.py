@@ -49,7 +49,7 @@ class Peek:
             yield window[first + 1 : last + 1] if 0 <= first < last else window
 
 
-def estimated(peek: Peek, pattern: re.Pattern[bytes]) -> tuple[int, int]:
+def estimate_matches(peek: Peek, pattern: re.Pattern[bytes]) -> tuple[int, int]:
     """How many matches a text has, and words in the group of all of them; exact for a short one."""
     seen = matches = words = 0
     for sample in peek.samples():

@@ -58,10 +58,10 @@ def write_all_whole(files: Mapping[Path, bytes]) -> None:
     drafts: list[tuple[Path, Path]] = []
     try:
         for path, data in files.items():
-            with _told(path):
-                drafts.append(_drafted(path, data))
+            with _output_errors(path):
+                drafts.append(_write_draft(path, data))
         for path, (draft, target) in zip(files, drafts, strict=True):
-            with _told(path):
+            with _output_errors(path):
                 draft.replace(target)
     finally:
         for draft, _ in drafts:
@@ -69,7 +69,7 @@ def write_all_whole(files: Mapping[Path, bytes]) -> None:
                 draft.unlink(missing_ok=True)
 
 
-def _drafted(path: Path, data: bytes) -> tuple[Path, Path]:
+def _write_draft(path: Path, data: bytes) -> tuple[Path, Path]:
     """Write the data beside the target; that file and the target."""
     target = path.resolve()
     if target.exists() and not target.is_file():
@@ -84,7 +84,7 @@ def _drafted(path: Path, data: bytes) -> tuple[Path, Path]:
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _output_errors(path: Path) -> Iterator[None]:
     """Turn what the system refuses into :class:`OutputError`."""
     try:
         yield

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from simplifier.errors import UnknownFormatError
-from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.mesh import FloatArray, IndexArray, IntArray
 from simplifier.geometry.occluder import LodChain, Occluder
 from simplifier.io import glb_writer, gltf, gltf_lods, obj, occ, off, ply, stl, tres
 from simplifier.io import gltf as gltf_claim
@@ -15,7 +15,6 @@ from simplifier.io.claim import Claim, Peek
 from simplifier.io.gltf_container import check_container
 from simplifier.io.labels import Labelled
 from simplifier.io.objects import Objects
-from simplifier.io.polygons import IndexArray
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ CODECS: dict[str, Codec] = {
         error_bound=gltf.error_bound,
         objects=gltf.objects,
         external=gltf.external,
-        labelled=gltf.labelled,
+        labelled=gltf.decode_labelled,
         check_start=check_container,
     ),
     ".gltf": Codec(
@@ -84,7 +83,7 @@ CODECS: dict[str, Codec] = {
         error_bound=gltf.error_bound,
         objects=gltf.objects,
         external=gltf.external,
-        labelled=gltf.labelled,
+        labelled=gltf.decode_labelled,
         check_start=check_container,
     ),
     ".obj": Codec(
@@ -93,8 +92,8 @@ CODECS: dict[str, Codec] = {
         obj.claim,
         obj.encode,
         encode_polygons=obj.encode,
-        consulted=obj.consulted,
-        labelled=obj.labelled,
+        consulted=obj.material_files,
+        labelled=obj.decode_labelled,
         check_start=obj.check_start,
     ),
     ".occ": Codec(

@@ -27,8 +27,9 @@ from simplifier.io.gltf import BEFORE, GENERATOR
 from simplifier.io.gltf_container import GltfDocument, JsonObject, open_document, pack_glb
 from simplifier.io.gltf_levels import EXTENSION, level_ids
 from simplifier.io.scene_writer import encode_scene
-from simplifier.io.style import PLAIN, Embedding, Style
+from simplifier.io.style import PLAIN, Style
 from simplifier.io.written_faces import single_sided
+from simplifier.options.simplify import Embedding
 
 _ARRAYS = ("nodes", "meshes", "materials", "accessors", "bufferViews", "buffers")
 
@@ -53,22 +54,25 @@ def with_original(
     how: Embedding,
     style: Style = PLAIN,
 ) -> bytes:
-    """What the file ``path`` is to hold.  Raises as :func:`embedded` and :func:`check_place`."""
+    """What the file ``path`` is to hold.
+
+    Raises as :func:`embed_occluder` and :func:`check_place`.
+    """
     check_place(original, path)
     shown = single_sided(occluder) if style.sides == "single" else occluder
     try:
-        return embedded(original, mesh, shown, how)
+        return embed_occluder(original, mesh, shown, how)
     except OutputError as error:
         raise OutputError(error.what, where=str(path), remedy=error.remedy) from None
 
 
-def embedded(original: Path, mesh: TriangleMesh, occluder: Occluder, how: Embedding) -> bytes:
+def embed_occluder(original: Path, mesh: TriangleMesh, occluder: Occluder, how: Embedding) -> bytes:
     """A GLB of the file ``original``, or of ``mesh`` where that is no glTF, and the occluder.
 
     Raises :class:`UnreadableMeshError` for an original that is damaged where reading passes over
     it, and :class:`OutputError` where the occluder does not fit float32.
     """
-    document = _opened(original, mesh)
+    document = _document_of(original, mesh)
     level_ids(document.root)  # refuses levels that form a cycle
     with _damage_told(
         document.root, "its JSON is not as glTF has it: nothing can be added", "export it again"
@@ -127,7 +131,7 @@ def _damage_told(root: JsonObject, what: str, remedy: str) -> Iterator[None]:
         raise root.fail(what, remedy) from None
 
 
-def _opened(original: Path, mesh: TriangleMesh) -> GltfDocument:
+def _document_of(original: Path, mesh: TriangleMesh) -> GltfDocument:
     if codec_for_reading(original).external:
         data = read_bytes(original)
     else:

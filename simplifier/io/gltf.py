@@ -9,14 +9,13 @@ import math
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplifier.errors import UnreadableMeshError
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.mesh import FloatArray, IndexArray
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.gltf_buffers import Buffers, claimed_bytes, external_uris
 from simplifier.io.gltf_container import JsonObject, number_or_nan, open_document, peek_document
-from simplifier.io.gltf_primitives import joined, read_gltf_mesh
+from simplifier.io.gltf_primitives import join_primitives, read_gltf_mesh
 from simplifier.io.gltf_scene import (
     Instances,
     claimed_instances,
@@ -28,8 +27,6 @@ from simplifier.io.gltf_scene import (
 )
 from simplifier.io.labels import Label, Labelled
 from simplifier.io.objects import Objects
-
-IndexArray = NDArray[np.int64]
 
 GENERATOR = "planar-occluder"
 BEFORE = "before"
@@ -50,14 +47,14 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
     """
     buffers = Buffers(open_document(data, str(path)), path)
     root = buffers.document.root
-    embedded = _embedded(root)
+    embedded = _embedded_node(root)
     if embedded is None:
         return read_instances(buffers, list_instances(buffers), str(path))
     nodes = subtree(root, embedded)
     return read_instances(buffers, instances_of(buffers, nodes, nodes.world()), str(path))
 
 
-def _embedded(root: JsonObject) -> int | None:
+def _embedded_node(root: JsonObject) -> int | None:
     """The node that ``glb_embed`` put behind those of an original."""
     last = root.count("nodes") - 1
     if last < 0:
@@ -67,18 +64,18 @@ def _embedded(root: JsonObject) -> int | None:
     return last if known else None
 
 
-def labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
+def decode_labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
     """As :func:`decode`, with the names of nodes, meshes and materials."""
     buffers = Buffers(open_document(data, str(path)), path)
     instances = list_instances(buffers)
     meshes: dict[int, tuple[FloatArray, IndexArray]] = {}
     kinds: dict[int, list[tuple[str, bool, int]]] = {}
-    for mesh in _used(instances):
+    for mesh in _meshes_in_use(instances):
         primitives = read_gltf_mesh(buffers, mesh)
-        meshes[mesh] = joined(primitives)
+        meshes[mesh] = join_primitives(primitives)
         kinds[mesh] = [(one.material, one.see_through, len(one.faces)) for one in primitives]
         del primitives  # not to be held beside the joined mesh
-    vertices, faces = _placed(meshes, instances, str(path))
+    vertices, faces = _place_instances(meshes, instances, str(path))
     names = {mesh: mesh_name(buffers.document.root, mesh) for mesh in meshes}
     labels, counts = [], []
     for owner, mesh, is_occluder in zip(
@@ -95,16 +92,18 @@ def read_instances(
     buffers: Buffers, instances: Instances, where: str
 ) -> tuple[FloatArray, IndexArray]:
     """Vertices (n, 3) float64 and faces (m, 3) int64 of instances, in world coordinates."""
-    meshes = {mesh: joined(read_gltf_mesh(buffers, mesh)) for mesh in _used(instances)}
-    return _placed(meshes, instances, where)
+    meshes = {
+        mesh: join_primitives(read_gltf_mesh(buffers, mesh)) for mesh in _meshes_in_use(instances)
+    }
+    return _place_instances(meshes, instances, where)
 
 
-def _used(instances: Instances) -> list[int]:
+def _meshes_in_use(instances: Instances) -> list[int]:
     """The meshes that have a place."""
     return list(np.unique(instances.mesh_of).tolist())
 
 
-def _placed(
+def _place_instances(
     meshes: dict[int, tuple[FloatArray, IndexArray]], instances: Instances, where: str
 ) -> tuple[FloatArray, IndexArray]:
     """Each mesh at each of its places, in the order of the instances."""
@@ -139,7 +138,8 @@ def objects(data: bytes, path: Path, see_through: bool) -> Objects:
     found = [read_gltf_mesh(buffers, mesh) for mesh in used.tolist()]
     left_out = [[one for one in parts if one.see_through and not see_through] for parts in found]
     meshes = [
-        joined([one for one in parts if see_through or not one.see_through]) for parts in found
+        join_primitives([one for one in parts if see_through or not one.see_through])
+        for parts in found
     ]
     counts = [sum(len(one.faces) for one in parts) for parts in left_out]
     places = mesh_of.reshape(-1)
@@ -184,7 +184,7 @@ def error_bound(data: bytes, path: Path) -> float:
     """
     root = open_document(data, str(path)).root
     bounds = []
-    embedded = _embedded(root)
+    embedded = _embedded_node(root)
     nodes = scene_nodes(root).nodes if embedded is None else [root.item("nodes", embedded)]
     for node in nodes:
         extras = node.members.get("extras")

@@ -158,7 +158,7 @@ def read_accessor(buffers: Buffers, index: int, kind: str) -> NDArray[Any]:
     count, width = accessor.integer("count"), _WIDTHS[kind]
     if accessor.has("bufferView"):
         place = accessor.integer("bufferView"), accessor.integer("byteOffset", 0)
-        values = _read(buffers, accessor, *place, dtype, count, width)
+        values = _read_view(buffers, accessor, *place, dtype, count, width)
     else:
         buffers.zeros += count
         if buffers.zeros > _MOST_ZEROS:
@@ -189,7 +189,7 @@ def _dtype(owner: JsonObject) -> np.dtype[Any]:
     return np.dtype(_TYPES[code])
 
 
-def _read(
+def _read_view(
     buffers: Buffers,
     owner: JsonObject,
     view: int,
@@ -222,7 +222,7 @@ def _with_sparse(buffers: Buffers, accessor: JsonObject, base: NDArray[Any]) -> 
     places, news = sparse.child("indices"), sparse.child("values")
     count = sparse.integer("count")
     indices, values = (
-        _read(
+        _read_view(
             buffers,
             part,
             part.integer("bufferView"),

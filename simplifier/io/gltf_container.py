@@ -13,7 +13,7 @@ from typing import Any, cast
 
 from simplifier.errors import OutputError, UnreadableMeshError
 from simplifier.io.claim import Peek
-from simplifier.io.text import shown
+from simplifier.io.text import quote_word
 
 GLB_MAGIC = b"glTF"
 JSON_CHUNK = 0x4E4F534A
@@ -71,9 +71,9 @@ def pack_glb(root: dict[str, Any], binary: bytes) -> bytes:
     Raises :class:`OutputError` beyond the 4 GiB that its header can state.
     """
     text = json.dumps(root, separators=(",", ":"), allow_nan=False).encode("ascii")
-    chunks = [(JSON_CHUNK, _padded(text, b" "))]
+    chunks = [(JSON_CHUNK, _pad(text, b" "))]
     if binary:
-        chunks.append((BINARY_CHUNK, _padded(binary, b"\0")))
+        chunks.append((BINARY_CHUNK, _pad(binary, b"\0")))
     length = 12 + sum(8 + len(chunk) for _, chunk in chunks)
     if length >= 1 << 32:
         raise OutputError("the scene is too large for a GLB file", remedy="split it")
@@ -87,7 +87,7 @@ def _word(value: int) -> bytes:
     return value.to_bytes(4, "little")
 
 
-def _padded(chunk: bytes, filler: bytes) -> bytes:
+def _pad(chunk: bytes, filler: bytes) -> bytes:
     return chunk + filler * (-len(chunk) % 4)
 
 
@@ -271,7 +271,7 @@ def check_object(start: bytes, where: str) -> None:
     text = start.removeprefix(b"\xef\xbb\xbf").lstrip(b" \t\r\n")
     if text and not text.startswith(b"{"):
         raise UnreadableMeshError(
-            f"its JSON is not an object: it begins with {shown(text[:8])}",
+            f"its JSON is not an object: it begins with {quote_word(text[:8])}",
             where=where,
             remedy="check that this is a glTF file",
         )

@@ -9,14 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.mesh import FloatArray, IndexArray
 from simplifier.io.gltf_buffers import Buffers, read_accessor, read_vectors
 from simplifier.io.gltf_container import JsonObject, compressed, number_or_nan
 from simplifier.io.polygons import fan_triangles, strip_triangles
-
-IndexArray = NDArray[np.int64]
 
 _POINTS_AND_LINES = (0, 1, 2, 3)
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
@@ -57,7 +54,7 @@ def read_gltf_mesh(buffers: Buffers, index: int) -> list[Primitive]:
     return found
 
 
-def joined(primitives: Sequence[Primitive]) -> tuple[FloatArray, IndexArray]:
+def join_primitives(primitives: Sequence[Primitive]) -> tuple[FloatArray, IndexArray]:
     """Vertices (n, 3) float64 and faces (m, 3) of all, in order; none may be given."""
     vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)]
     count = 0

@@ -85,7 +85,7 @@ def claimed_instances(root: JsonObject) -> dict[int, int]:
     for node in scene_nodes(root).nodes:
         if node.has("mesh"):
             mesh = node.integer("mesh")
-            counts[mesh] = counts.get(mesh, 0) + _claimed(node, root)
+            counts[mesh] = counts.get(mesh, 0) + _count_claimed(node, root)
     return counts
 
 
@@ -180,13 +180,13 @@ def _standing(nodes: Nodes, root: JsonObject) -> list[int]:
     Their instances, which are only claimed so far, are counted before any transform is made.
     """
     places = [place for place, node in enumerate(nodes.nodes) if node.has("mesh")]
-    count = sum(_claimed(nodes.nodes[place], root) for place in places)
+    count = sum(_count_claimed(nodes.nodes[place], root) for place in places)
     if count > MOST_INSTANCES:
         raise root.fail(f"it has {count} objects, more than {MOST_INSTANCES}", "split the scene")
     return places
 
 
-def _claimed(node: JsonObject, root: JsonObject) -> int:
+def _count_claimed(node: JsonObject, root: JsonObject) -> int:
     """Instances of a node's mesh, as the file says."""
     attributes = _instancing(node)
     claims = [

@@ -6,14 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplifier.errors import EmptyMeshError, OverridesError
-from simplifier.geometry.mesh import FloatArray, Omitted
+from simplifier.geometry.mesh import FloatArray, IndexArray, Omitted
 from simplifier.geometry.overrides import Ignore, Pattern
-from simplifier.io.objects import listed
-
-IndexArray = NDArray[np.int64]
+from simplifier.io.objects import list_first
 
 KEEP = 'keep them with --transparent keep (transparent="keep" in Python)'
 """What to do where too much was left out for being see-through."""
@@ -47,7 +44,7 @@ class Labelled:
     counts: Sequence[int]
 
 
-def sieved(
+def sieve(
     found: Labelled, ignore: Ignore, where: str
 ) -> tuple[FloatArray, IndexArray, tuple[Omitted, ...]]:
     """The vertices, the faces that are taken, and what is left out, in the order of the file.
@@ -105,7 +102,7 @@ def _check_used(patterns: Sequence[Pattern], kind: str, names: Iterable[str]) ->
     there = list(dict.fromkeys(name for name in names if name))
     for pattern in patterns:
         if not pattern.matches(there):
-            known = listed([f"'{name}'" for name in there])
+            known = list_first([f"'{name}'" for name in there])
             raise OverridesError(
                 f"no {kind} is called '{pattern.text}'",
                 where=pattern.where,
@@ -125,6 +122,6 @@ def omitted_words(omitted: Sequence[Omitted]) -> str:
             kind = "see-through" if see_through else "ignored"
             count = sum(one.triangles for one in group)
             noun = "triangle was" if count == 1 else "triangles were"
-            names = listed([one.name for one in group])
+            names = list_first([one.name for one in group])
             words.append(f"{count} {kind} {noun} left out ({names})")
     return ", ".join(words)

@@ -21,21 +21,20 @@ from simplifier.errors import (
     UnknownFormatError,
     UnreadableMeshError,
 )
-from simplifier.geometry.mesh import FloatArray, Omitted, TriangleMesh
+from simplifier.geometry.mesh import FloatArray, IndexArray, Omitted, TriangleMesh
 from simplifier.geometry.occluder import LodChain, Occluder
 from simplifier.geometry.overrides import ALL_OPAQUE, Ignore
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.files import read_bytes
 from simplifier.io.formats import Codec, codec_for_reading
-from simplifier.io.labels import Label, Labelled, opaque_faces, sieved
+from simplifier.io.labels import Label, Labelled, opaque_faces, sieve
 from simplifier.io.objects import Objects
-from simplifier.io.polygons import IndexArray
 from simplifier.memory.limit import check_need
 from simplifier.memory.runs import loading
-from simplifier.options import Transparent
+from simplifier.options.simplify import Transparent
 
 
-def load_mesh(
+def load(
     path: str | Path,
     *,
     allow_external: bool = True,
@@ -68,14 +67,14 @@ def load_mesh(
     check_kind("ignore", ignore, Ignore, "the ignore of what simplifier.load_overrides returns")
     if transparent == "keep":
         ignore = replace(ignore, see_through=False)
-    vertices, faces, omitted = _sieved(path, allow_external, memory_limit, ignore)
+    vertices, faces, omitted = _sieve_file(path, allow_external, memory_limit, ignore)
     return replace(TriangleMesh.from_soup(vertices, faces, where=str(path)), omitted=omitted)
 
 
 def claim_of(path: Path) -> Claim:
     """What a mesh file says that it holds, none of it read; nothing for what reading will refuse.
 
-    Raises :class:`UnknownFormatError` as :func:`load_mesh`.
+    Raises :class:`UnknownFormatError` as :func:`load`.
     """
     codec = codec_for_reading(path)
     # Reading says better what is wrong with a file.
@@ -93,7 +92,7 @@ def load_occluder(
     The error bound is read back from GLB and OCC; elsewhere it is infinite.  A file without a
     triangle of non-zero area is an occluder that hides nothing, with 0 faces.  Unused vertices and
     triangles without area are dropped.  ``allow_external``, ``memory_limit`` and errors as for
-    :func:`load_mesh`, but for the empty mesh.
+    :func:`load`, but for the empty mesh.
     """
     path = as_path("path", path)
     codec, data = _open(path, allow_external, memory_limit)
@@ -115,14 +114,14 @@ def load_objects(
 ) -> Objects:
     """The objects of a file as it states them; one, named as the file, where it has no nodes.
 
-    ``allow_external``, ``transparent``, ``memory_limit`` and errors as for :func:`load_mesh`,
+    ``allow_external``, ``transparent``, ``memory_limit`` and errors as for :func:`load`,
     except for the empty mesh.
     """
     check_one_of("transparent", transparent, get_args(Transparent))
     codec, data = _open(path, allow_external, memory_limit)
     if codec.objects:
         return codec.objects(data, path, transparent == "keep")
-    found = _labelled(codec, data, path, allow_external)
+    found = _decode_labelled(codec, data, path, allow_external)
     taken = opaque_faces(found) if transparent == "leave-out" else found.faces
     return Objects.one(path.stem, (found.vertices, taken), len(found.faces) - len(taken))
 
@@ -131,7 +130,7 @@ def load_lods(path: str | Path) -> LodChain:
     """The levels of detail of a ``.glb`` or ``.occ`` that ``save_lods`` wrote, finest first.
 
     Raises :class:`UnknownFormatError` for another suffix, and :class:`UnreadableMeshError` as
-    :func:`load_mesh` and when there are no levels or they are damaged.
+    :func:`load` and when there are no levels or they are damaged.
     """
     path = as_path("path", path)
     decode = codec_for_reading(path).decode_lods
@@ -144,15 +143,15 @@ def load_lods(path: str | Path) -> LodChain:
     return decode(_open(path, True, None)[1], path)
 
 
-def _sieved(
+def _sieve_file(
     path: Path, allow_external: bool, memory_limit: float | None, ignore: Ignore
 ) -> tuple[FloatArray, IndexArray, tuple[Omitted, ...]]:
     """The triangles of a file as it states them, less some; its bytes are gone by then."""
     codec, data = _open(path, allow_external, memory_limit)
-    return sieved(_labelled(codec, data, path, allow_external), ignore, str(path))
+    return sieve(_decode_labelled(codec, data, path, allow_external), ignore, str(path))
 
 
-def _labelled(codec: Codec, data: bytes, path: Path, allow_external: bool) -> Labelled:
+def _decode_labelled(codec: Codec, data: bytes, path: Path, allow_external: bool) -> Labelled:
     if codec.labelled is not None:
         return codec.labelled(data, path, allow_external)
     vertices, faces = codec.decode(data, path)

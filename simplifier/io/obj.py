@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from simplifier.errors import MeshError, UnreadableMeshError
-from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.mesh import FloatArray, IndexArray, IntArray
 from simplifier.geometry.occluder import Occluder
-from simplifier.io.claim import Claim, Peek, estimated
+from simplifier.io.claim import Claim, Peek, estimate_matches
 from simplifier.io.files import read_bytes
 from simplifier.io.labels import Label, Labelled
-from simplifier.io.polygons import IndexArray, triangles_by_polygon, triangulate_polygons
-from simplifier.io.text import line_number, named_lines, read_statements, shown, without_mark
+from simplifier.io.polygons import triangles_by_polygon, triangulate_polygons
+from simplifier.io.text import line_number, named_lines, quote_word, read_statements, without_mark
 from simplifier.kernels.text import count_obj_corners, count_words, read_obj_corners
 
 _VERTEX_LINE = re.compile(rb"(?im)^[ \t]*v[ \t](.*)$")
@@ -53,17 +53,17 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
     backslash, comments, any line ending, any bytes in names.  Weights and colours after x y z are
     skipped.  Raises :class:`UnreadableMeshError`.
     """
-    vertices, sizes, corners = _read(without_mark(data), str(path))
+    vertices, sizes, corners = _read_faces(without_mark(data), str(path))
     return vertices, triangulate_polygons(vertices, sizes, corners, where=str(path))
 
 
-def labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
+def decode_labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
     """As :func:`decode`, with names: ``o`` and ``g`` of objects, ``usemtl`` of materials.
 
     ``allow_external``  whether the MTL file is read, which alone says what can be seen through.
     """
     data = without_mark(data)
-    vertices, sizes, corners = _read(data, str(path))
+    vertices, sizes, corners = _read_faces(data, str(path))
     faces, counts = triangles_by_polygon(vertices, sizes, corners, where=str(path))
     runs, polygons, libraries = named_runs(data)
     before = np.concatenate([[0], np.cumsum(counts)])
@@ -73,13 +73,13 @@ def labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
     return Labelled(vertices, faces, labels, np.diff(ends, prepend=0).tolist())
 
 
-def consulted(data: bytes, path: Path) -> list[str]:
-    """The MTL files that :func:`labelled` may look at."""
+def material_files(data: bytes, path: Path) -> list[str]:
+    """The MTL files that :func:`decode_labelled` may look at."""
     said = [rest for _, _, rest in named_lines(without_mark(data), (b"mtllib",))]
     return library_files(said, path)
 
 
-def _read(data: bytes, where: str) -> tuple[FloatArray, IndexArray, IndexArray]:
+def _read_faces(data: bytes, where: str) -> tuple[FloatArray, IndexArray, IndexArray]:
     """Vertices, the corner count of each face, and the vertex indices of all corners."""
     vertices = read_statements(data, b"v", 3, where)
     sizes, corners = _read_corners(data, where)
@@ -90,8 +90,8 @@ def _read(data: bytes, where: str) -> tuple[FloatArray, IndexArray, IndexArray]:
 
 def claim(peek: Peek) -> Claim:
     """Vertices and corners of faces are estimated."""
-    vertices, _ = estimated(peek, _VERTEX_LINE)
-    faces, corners = estimated(peek, _FACE_LINE)
+    vertices, _ = estimate_matches(peek, _VERTEX_LINE)
+    faces, corners = estimate_matches(peek, _FACE_LINE)
     triangles = max(corners - 2 * faces, 0)
     # The file and the vertices; then places of hard words, or sizes, starts and corners of faces.
     numbers = max(24 * vertices, (8 + 16) * faces + (8 + 3) * corners)
@@ -114,7 +114,7 @@ def _read_corners(data: bytes, where: str) -> tuple[IndexArray, IndexArray]:
     if wrong >= 0:
         word = (data[wrong : wrong + 64].split() or [b""])[0]
         raise UnreadableMeshError(
-            f"line {line_number(data, wrong)}: {shown(word)} is not the index of a vertex",
+            f"line {line_number(data, wrong)}: {quote_word(word)} is not the index of a vertex",
             where=where,
             remedy="indices are whole numbers from 1, or from -1 backwards",
         )

@@ -88,8 +88,8 @@ def unique_names(names: Sequence[str]) -> tuple[tuple[str, ...], list[str]]:
         result.append(own)
     repeated = [f"{count} are called '{name}'" for name, count in counts.items() if count > 1]
     return tuple(result), [
-        f"names of objects repeat: {listed(repeated)}; they were numbered ('{_example(counts)}.2'),"
-        " so give each its own name if you address objects by name"
+        f"names of objects repeat: {list_first(repeated)}; they were numbered"
+        f" ('{_example(counts)}.2'), so give each its own name if you address objects by name"
     ]
 
 
@@ -102,7 +102,7 @@ def _example(counts: Counter[str]) -> str:
     return next(name for name, count in counts.items() if count > 1)
 
 
-def listed(items: Sequence[str]) -> str:
+def list_first(items: Sequence[str]) -> str:
     """The first few, and how many more there are."""
     more = len(items) - _NAMED
     return ", ".join(items[:_NAMED]) + (f" and {more} more" if more > 0 else "")

@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 
 from simplifier.errors import EmptyMeshError, OptionError, UnreadableMeshError
 from simplifier.geometry.camera import Lens
-from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.geometry.mesh import FloatArray, IndexArray, TriangleMesh
 from simplifier.geometry.occluder import Level, LodChain, Occluder
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.float32 import box_centre, to_float32
-from simplifier.io.polygons import IndexArray
 
 MAGIC = b"\x89OCC\r\n\x1a\n"  # as PNG's: a transfer as text damages it
-VERSION = 1
+OCC_VERSION = 1
 SINGLE_SIDED = 1  # of the flags: back faces may be culled
 MOST_LEVELS = 64
 MOST_SHORT = 65_535  # vertices that 16-bit indices name; the last index means "restart" to some
@@ -50,7 +49,7 @@ def encode(occluder: Occluder) -> bytes:
     rows = np.zeros(1, dtype=_LEVEL)
     rows["error_bound"] = occluder.error_bound
     rows["deviation"] = math.nan
-    return _packed(np.zeros((), dtype=_HEADER), rows, [occluder])
+    return _pack(np.zeros((), dtype=_HEADER), rows, [occluder])
 
 
 def encode_lods(chain: LodChain) -> bytes:
@@ -67,7 +66,7 @@ def encode_lods(chain: LodChain) -> bytes:
         rows[index]["deviation"] = level.deviation
         rows[index]["switch_distance"] = chain.switch_distance(index)
         rows[index]["resolution"] = level.resolution
-    return _packed(header, rows, [level.occluder for level in chain.levels])
+    return _pack(header, rows, [level.occluder for level in chain.levels])
 
 
 def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
@@ -75,7 +74,7 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
 
     Raises :class:`UnreadableMeshError`.
     """
-    header, rows = _opened(data, str(path))
+    header, rows = _open(data, str(path))
     return _level_arrays(data, header, rows[0], 0, str(path))
 
 
@@ -93,12 +92,12 @@ def claim(peek: Peek) -> Claim:
 def check_start(start: bytes, size: int, where: str) -> None:
     """Raises :class:`UnreadableMeshError` for what does not begin as an occluder file."""
     if size < _HEADER.itemsize or not start.startswith(MAGIC):
-        raise _damaged("this is no occluder file: it does not begin as one", where)
+        raise _damage("this is no occluder file: it does not begin as one", where)
 
 
 def error_bound(data: bytes, path: Path) -> float:
     """Of the finest level, infinite when none was promised."""
-    return float(_opened(data, str(path))[1][0]["error_bound"])
+    return float(_open(data, str(path))[1][0]["error_bound"])
 
 
 def decode_lods(data: bytes, path: Path) -> LodChain:
@@ -107,7 +106,7 @@ def decode_lods(data: bytes, path: Path) -> LodChain:
     Raises :class:`UnreadableMeshError`, also for an occluder that was written by itself.
     """
     where = str(path)
-    header, rows = _opened(data, where)
+    header, rows = _open(data, where)
     if header["screen_height"] == 0:
         raise UnreadableMeshError(
             "holds no levels of detail",
@@ -120,9 +119,9 @@ def decode_lods(data: bytes, path: Path) -> LodChain:
         arrays = _level_arrays(data, header, row, index, where)
         bound, deviation = float(row["error_bound"]), float(row["deviation"])
         if not 0.0 <= deviation < math.inf:
-            raise _damaged(f"the deviation of level {index} is {deviation}", where)
+            raise _damage(f"the deviation of level {index} is {deviation}", where)
         if levels and bound < levels[-1].error_bound:
-            raise _damaged("the error bounds of its levels fall", where)
+            raise _damage("the error bounds of its levels fall", where)
         levels.append(Level(_occluder(*arrays, bound, where), int(row["resolution"]), deviation))
     return LodChain(tuple(levels), lens, pixels)
 
@@ -131,11 +130,11 @@ def _screen(header: np.void, where: str) -> tuple[Lens, float]:
     """The lens, and the error in pixels, that the levels are for."""
     pixels = float(header["pixel_error"])
     if not 0.0 < pixels < math.inf:
-        raise _damaged(f"its levels are for an error of {pixels} pixels", where)
+        raise _damage(f"its levels are for an error of {pixels} pixels", where)
     try:
         return Lens(int(header["screen_height"]), float(header["fov"])), pixels
     except OptionError as error:
-        raise _damaged(f"its levels are for no screen ({error})", where) from None
+        raise _damage(f"its levels are for no screen ({error})", where) from None
 
 
 def _occluder(vertices: FloatArray, faces: IndexArray, error_bound: float, where: str) -> Occluder:
@@ -146,16 +145,16 @@ def _occluder(vertices: FloatArray, faces: IndexArray, error_bound: float, where
     return Occluder(mesh.vertices, mesh.faces, error_bound)
 
 
-def _packed(header: NDArray[np.void], rows: NDArray[np.void], occluders: list[Occluder]) -> bytes:
+def _pack(header: NDArray[np.void], rows: NDArray[np.void], occluders: list[Occluder]) -> bytes:
     corners = [one.vertices[one.faces].reshape(-1, 3) for one in occluders]
     origin = box_centre(np.concatenate(corners))
     blocks: list[bytes] = []
-    end = _HEADER.itemsize + _aligned(rows.nbytes)
+    end = _HEADER.itemsize + _align(rows.nbytes)
 
     def place(array: NDArray[np.generic]) -> int:
         nonlocal end
         begin, data = end, array.tobytes()
-        blocks.append(data.ljust(_aligned(len(data)), b"\0"))
+        blocks.append(data.ljust(_align(len(data)), b"\0"))
         end += len(blocks[-1])
         return begin
 
@@ -169,52 +168,52 @@ def _packed(header: NDArray[np.void], rows: NDArray[np.void], occluders: list[Oc
         row["indices"] = place(occluder.faces.astype(f"<u{width}"))
         low = np.minimum(low, positions.min(axis=0, initial=np.inf))
         high = np.maximum(high, positions.max(axis=0, initial=-np.inf))
-    header["magic"], header["version"] = MAGIC, VERSION
+    header["magic"], header["version"] = MAGIC, OCC_VERSION
     header["flags"] = SINGLE_SIDED if occluders[0].single_sided else 0
     header["file_bytes"], header["level_count"] = end, len(rows)
     header["header_bytes"] = _HEADER.itemsize
     header["origin"] = origin
     if (low <= high).all():
         header["low"], header["high"] = low, high
-    levels = rows.tobytes().ljust(_aligned(rows.nbytes), b"\0")
+    levels = rows.tobytes().ljust(_align(rows.nbytes), b"\0")
     return b"".join([header.tobytes(), levels, *blocks])
 
 
-def _aligned(size: int) -> int:
+def _align(size: int) -> int:
     return -(-size // _ALIGNED) * _ALIGNED
 
 
-def _opened(data: bytes, where: str) -> tuple[np.void, NDArray[np.void]]:
+def _open(data: bytes, where: str) -> tuple[np.void, NDArray[np.void]]:
     """The header and the table of levels, their figures checked and their blocks in the file."""
     check_start(data, len(data), where)
     header = np.frombuffer(data, dtype=_HEADER, count=1)[0]
-    if header["version"] != VERSION:
+    if header["version"] != OCC_VERSION:
         raise UnreadableMeshError(
             f"version {header['version']} of the format is not known",
             where=where,
-            remedy=f"write version {VERSION}, or use a newer release",
+            remedy=f"write version {OCC_VERSION}, or use a newer release",
         )
     size, count, begin = (
         int(header[name]) for name in ("file_bytes", "level_count", "header_bytes")
     )
     if size != len(data):
-        raise _damaged(f"it should have {size} bytes and has {len(data)}", where)
+        raise _damage(f"it should have {size} bytes and has {len(data)}", where)
     if not 1 <= count <= MOST_LEVELS:
-        raise _damaged(f"it claims {count} levels of 1 to {MOST_LEVELS}", where)
+        raise _damage(f"it claims {count} levels of 1 to {MOST_LEVELS}", where)
     if begin < _HEADER.itemsize or begin % _ALIGNED or begin + count * _LEVEL.itemsize > size:
-        raise _damaged(f"its table of levels would begin at byte {begin}", where)
+        raise _damage(f"its table of levels would begin at byte {begin}", where)
     if not np.isfinite(header["origin"]).all():
-        raise _damaged("its origin is not finite", where)
+        raise _damage("its origin is not finite", where)
     rows = np.frombuffer(data, dtype=_LEVEL, count=count, offset=begin)
     for index, row in enumerate(rows):
         if not row["error_bound"] >= 0.0:
-            raise _damaged(f"the error bound of level {index} is {row['error_bound']}", where)
+            raise _damage(f"the error bound of level {index} is {row['error_bound']}", where)
         if row["index_bytes"] not in (2, 4):
-            raise _damaged(f"level {index} has indices of {row['index_bytes']} bytes", where)
+            raise _damage(f"level {index} has indices of {row['index_bytes']} bytes", where)
         for name, length in _lengths(row).items():
             offset = int(row[name])
             if offset < _HEADER.itemsize or offset % _ALIGNED or offset + length > size:
-                raise _damaged(
+                raise _damage(
                     f"the {name} of level {index}, {length} bytes at {offset}, are not in the file",
                     where,
                 )
@@ -236,7 +235,7 @@ def _level_arrays(
     positions = np.frombuffer(data, "<f4", 3 * vertices, int(row["positions"])).reshape(-1, 3)
     indices = np.frombuffer(data, f"<u{row['index_bytes']}", 3 * triangles, int(row["indices"]))
     if indices.max(initial=0) >= max(vertices, 1) or (triangles and not vertices):
-        raise _damaged(
+        raise _damage(
             f"level {index} names vertex {indices.max()}, but there are {vertices}", where
         )
     with np.errstate(over="ignore", invalid="ignore"):
@@ -244,5 +243,5 @@ def _level_arrays(
     return world, indices.astype(np.int64).reshape(-1, 3)
 
 
-def _damaged(what: str, where: str) -> UnreadableMeshError:
+def _damage(what: str, where: str) -> UnreadableMeshError:
     return UnreadableMeshError(what, where=where, remedy="copy or write it again")

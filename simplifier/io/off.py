@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from simplifier.errors import UnreadableMeshError
-from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.mesh import FloatArray, IndexArray, IntArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.claim import Claim, Peek
-from simplifier.io.polygons import IndexArray, triangulate_polygons
+from simplifier.io.polygons import triangulate_polygons
 from simplifier.io.text import NumberLines, read_numbers, without_mark
 
 # Geomview's grammar is [ST][C][N][4][n]OFF [BINARY]; the letters only add numbers behind x y z.

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.errors import UnreadableMeshError
-from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.mesh import FloatArray, IndexArray, IntArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.float32 import to_float64
@@ -30,10 +30,10 @@ from simplifier.io.ply_header import (
     Property,
     TextBody,
     check_magic,
-    quoted,
+    quote_name,
     read_header,
 )
-from simplifier.io.polygons import IndexArray, split_strips, triangulate_polygons
+from simplifier.io.polygons import split_strips, triangulate_polygons
 from simplifier.io.text import read_numbers, without_mark
 from simplifier.kernels.ply import NEGATIVE, TRUNCATED, walk_rows
 
@@ -53,7 +53,7 @@ def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
     data = without_mark(data)
     header = read_header(data, where)
     elements = _locate(data, header, where)
-    vertices = _read_vertices(*_wanted(elements, "vertex", where), where)
+    vertices = _read_vertices(*_element_or_refuse(elements, "vertex", where), where)
     faces = []
     if "face" in elements:
         sizes, corners = _read_lists(*elements["face"], where)
@@ -72,7 +72,7 @@ def claim(peek: Peek) -> Claim:
     header = read_header(without_mark(peek.read(0, LONGEST_HEADER + 64)), str(peek.path))
     counts = {element.name: min(element.count, peek.size) for element in header.elements}
     vertices, faces = counts.get("vertex", 0), counts.get("face", 0)
-    corners = _claimed_corners(header, faces, peek.size - header.end)
+    corners = _count_claimed_corners(header, faces, peek.size - header.end)
     triangles = max(corners - 2 * faces, 0)
     # The file; vertices; of each face its size, twice where it begins, and where its corners are.
     decoding = peek.size + 24 * vertices + (8 + 16) * faces + (8 + 3) * corners
@@ -83,7 +83,7 @@ def claim(peek: Peek) -> Claim:
     return Claim(vertices, triangles, decoding)
 
 
-def _claimed_corners(header: PlyHeader, faces: int, body: int) -> int:
+def _count_claimed_corners(header: PlyHeader, faces: int, body: int) -> int:
     """Of all faces: what the rows of fixed length leave; three a face in text."""
     if not header.byte_order or not faces:
         return 3 * faces
@@ -96,7 +96,7 @@ def _claimed_corners(header: PlyHeader, faces: int, body: int) -> int:
     return max(body - fixed, 0) // (item or 4)
 
 
-def _locate(data: bytes, header: PlyHeader, where: str) -> dict[str, tuple[Element, Rows]]:
+def _locate(data: bytes, header: PlyHeader, where: str) -> dict[str, tuple[Element, ElementRows]]:
     """Every element up to the last one that is needed, by name."""
     needed = {"vertex", "face", "tristrips"}
     body: Body
@@ -104,7 +104,7 @@ def _locate(data: bytes, header: PlyHeader, where: str) -> dict[str, tuple[Eleme
         body, position = BinaryBody(data, header.byte_order), header.end
     else:
         body, position = TextBody(read_numbers(data, where, begin=header.end).values), 0
-    found: dict[str, tuple[Element, Rows]] = {}
+    found: dict[str, tuple[Element, ElementRows]] = {}
     for index, element in enumerate(header.elements):
         if not needed & {later.name for later in header.elements[index:]}:
             break
@@ -114,15 +114,15 @@ def _locate(data: bytes, header: PlyHeader, where: str) -> dict[str, tuple[Eleme
     return found
 
 
-def _wanted(
-    elements: dict[str, tuple[Element, Rows]], name: str, where: str
-) -> tuple[Element, Rows]:
+def _element_or_refuse(
+    elements: dict[str, tuple[Element, ElementRows]], name: str, where: str
+) -> tuple[Element, ElementRows]:
     if name not in elements:
         raise UnreadableMeshError(f"the PLY file has no element '{name}'", where=where)
     return elements[name]
 
 
-def _read_vertices(element: Element, rows: Rows, where: str) -> FloatArray:
+def _read_vertices(element: Element, rows: ElementRows, where: str) -> FloatArray:
     axes = [_coordinate(element, name, where) for name in "xyz"]
     # Only now: with a coordinate in each row, the count is no more than the file can hold.
     vertices = np.empty((element.count, 3))
@@ -138,7 +138,7 @@ def _coordinate(element: Element, name: str, where: str) -> Property:
     return one
 
 
-def _read_lists(element: Element, rows: Rows, where: str) -> tuple[IndexArray, IndexArray]:
+def _read_lists(element: Element, rows: ElementRows, where: str) -> tuple[IndexArray, IndexArray]:
     one = element.property("vertex_indices", "vertex_index")
     if one is None or not one.count_kind or one.kind[0] == "f":
         raise UnreadableMeshError(
@@ -175,7 +175,7 @@ _LARGEST = np.iinfo(np.int64).max
 
 
 @dataclass(frozen=True, eq=False)
-class Rows:
+class ElementRows:
     """``positions``: of each property in every row (of a list: of its length); ``end``: behind."""
 
     body: Body
@@ -220,18 +220,18 @@ class Rows:
         return values.astype(np.int64)
 
 
-def locate_rows(body: Body, element: Element, start: int, where: str) -> Rows:
+def locate_rows(body: Body, element: Element, start: int, where: str) -> ElementRows:
     """Raises :class:`UnreadableMeshError` when the data end inside the element."""
     least = sum(body.size(one.count_kind or one.kind) for one in element.properties)
     # Also what keeps a damaged count from asking for more memory than the file is long.
     if element.count * least > body.length - start:
-        raise _truncated(element, where)
+        raise _truncation(element, where)
     if element.count == 0 or least == 0:
-        return Rows(body, {one.name: range(0) for one in element.properties}, start, where)
+        return ElementRows(body, {one.name: range(0) for one in element.properties}, start, where)
     return _equal_rows(body, element, start, where) or _walk_rows(body, element, start, where)
 
 
-def _equal_rows(body: Body, element: Element, start: int, where: str) -> Rows | None:
+def _equal_rows(body: Body, element: Element, start: int, where: str) -> ElementRows | None:
     """The rows, if all of them have the list lengths of the first one."""
     offsets: dict[str, int] = {}
     lengths: dict[str, int] = {}
@@ -258,10 +258,10 @@ def _equal_rows(body: Body, element: Element, start: int, where: str) -> Rows | 
             counts = body.gather(one.count_kind, positions[one.name], 1)
             if (counts != lengths[one.name]).any():
                 return None
-    return Rows(body, dict(positions), end, where)
+    return ElementRows(body, dict(positions), end, where)
 
 
-def _walk_rows(body: Body, element: Element, start: int, where: str) -> Rows:
+def _walk_rows(body: Body, element: Element, start: int, where: str) -> ElementRows:
     """Read the list lengths row by row."""
     kinds = [(one.count_kind or one.kind, one.count_kind, one.kind) for one in element.properties]
     counted = np.array([bool(count) for _, count, _ in kinds])
@@ -272,18 +272,18 @@ def _walk_rows(body: Body, element: Element, start: int, where: str) -> Rows:
     cells = body.whole_cells()
     end, row = walk_rows(cells, start, counted, sizes, items, signed, body.big_endian, places)
     if end == TRUNCATED:
-        raise _truncated(element, where)
+        raise _truncation(element, where)
     if end == NEGATIVE:
         raise UnreadableMeshError(
-            f"{quoted(element.name)} {row} has a list without a proper length", where=where
+            f"{quote_name(element.name)} {row} has a list without a proper length", where=where
         )
     names = [one.name for one in element.properties]
-    return Rows(body, {name: places[:, k] for k, name in enumerate(names)}, end, where)
+    return ElementRows(body, {name: places[:, k] for k, name in enumerate(names)}, end, where)
 
 
-def _truncated(element: Element, where: str) -> UnreadableMeshError:
+def _truncation(element: Element, where: str) -> UnreadableMeshError:
     return UnreadableMeshError(
-        f"the file is truncated: its header promises {element.count} of {quoted(element.name)}",
+        f"the file is truncated: its header promises {element.count} of {quote_name(element.name)}",
         where=where,
         remedy="copy or export it again",
     )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray
-from simplifier.io.text import shown
+from simplifier.io.text import quote_word
 
 # Both sets of names are in use; the value is numpy's type code without the byte order.
 SCALAR_TYPES = {
@@ -75,7 +75,8 @@ def read_header(data: bytes, where: str) -> PlyHeader:
             one = _property(line, words, where)
             if last.property(one.name):
                 raise UnreadableMeshError(
-                    f"{quoted(last.name)} has the property {quoted(one.name)} twice", where=where
+                    f"{quote_name(last.name)} has the property {quote_name(one.name)} twice",
+                    where=where,
                 )
             elements[-1] = Element(last.name, last.count, (*last.properties, one))
         else:
@@ -88,7 +89,9 @@ def read_header(data: bytes, where: str) -> PlyHeader:
 def check_magic(data: bytes, where: str) -> None:
     """Raises :class:`UnreadableMeshError` unless the first word is ``ply``."""
     if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r", b" ", b"\t"):
-        raise UnreadableMeshError(f"not a PLY file: it begins with {shown(data[:8])}", where=where)
+        raise UnreadableMeshError(
+            f"not a PLY file: it begins with {quote_word(data[:8])}", where=where
+        )
 
 
 def _header_lines(data: bytes, where: str) -> tuple[list[bytes], int]:
@@ -116,7 +119,7 @@ def _newline(data: bytes) -> bytes:
 
 def _count(word: bytes, where: str) -> int:
     if len(word) > 12:
-        raise UnreadableMeshError(f"{shown(word)} elements cannot be", where=where)
+        raise UnreadableMeshError(f"{quote_word(word)} elements cannot be", where=where)
     return int(word)
 
 
@@ -133,14 +136,14 @@ def _name(word: bytes) -> str:
     return word.decode("latin-1")
 
 
-def quoted(name: str) -> str:
+def quote_name(name: str) -> str:
     """The name of an element or property as it can be put into a message."""
-    return shown(name.encode("latin-1"))
+    return quote_word(name.encode("latin-1"))
 
 
 def _not_understood(line: bytes, where: str) -> UnreadableMeshError:
     return UnreadableMeshError(
-        f"the PLY header line {shown(line)} is not understood",
+        f"the PLY header line {quote_word(line)} is not understood",
         where=where,
         remedy="the file is damaged or made for another version; export it again",
     )

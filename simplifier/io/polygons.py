@@ -14,9 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.errors import UnreadableMeshError
-from simplifier.geometry.mesh import FloatArray
-
-IndexArray = NDArray[np.int64]
+from simplifier.geometry.mesh import FloatArray, IndexArray
 
 
 def triangulate_polygons(

@@ -33,21 +33,21 @@ def save_occluder(occluder: Occluder, path: str | Path, style: Style = PLAIN) ->
     """
     path = as_path("path", path)
     check_kind("occluder", occluder, Occluder, AN_OCCLUDER)
-    write_whole(path, encoded(occluder, path, style))
+    write_whole(path, occluder_bytes(occluder, path, style))
 
 
-def encoded(occluder: Occluder, path: Path, style: Style = PLAIN) -> bytes:
+def occluder_bytes(occluder: Occluder, path: Path, style: Style = PLAIN) -> bytes:
     """What the file is to hold.  Raises :class:`OutputError`."""
     codec = _codec_for_writing(path, style)
     _check(occluder, path)
-    styled = _styled(occluder, style)
-    with _placed(path):
+    styled = _apply_style(occluder, style)
+    with _naming_file(path):
         if style.quads and codec.encode_polygons:
             return codec.encode_polygons(styled, *quads_and_triangles(styled))
         return codec.encode(styled) if codec.encode else b""
 
 
-def encoded_chain(chain: LodChain, path: Path, style: Style = PLAIN) -> bytes | None:
+def chain_bytes(chain: LodChain, path: Path, style: Style = PLAIN) -> bytes | None:
     """What a file with all levels is to hold, None where the format has no place for them.
 
     Raises :class:`OutputError`.
@@ -58,18 +58,18 @@ def encoded_chain(chain: LodChain, path: Path, style: Style = PLAIN) -> bytes | 
     for level in chain.levels:
         _check(level.occluder, path)
     levels = tuple(
-        replace(level, occluder=_styled(level.occluder, style)) for level in chain.levels
+        replace(level, occluder=_apply_style(level.occluder, style)) for level in chain.levels
     )
-    with _placed(path):
+    with _naming_file(path):
         return codec.encode_lods(replace(chain, levels=levels))
 
 
-def _styled(occluder: Occluder, style: Style) -> Occluder:
+def _apply_style(occluder: Occluder, style: Style) -> Occluder:
     return single_sided(occluder) if style.sides == "single" else occluder
 
 
 @contextmanager
-def _placed(path: Path) -> Iterator[None]:
+def _naming_file(path: Path) -> Iterator[None]:
     """Refusals of an encoder, which does not know the file, with its name."""
     try:
         yield
@@ -130,10 +130,10 @@ def save_lods(chain: LodChain, path: str | Path, style: Style = PLAIN) -> tuple[
     check_writable(path, style)
     paths = level_paths(path, len(chain.levels))
     files = {
-        place: encoded(level.occluder, place, style)
+        place: occluder_bytes(level.occluder, place, style)
         for place, level in zip(paths, chain.levels, strict=True)
     }
-    whole = encoded_chain(chain, path, style)
+    whole = chain_bytes(chain, path, style)
     if whole is not None:
         files[path] = whole
     write_all_whole(files)

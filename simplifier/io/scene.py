@@ -30,9 +30,9 @@ from simplifier.io.formats import CODECS, readable_suffixes
 from simplifier.io.gltf_scene import MOST_INSTANCES
 from simplifier.io.labels import KEEP
 from simplifier.io.load import load_objects
-from simplifier.io.objects import Objects, RawMesh, listed, unique_names
+from simplifier.io.objects import Objects, RawMesh, list_first, unique_names
 from simplifier.io.suffixes import overrides_beside
-from simplifier.options import Transparent
+from simplifier.options.simplify import Transparent
 
 
 def load_scene(
@@ -168,8 +168,8 @@ def usable_scene(objects: Objects, where: str) -> Scene:
     Raises :class:`EmptyMeshError` when no object is left.
     """
     names, warnings = unique_names(objects.names)
-    different, shared = _shared(objects.meshes)
-    meshes, mesh_faults = _checked([objects.meshes[place] for place in different])
+    different, shared = _share_meshes(objects.meshes)
+    meshes, mesh_faults = _check_meshes([objects.meshes[place] for place in different])
     mesh_of = shared[objects.mesh_of]
     faults = _faults(mesh_of, meshes, mesh_faults, objects.transforms)
     see_through = np.array(objects.see_through, dtype=np.int64)[objects.mesh_of]
@@ -178,7 +178,7 @@ def usable_scene(objects: Objects, where: str) -> Scene:
             faults[place] = _SEE_THROUGH
     for place in np.nonzero(objects.occluders)[0].tolist():
         faults[place] = _OCCLUDER
-    left_out = _left_out(names, faults)
+    left_out = _omission_warnings(names, faults)
     warnings += left_out
     good = np.array([not fault for fault in faults], dtype=np.bool_)
     if not good.any():
@@ -192,11 +192,11 @@ def usable_scene(objects: Objects, where: str) -> Scene:
     kept_names = tuple(name for name, keep in zip(names, good.tolist(), strict=True) if keep)
     kept_mesh_of = places.reshape(-1).astype(np.int32)
     warnings += _in_part(objects, good, names)
-    warnings += _dropped(kept, kept_mesh_of, kept_names)
+    warnings += _dropped_warnings(kept, kept_mesh_of, kept_names)
     return Scene(kept, kept_names, kept_mesh_of, objects.transforms[good], tuple(warnings))
 
 
-def _shared(meshes: Sequence[RawMesh]) -> tuple[list[int], NDArray[np.int64]]:
+def _share_meshes(meshes: Sequence[RawMesh]) -> tuple[list[int], NDArray[np.int64]]:
     """Places of the meshes that differ, and which of those each mesh is."""
     first: dict[bytes, int] = {}
     places: list[int] = []
@@ -213,7 +213,7 @@ def _shared(meshes: Sequence[RawMesh]) -> tuple[list[int], NDArray[np.int64]]:
     return places, shared
 
 
-def _checked(meshes: Sequence[RawMesh]) -> tuple[list[TriangleMesh | None], list[str]]:
+def _check_meshes(meshes: Sequence[RawMesh]) -> tuple[list[TriangleMesh | None], list[str]]:
     """The meshes, None for one that cannot be used, and why not, empty for one that can."""
     checked: list[TriangleMesh | None] = []
     faults = []
@@ -257,14 +257,14 @@ def _faults(
     return faults
 
 
-def _left_out(names: Sequence[str], faults: Sequence[str]) -> list[str]:
+def _omission_warnings(names: Sequence[str], faults: Sequence[str]) -> list[str]:
     """One warning a fault, with the objects that have it."""
     by_fault: dict[str, list[str]] = {}
     for name, fault in zip(names, faults, strict=True):
         if fault:
             by_fault.setdefault(fault, []).append(f"'{name}'")
     return [
-        f"object{'s' if len(group) > 1 else ''} {listed(group)} left out: {fault}"
+        f"object{'s' if len(group) > 1 else ''} {list_first(group)} left out: {fault}"
         for fault, group in by_fault.items()
     ]
 
@@ -277,11 +277,11 @@ def _in_part(objects: Objects, good: NDArray[np.bool_], names: Sequence[str]) ->
         return []
     total = int(counts[np.unique(objects.mesh_of[places])].sum())
     noun = "triangle" if total == 1 else "triangles"
-    quoted = listed([f"'{names[place]}'" for place in places.tolist()])
+    quoted = list_first([f"'{names[place]}'" for place in places.tolist()])
     return [f"{total} see-through {noun} left out of {quoted}; {KEEP}"]
 
 
-def _dropped(
+def _dropped_warnings(
     meshes: Sequence[TriangleMesh], mesh_of: NDArray[np.int32], names: Sequence[str]
 ) -> list[str]:
     """One warning for all triangles that meshes lost; those of a shared mesh count once."""

@@ -58,7 +58,7 @@ def write_scene(scene: Scene, path: str | Path) -> None:
 
 def encode_scene(scene: Scene) -> bytes:
     """The content of the file.  Raises :class:`OutputError` where it does not fit float32."""
-    stored = [_stored(mesh) for mesh in scene.meshes]
+    stored = [_store_vertices(mesh) for mesh in scene.meshes]
     centres = np.array([centre for _, centre in stored]).reshape(-1, 3)[scene.mesh_of]
     transforms = scene.transforms.copy()
     transforms[:, :3, 3] += np.einsum("nij,nj->ni", transforms[:, :3, :3], centres)
@@ -85,7 +85,7 @@ def encode_scene(scene: Scene) -> bytes:
     return pack_glb(document, binary)
 
 
-def _stored(mesh: TriangleMesh) -> tuple[Float32Array, FloatArray]:
+def _store_vertices(mesh: TriangleMesh) -> tuple[Float32Array, FloatArray]:
     """The vertices as they are where float32 holds them, else around a centre; and that centre."""
     with np.errstate(over="ignore", under="ignore"):
         rounded = mesh.vertices.astype(np.float32)
@@ -137,7 +137,7 @@ def _nodes(scene: Scene, transforms: FloatArray) -> tuple[list[dict[str, Any]], 
     """The nodes, and which of them stand in the scene itself."""
     nodes: list[dict[str, Any]] = []
     roots: list[int] = []
-    sheared = _sheared(transforms[:, :3, :3])
+    sheared = _are_sheared(transforms[:, :3, :3])
     for name, mesh, transform, split in zip(
         scene.names, scene.mesh_of.tolist(), transforms, sheared.tolist(), strict=True
     ):
@@ -150,7 +150,7 @@ def _nodes(scene: Scene, transforms: FloatArray) -> tuple[list[dict[str, Any]], 
     return nodes, roots
 
 
-def _sheared(linear: FloatArray) -> NDArray[np.bool_]:
+def _are_sheared(linear: FloatArray) -> NDArray[np.bool_]:
     """(n,) whether the axes do not stay at right angles, which a glTF node asks for."""
     axes = linear / np.abs(linear).max(axis=(1, 2), keepdims=True)  # squares must not vanish
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)

@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from simplifier.errors import UnreadableMeshError
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.mesh import FloatArray, IndexArray
 from simplifier.geometry.occluder import Occluder
-from simplifier.io.claim import Claim, Peek, estimated
+from simplifier.io.claim import Claim, Peek, estimate_matches
 from simplifier.io.float32 import to_float32, to_float64, unit_normals
-from simplifier.io.polygons import IndexArray
 from simplifier.io.text import count_statements, read_statements, without_mark
 
 _HEADER_BYTES = 84
@@ -48,7 +47,7 @@ def claim(peek: Peek) -> Claim:
         count = min(_facet_count(head), max(peek.size - _HEADER_BYTES, 0) // 50)
         # The file, its corners as float32, and those as float64.
         return Claim(3 * count, count, peek.size + (36 + 72) * count)
-    count, _ = estimated(peek, _FACET_LINE)
+    count, _ = estimate_matches(peek, _FACET_LINE)
     # The file, the corners, and as many places of words that Python has to read.
     return Claim(3 * count, count, peek.size + (72 + 72) * count)
 

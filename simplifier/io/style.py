@@ -3,16 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import get_args
 
 from simplifier.checks import check_flag, check_one_of
-
-Sides = Literal["double", "single"]
-
-Embedding = Literal["godot", "lod"]
-"""How an occluder is written with its original.  ``godot``: a node of the scene whose name ends in
-"-occonly", of which Godot 4 makes an occluder.  ``lod``: the coarsest level of detail of the
-scene's root, by MSFT_lod."""
+from simplifier.options.simplify import Sides
 
 
 @dataclass(frozen=True)

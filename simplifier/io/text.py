@@ -8,13 +8,10 @@ from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplifier.errors import UnreadableMeshError
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.mesh import FloatArray, IndexArray
 from simplifier.kernels import text as kernels
-
-IndexArray = NDArray[np.int64]
 
 _WORD = re.compile(rb"[^\s\\]+")
 _COMMA = re.compile(rb"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")  # a decimal, in half of the world
@@ -40,7 +37,7 @@ def without_mark(data: bytes) -> bytes:
     return data.removeprefix(b"\xef\xbb\xbf")
 
 
-def shown(word: bytes) -> str:
+def quote_word(word: bytes) -> str:
     """A word of the file as it can be put into a message."""
     text = word[:24].decode("latin-1").encode("unicode_escape").decode("ascii")
     return f"'{text}…'" if len(word) > 24 else f"'{text}'"
@@ -118,7 +115,7 @@ def _finish(data: bytes, values: FloatArray, hard: IndexArray, where: str) -> No
             numbers.append(_number(word))
         except ValueError:
             raise UnreadableMeshError(
-                f"line {line_number(data, position)}: {shown(word)} is not a number",
+                f"line {line_number(data, position)}: {quote_word(word)} is not a number",
                 where=where,
                 remedy="write decimals with a point: export it in another locale"
                 if _COMMA.fullmatch(word)

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from simplifier.errors import UnreadableMeshError
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.mesh import FloatArray, IndexArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.claim import Claim, Peek
-from simplifier.io.polygons import IndexArray, triangulate_polygons
+from simplifier.io.polygons import triangulate_polygons
 from simplifier.io.text import read_numbers, without_mark
 
 _HEADER = re.compile(rb"\s*\[gd_resource\b([^\]]*)\]")

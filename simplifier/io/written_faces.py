@@ -27,7 +27,7 @@ def single_sided(occluder: Occluder) -> Occluder:
         return replace(occluder, single_sided=True)
     faces, edge = occluder.faces, _edges_of(occluder.faces)
     part = _parts(edge)
-    closed = _closed(faces, edge, part)[part]
+    closed = _are_closed(faces, edge, part)[part]
     corners = occluder.vertices[faces]
     corners = corners - corners.reshape(-1, 3).mean(axis=0)
     scale = float(np.abs(corners).max()) or 1.0  # cubes of lengths must not overflow or vanish
@@ -38,14 +38,14 @@ def single_sided(occluder: Occluder) -> Occluder:
     return replace(occluder, faces=np.ascontiguousarray(both), single_sided=True)
 
 
-def _directed(faces: IntArray) -> IntArray:
+def _directed_edges(faces: IntArray) -> IntArray:
     """(3 m, 2): the edges as they are run along, face by face."""
     return faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
 
 
 def _edges_of(faces: IntArray) -> NDArray[np.intp]:
     """(3 m,) which edge each of them is, whichever way it is run along."""
-    _, edge = np.unique(np.sort(_directed(faces), axis=1), axis=0, return_inverse=True)
+    _, edge = np.unique(np.sort(_directed_edges(faces), axis=1), axis=0, return_inverse=True)
     return edge.reshape(-1)
 
 
@@ -65,9 +65,11 @@ def _parts(edge: NDArray[np.intp]) -> NDArray[np.int32]:
     return np.asarray(part, dtype=np.int32)
 
 
-def _closed(faces: IntArray, edge: NDArray[np.intp], part: NDArray[np.int32]) -> NDArray[np.bool_]:
+def _are_closed(
+    faces: IntArray, edge: NDArray[np.intp], part: NDArray[np.int32]
+) -> NDArray[np.bool_]:
     """(parts,) whether each of its edges is run along as often one way as the other."""
-    tails, heads = _directed(faces).T
+    tails, heads = _directed_edges(faces).T
     balance = np.bincount(edge, weights=np.where(tails < heads, 1.0, -1.0))
     open_part = np.zeros(int(part.max()) + 1, dtype=np.bool_)
     open_part[np.repeat(part, 3)[balance[edge] != 0.0]] = True

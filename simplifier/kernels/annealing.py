@@ -15,7 +15,7 @@ from simplifier.kernels.soup_views import (
     unite_block,
     unite_others,
 )
-from simplifier.kernels.voxelize import contained
+from simplifier.kernels.voxelize import is_contained
 
 TRIES = 6
 """Moves tried at a triangle before another is drawn; they share the picture of all the rest."""
@@ -186,9 +186,9 @@ def anneal(
             (trial[1, 0], trial[1, 1], trial[1, 2]),
             (trial[2, 0], trial[2, 1], trial[2, 2]),
         )
-        if not (contained(p, p, p, allowed) and contained(q, q, q, allowed)):
+        if not (is_contained(p, p, p, allowed) and is_contained(q, q, q, allowed)):
             continue
-        if not contained(r, r, r, allowed):
+        if not is_contained(r, r, r, allowed):
             continue
         least = heats[0] * (heats[1] / heats[0]) ** share * np.log(_random(state) + 1e-300)
         change = np.int64(0)
@@ -202,7 +202,7 @@ def anneal(
             # A few views that lose this much are hardly made good by the others.
             taken = change * stride >= 2 * least if stride > 1 else change >= least
             # Dearer than a few views for large triangles in fine grids, so it comes after them.
-            taken = taken and (seen != 0 or contained(p, q, r, allowed))
+            taken = taken and (seen != 0 or is_contained(p, q, r, allowed))
             if stride == 1:
                 break
             stride, seen = max(stride // 4, 1), stride

@@ -22,7 +22,7 @@ import numpy as np
 
 from simplifier.kernels.compile import inline_kernel, kernel
 from simplifier.kernels.depth_buffer import ERROR, FARTHEST, STALE, TILE, TILE_SHIFT
-from simplifier.kernels.perspective import COLUMNS, FOCAL, NEAR, ROWS, projected
+from simplifier.kernels.perspective import COLUMNS, FOCAL, NEAR, ROWS, project_point
 
 VISIBLE, HIDDEN, OUTSIDE = 0, 1, 2
 
@@ -87,7 +87,7 @@ def screen_rectangle(boxes, index, view):
     most_x, most_y, least_x, least_y = -np.inf, -np.inf, -np.inf, -np.inf
     doubt = 0.0  # NaN as soon as something is not finite
     for corner in range(8):
-        x, y, z = projected(
+        x, y, z = project_point(
             view, boxes[index, corner & 1, 0], boxes[index, (corner >> 1) & 1, 1],
             boxes[index, corner >> 2, 2],
         )  # fmt: skip
@@ -158,7 +158,7 @@ def _project_corners(boxes, index, view, corners):
     """Pixels of the corners; (top, bottom, least depth)."""
     top, bottom, nearest = np.inf, -np.inf, np.inf
     for corner in range(8):
-        x, y, z = projected(
+        x, y, z = project_point(
             view, boxes[index, corner & 1, 0], boxes[index, (corner >> 1) & 1, 1],
             boxes[index, corner >> 2, 2],
         )  # fmt: skip

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.kernels.compile import inline_kernel, kernel
-from simplifier.kernels.threads import Tell, run_chunks, silent
+from simplifier.kernels.threads import run_chunks
+from simplifier.progress import TellShare, silent
 
 MaskArray = NDArray[np.uint64]
 
@@ -30,13 +31,13 @@ LARGEST_VALUE = 1e100
 """Of coordinates and projections: crossings then never overflow, so no span leaves its row."""
 
 
-def covered(
+def coverage_masks(
     vertices: NDArray[np.float64],
     faces: NDArray[np.int32],
     projections: NDArray[np.float64],
     rows: int,
     columns: int,
-    tell: Tell = silent,
+    tell: TellShare = silent,
 ) -> MaskArray:
     """Coverage masks: (V, rows, ceil(columns / 64)) uint64.
 
@@ -66,7 +67,7 @@ def covered(
     return masks
 
 
-def unpacked(masks: MaskArray, columns: int) -> NDArray[np.bool_]:
+def unpack_masks(masks: MaskArray, columns: int) -> NDArray[np.bool_]:
     """(..., rows, columns) bool from bit rows."""
     octets = np.ascontiguousarray(masks).astype("<u8", copy=False).view(np.uint8)
     return np.unpackbits(octets, axis=-1, count=columns, bitorder="little").astype(np.bool_)

@@ -18,7 +18,7 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 
 from simplifier.kernels.compile import kernel
-from simplifier.kernels.voxelize import contained
+from simplifier.kernels.voxelize import is_contained
 
 _BORDER = 10.0  # weight of a plane across a border, in squares of its edge
 _TO_MIDDLE = 1e-3
@@ -131,7 +131,7 @@ def _leaves(vertices, faces, heads, links, moved, partner, place, allowed):
             b, c = _others(faces, corner)
             q = (vertices[b, 0], vertices[b, 1], vertices[b, 2])
             r = (vertices[c, 0], vertices[c, 1], vertices[c, 2])
-            if not contained(p, q, r, allowed):
+            if not is_contained(p, q, r, allowed):
                 return True
         corner = links[corner]
     return False
@@ -301,7 +301,7 @@ def _collapse(faces, heads, links, alive, u, v, marks, mark):
     while corner >= 0:
         face = corner // 3
         b, c = _others(faces, corner)
-        twin = marks[b] == mark and marks[c] == mark and _shared(faces, heads, links, v, b, c)
+        twin = marks[b] == mark and marks[c] == mark and _has_face(faces, heads, links, v, b, c)
         if b == v or c == v or twin:
             alive[face] = False
             died += 1
@@ -319,7 +319,7 @@ def _collapse(faces, heads, links, alive, u, v, marks, mark):
 
 
 @kernel
-def _shared(faces, heads, links, v, b, c):
+def _has_face(faces, heads, links, v, b, c):
     """Whether a face at ``v`` has ``b`` and ``c`` too."""
     corner = heads[v]
     while corner >= 0:

@@ -190,7 +190,7 @@ def piece_distances(
 
 
 @kernel
-def cut_pieces(pieces, halves):
+def halve_pieces(pieces, halves):
     """Cut each piece at the middle of its longest edge: (n, 3, 3) to (2 n, 3, 3)."""
     for i in range(pieces.shape[0]):
         longest = -1.0
@@ -214,7 +214,7 @@ def cut_pieces(pieces, halves):
             halves[2 * i + 1, first, axis] = middle
 
 
-def build_tree(
+def build_box_tree(
     lows: NDArray[np.float64], highs: NDArray[np.float64], leaf_size: int
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """(nodes, order) over things with bounding boxes ``lows`` to ``highs``, (m, 3) each.

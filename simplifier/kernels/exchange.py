@@ -37,7 +37,7 @@ def _gain(shapes, polygon, level, union, view_scores, first, stride, scratch):
 
 
 @kernel
-def _refreshed(shapes, polygon, level, union, view_scores, weight, bar, scratch):
+def _refresh_gain(shapes, polygon, level, union, view_scores, weight, bar, scratch):
     """The gain of a pair and whether it is exact: False when weighted it is sure to miss ``bar``.
 
     A quarter of the views tells most pairs; what they promise is then raised by the doubt.  The
@@ -113,7 +113,7 @@ def _fill(
         polygon, level = polygons[best], levels[best]
         before = taken[polygon]
         if not fresh[best]:
-            gains[best], fresh[best] = _refreshed(
+            gains[best], fresh[best] = _refresh_gain(
                 shapes, polygon, level, union, view_scores, weights[level - before], bar, scratch
                 )  # fmt: skip
             continue

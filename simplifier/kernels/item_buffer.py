@@ -64,7 +64,7 @@ def draw_items(
 
 
 @inline_kernel
-def _transformed(transform, vertices, vertex):
+def _transform(transform, vertices, vertex):
     x, y, z = vertices[vertex, 0], vertices[vertex, 1], vertices[vertex, 2]
     return (
         transform[0, 0] * x + transform[0, 1] * y + transform[0, 2] * z + transform[0, 3],
@@ -78,7 +78,7 @@ def _project(vertices, transform, view, points, cells):
     """Pixel x and y with centres at the integers, the reciprocal depth, and the packed cell."""
     rows, columns, near = view[ROWS], view[COLUMNS], view[NEAR]
     for vertex in range(len(vertices)):
-        x, y, z = _transformed(transform, vertices, vertex)
+        x, y, z = _transform(transform, vertices, vertex)
         if is_drawable(x, y, z, near):
             scale = 1.0 / z
             x, y = x * scale - 0.5, y * scale - 0.5
@@ -94,7 +94,7 @@ def _clip_face(vertices, i, j, k, transform, view, polygon, spare):
     """Corners of what is left of a face, in ``polygon`` as :func:`_project` writes them."""
     for corner in range(3):
         vertex = i if corner == 0 else (j if corner == 1 else k)
-        x, y, z = _transformed(transform, vertices, vertex)
+        x, y, z = _transform(transform, vertices, vertex)
         polygon[corner, 0], polygon[corner, 1], polygon[corner, 2] = x, y, z
     count = clip(polygon, spare, view[NEAR])
     for corner in range(count):

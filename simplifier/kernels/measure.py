@@ -122,7 +122,7 @@ def draw_polygon(points, lowest, offsets, maps, polygon, level, images):
 
 
 @kernel
-def score_unions(points, lowest, offsets, maps, polygons, levels, base, begin, end, scores):
+def score_polygon_unions(points, lowest, offsets, maps, polygons, levels, base, begin, end, scores):
     """Twice the occlusion measure, summed over views, of ``base`` with each polygon added.
 
     ``polygons``, ``levels`` (k,) int32 name the polygons and levels to try, begin..end of them;

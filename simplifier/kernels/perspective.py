@@ -32,7 +32,7 @@ _LARGEST = 1e100  # beyond it products overflow; such triangles are left out
 
 
 @inline_kernel
-def projected(view, x, y, z):
+def project_point(view, x, y, z):
     """Homogeneous pixels of a point, world units."""
     x -= view[0]
     y -= view[1]
@@ -118,7 +118,7 @@ def project_points(vertices, view, points):
     """
     near = view[NEAR]
     for index in range(len(vertices)):
-        x, y, depth = projected(
+        x, y, depth = project_point(
             view, vertices[index, 0], vertices[index, 1], vertices[index, 2]
         )  # fmt: skip
         if is_drawable(x, y, depth, near):
@@ -141,7 +141,7 @@ def clip_face(vertices, a, b, c, view, polygon, spare):
     """Corners of what is left of a face, in ``polygon`` as :func:`project_points` writes them."""
     for corner in range(3):
         vertex = a if corner == 0 else (b if corner == 1 else c)
-        x, y, depth = projected(
+        x, y, depth = project_point(
             view, vertices[vertex, 0], vertices[vertex, 1], vertices[vertex, 2]
         )  # fmt: skip
         polygon[corner, 0] = x

@@ -24,7 +24,7 @@ _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 
 
 @inline_kernel
-def _mixed(state):
+def _mix(state):
     """The output step of splitmix64 (Steele, Lea, Flood 2014): a bijection with good avalanche."""
     state = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     state = (state ^ (state >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
@@ -32,7 +32,7 @@ def _mixed(state):
 
 
 @inline_kernel
-def _scaled(bits, limit):
+def _scale(bits, limit):
     """32 random bits to 0 .. limit - 1; the bias is below limit / 2^32."""
     return np.int64((bits * np.uint64(limit)) >> np.uint64(32))
 
@@ -110,16 +110,16 @@ def sample_quads(originals, occluders, columns, quads, seed, first_view, begin, 
         wrong = 0
         if height > 0:
             _sum_table(originals[view], occluders[view], box, table)
-            state = _mixed(_mixed(seed + _GOLDEN) + (first_view + np.uint64(view)) * _GOLDEN)
+            state = _mix(_mix(seed + _GOLDEN) + (first_view + np.uint64(view)) * _GOLDEN)
             for _ in range(quads):
                 state += _GOLDEN
-                across = _mixed(state)
+                across = _mix(state)
                 state += _GOLDEN
-                along = _mixed(state)
-                x0 = _scaled(across & low_half, width)
-                x1 = _scaled(across >> np.uint64(32), width)
-                y0 = _scaled(along & low_half, height)
-                y1 = _scaled(along >> np.uint64(32), height)
+                along = _mix(state)
+                x0 = _scale(across & low_half, width)
+                x1 = _scale(across >> np.uint64(32), width)
+                y0 = _scale(along & low_half, height)
+                y1 = _scale(along >> np.uint64(32), height)
                 left = min(x0, x1)
                 right = max(x0, x1) + 1
                 low = min(y0, y1)

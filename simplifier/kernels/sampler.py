@@ -58,7 +58,7 @@ def _enter_row(shape, frame, depth, row, dx, dy, dz, ix, iy, iz):
 
 
 @inline_kernel
-def _fixed(step):
+def _fixed_point(step):
     return np.int64(np.floor(step * _ONE + 0.5))
 
 
@@ -77,7 +77,7 @@ def slice_areas(padded, frames, frame_of, depths, begin, end, areas):
         frame = frames[frame_of[plane]]
         dx, dy, dz = frame[0] * frame[11], frame[1] * frame[11], frame[2] * frame[11]
         ix, iy, iz = _inverse(dx), _inverse(dy), _inverse(dz)
-        step_x, step_y, step_z = _fixed(dx), _fixed(dy), _fixed(dz)
+        step_x, step_y, step_z = _fixed_point(dx), _fixed_point(dy), _fixed_point(dz)
         area = 0
         for row in range(np.int64(frame[12])):
             first, last, at_x, at_y, at_z = _enter_row(
@@ -100,7 +100,7 @@ def sample_plane(padded, frame, depth, mask):
     """
     dx, dy, dz = frame[0] * frame[11], frame[1] * frame[11], frame[2] * frame[11]
     ix, iy, iz = _inverse(dx), _inverse(dy), _inverse(dz)
-    step_x, step_y, step_z = _fixed(dx), _fixed(dy), _fixed(dz)
+    step_x, step_y, step_z = _fixed_point(dx), _fixed_point(dy), _fixed_point(dz)
     for row in range(np.int64(frame[12])):
         first, last, at_x, at_y, at_z = _enter_row(
             padded.shape, frame, depth, row, dx, dy, dz, ix, iy, iz

@@ -62,7 +62,7 @@ def _refine(path, keep, low, high, tolerance, forced, stack):
 
 
 @kernel
-def _kept(path, keep, begin, end):
+def _kept_points(path, keep, begin, end):
     """The kept points of the path in rows begin..end (its closing row left out)."""
     rows = np.empty((end - begin, 2), np.float64)
     count = 0
@@ -118,7 +118,7 @@ def _drop_strays(path, keep, first, alive):
     hole can swallow the outer loop, as its points lie inside and the anchors are extreme points.
     """
     for loop in range(len(alive)):
-        turn = twice_area(_kept(path, keep, first[loop], first[loop + 1]))
+        turn = twice_area(_kept_points(path, keep, first[loop], first[loop + 1]))
         alive[loop] = alive[loop] and turn != 0.0 and (turn > 0.0) == (loop == 0)
     for loop in range(1, len(alive)):
         if not alive[loop]:
@@ -126,7 +126,7 @@ def _drop_strays(path, keep, first, alive):
         x, y = path[first[loop], 0], path[first[loop], 1]
         for other in range(len(alive)):
             if alive[other] and other != loop:
-                wall = _kept(path, keep, first[other], first[other + 1])
+                wall = _kept_points(path, keep, first[other], first[other + 1])
                 if is_inside(x, y, wall) != (other == 0):
                     alive[loop] = False
                     break

@@ -22,7 +22,7 @@ import numpy as np
 
 from simplifier.kernels.bit_image import draw_edge, measure_both_twice, measure_twice
 from simplifier.kernels.compile import kernel
-from simplifier.kernels.voxelize import contained
+from simplifier.kernels.voxelize import is_contained
 
 _BLOCK = 8  # triangles of a block at least
 
@@ -202,7 +202,7 @@ def remove_useless(images, blocks, originals, price, scores, kept):
 def all_contained(triangles, allowed, inside):
     """Write into ``inside`` (m,) bool whether each triangle keeps to the voxels of ``allowed``."""
     for index in range(len(triangles)):
-        inside[index] = contained(
+        inside[index] = is_contained(
             corner(triangles, index, 0), corner(triangles, index, 1), corner(triangles, index, 2),
             allowed,
         )  # fmt: skip

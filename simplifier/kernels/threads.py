@@ -12,6 +12,8 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 
+from simplifier.progress import TellShare, silent
+
 
 def thread_count() -> int:
     """Threads to use: ``OCCLUDER_THREADS``, else the processors that this process may use."""
@@ -23,14 +25,7 @@ def thread_count() -> int:
     return os.cpu_count() or 1
 
 
-Tell = Callable[[float], None]
-"""Told the share of the work that is done, now and then; what it raises ends the work."""
-
 _GLANCE = 0.01  # seconds that the caller waits at most before it tells again
-
-
-def silent(share: float) -> None:
-    """Tells nobody."""
 
 
 def run_chunks(
@@ -39,7 +34,7 @@ def run_chunks(
     *,
     least: int = 1,
     chunks_per_thread: int = 4,
-    tell: Tell = silent,
+    tell: TellShare = silent,
 ) -> None:
     """Call ``work(begin, end)`` over the range 0..count in chunks, on all threads.
 
@@ -70,7 +65,7 @@ def run_chunks(
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _watch(jobs: Sequence[Future[object]], tell: Tell) -> None:
+def _watch(jobs: Sequence[Future[object]], tell: TellShare) -> None:
     """Tell while they run, until all are done or one has failed."""
     running = set(jobs)
     while running:

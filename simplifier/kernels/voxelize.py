@@ -116,7 +116,7 @@ def _mark_all(low, high, strides, touched):
 
 
 @inline_kernel
-def _turned(t, w):
+def _rotate(t, w):
     """The cyclic rotation of a triple that puts component ``w`` last."""
     if w == 0:
         return t[1], t[2], t[0]
@@ -181,13 +181,13 @@ def mark_triangles(vertices, faces, origin, scale, begin, end, touched):
             # Fine meshes mark a voxel many times over; a look at eight is cheaper than the test.
             w = _dominant(p, q, r)
             _visit_footprint(
-                _turned(p, w), _turned(q, w), _turned(r, w),
-                _turned(low, w), _turned(high, w), _turned(strides, w), flat, True,
+                _rotate(p, w), _rotate(q, w), _rotate(r, w),
+                _rotate(low, w), _rotate(high, w), _rotate(strides, w), flat, True,
             )  # fmt: skip
 
 
 @kernel
-def contained(p, q, r, voxels):
+def is_contained(p, q, r, voxels):
     """Whether every voxel that the triangle touches is set in ``voxels`` (nx, ny, nz) bool.
 
     ``p``, ``q``, ``r`` are triples of float64 in grid space.  Outside the grid nothing is set.
@@ -208,6 +208,6 @@ def contained(p, q, r, voxels):
         return _all_marked(low, high, strides, flat)
     w = _dominant(p, q, r)
     return _visit_footprint(
-        _turned(p, w), _turned(q, w), _turned(r, w),
-        _turned(low, w), _turned(high, w), _turned(strides, w), flat, False,
+        _rotate(p, w), _rotate(q, w), _rotate(r, w),
+        _rotate(low, w), _rotate(high, w), _rotate(strides, w), flat, False,
     )  # fmt: skip

@@ -25,7 +25,7 @@ from simplifier.accuracy.deviation import SLACK, deviation
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import LeftOut, Level, Occluder
 from simplifier.geometry.solid import Solid
-from simplifier.options import Options
+from simplifier.options.stages import Options
 from simplifier.pipeline import Simplification
 from simplifier.wording import percent
 
@@ -43,7 +43,7 @@ HIDES_NOTHING = "it hides nothing"
 
 
 @dataclass(frozen=True)
-class Figures:
+class LevelFigures:
     """What a level costs and gives; ``precision`` and ``recall`` from 0 to 1."""
 
     triangles: int
@@ -56,7 +56,7 @@ class Figures:
         return self.triangles > 0 and self.recall > HIDES_MORE
 
 
-def why_useless(coarser: Figures, finer: Figures) -> str:
+def why_useless(coarser: LevelFigures, finer: LevelFigures) -> str:
     """Why the coarser level brings nothing beside the finer one; empty when it does."""
     if not coarser.hides:
         return HIDES_NOTHING
@@ -68,7 +68,7 @@ def why_useless(coarser: Figures, finer: Figures) -> str:
     )
 
 
-def why_replaced(finer: Figures, coarser: Figures) -> str:
+def why_replaced(finer: LevelFigures, coarser: LevelFigures) -> str:
     """Why the finer level brings nothing once the coarser keeps its error bound; or empty."""
     as_good = (
         coarser.recall >= finer.recall - HIDES_MORE
@@ -82,7 +82,7 @@ def why_replaced(finer: Figures, coarser: Figures) -> str:
     )
 
 
-def _cheaper(coarser: Figures, finer: Figures) -> bool:
+def _cheaper(coarser: LevelFigures, finer: LevelFigures) -> bool:
     return coarser.triangles <= CHEAPER * finer.triangles
 
 
@@ -95,10 +95,10 @@ class Kept:
 
     level: Level
     solid: Solid
-    figures: Figures
+    figures: LevelFigures
 
 
-def judged(mesh: TriangleMesh, made: Simplification, options: Options) -> Kept:
+def judge_level(mesh: TriangleMesh, made: Simplification, options: Options) -> Kept:
     """Measure what was made with the options: deviation, precision, recall."""
     found = evaluate_accuracy(
         mesh, made.occluder,
@@ -109,10 +109,12 @@ def judged(mesh: TriangleMesh, made: Simplification, options: Options) -> Kept:
     )  # fmt: skip
     strays = _deviation(made.occluder, mesh, made.solid)
     level = Level(made.occluder, options.solid.resolution, strays)
-    return Kept(level, made.solid, Figures(level.triangles, found.precision, found.recall))
+    return Kept(level, made.solid, LevelFigures(level.triangles, found.precision, found.recall))
 
 
-def taken(kept: list[Kept], coarser: Kept, mesh: TriangleMesh) -> tuple[list[Kept], list[LeftOut]]:
+def add_coarser(
+    kept: list[Kept], coarser: Kept, mesh: TriangleMesh
+) -> tuple[list[Kept], list[LeftOut]]:
     """The levels kept so far, finest first, and a coarser one: those to keep, and those to leave.
 
     The rule is that of :mod:`simplifier.lods.choice`.

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.occluder import LeftOut
-from simplifier.lods.options import LodOptions, check_outside
-from simplifier.options import Options, resolution_for
+from simplifier.options.simplify import LodOptions, check_outside
+from simplifier.options.stages import Options, resolution_for
 
 LEAST_VOXELS = 4
 """Resolution of the coarsest level by number: below it the bound is longer than the mesh."""

@@ -11,9 +11,9 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import LeftOut, LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
-from simplifier.lods.choice import Kept, judged, taken
+from simplifier.lods.choice import Kept, add_coarser, judge_level
 from simplifier.lods.level_plan import LodPlan
-from simplifier.options import Options
+from simplifier.options.stages import Options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel, Deadline, Listener, Progress, Stopwatch, check_run
 
@@ -112,8 +112,8 @@ class _Making:
             self.warnings = tuple(dict.fromkeys([*self.warnings, *made.warnings]))
         watch = Stopwatch(listener)
         with watch.stage("accuracy"):
-            level = judged(self.mesh, made, options)
-            self.kept, left_out = taken(self.kept, level, self.mesh)
+            level = judge_level(self.mesh, made, options)
+            self.kept, left_out = add_coarser(self.kept, level, self.mesh)
             self.left_out += left_out
         self.judging = watch.timings["accuracy"]
         for timings in (made.occluder.timings, watch.timings):

@@ -56,7 +56,7 @@ def check_need(
         f"about {need.gib:.3g} GiB of memory would be needed, most of it to {_DEEDS[need.largest]},"
         f" and the limit is {limit:.3g} GiB",
         where=where,
-        remedy=f"{advice} a memory limit of at least {_rounded_up(need.gib)}",
+        remedy=f"{advice} a memory limit of at least {_round_up(need.gib)}",
         resolution=fitting,
     )
 
@@ -88,7 +88,7 @@ def _finest(at: Callable[[int], MemoryNeed], resolution: int, limit: float) -> i
     return low
 
 
-def _rounded_up(gib: float) -> str:
+def _round_up(gib: float) -> str:
     return f"{gib * 1.005 + 0.005:.2f}"
 
 
@@ -98,10 +98,10 @@ _MEMBERSHIP = Path("/proc/self/cgroup")
 
 def machine_memory() -> int:
     """Bytes: the machine's memory, or the least limit of the control groups of this process."""
-    return min([_installed(), *cgroup_limits(_ROOT, _MEMBERSHIP)])
+    return min([_installed_bytes(), *cgroup_limits(_ROOT, _MEMBERSHIP)])
 
 
-def _installed() -> int:
+def _installed_bytes() -> int:
     with suppress(ValueError, OSError, AttributeError):  # names that a system does not know
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     return sys.maxsize

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from simplifier.kernels.threads import thread_count
-from simplifier.options import Options, SectionOptions, SolidOptions
+from simplifier.options.stages import Options, SectionOptions, SolidOptions
 
 GIB = 1 << 30
 MIB = 1 << 20

@@ -13,7 +13,7 @@ from simplifier.geometry.solid import grid_shape
 from simplifier.memory import need as stages
 from simplifier.memory.limit import check_need
 from simplifier.memory.need import MemoryNeed, MeshSize, Shape
-from simplifier.options import Options
+from simplifier.options.stages import Options
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from simplifier.io.load import claim_of
 from simplifier.memory.limit import check_need
 from simplifier.memory.need import MemoryNeed, MeshSize
 from simplifier.memory.runs import (
+    Judging,
     drawing,
     judging,
     loading,
@@ -22,10 +23,17 @@ from simplifier.memory.runs import (
     size_of,
     solidifying,
 )
-from simplifier.options import Options
-from simplifier.production.measures import judging_of
-from simplifier.production.options import EvaluateOptions, SimplifyOptions
-from simplifier.production.resolve import Chosen, resolved
+from simplifier.options.simplify import EvaluateOptions, SimplifyOptions
+from simplifier.options.stages import Options, stage_options
+
+Chosen = SimplifyOptions | EvaluateOptions
+
+
+def judging_of(chosen: Chosen) -> Judging:
+    """What of a run's measure memory depends on; all levels that are asked for may be kept."""
+    levels = chosen.levels if isinstance(chosen, SimplifyOptions) else None
+    count = 1 if levels is None else levels.lods or len(levels.error_bounds or ())
+    return Judging(chosen.views, chosen.image, count, chosen.exact)
 
 
 def estimate_memory(
@@ -50,13 +58,13 @@ def estimate_memory(
     check_flag("pictures", pictures)
     check_flag("viewing", viewing)
     if isinstance(mesh, TriangleMesh):
-        options = resolved(chosen, float(mesh.extent.max()))
+        options = stage_options(chosen, float(mesh.extent.max()))
         return _need(size_of(mesh), mesh.extent, chosen, options, pictures, viewing)
     claim = claim_of(as_path("mesh", mesh))
     size = MeshSize(claim.vertices, claim.triangles)
     reading = loading(claim.vertices, claim.triangles, claim.decoding)
     rod = np.array([1.0, 0.0, 0.0])
-    known = resolved(_without_lengths(chosen), 1.0)
+    known = stage_options(_without_lengths(chosen), 1.0)
     return reading.joined(_need(size, rod, chosen, known, pictures, viewing))
 
 
@@ -95,7 +103,7 @@ def _without_lengths(chosen: Chosen) -> Chosen:
     free = replace(
         chosen, smallest_hole=0.0, shrink=0.0, error_bound=None, error_bounds=None, lods=None,
         pixel_error=None, screen_height=None, fov=None,
-        conservative=chosen.conservative or chosen.shrink > 0.0,
+        conservative=chosen.wholly_inside,
     )  # fmt: skip
     by_length = chosen.error_bound is not None or chosen.error_bounds is not None
     return replace(free, resolution=1) if by_length else free

@@ -18,11 +18,11 @@ def remarks(
     mesh: TriangleMesh, occluder: Occluder, solid: Solid, overrides: Overrides
 ) -> tuple[str, ...]:
     """What is left out, drawn parts beyond the error bound, and open regions that are not open."""
-    return (*_omitted(mesh), *_sticking_out(mesh, occluder, solid, overrides),
-            *_crossed(occluder, overrides))  # fmt: skip
+    return (*_omission_remarks(mesh), *_sticking_out(mesh, occluder, solid, overrides),
+            *_crossing_remarks(occluder, overrides))  # fmt: skip
 
 
-def named(overrides: Overrides) -> dict[str, Any] | None:
+def overrides_summary(overrides: Overrides) -> dict[str, Any] | None:
     """Drawn parts and open regions as a report has them; None where there are none."""
     if not overrides.drawn and not overrides.open:
         return None
@@ -33,7 +33,7 @@ def named(overrides: Overrides) -> dict[str, Any] | None:
     }
 
 
-def _omitted(mesh: TriangleMesh) -> list[str]:
+def _omission_remarks(mesh: TriangleMesh) -> list[str]:
     if not mesh.omitted:
         return []
     see_through = any(one.see_through for one in mesh.omitted)
@@ -54,7 +54,7 @@ def _sticking_out(
     return found
 
 
-def _crossed(occluder: Occluder, overrides: Overrides) -> list[str]:
+def _crossing_remarks(occluder: Occluder, overrides: Overrides) -> list[str]:
     triangles = occluder.vertices[occluder.faces]
     found = []
     for one in overrides.open:

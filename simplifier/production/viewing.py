@@ -9,7 +9,7 @@ from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.views import BoundingSphere
 from simplifier.io.files import write_whole
 from simplifier.io.glb_writer import encode_surface
-from simplifier.refinement.thinned import thinned
+from simplifier.refinement.reduce import reduce_to
 
 
 def save_for_viewing(
@@ -23,5 +23,5 @@ def save_for_viewing(
     """
     check_kind("mesh", mesh, TriangleMesh, A_MESH)
     check_whole("most_triangles", most_triangles, 1000, 100_000_000)
-    shown = thinned(mesh, most_triangles)
+    shown = reduce_to(mesh, most_triangles)
     write_whole(as_path("path", path), encode_surface(shown, BoundingSphere.of(mesh)))

@@ -18,7 +18,7 @@ from simplifier.kernels.soup_views import (
     score_unions,
     unite_others,
 )
-from simplifier.refinement.finalists import Judgement
+from simplifier.refinement.finalists import FinalistScore
 
 _STEPS = (6.0, 0.1)  # voxels that a move spans at first and at last
 _HEATS = (1e-3, 2e-5)  # losses taken at first and at last, as shares of the original's measure
@@ -137,7 +137,7 @@ class Annealing:
     def precision(self) -> float:
         """Of the current state in the search's own views, all quads counted."""
         originals, unions = self._views.originals[:, :, None], self._union()[:, :, None]
-        return Judgement.of(originals, unions, 64).precision
+        return FinalistScore.of(originals, unions, 64).precision
 
     def result(self) -> FloatArray:
         """The best triangles, or those of the start if they score more; none that adds nothing."""

@@ -17,7 +17,7 @@ from simplifier.kernels.decimate import decimate
 from simplifier.kernels.soup_views import all_contained
 
 
-def decimated(
+def decimate_into(
     vertices: FloatArray, faces: IntArray, allowed: BoolArray, margin: float, budget: int
 ) -> tuple[FloatArray, IntArray]:
     """At most ``budget`` (1 or more) triangles near a surface; grid space.
@@ -35,25 +35,23 @@ def decimated(
     alive = np.ones(len(corners), dtype=np.bool_)
     if len(corners) > budget:
         decimate(points, corners, allowed, budget, alive)
-    points, corners = _used(points, corners[alive])
+    points, corners = _without_unused(points, corners[alive])
     points = np.clip(sunk(points, corners, allowed), 0.0, np.array(allowed.shape, np.float64))
-    points, corners = _detached(points, corners[have_area(points[corners])], allowed)
+    points, corners = _detach(points, corners[have_area(points[corners])], allowed)
     return points - margin, corners
 
 
-def _detached(
-    points: FloatArray, faces: IntArray, allowed: BoolArray
-) -> tuple[FloatArray, IntArray]:
+def _detach(points: FloatArray, faces: IntArray, allowed: BoolArray) -> tuple[FloatArray, IntArray]:
     """Give the faces that are outside vertices of their own: mending them leaves the others be."""
     inside = np.zeros(len(faces), dtype=np.bool_)
     all_contained(points[faces], allowed, inside)
     outside = faces[~inside]
     apart = faces.copy()
     apart[~inside] = len(points) + np.arange(outside.size).reshape(-1, 3)
-    return _used(np.concatenate([points, points[outside].reshape(-1, 3)]), apart)
+    return _without_unused(np.concatenate([points, points[outside].reshape(-1, 3)]), apart)
 
 
-def _used(points: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+def _without_unused(points: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
     used, renumbered = np.unique(faces, return_inverse=True)
     return points[used], np.ascontiguousarray(renumbered.reshape(-1, 3), dtype=np.int32)
 

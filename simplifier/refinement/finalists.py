@@ -9,7 +9,7 @@ import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.overrides import NOTHING
-from simplifier.kernels.coverage import MaskArray, covered
+from simplifier.kernels.coverage import MaskArray, coverage_masks
 from simplifier.kernels.random_quads import exact_quad_pixels
 
 SIZE = 256
@@ -31,11 +31,11 @@ class FineViews:
     def of(cls, vertices: FloatArray, faces: IntArray, projections: FloatArray) -> FineViews:
         """``projections`` (V, 2, 4) to 64 x 64 pixels, as a search has them."""
         fine = projections * (SIZE / 64)
-        return cls(fine, covered(vertices, faces, fine, SIZE, SIZE))
+        return cls(fine, coverage_masks(vertices, faces, fine, SIZE, SIZE))
 
 
 @dataclass(frozen=True)
-class Judgement:
+class FinalistScore:
     """Precision and recall in some views, all quads counted.
 
     Where nothing is hidden the precision is 1; where there is nothing to hide the recall is 0, so
@@ -46,7 +46,7 @@ class Judgement:
     recall: float
 
     @classmethod
-    def of(cls, originals: MaskArray, shown: MaskArray, columns: int) -> Judgement:
+    def of(cls, originals: MaskArray, shown: MaskArray, columns: int) -> FinalistScore:
         """Of masks (V, rows, words)."""
         right, missed, wrong = exact_quad_pixels(originals, shown, columns).sum(axis=0)
         return cls(
@@ -55,11 +55,11 @@ class Judgement:
         )
 
 
-def judge(triangles: FloatArray, views: FineViews) -> Judgement:
+def score_finalist(triangles: FloatArray, views: FineViews) -> FinalistScore:
     """Judge a soup (m, 3, 3); none at all has precision 1 and recall 0."""
     corners = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
-    shown = covered(triangles.reshape(-1, 3), corners, views.projections, SIZE, SIZE)
-    return Judgement.of(views.originals, shown, SIZE)
+    shown = coverage_masks(triangles.reshape(-1, 3), corners, views.projections, SIZE, SIZE)
+    return FinalistScore.of(views.originals, shown, SIZE)
 
 
 def best_of(
@@ -78,7 +78,7 @@ def best_of(
 
     def worths(some: Sequence[FloatArray]) -> list[float]:
         shown = (np.concatenate([soup, drawn]) for soup in some)
-        return [_worth(judge(soup, views), precision) for soup in shown]
+        return [_worth(score_finalist(soup, views), precision) for soup in shown]
 
     judged = worths(soups)
     if max(judged, default=0.0) < _MUCH:
@@ -87,6 +87,6 @@ def best_of(
     return soups[judged.index(max(judged))]
 
 
-def _worth(found: Judgement, precision: float) -> float:
+def _worth(found: FinalistScore, precision: float) -> float:
     short = max(precision - found.precision, 0.0)
     return found.recall - _WRONG * (1.0 - found.precision) - _SHORT * short

@@ -21,7 +21,7 @@ from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.annealing import TRIES
 from simplifier.kernels.soup_views import UNIT, all_contained
 from simplifier.kernels.threads import run_chunks
-from simplifier.options import RefineOptions
+from simplifier.options.stages import RefineOptions
 from simplifier.progress import Deadline
 from simplifier.refinement.annealing import Annealing, RefineViews, Room
 
@@ -62,11 +62,11 @@ def refine(
     ``deadline`` the search lasts until then, whatever ``options.moves``.  The same arguments give
     the same result on any number of threads, unless ``stop`` ends the search or a deadline does.
     """
-    soups = _filled_up([pulled_in(start, allowed)[:budget] for start in starts], budget)
+    soups = _pad_to_equal([pull_into(start, allowed)[:budget] for start in starts], budget)
     if not soups:
         return []
     room, price = Room.of(allowed), _Price(options)
-    searches = _begun(soups, options.searches, room, views, price.now, seed)
+    searches = _begin_searches(soups, options.searches, room, views, price.now, seed)
     slices = _by_moves(options.moves) if deadline is None else _by_time(deadline.rest())
     most, rounds = _ROUNDS, 1
     if deadline is not None:
@@ -83,7 +83,7 @@ def refine(
     return [search.result() for search in searches]
 
 
-def _begun(
+def _begin_searches(
     soups: Sequence[FloatArray], count: int, room: Room, views: RefineViews, price: int, seed: int
 ) -> list[Annealing]:
     """As many searches: of the first soup, then of the others by score, and again."""
@@ -155,7 +155,7 @@ def _run(searches: list[Annealing], moves: int, shares: tuple[float, float]) -> 
     run_chunks(work, len(searches))
 
 
-def _filled_up(soups: Sequence[FloatArray], budget: int) -> list[FloatArray]:
+def _pad_to_equal(soups: Sequence[FloatArray], budget: int) -> list[FloatArray]:
     """Those that are not empty, and copies of their triangles in turn, up to one number for all.
 
     That is the budget, or less where it is more than twice what any start has.
@@ -164,7 +164,7 @@ def _filled_up(soups: Sequence[FloatArray], budget: int) -> list[FloatArray]:
     return [soup[np.arange(count) % len(soup)] for soup in soups if len(soup) > 0]
 
 
-def pulled_in(triangles: FloatArray, allowed: BoolArray) -> FloatArray:
+def pull_into(triangles: FloatArray, allowed: BoolArray) -> FloatArray:
     """Shrink the triangles that leave the allowed voxels towards their centres until they do not.
 
     Those that are still outside after that are left out.

@@ -15,9 +15,9 @@ import numpy as np
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.thin import crack_triangles, has_border
-from simplifier.refinement.decimate import decimated
+from simplifier.refinement.decimate import decimate_into
 from simplifier.refinement.inner_surface import inner_surface
-from simplifier.refinement.thinned import thinned
+from simplifier.refinement.reduce import reduce_to
 
 
 def enclosed_start(
@@ -29,7 +29,7 @@ def enclosed_start(
     vertices (n, 3) float64 in grid space and faces (m, 3) int32, m at most the budget and 0 where
     the solid is nowhere thicker than a voxel.
     """
-    return decimated(*inner_surface(filled), allowed, margin, budget)
+    return decimate_into(*inner_surface(filled), allowed, margin, budget)
 
 
 def sheet_start(
@@ -40,7 +40,7 @@ def sheet_start(
     Arguments and result as for :func:`enclosed_start`; ``mesh`` in world units.  Small components
     are given up first.
     """
-    return decimated(*clustered(mesh, filled), allowed, margin, budget)
+    return decimate_into(*cluster_vertices(mesh, filled), allowed, margin, budget)
 
 
 def fine_start(
@@ -51,7 +51,9 @@ def fine_start(
     Arguments and result as for :func:`sheet_start`, whose cells leave nothing of a thin rod, or a
     ribbon that is too wide.
     """
-    return decimated(*welded(thinned(mesh, _MOST_FINE), filled), allowed, margin, budget)
+    return decimate_into(
+        *weld_vertices(reduce_to(mesh, _MOST_FINE), filled), allowed, margin, budget
+    )
 
 
 _MOST_FINE = 20_000  # triangles that take a tenth of a second
@@ -60,7 +62,7 @@ _MOST_FINE = 20_000  # triangles that take a tenth of a second
 _CELLS = 64  # along the longest edge, at most: what is finer only costs time
 
 
-def clustered(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray]:
+def cluster_vertices(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray]:
     """The mesh with all vertices in a cell moved to their mean; grid space.
 
     Cells are voxels, or cubes of several in grids of more than 64 a side.  Returns ``vertices``
@@ -105,7 +107,7 @@ def _distinct(faces: IntArray, vertices: int) -> IntArray:
     return np.ascontiguousarray(kept[np.sort(first)])
 
 
-def welded(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray]:
+def weld_vertices(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray]:
     """``vertices`` (n, 3) float64 in grid space and ``faces`` (m, 3) int32 in the input's order.
 
     Exact, unlike :func:`~.clustering.clustered`: only what coincides is joined.

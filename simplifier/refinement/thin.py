@@ -16,7 +16,7 @@ CELLS = 192
 _LEAST = 50_000  # triangles below which drawing them all takes no longer
 
 
-def thinned(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+def thin_for_pictures(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
     """Vertices (p, 3) and faces (k, 3) that are left when one vertex stands for all in its cell.
 
     ``vertices`` (n, 3), ``faces`` (m, 3) int32; cells are a 192nd of the longest edge.  Corners

@@ -15,13 +15,13 @@ from matplotlib.ticker import MaxNLocator, PercentFormatter
 from simplifier.accuracy.accuracy import AccuracyReport
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.report.png import drawn, encoded
+from simplifier.report.png import figure_image, png_bytes
 from simplifier.report.silhouettes import (
     BLACK,
     BLUE,
     YELLOW,
     ViewPicture,
-    contact_sheet,
+    silhouette_sheet,
     view_pictures,
 )
 from simplifier.wording import percent
@@ -56,8 +56,8 @@ def draw_gallery(mesh: TriangleMesh, occluder: Occluder, accuracy: AccuracyRepor
     )
     return Gallery(
         views,
-        [encoded(view.image) for view in views],
-        contact_sheet(views, title),
+        [png_bytes(view.image) for view in views],
+        silhouette_sheet(views, title),
         recall_histogram(accuracy.recall_by_view),
         precision_histogram(accuracy.precision_by_view),
     )
@@ -74,10 +74,10 @@ def recall_histogram(recall: FloatArray) -> bytes:
 
 def precision_histogram(precision: FloatArray) -> bytes:
     """PNG of (V,) precisions: 25 bins from just below the worst to 1; the axis label says so."""
-    return _histogram("Precision", precision, zoomed_from(float(precision.min())), digits=2)
+    return _histogram("Precision", precision, zoomed_axis_start(float(precision.min())), digits=2)
 
 
-def zoomed_from(worst: float) -> float:
+def zoomed_axis_start(worst: float) -> float:
     """Start of an axis that ends at 1 and holds all: 1, 2 or 5 times a power of ten wide."""
     width = max(1.0 - worst, _WIDEST_ZOOM)
     power = 10.0 ** math.floor(math.log10(width))
@@ -109,4 +109,4 @@ def _histogram(name: str, values: FloatArray, low: float, digits: int) -> bytes:
     axes.grid(axis="y", color="#dddddd", zorder=0)
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)
-    return encoded(drawn(figure))
+    return png_bytes(figure_image(figure))

@@ -15,7 +15,7 @@ RgbImage = NDArray[np.uint8]
 """(rows, columns, 3), row 0 at the top."""
 
 
-def encoded(image: RgbImage) -> bytes:
+def png_bytes(image: RgbImage) -> bytes:
     """PNG of an image."""
     # OpenCV takes an eighth of the time of matplotlib's own encoder.  Its default looks for runs
     # alone, which makes plots twice as large for a quarter less time.
@@ -29,7 +29,7 @@ def encoded(image: RgbImage) -> bytes:
     return data.tobytes()
 
 
-def drawn(figure: Figure) -> RgbImage:
+def figure_image(figure: Figure) -> RgbImage:
     """A figure at its own size, opaque; needs neither pyplot nor a display."""
     canvas: Any = FigureCanvasAgg(figure)  # matplotlib leaves its methods untyped
     with warnings.catch_warnings():

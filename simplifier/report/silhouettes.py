@@ -21,7 +21,7 @@ from simplifier.accuracy.accuracy import AccuracyReport, view_masks
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.solid import BoolArray
-from simplifier.report.png import RgbImage, drawn, encoded
+from simplifier.report.png import RgbImage, figure_image, png_bytes
 from simplifier.wording import direction, percent
 
 WHITE, BLACK, YELLOW, BLUE = (255, 255, 255), (20, 20, 20), (250, 200, 30), (30, 90, 220)
@@ -90,7 +90,9 @@ def view_pictures(
     chosen = choose_views(accuracy, count)
     originals, hidden = view_masks(mesh, occluder, accuracy.directions[chosen], _MASK)
     reach = np.asarray((originals | hidden).any(axis=0))
-    frames = zip(chosen, _framed(originals, reach), _framed(hidden, reach), strict=True)
+    frames = zip(
+        chosen, _crop_to_frame(originals, reach), _crop_to_frame(hidden, reach), strict=True
+    )
     return [
         ViewPicture(
             _name(accuracy, index),
@@ -98,13 +100,13 @@ def view_pictures(
             accuracy.directions[index],
             float(accuracy.precision_by_view[index]),
             float(accuracy.recall_by_view[index]),
-            resized(silhouette(original, over), _PICTURE),
+            resize_image(silhouette(original, over), _PICTURE),
         )
         for index, original, over in frames
     ]
 
 
-def contact_sheet(pictures: Sequence[ViewPicture], title: str) -> bytes:
+def silhouette_sheet(pictures: Sequence[ViewPicture], title: str) -> bytes:
     """All views in one PNG, 1200 pixels wide, a caption under each and a legend at the bottom."""
     rows = -(-len(pictures) // _COLUMNS)
     width, height = _COLUMNS * _CELL + _GAP, _HEAD + rows * (_CELL + _CAPTION) + _FOOT
@@ -118,13 +120,13 @@ def contact_sheet(pictures: Sequence[ViewPicture], title: str) -> bytes:
         _describe(figure, picture, left, height - top - (_CELL - _GAP))
     _add_legend(figure, _GAP / width, 0.5 * _FOOT / height)
     # matplotlib draws the words only: its images are resampled and take four times as long.
-    board = drawn(figure)
+    board = figure_image(figure)
     for picture, (left, top) in zip(pictures, corners, strict=True):
         _paste(board, picture.image, left, top)
-    return encoded(board)
+    return png_bytes(board)
 
 
-def _framed(masks: BoolArray, reach: BoolArray) -> BoolArray:
+def _crop_to_frame(masks: BoolArray, reach: BoolArray) -> BoolArray:
     """(n, s, s) masks cut to the smallest centred square that holds ``reach``, with a margin."""
     side = masks.shape[1]
     rows, columns = np.asarray(reach.any(axis=1)), np.asarray(reach.any(axis=0))
@@ -135,7 +137,7 @@ def _framed(masks: BoolArray, reach: BoolArray) -> BoolArray:
     return np.pad(cut, ((0, 0), (margin, margin), (margin, margin)))
 
 
-def resized(image: RgbImage, side: int) -> RgbImage:
+def resize_image(image: RgbImage, side: int) -> RgbImage:
     """Smoothed to a square of ``side`` pixels; a smaller image keeps its hard pixels."""
     method = cv2.INTER_AREA if len(image) > side else cv2.INTER_NEAREST
     return np.asarray(cv2.resize(image, (side, side), interpolation=method), dtype=np.uint8)
@@ -158,7 +160,7 @@ def _paste(board: RgbImage, image: RgbImage, left: int, top: int) -> None:
     side = _CELL - _GAP
     panel = board[top : top + side, left : left + side]
     panel[:] = 205
-    panel[1:-1, 1:-1] = resized(image, side - 2)
+    panel[1:-1, 1:-1] = resize_image(image, side - 2)
 
 
 def _describe(figure: Figure, picture: ViewPicture, left: float, y: float) -> None:

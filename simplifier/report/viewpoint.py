@@ -6,17 +6,17 @@ from typing import get_args
 
 import numpy as np
 
-from simplifier.checks import check_kind, check_one_of, check_whole, shown
+from simplifier.checks import check_kind, check_one_of, check_whole, value_text
 from simplifier.errors import MeshError, OptionError
 from simplifier.geometry.arrays import vector, vertex_array
 from simplifier.geometry.mesh import A_MESH, FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.views import BoundingSphere, image_axes
-from simplifier.kernels.coverage import covered, unpacked
-from simplifier.options import Axis
-from simplifier.report.png import encoded
-from simplifier.report.silhouettes import resized, silhouette
+from simplifier.kernels.coverage import coverage_masks, unpack_masks
+from simplifier.options.simplify import Axis
+from simplifier.report.png import png_bytes
+from simplifier.report.silhouettes import resize_image, silhouette
 
 _FINER = 3  # pixels drawn a side for each of the picture, so that edges come out smooth
 _MARGIN = 0.04  # of the side, around the original
@@ -48,8 +48,8 @@ class Viewpoint:
         self._sphere = BoundingSphere.of(mesh)
         axes = _axes(direction, up)
         vertices = self._unit(mesh.vertices)
-        shown = axes @ vertices.T  # two long rows: many times as fast to go along
-        low, high = shown.min(axis=1), shown.max(axis=1)
+        placed = axes @ vertices.T  # two long rows: many times as fast to go along
+        low, high = placed.min(axis=1), placed.max(axis=1)
         scale = (1.0 - 2.0 * _MARGIN) * self._fine / (high - low).max()
         offset = 0.5 * self._fine - 0.5 * scale * (low + high)
         self._projections = np.column_stack([scale * axes, offset])[None]
@@ -67,7 +67,7 @@ class Viewpoint:
             mask = self._mask(self._unit(vertices), faces)
         except ValueError as error:
             raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error
-        return encoded(resized(silhouette(self._original, mask), self._size))
+        return png_bytes(resize_image(silhouette(self._original, mask), self._size))
 
     def _unit(self, points: FloatArray) -> FloatArray:
         # Centred before it is scaled: coordinates of a map keep all their digits.
@@ -75,8 +75,8 @@ class Viewpoint:
 
     def _mask(self, vertices: FloatArray, faces: IntArray) -> BoolArray:
         """(fine, fine), row 0 at the bottom."""
-        bits = covered(vertices, faces, self._projections, self._fine, self._fine)
-        return np.asarray(unpacked(bits, self._fine)[0])
+        bits = coverage_masks(vertices, faces, self._projections, self._fine, self._fine)
+        return np.asarray(unpack_masks(bits, self._fine)[0])
 
 
 def picture_of(
@@ -111,7 +111,7 @@ def _arrays(occluder: Occluder | FloatArray) -> tuple[FloatArray, IntArray]:
         return occluder.vertices, occluder.faces
     if not isinstance(occluder, np.ndarray) or occluder.shape[1:] != (3, 3):
         raise MeshError(
-            f"{shown(occluder)} is neither an occluder nor an array (n, 3, 3) of triangles",
+            f"{value_text(occluder)} is neither an occluder nor an array (n, 3, 3) of triangles",
             where="occluder",
             remedy=f"give {AN_OCCLUDER}",
         )

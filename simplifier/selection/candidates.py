@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.section import Chain, signed_area
 from simplifier.kernels.bit_image import SIZE
-from simplifier.kernels.measure import draw_polygon, score_images, score_unions
+from simplifier.kernels.measure import draw_polygon, score_images, score_polygon_unions
 from simplifier.kernels.threads import run_chunks
 
 Images = NDArray[np.uint64]
@@ -76,7 +76,7 @@ class Candidates:
         """(k,) score of ``base`` with each of the (k,) polygons added, one at a time."""
         scores = np.zeros(len(polygons), dtype=np.int64)
         run_chunks(
-            lambda begin, end: score_unions(
+            lambda begin, end: score_polygon_unions(
                 self.points, self.lowest, self.offsets, self.maps,
                 polygons, levels, base, begin, end, scores,
             ),

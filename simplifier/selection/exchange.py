@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import IntArray
 from simplifier.kernels.exchange import search_cut
-from simplifier.kernels.threads import Tell, run_chunks, silent
+from simplifier.kernels.threads import run_chunks
+from simplifier.progress import TellShare, silent
 from simplifier.selection.candidates import Candidates
 from simplifier.selection.greedy import Cut
 
@@ -25,7 +26,7 @@ def choose_by_gain(
     alpha: float,
     exchanges: int = 8,
     seed: int = 0,
-    tell: Tell = silent,
+    tell: TellShare = silent,
 ) -> Cut:
     """The best cut that greedy choice and exchange reach within ``budget`` triangles.
 

@@ -18,10 +18,11 @@ from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.solid import BoolArray, Solid
 from simplifier.geometry.views import from_above, hemisphere_directions, image_axes
 from simplifier.kernels.bit_image import SIZE
-from simplifier.kernels.coverage import covered
+from simplifier.kernels.coverage import coverage_masks
 from simplifier.kernels.measure import distance_sum, score_images
-from simplifier.kernels.threads import Tell, run_chunks, silent
-from simplifier.options import Options
+from simplifier.kernels.threads import run_chunks
+from simplifier.options.stages import Options
+from simplifier.progress import TellShare, silent
 
 _POINTS = 1 << 14
 """Points that are seen in all views at once: some 25 MiB, and a fine grid has millions."""
@@ -49,13 +50,15 @@ def bit_measure(image: NDArray[np.uint64], pixel: float = 1.0) -> float:
 
 
 def silhouettes(
-    vertices: FloatArray, faces: IntArray, projections: FloatArray, tell: Tell = silent
+    vertices: FloatArray, faces: IntArray, projections: FloatArray, tell: TellShare = silent
 ) -> NDArray[np.uint64]:
     """(views, 64) uint64 bit images of a triangle soup; ``projections`` (views, 2, 4).
 
     ``tell`` hears the share of the views that are drawn.
     """
-    return np.ascontiguousarray(covered(vertices, faces, projections, SIZE, SIZE, tell)[:, :, 0])
+    return np.ascontiguousarray(
+        coverage_masks(vertices, faces, projections, SIZE, SIZE, tell)[:, :, 0]
+    )
 
 
 def fitted_projections(axes: FloatArray, points: FloatArray, half: float) -> FloatArray:

@@ -11,7 +11,7 @@ from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.section import ImageFrame, Plane
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.geometry.views import hemisphere_directions, image_axes
-from simplifier.options import SectionOptions
+from simplifier.options.stages import SectionOptions
 
 _PIXEL = 1.0  # a voxel; its whole cross-section then covers at least one pixel centre
 

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from simplifier.geometry.section import ImageFrame
 from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.sampler import sample_plane, slice_areas
-from simplifier.kernels.threads import Tell, run_chunks, silent
+from simplifier.kernels.threads import run_chunks
+from simplifier.progress import TellShare, silent
 from simplifier.slicing.planes import SamplingPlan
 
 
@@ -18,7 +19,7 @@ class GridSampler:
     def __init__(self, grid: VoxelGrid) -> None:
         self._padded = np.pad(grid.inside, 1).view(np.uint8)
 
-    def areas(self, plan: SamplingPlan, tell: Tell = silent) -> NDArray[np.int64]:
+    def areas(self, plan: SamplingPlan, tell: TellShare = silent) -> NDArray[np.int64]:
         """(n,) covered pixels of each plane of the plan."""
         table = np.stack([_row(frame) for frame in plan.frames])
         areas = np.zeros(len(plan), dtype=np.int64)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.section import Section
 from simplifier.geometry.solid import BoolArray
-from simplifier.kernels.threads import Tell, silent
+from simplifier.progress import TellShare, silent
 from simplifier.slicing.planes import SamplingPlan
 
 
@@ -20,14 +20,14 @@ class Slicer(Protocol):
     pixel whose centre is more than 0.01 voxel from a voxel face.
     """
 
-    def areas(self, plan: SamplingPlan, tell: Tell = silent) -> NDArray[np.int64]:
+    def areas(self, plan: SamplingPlan, tell: TellShare = silent) -> NDArray[np.int64]:
         """(n,) covered pixels of each plane of the plan; ``tell`` hears the share that is cut."""
 
     def masks(self, plan: SamplingPlan, planes: NDArray[np.int64]) -> list[BoolArray]:
         """(rows, columns) bool masks of the named planes, in the frames of the plan."""
 
 
-def best_sections(plan: SamplingPlan, slicer: Slicer, tell: Tell = silent) -> list[Section]:
+def best_sections(plan: SamplingPlan, slicer: Slicer, tell: TellShare = silent) -> list[Section]:
     """Cut every plane of the plan and keep, for each bin, the slice with the most pixels.
 
     Bins without a covered pixel give nothing.  Sections come in the order of their bins; of equal

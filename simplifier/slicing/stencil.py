@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.solid import BoolArray
-from simplifier.kernels.threads import Tell, silent
+from simplifier.progress import TellShare, silent
 from simplifier.slicing.planes import SamplingPlan
 from simplifier.slicing.stencil_buffer import StencilBuffer
 
@@ -61,7 +61,7 @@ class StencilSlicer:
         """Free the OpenGL objects and the context; closing twice does no harm."""
         self._buffer.close()
 
-    def areas(self, plan: SamplingPlan, tell: Tell = silent) -> NDArray[np.int64]:
+    def areas(self, plan: SamplingPlan, tell: TellShare = silent) -> NDArray[np.int64]:
         """(n,) covered pixels of each plane of the plan; ``tell`` hears the share that is cut."""
         areas = np.zeros(len(plan), dtype=np.int64)
         with self._buffer:

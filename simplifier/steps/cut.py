@@ -11,10 +11,10 @@ from simplifier.geometry.mesh import FloatArray, as_mesh
 from simplifier.geometry.overrides import NOTHING
 from simplifier.geometry.section import Chain, Polygon, Section
 from simplifier.geometry.solid import Solid
-from simplifier.options import TOLERANCE_VOXELS, Options, SectionOptions
+from simplifier.options.stages import TOLERANCE_VOXELS, Options, SectionOptions
 from simplifier.polygon.chain import simplification_chain, triangulate
 from simplifier.polygon.simplify import bridge_holes, simplify_polygon
-from simplifier.progress import Deadline, Stopwatch, Tell
+from simplifier.progress import Deadline, Stopwatch, TellShare
 from simplifier.selection.candidates import Candidates
 from simplifier.selection.exchange import choose_by_gain
 from simplifier.selection.greedy import Cut, greedy_cut, trim_by_area
@@ -24,7 +24,7 @@ from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler
 from simplifier.slicing.sections import Slicer, best_sections
 from simplifier.slicing.stencil import StencilSlicer
-from simplifier.steps.time_limit import Work, fewer_directions, fits, quick
+from simplifier.steps.time_limit import StartCost, fewer_directions, leaves_time_for, quick
 from simplifier.voxel.surface import voxel_mesh
 
 
@@ -48,29 +48,29 @@ def cut_solid(
             return _cut_by(slicer, solid, options, watch, deadline, drawn)
         small = quick(options)
         found = _cut_by(slicer, solid, small, watch, Deadline.after(None), drawn)
-        fuller = _fullest(solid, options, small, watch.timings, deadline)
+        fuller = _fullest_affordable(solid, options, small, watch.timings, deadline)
         if fuller is not None:
             with suppress(_TimeUpError):
                 found = _cut_by(slicer, solid, fuller, watch, deadline.part(0.5), drawn)
         return found
 
 
-def _fullest(
+def _fullest_affordable(
     solid: Solid, options: Options, small: Options, timings: Mapping[str, float], deadline: Deadline
 ) -> Options | None:
     """The most directions that time is left for, judged by the timings of a small start."""
-    done = _work(solid, small)
+    done = _cost_of(solid, small)
     slicing = timings["sections"]
     choosing = timings["loops"] + timings["chains"] + timings["cut"]
     for fuller in fewer_directions(options):
-        if fits(done, slicing, choosing, _work(solid, fuller), deadline.left):
+        if leaves_time_for(done, slicing, choosing, _cost_of(solid, fuller), deadline.left):
             return fuller
     return None
 
 
-def _work(solid: Solid, options: Options) -> Work:
+def _cost_of(solid: Solid, options: Options) -> StartCost:
     plan = plan_sections(solid.core, options.sections)
-    return Work(len(plan), plan.bins, options.selection.exchanges)
+    return StartCost(len(plan), plan.bins, options.selection.exchanges)
 
 
 def _cut_by(
@@ -83,7 +83,7 @@ def _cut_by(
 ) -> FloatArray:
     """Raises :class:`_TimeUpError` at the deadline."""
 
-    def steps(stage: str) -> Tell:
+    def steps(stage: str) -> TellShare:
         tell = watch.steps(stage)
 
         def tell_in_time(share: float) -> None:
@@ -116,7 +116,7 @@ def _slicer(solid: Solid, options: SectionOptions, watch: Stopwatch) -> Iterator
 
 
 def _chains(
-    sections: Sequence[Section], polygons: Sequence[Sequence[Polygon]], tell: Tell
+    sections: Sequence[Section], polygons: Sequence[Sequence[Polygon]], tell: TellShare
 ) -> list[Chain]:
     chains: list[Chain] = []
     for index, (section, pieces) in enumerate(zip(sections, polygons, strict=True)):
@@ -129,7 +129,7 @@ def _chains(
 
 
 def _cut(
-    chains: Sequence[Chain], solid: Solid, options: Options, drawn: FloatArray, tell: Tell
+    chains: Sequence[Chain], solid: Solid, options: Options, drawn: FloatArray, tell: TellShare
 ) -> Cut:
     chosen = options.selection
     projections = search_projections(solid, options, chosen.views)

@@ -10,16 +10,16 @@ from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import BoolArray, Solid
 from simplifier.kernels.threads import run_chunks
-from simplifier.options import Options
+from simplifier.options.stages import Options
 from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.finalists import FineViews, best_of
-from simplifier.refinement.search import pulled_in, refine
-from simplifier.refinement.thin import thinned
+from simplifier.refinement.search import pull_into, refine
+from simplifier.refinement.thin import thin_for_pictures
 from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.time_limit import FEW_VIEWS, affordable_views
-from simplifier.voxel.core import barred
-from simplifier.voxel.morphology import dilated
+from simplifier.voxel.core import barred_voxels
+from simplifier.voxel.morphology import dilate
 
 _FINE_VIEWS = 12  # that decide between what was found and the starts
 _FEW_FINE_VIEWS = 6  # where a time limit is short
@@ -52,15 +52,15 @@ def improve(
     free = solid.reach > 0 and not regions
     if options.refine.moves == 0 and free:
         return start
-    allowed, margin = dilated(solid.core, solid.reach)
-    allowed &= ~barred(solid.core, regions, int(margin))
-    inside = pulled_in(start + margin, allowed)
+    allowed, margin = dilate(solid.core, solid.reach)
+    allowed &= ~barred_voxels(solid.core, regions, int(margin))
+    inside = pull_into(start + margin, allowed)
     if options.refine.moves == 0:
         return inside - margin
     drawn = solid.core.to_grid(overrides.triangles) + margin
     placed = solid.core.to_grid(mesh.vertices)
     placed += margin
-    original = _joined(thinned(placed, mesh.faces), as_mesh(drawn))
+    original = _two_as_one(thin_for_pictures(placed, mesh.faces), as_mesh(drawn))
     del placed
     try:
         views = _views(original, drawn, solid, options, margin, watch, deadline)
@@ -77,7 +77,7 @@ def improve(
 
     starts, several = [inside], options.refine.decimated and deadline.left > _SEVERAL_SECONDS
     if several:
-        starts += _decimated(mesh, solid, options.selection.budget, allowed, margin)
+        starts += _decimated_starts(mesh, solid, options.selection.budget, allowed, margin)
     judged = several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
     found = refine(
         starts, allowed, views, options.selection.budget, options.refine, options.seed, stop,
@@ -95,7 +95,7 @@ def improve(
     return best_of([*found, *starts], judges, aim, spare, drawn) - margin
 
 
-def _joined(
+def _two_as_one(
     one: tuple[FloatArray, IntArray], other: tuple[FloatArray, IntArray]
 ) -> tuple[FloatArray, IntArray]:
     """Two meshes as one; the first is only copied where it must."""
@@ -109,7 +109,7 @@ def _closing_share(several: bool) -> float:
     return 0.08 if several else 0.18
 
 
-def _decimated(
+def _decimated_starts(
     mesh: TriangleMesh, solid: Solid, budget: int, allowed: BoolArray, margin: float
 ) -> list[FloatArray]:
     """The solid's surface, and the mesh itself, in no more triangles."""
@@ -125,7 +125,7 @@ def _decimated(
     def make(begin: int, end: int) -> None:
         for index in range(begin, end):
             vertices, faces = makers[index]()
-            soups[index] = pulled_in(vertices[faces] + margin, allowed)
+            soups[index] = pull_into(vertices[faces] + margin, allowed)
 
     run_chunks(make, len(makers))
     return soups
@@ -138,7 +138,7 @@ def _fine_start(
     from simplifier.refinement.starts import fine_start  # as above
 
     vertices, faces = fine_start(mesh, solid.core, allowed, margin, options.selection.budget)
-    return pulled_in(vertices[faces] + margin, allowed)
+    return pull_into(vertices[faces] + margin, allowed)
 
 
 def _views(

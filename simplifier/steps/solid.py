@@ -7,12 +7,12 @@ import numpy as np
 from simplifier.geometry.mesh import FloatArray, Reach, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
-from simplifier.options import SolidOptions
+from simplifier.options.stages import SolidOptions
 from simplifier.progress import Stopwatch
-from simplifier.voxel.core import barred, core, deepest, opened
+from simplifier.voxel.core import barred_voxels, core, deepest, open_regions
 from simplifier.voxel.fill import Side, enclose
 from simplifier.voxel.leaks import leak_warning, leaks
-from simplifier.voxel.morphology import glued
+from simplifier.voxel.morphology import glue_neighbours
 from simplifier.voxel.voxelize import voxelize
 
 
@@ -30,15 +30,15 @@ def solidify(
     with watch.stage("voxelize"):
         touched = voxelize(mesh, options.resolution)
         if options.glue and not options.wholly_inside:
-            touched = glued(touched)
+            touched = glue_neighbours(touched)
     with watch.stage("fill"):
-        sides = _closed_sides(options)
+        sides = _sides_on_ground(options)
         filled, closed_by = enclose(touched, sides, touched.in_voxels(options.smallest_hole))
         if not options.wholly_inside:
-            hidden_in = opened(filled, regions)
+            hidden_in = open_regions(filled, regions)
             return Solid(touched, filled, hidden_in, 0 if options.glue else 1, closed_by)
         shrink, lowest = touched.in_voxels(options.shrink), touched.to_grid(mesh.bounds[0])
-        inner = opened(core(touched, filled, shrink, lowest, sides), regions)
+        inner = open_regions(core(touched, filled, shrink, lowest, sides), regions)
         return Solid(touched, filled, inner, 0, closed_by, wholly_inside=True)
 
 
@@ -56,7 +56,7 @@ def solid_warnings(
         warnings.append(_stretched_warning(mesh, reach, solid))
     if leaks(solid.touched, solid.filled):
         hole = solid.touched.in_voxels(options.smallest_hole)
-        warnings.append(leak_warning(solid.touched, solid.filled, _closed_sides(options), hole))
+        warnings.append(leak_warning(solid.touched, solid.filled, _sides_on_ground(options), hole))
     if solid.core.count == 0:
         warnings.append(_empty_warning(solid, options, overrides))
     return warnings
@@ -80,11 +80,11 @@ def _point(coordinates: FloatArray) -> str:
 def _empty_warning(solid: Solid, options: SolidOptions, overrides: Overrides) -> str:
     """Why nothing is found to hide behind, and what would help."""
     regions = [one.region for one in overrides.open]
-    if regions and barred(solid.filled, regions)[solid.filled.inside].all():
+    if regions and barred_voxels(solid.filled, regions)[solid.filled.inside].all():
         return "open regions take up all of the mesh, so nothing is left to hide behind"
     if options.shrink == 0.0:
         return "no voxel lies wholly inside, so the occluder is empty; raise the resolution"
-    depth = deepest(solid.touched, solid.filled, _closed_sides(options)) * solid.core.cell_size
+    depth = deepest(solid.touched, solid.filled, _sides_on_ground(options)) * solid.core.cell_size
     smaller = f"choose at most {depth:.3g}" if depth > 0.0 else "leave it out"
     return (
         f"no voxel is as deep inside as shrink {options.shrink:g}, so the occluder is empty; "
@@ -92,5 +92,5 @@ def _empty_warning(solid: Solid, options: SolidOptions, overrides: Overrides) ->
     )
 
 
-def _closed_sides(options: SolidOptions) -> frozenset[Side]:
+def _sides_on_ground(options: SolidOptions) -> frozenset[Side]:
     return frozenset({("xyz".index(options.up), 0)} if options.ground else ())

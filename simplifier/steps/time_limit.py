@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from simplifier.options import Options, SectionOptions
+from simplifier.options.stages import Options, SectionOptions
 
 QUICK = SectionOptions(directions=4, depths=3, depth_samples=8)
 """Sections that nearly any limit leaves time for."""
@@ -18,7 +18,7 @@ _EXCHANGE = 0.05  # what an exchange costs, as a share of the choice before it
 
 
 @dataclass(frozen=True)
-class Work:
+class StartCost:
     """What a start goes through: planes to cut, bins of a section each, and exchanges."""
 
     planes: int
@@ -45,7 +45,9 @@ def fewer_directions(options: Options) -> list[Options]:
     return made
 
 
-def fits(done: Work, slicing: float, choosing: float, more: Work, left: float) -> bool:
+def leaves_time_for(
+    done: StartCost, slicing: float, choosing: float, more: StartCost, left: float
+) -> bool:
     """Whether ``more`` work fits into the time that is left and leaves most of it to refining.
 
     ``slicing`` and ``choosing`` are the seconds that the ``done`` work took, by planes and by bins.

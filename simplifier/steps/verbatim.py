@@ -13,12 +13,12 @@ from simplifier.geometry.overrides import Overrides
 from simplifier.geometry.solid import BoolArray, Solid
 from simplifier.kernels.soup_views import all_contained
 from simplifier.voxel.fill import fill
-from simplifier.voxel.morphology import dilated
+from simplifier.voxel.morphology import dilate
 
 _NEAR = 3  # voxels; in a groove of a surface the nearest free one may be two away
 
 
-def fits(mesh: TriangleMesh, solid: Solid, budget: int, overrides: Overrides) -> bool:
+def is_own_occluder(mesh: TriangleMesh, solid: Solid, budget: int, overrides: Overrides) -> bool:
     """Whether the mesh may be its own occluder: within the budget, and allowed to touch itself.
 
     Not where a person decided what hides: the mesh may reach into open regions, and beside drawn
@@ -35,15 +35,15 @@ def seen_triangles(mesh: TriangleMesh, solid: Solid) -> FloatArray:
     only through openings that are narrower than two voxels.
     """
     triangles = mesh.vertices[mesh.faces]
-    buried, margin = _buried(solid)
+    buried, margin = _buried_voxels(solid)
     hidden = np.zeros(len(triangles), dtype=np.bool_)
     all_contained(solid.touched.to_grid(triangles) + margin, buried, hidden)
     return np.ascontiguousarray(triangles[~hidden])
 
 
-def _buried(solid: Solid) -> tuple[BoolArray, float]:
+def _buried_voxels(solid: Solid) -> tuple[BoolArray, float]:
     """The voxels that are not near free space, and the margin around the grid."""
     # What a remedy closed is seen all the same.
     free = ~np.pad(fill(solid.touched).inside, 1)
-    near, margin = dilated(solid.touched.with_inside(free), _NEAR)
+    near, margin = dilate(solid.touched.with_inside(free), _NEAR)
     return np.ascontiguousarray(~near), margin + 1.0

@@ -15,7 +15,7 @@ from typing import Literal
 from simplifier.errors import OptionError
 from simplifier.tradeoff.sweep import DEFAULT, Outcome, Setting
 
-Verdict = Literal["front", "dominated", "imprecise", "failed"]
+SettingVerdict = Literal["front", "dominated", "imprecise", "failed"]
 """On the front; another is as fast and recalls as much; below the stated precision, so neither on
 the front nor measured against it; no result."""
 
@@ -25,7 +25,7 @@ class Judged:
     """An outcome, how it stands among those of its mesh and budget, and what dominates it."""
 
     outcome: Outcome
-    verdict: Verdict
+    verdict: SettingVerdict
     dominator: Outcome | None = None
 
     @property
@@ -73,7 +73,7 @@ class Case:
     @property
     def ranked(self) -> list[Judged]:
         """The front, then the dominated, the imprecise and the failed, each fastest first."""
-        verdicts: tuple[Verdict, ...] = ("front", "dominated", "imprecise", "failed")
+        verdicts: tuple[SettingVerdict, ...] = ("front", "dominated", "imprecise", "failed")
         return [item for verdict in verdicts for item in self._fastest_first(verdict)]
 
     @property
@@ -82,7 +82,7 @@ class Case:
         plain = Setting(self.budget, DEFAULT)
         return next((item for item in self.measured if item.setting == plain), None)
 
-    def _fastest_first(self, verdict: Verdict) -> list[Judged]:
+    def _fastest_first(self, verdict: SettingVerdict) -> list[Judged]:
         return sorted(
             (item for item in self.judged if item.verdict == verdict), key=lambda item: item.seconds
         )
@@ -100,7 +100,7 @@ def judge_cases(found: Sequence[Outcome], precision: float) -> list[Case]:
         if outcome.trial.setting is not None:
             key = (outcome.trial.mesh, outcome.trial.setting.budget)
             groups.setdefault(key, []).append(outcome)
-    return [Case(*key, _judged(group, precision)) for key, group in groups.items()]
+    return [Case(*key, _judge_group(group, precision)) for key, group in groups.items()]
 
 
 def check_precision(precision: float) -> None:
@@ -111,7 +111,7 @@ def check_precision(precision: float) -> None:
         )
 
 
-def _judged(group: Sequence[Outcome], precision: float) -> tuple[Judged, ...]:
+def _judge_group(group: Sequence[Outcome], precision: float) -> tuple[Judged, ...]:
     fit = [o for o in group if not o.trial.failure and o.trial.precision >= precision]
     found = dominators([o.trial.seconds for o in fit], [o.trial.recall for o in fit])
     by_setting = {o.trial.setting: d for o, d in zip(fit, found, strict=True)}

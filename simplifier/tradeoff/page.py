@@ -11,12 +11,13 @@ from html import escape
 from pathlib import Path
 from string import Template
 
+from simplifier.options.tradeoff import TradeoffOptions
 from simplifier.report.machine import Machine
 from simplifier.tradeoff import parts, words
 from simplifier.tradeoff.advice import Advice
 from simplifier.tradeoff.cases import Case
 from simplifier.tradeoff.plot import DARK, LIGHT, case_picture
-from simplifier.tradeoff.sweep import Outcome, SweepOptions
+from simplifier.tradeoff.sweep import Outcome
 from simplifier.version import VERSION
 
 
@@ -24,7 +25,7 @@ def page_text(
     found: Sequence[Outcome],
     cases: Sequence[Case],
     advice: Advice,
-    options: SweepOptions,
+    options: TradeoffOptions,
     machine: Machine,
     precision: float,
 ) -> str:
@@ -57,7 +58,7 @@ def _mesh(name: str, cases: Sequence[Case], precision: float) -> str:
 
 
 def _summary(
-    found: Sequence[Outcome], options: SweepOptions, machine: Machine, precision: float
+    found: Sequence[Outcome], options: TradeoffOptions, machine: Machine, precision: float
 ) -> str:
     runs = sum(outcome.repeats for outcome in found if outcome.trial.setting is not None)
     sweep = "every combination" if options.full else "one knob at a time"

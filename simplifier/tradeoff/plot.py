@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 
 from simplifier.geometry.mesh import FloatArray
-from simplifier.report.png import drawn, encoded
+from simplifier.report.png import figure_image, png_bytes
 from simplifier.tradeoff.cases import Case, Judged
 from simplifier.tradeoff.sweep import KNOBS, Knob, Setting
 from simplifier.wording import percent, plain
@@ -60,7 +60,7 @@ def case_picture(case: Case, theme: Theme) -> bytes:
     figure = Figure(figsize=_PANEL, dpi=200, facecolor=theme.page)
     axes = figure.add_axes((0.085, 0.115, 0.895, 0.83))
     _draw_case(axes, case, theme)
-    return encoded(drawn(figure))
+    return png_bytes(figure_image(figure))
 
 
 def overview_picture(cases: Sequence[Case], precision: float, footer: str) -> bytes:
@@ -81,7 +81,7 @@ def overview_picture(cases: Sequence[Case], precision: float, footer: str) -> by
         title = f"{plain(case.mesh)}, budget {case.budget:,}"
         axes.set_title(title, loc="left", fontsize=11, weight="bold", color=theme.ink, pad=20.0)
         _draw_case(axes, case, theme)
-    return encoded(drawn(figure))
+    return png_bytes(figure_image(figure))
 
 
 def _panel(row: int, column: int, columns: int, height: float) -> tuple[float, float, float, float]:
@@ -154,7 +154,7 @@ def _draw_mark(axes: Any, item: Judged, at: float, theme: Theme, *, below: bool)
         axes.plot(item.seconds, at, marker="x", markersize=11.0, mec=colour, zorder=5)
 
 
-def _labels(case: Case, low: float, theme: Theme) -> list[Label]:
+def _labels(case: Case, low: float, theme: Theme) -> list[PointLabel]:
     """The default first, then the front, then the others as far as there is room."""
     front, default = case.front, case.default
     first = [default] if default is not None else []
@@ -170,7 +170,7 @@ def _labels(case: Case, low: float, theme: Theme) -> list[Label]:
         colour = theme.knobs[item.setting.knob] if named else theme.soft
         weight = "bold" if item is default else "normal"
         at = max(item.recall, low)
-        labels.append(Label(item.seconds, at, text, colour, weight, optional=not named))
+        labels.append(PointLabel(item.seconds, at, text, colour, weight, optional=not named))
     return labels
 
 
@@ -241,7 +241,7 @@ _MARGIN = 1.5  # kept free around a label, pixels
 
 
 @dataclass(frozen=True)
-class Label:
+class PointLabel:
     """Words for a point: ``x``, ``y`` in data coordinates; with ``optional`` it is left out where
     there is no room."""
 
@@ -255,7 +255,7 @@ class Label:
 
 def place_labels(
     axes: Any,
-    labels: Sequence[Label],
+    labels: Sequence[PointLabel],
     points: FloatArray,
     lines: Sequence[FloatArray],
     size: float,
@@ -285,7 +285,7 @@ def place_labels(
         _write(axes, label, boxes[best], size, leader=_DISTANCES[best // _DIRECTIONS] > _LEADER)
 
 
-def _extent(axes: Any, label: Label, size: float) -> FloatArray:
+def _extent(axes: Any, label: PointLabel, size: float) -> FloatArray:
     """Width and height in pixels."""
     text = axes.text(0.0, 0.0, label.text, fontsize=size, fontweight=label.weight)
     extent = text.get_window_extent()
@@ -329,7 +329,7 @@ def _along(path: FloatArray) -> FloatArray:
     return np.concatenate(pieces)
 
 
-def _write(axes: Any, label: Label, box: FloatArray, size: float, *, leader: bool) -> None:
+def _write(axes: Any, label: PointLabel, box: FloatArray, size: float, *, leader: bool) -> None:
     middle = ((box[0] + box[2]) / 2.0, (box[1] + box[3]) / 2.0)
     line = {"arrowstyle": "-", "color": label.colour, "linewidth": 0.6, "shrinkB": 4.0}
     axes.annotate(

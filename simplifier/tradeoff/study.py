@@ -5,22 +5,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from simplifier.checks import check_callable, check_cancel, check_kind
 from simplifier.errors import CancelledError
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
-from simplifier.production.options import TradeoffOptions
-from simplifier.progress import Cancel
+from simplifier.options.tradeoff import TradeoffOptions
+from simplifier.progress import Cancel, TellTotalStep
 from simplifier.report.machine import Machine, this_machine
 from simplifier.tradeoff import words
 from simplifier.tradeoff.advice import Advice, advise
 from simplifier.tradeoff.cases import Case, judge_cases
-from simplifier.tradeoff.sweep import Outcome, SweepOptions, Trial, mesh_trials, outcomes
-from simplifier.tradeoff.table import json_bytes, rows_of, table_bytes
+from simplifier.tradeoff.sweep import Outcome, Trial, mesh_trials, outcomes, settings_of
+from simplifier.tradeoff.table import json_bytes, rows_of, tradeoff_csv
 from simplifier.wording import percent
 
 FrontRow = tuple[str, str, str, str]
@@ -35,7 +35,7 @@ class Study:
     at the stated ``precision``.
     """
 
-    options: SweepOptions
+    options: TradeoffOptions
     precision: float
     machine: Machine
     outcomes: tuple[Outcome, ...]
@@ -69,7 +69,7 @@ class Study:
         return study_files(self)
 
 
-def study_of(trials: Sequence[Trial], options: SweepOptions, precision: float) -> Study:
+def study_of(trials: Sequence[Trial], options: TradeoffOptions, precision: float) -> Study:
     """Judge the trials of a sweep, also of one that was cut short.
 
     Raises :class:`OptionError` for a precision out of 0 to 1.
@@ -85,7 +85,7 @@ def study_files(study: Study) -> Iterator[tuple[str, bytes]]:
 
     The table comes first, for it is what cannot be had again without measuring.
     """
-    table = table_bytes(study.outcomes, study.cases, study.options, study.machine)
+    table = tradeoff_csv(study.outcomes, study.cases, study.options, study.machine)
     yield "tradeoff.csv", table
     yield "tradeoff.json", json_bytes(study.rows, study.precision, study.machine, study.lines)
     # Here, not above: matplotlib takes half a second to import, and most runs draw nothing.
@@ -106,16 +106,12 @@ def _rows(case: Case) -> list[FrontRow]:
     ]
 
 
-TellRun = Callable[[int, int, str], object]
-"""Called with the number of runs that are done, of how many, and what is running now."""
-
-
 def sweep_tradeoff(
     mesh: TriangleMesh,
     options: TradeoffOptions,
     *,
     name: str = "mesh",
-    tell: TellRun = lambda done, runs, now: None,
+    tell: TellTotalStep = lambda done, runs, now: None,
     cancel: Cancel | None = None,
     overrides: Overrides = NO_OVERRIDES,
 ) -> Study:
@@ -131,16 +127,13 @@ def sweep_tradeoff(
     check_callable("tell", tell)
     check_cancel(cancel)
     check_kind("overrides", overrides, Overrides, OVERRIDES)
-    chosen = asdict(options)
-    precision = chosen.pop("precision")
-    sweep = SweepOptions(**chosen)
-    runs = len(sweep.settings()) * sweep.repeats
+    runs = len(settings_of(options)) * options.repeats
 
     def told(done: int, now: str) -> object:
         return tell(done, runs, now)
 
-    trials = list(mesh_trials(name, mesh, sweep, told, cancel, overrides))
+    trials = list(mesh_trials(name, mesh, options, told, cancel, overrides))
     if cancel is not None and cancel.is_set():
         raise CancelledError(f"cancelled after {len(trials)} of {runs} runs")
     tell(runs, runs, "writing")
-    return study_of(trials, sweep, precision)
+    return study_of(trials, options, options.precision)

@@ -16,17 +16,17 @@ from pathlib import Path
 from typing import Literal
 
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
-from simplifier.checks import settle_numbers
-from simplifier.errors import CancelledError, OccluderError, OptionError
+from simplifier.errors import CancelledError, OccluderError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
-from simplifier.io import load_mesh
-from simplifier.memory.limit import check_limit
+from simplifier.io.load import load
 from simplifier.memory.runs import Judging, check_making
-from simplifier.options import Axis, Options, Preset, Transparent, make_options
+from simplifier.options.simplify import Axis, Preset
+from simplifier.options.stages import Options, make_options
+from simplifier.options.tradeoff import TradeoffOptions
 from simplifier.pipeline import simplify_mesh
-from simplifier.progress import Cancel
+from simplifier.progress import Cancel, TellStep
 
 DEFAULT: Preset = "balanced"
 """The preset that the other settings depart from."""
@@ -89,64 +89,28 @@ class Setting:
         return replace(made, sections=replace(made.sections, directions=self.directions))
 
 
-@dataclass(frozen=True)
-class SweepOptions:
-    """What is measured.
+def settings_of(options: TradeoffOptions) -> list[Setting]:
+    """Every setting once, by budget, the presets first; those that say the same are one."""
+    named: dict[Options, Setting] = {}
+    for budget in options.budgets:
+        for setting in _settings_of_budget(options, Setting(budget)):
+            named.setdefault(setting_options(options, setting, 1.0), setting)
+    return list(named.values())
 
-    ``resolutions``, ``directions``, ``times``  the values of each knob, the others at their
-    default; with ``full`` every combination.  The presets are always measured.  Every budget gets
-    all of it.  ``times`` are time limits, seconds; ``repeats`` runs a setting.  ``transparent`` is
-    for meshes that are read from files.
 
-    A setting that would need more than ``memory_limit`` GiB, None for half of the machine's, fails.
+def setting_options(options: TradeoffOptions, setting: Setting, longest_edge: float) -> Options:
+    """The options of a setting's runs on a mesh of that size, world units."""
+    return setting.options(longest_edge, options.up, options.ground, options.seed)
 
-    Raises :class:`OptionError` where a list is empty or a value is out of range.
-    """
 
-    resolutions: tuple[int, ...] = (32, 64, 128)
-    directions: tuple[int, ...] = (16, 32, 128)
-    budgets: tuple[int, ...] = (16, 64, 256)
-    times: tuple[float, ...] = (0.25, 0.5, 1.0, 2.0, 5.0)
-    up: Axis = "y"
-    ground: bool = False
-    transparent: Transparent = "leave-out"
-    seed: int = 0
-    repeats: int = 3
-    full: bool = False
-    memory_limit: float | None = None
-
-    def __post_init__(self) -> None:
-        settle_numbers(self)
-        for name in ("resolutions", "directions", "budgets", "times"):
-            if not getattr(self, name):
-                raise OptionError("no value is given", where=name, remedy="give one or more")
-        if not 1 <= self.repeats <= 1000:
-            raise OptionError(
-                f"{self.repeats!r} is out of range", where="repeats", remedy="choose 1 to 1,000"
-            )
-        check_limit(self.memory_limit)
-        self.settings()  # each value meets its check before hours are spent
-
-    def settings(self) -> list[Setting]:
-        """Every setting once, by budget, the presets first; those that say the same are one."""
-        named: dict[Options, Setting] = {}
-        for budget in self.budgets:
-            for setting in self._of(Setting(budget)):
-                named.setdefault(self.resolved(setting, 1.0), setting)
-        return list(named.values())
-
-    def _of(self, default: Setting) -> Iterator[Setting]:
-        yield from (replace(default, preset=preset) for preset in PRESET_POINTS)
-        yield from (replace(default, resolution=value) for value in self.resolutions)
-        yield from (replace(default, directions=value) for value in self.directions)
-        yield from (replace(default, time=value) for value in self.times)
-        if self.full:
-            for values in product(self.resolutions, self.directions, self.times):
-                yield Setting(default.budget, DEFAULT, *values)
-
-    def resolved(self, setting: Setting, longest_edge: float) -> Options:
-        """The options of a setting's runs on a mesh of that size, world units."""
-        return setting.options(longest_edge, self.up, self.ground, self.seed)
+def _settings_of_budget(options: TradeoffOptions, default: Setting) -> Iterator[Setting]:
+    yield from (replace(default, preset=preset) for preset in PRESET_POINTS)
+    yield from (replace(default, resolution=value) for value in options.resolutions)
+    yield from (replace(default, directions=value) for value in options.directions)
+    yield from (replace(default, time=value) for value in options.times)
+    if options.full:
+        for values in product(options.resolutions, options.directions, options.times):
+            yield Setting(default.budget, DEFAULT, *values)
 
 
 @dataclass(frozen=True)
@@ -177,35 +141,31 @@ class Outcome:
     repeats: int
 
 
-Tell = Callable[[int, str], object]
-"""Called with the number of runs that are done and what is running now."""
-
-
 OverridesOf = Callable[[Path], Overrides]
 """Those of a mesh's file; raises :class:`~simplifier.errors.OverridesError`."""
 
 
 def sweep(
     paths: Sequence[Path],
-    options: SweepOptions,
-    tell: Tell = lambda done, name: None,
+    options: TradeoffOptions,
+    tell: TellStep = lambda done, name: None,
     overrides_of: OverridesOf = lambda path: NO_OVERRIDES,
 ) -> Iterator[Trial]:
     """Run every setting on every mesh, as results come; what fails is a result too."""
     before = 0
     for name, path in mesh_names(paths).items():
-        yield from _mesh_trials(name, path, options, _counted_from(before, tell), overrides_of)
-        before += len(options.settings()) * options.repeats
+        yield from _mesh_trials(name, path, options, _tell_from(before, tell), overrides_of)
+        before += len(settings_of(options)) * options.repeats
     tell(before, "writing")
 
 
-def _counted_from(before: int, tell: Tell) -> Tell:
+def _tell_from(before: int, tell: TellStep) -> TellStep:
     return lambda done, name: tell(before + done, name)
 
 
-def run_count(paths: Sequence[Path], options: SweepOptions) -> int:
+def run_count(paths: Sequence[Path], options: TradeoffOptions) -> int:
     """How many runs a sweep has."""
-    return len(mesh_names(paths)) * len(options.settings()) * options.repeats
+    return len(mesh_names(paths)) * len(settings_of(options)) * options.repeats
 
 
 def mesh_names(paths: Sequence[Path]) -> dict[str, Path]:
@@ -237,12 +197,12 @@ def _outcome(runs: list[Trial]) -> Outcome:
 
 
 def _mesh_trials(
-    name: str, path: Path, options: SweepOptions, tell: Tell, overrides_of: OverridesOf
+    name: str, path: Path, options: TradeoffOptions, tell: TellStep, overrides_of: OverridesOf
 ) -> Iterator[Trial]:
     tell(0, name)
     try:
         overrides = overrides_of(path)
-        mesh = load_mesh(
+        mesh = load(
             path,
             transparent=options.transparent,
             ignore=overrides.ignore,
@@ -257,8 +217,8 @@ def _mesh_trials(
 def mesh_trials(
     name: str,
     mesh: TriangleMesh,
-    options: SweepOptions,
-    tell: Tell = lambda done, name: None,
+    options: TradeoffOptions,
+    tell: TellStep = lambda done, name: None,
     cancel: Cancel | None = None,
     overrides: Overrides = NO_OVERRIDES,
 ) -> Iterator[Trial]:
@@ -270,7 +230,7 @@ def mesh_trials(
     run = _Run(name, mesh, overrides, options, _Judge(mesh, options.seed))
     failed: set[Setting] = set()
     done = 0
-    for _, setting in product(range(options.repeats), options.settings()):
+    for _, setting in product(range(options.repeats), settings_of(options)):
         tell(done, f"{name}, {setting.budget} triangles, {setting.name}")
         done += 1
         if setting in failed:
@@ -291,13 +251,13 @@ class _Run:
     name: str
     mesh: TriangleMesh
     overrides: Overrides
-    options: SweepOptions
+    options: TradeoffOptions
     judge: _Judge
 
     def trial(self, setting: Setting, cancel: Cancel | None) -> Trial:
         mesh = self.mesh
         try:
-            resolved = self.options.resolved(setting, float(mesh.extent.max()))
+            resolved = setting_options(self.options, setting, float(mesh.extent.max()))
             check_making(mesh, resolved, self.options.memory_limit, Judging(exact=True))
             begin = time.perf_counter()
             result = simplify_mesh(mesh, resolved, cancel=cancel, overrides=self.overrides)

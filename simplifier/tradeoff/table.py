@@ -12,9 +12,10 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
+from simplifier.options.tradeoff import TradeoffOptions
 from simplifier.report.machine import Machine
 from simplifier.tradeoff.cases import Case, Judged
-from simplifier.tradeoff.sweep import Outcome, SweepOptions
+from simplifier.tradeoff.sweep import Outcome, setting_options
 from simplifier.version import VERSION
 
 COLUMNS = (
@@ -26,8 +27,8 @@ COLUMNS = (
 """New ones go to the end; none changes its meaning."""
 
 
-def table_bytes(
-    found: Sequence[Outcome], cases: Sequence[Case], options: SweepOptions, machine: Machine
+def tradeoff_csv(
+    found: Sequence[Outcome], cases: Sequence[Case], options: TradeoffOptions, machine: Machine
 ) -> bytes:
     """UTF-8 CSV, lines end in LF, cells quoted where they must be; empty cells are unknown.
 
@@ -51,9 +52,9 @@ def table_bytes(
     return text.getvalue().encode("utf-8", "backslashreplace")
 
 
-def _setting_cells(item: Judged, options: SweepOptions) -> dict[str, str]:
+def _setting_cells(item: Judged, options: TradeoffOptions) -> dict[str, str]:
     setting = item.setting
-    resolved = options.resolved(setting, 1.0)
+    resolved = setting_options(options, setting, 1.0)
     return {
         "budget": str(setting.budget),
         "setting": setting.name,

@@ -74,7 +74,7 @@ SLACK = 1e-3
 corners, and must not move them into it."""
 
 
-def barred(grid: VoxelGrid, regions: Sequence[Region], margin: int = 0) -> BoolArray:
+def barred_voxels(grid: VoxelGrid, regions: Sequence[Region], margin: int = 0) -> BoolArray:
     """(nx + 2 m, ny + 2 m, nz + 2 m): the voxels, ``margin`` m layers about the grid included, that
     come within :data:`SLACK` of a region.
     """
@@ -94,6 +94,6 @@ def barred(grid: VoxelGrid, regions: Sequence[Region], margin: int = 0) -> BoolA
     return closed
 
 
-def opened(grid: VoxelGrid, regions: Sequence[Region]) -> VoxelGrid:
+def open_regions(grid: VoxelGrid, regions: Sequence[Region]) -> VoxelGrid:
     """The solid without its barred voxels."""
-    return grid.with_inside(grid.inside & ~barred(grid, regions)) if regions else grid
+    return grid.with_inside(grid.inside & ~barred_voxels(grid, regions)) if regions else grid

@@ -107,12 +107,12 @@ def remedies(
 def _holes(touched: VoxelGrid, smallest_hole: float) -> Iterator[float]:
     """World units of two digits: larger than what was tried, no larger than the mesh."""
     for voxels in _HOLES:
-        length = _rounded_up(voxels * touched.cell_size)
+        length = _round_up(voxels * touched.cell_size)
         if smallest_hole < touched.in_voxels(length) <= max(touched.shape):
             yield length
 
 
-def _rounded_up(length: float) -> float:
+def _round_up(length: float) -> float:
     """To two digits, as a person would type it."""
     step = 10.0 ** (math.floor(math.log10(length)) - 1)
     return float(f"{math.ceil(length / step - 1e-9) * step:.2g}")

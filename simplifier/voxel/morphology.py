@@ -24,11 +24,11 @@ def squared_distances(sites: BoolArray, edge: int) -> NDArray[np.int32]:
     """
     squares = np.where(sites, np.int32(0), np.int32(FAR))
     for axes in ((0, 1, 2), (0, 2, 1), (1, 2, 0)):
-        _spread(squares.transpose(axes), edge)
+        _dilate_rows(squares.transpose(axes), edge)
     return squares
 
 
-def _spread(planes: NDArray[np.int32], edge: int) -> None:
+def _dilate_rows(planes: NDArray[np.int32], edge: int) -> None:
     """Along the last axis, in place: a turned copy would double the memory."""
 
     def work(begin: int, end: int) -> None:
@@ -40,7 +40,7 @@ def _spread(planes: NDArray[np.int32], edge: int) -> None:
     run_chunks(work, len(planes), least=max(1, _LEAST_ROWS // planes.shape[1]))
 
 
-def dilated(grid: VoxelGrid, reach: int) -> tuple[BoolArray, float]:
+def dilate(grid: VoxelGrid, reach: int) -> tuple[BoolArray, float]:
     """The solid and all voxels within ``reach`` of it, even across corners, in a larger array.
 
     Returns the (nx + 2 m, ny + 2 m, nz + 2 m) bool array and the margin m = ``reach`` + 1: a point
@@ -60,8 +60,8 @@ def dilated(grid: VoxelGrid, reach: int) -> tuple[BoolArray, float]:
     return grown, float(margin)
 
 
-def glued(grid: VoxelGrid) -> VoxelGrid:
+def glue_neighbours(grid: VoxelGrid) -> VoxelGrid:
     """The solid and all voxels of the same grid next to it, even across corners."""
-    grown, margin = dilated(grid, 1)
+    grown, margin = dilate(grid, 1)
     inner = tuple(slice(int(margin), int(margin) + length) for length in grid.shape)
     return grid.with_inside(np.ascontiguousarray(grown[inner]))

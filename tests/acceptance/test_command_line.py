@@ -10,8 +10,8 @@ import subprocess
 import pytest
 
 import simplifier
-from simplifier.io import writable_suffixes
-from simplifier.production import produce
+from simplifier import api
+from simplifier.io.formats import writable_suffixes
 from tests.acceptance.command import OCCLUDER, environment, occluder, read_all
 from tests.schema import check_report
 from tests.solids import blob, box, joined
@@ -295,7 +295,7 @@ def test_bugs_are_one_line_too(command, folder, tmp_path, monkeypatch):
     def broken(*_):
         raise ZeroDivisionError("a bug\nin two lines")
 
-    monkeypatch.setattr(produce, "simplify_mesh", broken)
+    monkeypatch.setattr(api, "simplify_mesh", broken)
     arguments = ("simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb")
     status, _, errors = command(*arguments)
     assert status == 1
@@ -307,7 +307,7 @@ def test_too_little_memory(command, folder, tmp_path, monkeypatch):
     def greedy(*_):
         raise MemoryError
 
-    monkeypatch.setattr(produce, "simplify_mesh", greedy)
+    monkeypatch.setattr(api, "simplify_mesh", greedy)
     status, _, errors = command("simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb")
     assert status == 1
     assert "choose a lower --resolution" in one_line(errors)

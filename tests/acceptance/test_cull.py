@@ -16,10 +16,10 @@ from simplifier.culling.flythrough_rows import COLUMNS
 from simplifier.geometry.camera import CameraPath
 from simplifier.hierarchy.build import build_occluders
 from simplifier.hierarchy.manifest import occluder_store, write_manifest
-from simplifier.hierarchy.options import SceneOptions
 from simplifier.io.camera_path import save_camera_path
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_writer import write_scene
+from simplifier.options.scene import SceneOptions
 from tests.acceptance.command import OCCLUDER, environment, occluder, read_all, read_until
 from tests.culling.occluded import looking, street
 

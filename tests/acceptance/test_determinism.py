@@ -19,7 +19,7 @@ COMMON = {"budget": 40, "resolution": 32, "ground": True, "seed": 3}
 
 
 def bytes_of(mesh, path, **options):
-    simplifier.save(simplifier.simplify(mesh, **COMMON, **options), path)
+    simplifier.save(simplifier.simplify(mesh, **COMMON, **options).occluder, path)
     return path.read_bytes()
 
 
@@ -57,12 +57,12 @@ def digest(data):
 
 
 def test_reports_on_any_number_of_threads(mesh, monkeypatch):
-    judged = simplifier.simplify(mesh, **COMMON, moves=0)
+    judged = simplifier.simplify(mesh, **COMMON, moves=0).occluder
     reports = []
     for threads in ("1", "2", "5"):
         monkeypatch.setenv("OCCLUDER_THREADS", threads)
         for exact in (False, True):
-            report = simplifier.evaluate(mesh, judged, views=32, image=64, exact=exact)
+            report = simplifier.evaluate(mesh, judged, views=32, image=64, exact=exact).accuracy
             reports.append((report.precision, report.recall, report.recall_by_view.tolist()))
     assert reports[:2] == reports[2:4] == reports[4:]
 

@@ -14,7 +14,7 @@ import pytest
 import simplifier
 from simplifier import kernels
 from simplifier.cli.main import main as cli
-from simplifier.io import writable_suffixes
+from simplifier.io.formats import writable_suffixes
 from simplifier.warmup import warm_up
 from tests.acceptance.command import environment, occluder
 from tests.solids import box, joined

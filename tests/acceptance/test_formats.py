@@ -10,7 +10,7 @@ import trimesh
 
 from examples.castle import castle
 from simplifier.geometry.scene import Scene
-from simplifier.io import load_mesh, load_occluder
+from simplifier.io.load import load, load_occluder
 from simplifier.io.scene_writer import encode_scene
 from tests.acceptance.command import occluder
 from tests.io.test_glb_writer import take_apart
@@ -65,8 +65,8 @@ def test_the_original_is_in_the_file(mesh, tmp_path, how):
     document, _ = take_apart(path.read_bytes())
     assert document["nodes"][-1]["name"] == {"godot": "castle-occonly", "lod": "castle_lod"}[how]
     assert document["meshes"][:-1] == take_apart(mesh.read_bytes())[0]["meshes"]
-    original = load_mesh(mesh)
-    again = load_mesh(path)
+    original = load(mesh)
+    again = load(path)
     assert len(again.faces) == len(original.faces)
     shown = load_occluder(path)
     assert len(shown.faces) == document["nodes"][-1]["extras"]["triangles"]

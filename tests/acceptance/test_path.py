@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import save_occluder
 from simplifier.io.camera_path import load_camera_path
+from simplifier.io.save import save_occluder
 from tests.acceptance.command import occluder
 from tests.walkable import two_boxes
 

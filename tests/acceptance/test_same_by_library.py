@@ -36,7 +36,9 @@ def test_simplify(command, tmp_path, more):
     chosen = {**CHOSEN["simplify"], **FEW, **more}
     assert command("simplify", mesh, "-o", out, "--report", written, *words(chosen))[0] == 0
     by_command, contents = json.loads(written.read_text()), out.read_bytes()
-    product = simplifier.produce(simplifier.load(mesh), simplifier.SimplifyOptions.of(chosen))
+    product = simplifier.simplify(
+        simplifier.load(mesh), simplifier.SimplifyOptions.of(chosen)
+    ).measure()
     report = product.report(load_seconds=1.5, write_seconds=0.5, files=product.save(out))
     assert out.read_bytes() == contents
     check_report(report)
@@ -50,7 +52,7 @@ def test_evaluate(command, tmp_path):
     occluder, written = write(wall, tmp_path / "o.ply"), tmp_path / "r.json"
     chosen = {**CHOSEN["evaluate"], **FEW}
     assert command("evaluate", mesh, occluder, "--report", written, *words(chosen))[0] == 0
-    judgement = simplifier.judge(
+    judgement = simplifier.evaluate(
         simplifier.load(mesh), simplifier.load_occluder(occluder),
         simplifier.EvaluateOptions.of(chosen),
     )  # fmt: skip

@@ -29,7 +29,7 @@ from bench import (
 )
 from bench.methods import OURS
 from bench.peers import PEERS, SLOW_PEERS, occluder_from, prepared
-from simplifier.options import PRESETS
+from simplifier.options.stages import PRESETS
 
 HEADER = ("command: ", "machine: ", "versions: ", "on: ")
 
@@ -230,7 +230,7 @@ def test_tradeoff_replaces_what_was_measured_and_nothing_else(tiny_stand_in, tmp
     monkeypatch.setattr(tradeoff, "RESULTS", results)
     page = docs / "tradeoff.md"
     page.write_text(f"before\n{tradeoff.BEGIN}\nold\n{tradeoff.END}\nafter\n")
-    base = tradeoff.SweepOptions(
+    base = tradeoff.TradeoffOptions(
         resolutions=(8,), directions=(4,), budgets=(8,), times=(0.05,), repeats=1
     )
     tradeoff.measure([tiny_stand_in], base, "me")

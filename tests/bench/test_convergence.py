@@ -24,7 +24,7 @@ from bench.stability.convergence.spread import (
 from simplifier.errors import BackendUnavailableError
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.geometry.views import hemisphere_directions
-from simplifier.options import SectionOptions, make_options
+from simplifier.options.stages import SectionOptions, make_options
 from simplifier.pipeline import simplify_mesh
 
 POINTS = st.floats(-100.0, 100.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 
-from simplifier.builds.build import build
+from simplifier.builds.build import build_assets
 from simplifier.builds.finding import State
 from simplifier.errors import UnreadableMeshError
 from simplifier.version import VERSION
@@ -58,7 +58,7 @@ def _recall(data):
 
 def run(manifest, maker=None, **more):
     """Build by a quick maker; findings by asset."""
-    found = build(manifest, threading.Event(), maker=maker or QuickMaker(), **more)
+    found = build_assets(manifest, threading.Event(), maker=maker or QuickMaker(), **more)
     return {one.asset: one for one in found}
 
 

@@ -11,9 +11,9 @@ from hashlib import sha256
 import pytest
 
 from simplifier.builds import staleness
-from simplifier.builds.build import build, exclusive
+from simplifier.builds.build import build_assets, exclusive
 from simplifier.builds.record import read_record
-from simplifier.builds.staleness import check
+from simplifier.builds.staleness import check_assets
 from simplifier.errors import CancelledError, ManifestError, OutputError
 from tests.builds.quick import (
     BUILT,
@@ -100,7 +100,7 @@ def new_overrides(folder):
 )
 def test_a_change_makes_its_asset_and_no_other(built, change, why):
     change(built.parent)
-    found = {one.asset: one for one in check(built, {})}
+    found = {one.asset: one for one in check_assets(built, {})}
     assert states(found) == {"a.obj": STALE, "props/b.obj": CURRENT}
     assert found["a.obj"].why == why
     found = run(built)
@@ -112,7 +112,7 @@ def test_a_change_makes_its_asset_and_no_other(built, change, why):
 
 def test_another_version_makes_all(built, monkeypatch):
     monkeypatch.setattr(staleness, "VERSION", "99")
-    found = {one.asset: one for one in check(built, {})}
+    found = {one.asset: one for one in check_assets(built, {})}
     assert found["a.obj"].why.endswith("made it, and this is 99")
     assert states(found) == {"a.obj": STALE, "props/b.obj": STALE}
 
@@ -132,9 +132,9 @@ def test_files_that_git_lfs_has_not_fetched_count_as_what_they_stand_for(built):
             f"version https://git-lfs.github.com/spec/v1\noid sha256:{sha256(data).hexdigest()}\n"
             f"size {len(data)}\n"
         )
-    assert {one.state for one in check(built, {})} == {CURRENT}
+    assert {one.state for one in check_assets(built, {})} == {CURRENT}
     files[0].write_text(files[0].read_text().replace("sha256:", "sha256:0")[:-3])
-    assert {one.state for one in check(built, {})} == {CURRENT, STALE}
+    assert {one.state for one in check_assets(built, {})} == {CURRENT, STALE}
 
 
 def test_a_buffer_beside_the_mesh_counts(tmp_path):
@@ -216,7 +216,7 @@ def test_levels_that_are_no_more_are_removed(tmp_path):
 
 def test_what_was_made_of_a_mesh_that_is_gone_goes_too(built):
     (built.parent / "a.obj").unlink()
-    found = {one.asset: one for one in check(built, {})}
+    found = {one.asset: one for one in check_assets(built, {})}
     assert states(found) == {"a.obj": GONE, "props/b.obj": CURRENT}
     assert found["a.obj"].faults
     assert states(run(built)) == {"props/b.obj": CURRENT}
@@ -239,7 +239,7 @@ def test_a_renamed_mesh_takes_its_occluder_along(built):
 
 def test_requirements_are_judged_whether_or_not_it_was_made_now(built):
     write(built.parent, SETTINGS + "require = { min_recall = 0.95 }\n")
-    for found in (run(built)["a.obj"], check(built, {})[0]):
+    for found in (run(built)["a.obj"], check_assets(built, {})[0]):
         assert found.state is CURRENT
         assert found.faults == ("recall 90 % is below 95 %",)
 
@@ -248,8 +248,11 @@ def test_recall_is_compared_with_what_was(built):
     before = read_record(built.with_suffix(".lock"))
     changed_mesh(built.parent)  # and its recall with it
     assert run(built, before=before)["a.obj"].faults == ("recall fell from 90 % to 80 %",)
-    assert [one.short for one in check(built, before)] == [("recall fell from 90 % to 80 %",), ()]
-    assert [one.short for one in check(built, {})] == [(), ()]
+    assert [one.short for one in check_assets(built, before)] == [
+        ("recall fell from 90 % to 80 %",),
+        (),
+    ]
+    assert [one.short for one in check_assets(built, {})] == [(), ()]
 
 
 def test_two_builds_of_a_folder_are_kept_apart(built):
@@ -269,7 +272,7 @@ def test_a_cancelled_build_keeps_what_was_made(tmp_path):
             raise CancelledError("cancelled")
         return quick(job)
 
-    found = {one.asset: one for one in build(manifest, cancel, maker=maker, at_once=1)}
+    found = {one.asset: one for one in build_assets(manifest, cancel, maker=maker, at_once=1)}
     done = {name for name, one in found.items() if one.state is BUILT}
     assert done <= {"m0.obj", "m1.obj", "m2.obj"}
     assert {one.state for one in found.values()} <= {BUILT, STALE}

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simplifier.builds.globs import Pattern, mesh_files
+from simplifier.builds.globs import Glob, mesh_files
 from simplifier.errors import ManifestError
 
 NAMES = st.sampled_from(["a", "b", "ab", "ba", "A", "a.b", "[", "a-b", "^", "é"])
@@ -31,14 +31,14 @@ def test_they_are_those_of_the_standard_library(tmp_path_factory, paths, text):
         file.parent.mkdir(parents=True, exist_ok=True)
         file.touch()
     text += ".glb"
-    pattern = Pattern(text, "")
+    pattern = Glob(text, "")
     mine = {path for path in mesh_files(folder, [pattern]) if pattern.matches(path)}
     theirs = glob(text, root_dir=folder, recursive=True)  # noqa: PTH207
     assert mine == {path.replace(os.sep, "/") for path in theirs}
 
 
 def test_folders_alone_name_all_below():
-    pattern = Pattern("props/**", "")
+    pattern = Glob("props/**", "")
     assert pattern.matches("props/a.glb")
     assert pattern.matches("props/a/b/c.glb")
     assert not pattern.matches("prop/a.glb")
@@ -49,18 +49,18 @@ def test_folders_alone_name_all_below():
 )
 def test_what_leads_out_of_the_folder_is_refused(text):
     with pytest.raises(ManifestError, match=r"^m\.toml:3: .* is no path below"):
-        Pattern(text, "m.toml:3")
+        Glob(text, "m.toml:3")
 
 
 def test_what_is_no_pattern_is_refused():
     with pytest.raises(ManifestError, match=r"^m\.toml:3: '\[z-a\]' is no pattern"):
-        Pattern("[z-a]", "m.toml:3")
+        Glob("[z-a]", "m.toml:3")
 
 
 @given(text=st.text(string.printable, max_size=8))
 def test_any_text_is_a_pattern_or_refused(text):
     with suppress(ManifestError):
-        Pattern(text, "").matches("a/b.glb")
+        Glob(text, "").matches("a/b.glb")
 
 
 def test_only_what_may_be_named_is_walked(tmp_path):
@@ -69,5 +69,5 @@ def test_only_what_may_be_named_is_walked(tmp_path):
         (tmp_path / path).touch()
     (tmp_path / "art" / "round").symlink_to(tmp_path, target_is_directory=True)
     (tmp_path / "art" / "link.glb").symlink_to(tmp_path / "x.glb")
-    patterns = [Pattern(text, "") for text in ("art/**/*.glb", "art/*", "art/none/*.glb")]
+    patterns = [Glob(text, "") for text in ("art/**/*.glb", "art/*", "art/none/*.glb")]
     assert mesh_files(tmp_path, patterns) == ["art/a.glb", "art/e.GLB", "art/link.glb"]

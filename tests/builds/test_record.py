@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simplifier.builds.finding import Figures
+from simplifier.builds.finding import AssetFigures
 from simplifier.builds.record import Entry, parse_record, read_record, write_record
 from simplifier.errors import ManifestError
 
 SHARES = st.floats(0.0, 1.0)
 FIGURES = st.builds(
-    Figures, st.integers(0, 100_000), SHARES, SHARES, SHARES, st.one_of(st.none(), SHARES)
+    AssetFigures, st.integers(0, 100_000), SHARES, SHARES, SHARES, st.one_of(st.none(), SHARES)
 )
 HASHES = st.dictionaries(st.text(max_size=5), st.text("0123456789abcdef", max_size=8), max_size=3)
 OPTIONS = st.dictionaries(
@@ -43,7 +43,7 @@ def test_what_is_written_is_read_back_and_has_one_text(place, record):
 
 
 def entry(recall):
-    figures = Figures(12, 0.99, recall, 0.5, None)
+    figures = AssetFigures(12, 0.99, recall, 0.5, None)
     return Entry("ab", {}, {"budget": 12}, "1", {"out.glb": "cd"}, figures)
 
 

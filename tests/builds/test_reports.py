@@ -7,10 +7,10 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from simplifier.builds.finding import Figures, Finding, State
+from simplifier.builds.finding import AssetFigures, Finding, State
 from simplifier.builds.reports import headline, json_report, junit_report, markdown_report
 
-FIGURES = Figures(64, 0.99, 0.8, 0.125, None)
+FIGURES = AssetFigures(64, 0.99, 0.8, 0.125, None)
 FINDINGS = [
     Finding("props/a.glb", State.CURRENT, "", FIGURES),
     Finding("props/b|<c>.glb", State.BUILT, "the mesh has changed", FIGURES, ("recall",), ("w",)),

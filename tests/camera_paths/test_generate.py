@@ -10,6 +10,7 @@ from simplifier.camera_paths.generate import generate_path
 from simplifier.errors import MeshError, OptionError
 from simplifier.geometry.scene import Scene
 from simplifier.io.scene import load_scene
+from simplifier.options.scene import PathOptions
 from tests.solids import box
 from tests.walkable import (
     TO_UP,
@@ -47,7 +48,7 @@ def upright(points, up):
 @pytest.mark.parametrize("seed", SEEDS)
 def test_street_keeps_off_the_houses_at_eye_height(ground, seed):
     scene = two_boxes(ground=ground)
-    path = generate_path(scene, "street", frames=40, up="z", seed=seed)
+    path = generate_path(scene, PathOptions("street", frames=40, up="z", seed=seed))
     places = positions(path)
     assert len(path.cameras) == 40
     assert path.name == "street"
@@ -69,13 +70,15 @@ def test_street_goes_between_the_houses():
     scene = two_boxes()
     between = 0
     for seed in range(8):
-        x, y, _ = positions(generate_path(scene, "street", frames=40, up="z", seed=seed)).T
+        x, y, _ = positions(
+            generate_path(scene, PathOptions("street", frames=40, up="z", seed=seed))
+        ).T
         between += bool(((x > 20.0) & (x < 28.0) & (y > 5.0) & (y < 35.0)).any())
     assert between >= 4
 
 
 def test_views_follow_the_walk_and_turn():
-    path = generate_path(two_boxes(), "street", frames=40, up="z")
+    path = generate_path(two_boxes(), PathOptions("street", frames=40, up="z"))
     walk = np.diff(positions(path), axis=0)
     ahead = (forwards(path)[:-1] * walk).sum(axis=1) / np.linalg.norm(walk, axis=1)
     assert (ahead > 0.5).mean() > 0.85
@@ -92,7 +95,7 @@ def test_street_walks_on_a_slab_not_under_it(thickness):
     if thickness:
         ground = box((60.0, 52.0, thickness), (-6.0, -6.0, -thickness))
     scene = scene_of(*two_boxes().meshes[:2], ground)
-    path = generate_path(scene, "street", frames=30, up="z")
+    path = generate_path(scene, PathOptions("street", frames=30, up="z"))
     assert positions(path)[:, 2] == pytest.approx(1.7, abs=1e-9)
     assert crossed(path, triangles(scene)) == 0
 
@@ -102,7 +105,7 @@ def test_street_follows_a_hill():
     houses = [
         box((16.0, 16.0, 9.0), (24.0 * i, 24.0 * j, 2.4 * i)) for i in range(6) for j in range(4)
     ]
-    path = generate_path(scene_of(*houses), "street", frames=60, up="z", seed=3)
+    path = generate_path(scene_of(*houses), PathOptions("street", frames=60, up="z", seed=3))
     places = positions(path)
     # A base is level over 16, so up to 1.6 above the slope.
     assert np.abs(places[:, 2] - 1.7 - 0.1 * places[:, 0].clip(0.0, 136.0)).max() < 1.7
@@ -116,7 +119,7 @@ def test_street_follows_a_hill():
 @pytest.mark.parametrize("seed", SEEDS)
 def test_inside_visits_both_rooms_through_the_door(seed):
     scene = house()
-    path = generate_path(scene, "inside", frames=30, up="z", seed=seed)
+    path = generate_path(scene, PathOptions("inside", frames=30, up="z", seed=seed))
     places = positions(path)
     assert crossed(path, triangles(scene)) == 0
     assert (places[:, 0] < 5.2).any()
@@ -128,7 +131,7 @@ def test_inside_visits_both_rooms_through_the_door(seed):
 
 
 def test_doors_by_name_are_walked_through():
-    path = generate_path(house(door_leaf=True), "inside", frames=30, up="z")
+    path = generate_path(house(door_leaf=True), PathOptions("inside", frames=30, up="z"))
     x = positions(path)[:, 0]
     assert (x < 5.2).any()
     assert (x > 5.4).any()
@@ -140,7 +143,7 @@ def test_other_leaves_are_not_walked_through():
     scene = house(door_leaf=True)
     names = (*scene.names[:-1], "indoor plant")
     closed = Scene(scene.meshes, names, scene.mesh_of.copy(), scene.transforms.copy())
-    path = generate_path(closed, "inside", frames=30, up="z")
+    path = generate_path(closed, PathOptions("inside", frames=30, up="z"))
     x = positions(path)[:, 0]
     assert (x < 5.2).all() or (x > 5.4).all()
     assert crossed(path, triangles(closed)) == 0
@@ -154,7 +157,7 @@ def test_inside_climbs_stairs():
         box((4.0, 4.0, 2.2), (7.0, 0.0, -0.2)),
         box((11.0, 4.0, 6.0), (0.0, 0.0, -0.2), without=(1, 4)),
     ]
-    path = generate_path(scene_of(*parts), "inside", frames=40, up="z", seed=1)
+    path = generate_path(scene_of(*parts), PathOptions("inside", frames=40, up="z", seed=1))
     z = positions(path)[:, 2]
     assert z.min() < 2.0
     assert z.max() > 3.5
@@ -164,7 +167,7 @@ def test_inside_climbs_stairs():
 def test_open_topped_rooms_count():
     parts = house()
     scene = scene_of(*(mesh for i, mesh in enumerate(parts.meshes) if i != 1))
-    path = generate_path(scene, "inside", frames=20, up="z")
+    path = generate_path(scene, PathOptions("inside", frames=20, up="z"))
     assert (positions(path)[:, :2] < [10.4, 5.2]).all()
     assert (positions(path)[:, :2] > 0.2).all()
 
@@ -172,13 +175,13 @@ def test_open_topped_rooms_count():
 def test_shells_without_floors_have_no_interior():
     shells = [box((20.0, 40.0, 12.0), (28.0 * i, 0.0, 0.0), without=(4,)) for i in range(2)]
     with pytest.raises(MeshError, match=r"no room .* inside .*; choose street or roof, or an eye"):
-        generate_path(scene_of(*shells), "inside", up="z")
+        generate_path(scene_of(*shells), PathOptions("inside", up="z"))
 
 
 def test_the_inside_of_solids_is_no_interior():
     """Floor, walls and roof, but nothing leads out."""
     with pytest.raises(MeshError, match="choose street or roof"):
-        generate_path(two_boxes(), "inside", up="z")
+        generate_path(two_boxes(), PathOptions("inside", up="z"))
 
 
 # A flight.
@@ -194,7 +197,7 @@ def test_roof_is_above_all_that_it_passes(frames, seed):
         for j in range(6)
     ]
     scene = scene_of(*towers)
-    path = generate_path(scene, "roof", frames=frames, up="z", seed=seed)
+    path = generate_path(scene, PathOptions("roof", frames=frames, up="z", seed=seed))
     assert crossed(path, triangles(scene)) == 0
     places = positions(path)
     between = np.linspace(places[:-1], places[1:], 50).reshape(-1, 3)
@@ -210,7 +213,7 @@ def test_roof_stays_near_low_roofs():
     """One tower does not lift the whole flight."""
     houses = [box((8.0, 8.0, 5.0), (12.0 * i, 12.0 * j, 0.0)) for i in range(20) for j in range(20)]
     scene = scene_of(*houses, box((8.0, 8.0, 90.0), (0.0, 12.0 * 20, 0.0)))
-    z = positions(generate_path(scene, "roof", frames=120, up="z"))[:, 2]
+    z = positions(generate_path(scene, PathOptions("roof", frames=120, up="z")))[:, 2]
     assert np.median(z) == pytest.approx(5.0 + 3.0 * 1.7, abs=0.1)
 
 
@@ -221,7 +224,7 @@ def test_roof_stays_near_low_roofs():
 def test_the_same_seed_gives_the_same_path_another_one_another(kind):
     scene = house() if kind == "inside" else two_boxes()
     first, again, other = (
-        generate_path(scene, kind, frames=20, up="z", seed=seed) for seed in (0, 0, 1)
+        generate_path(scene, PathOptions(kind, frames=20, up="z", seed=seed)) for seed in (0, 0, 1)
     )
     assert positions(first).tobytes() == positions(again).tobytes()
     assert forwards(first).tobytes() == forwards(again).tobytes()
@@ -232,8 +235,8 @@ def test_the_same_seed_gives_the_same_path_another_one_another(kind):
 @pytest.mark.parametrize("up", ["x", "y", "z"])
 def test_up_turns_the_path_with_the_scene(kind, up):
     scene = house() if kind == "inside" else two_boxes()
-    plain = generate_path(scene, kind, frames=12, up="z")
-    turned = generate_path(moved(scene, up=up), kind, frames=12, up=up)
+    plain = generate_path(scene, PathOptions(kind, frames=12, up="z"))
+    turned = generate_path(moved(scene, up=up), PathOptions(kind, frames=12, up=up))
     assert upright(positions(turned), up) == pytest.approx(positions(plain), abs=1e-9)
     assert upright(forwards(turned), up) == pytest.approx(forwards(plain), abs=1e-9)
     for camera in turned.cameras:
@@ -245,8 +248,8 @@ def test_up_turns_the_path_with_the_scene(kind, up):
 def test_map_coordinates_keep_the_path(kind):
     scene = house() if kind == "inside" else two_boxes()
     far = moved(scene, LYON)
-    path = generate_path(far, kind, frames=20, up="z")
-    near = generate_path(scene, kind, frames=20, up="z")
+    path = generate_path(far, PathOptions(kind, frames=20, up="z"))
+    near = generate_path(scene, PathOptions(kind, frames=20, up="z"))
     assert crossed(path, triangles(far)) == 0
     assert np.abs(positions(path) - LYON - positions(near)).max() < 1e-6
 
@@ -256,8 +259,8 @@ def test_units_are_those_of_the_eye_height():
     scene = Scene(scene.meshes, scene.names, scene.mesh_of.copy(), 100.0 * scene.transforms)
     scene.transforms.setflags(write=True)
     scene.transforms[:, 3, 3] = 1.0
-    path = generate_path(scene, "inside", frames=20, up="z", eye_height=170.0)
-    plain = generate_path(house(), "inside", frames=20, up="z")
+    path = generate_path(scene, PathOptions("inside", frames=20, up="z", eye_height=170.0))
+    plain = generate_path(house(), PathOptions("inside", frames=20, up="z"))
     assert positions(path) / 100.0 == pytest.approx(positions(plain), abs=1e-6)
     assert path.cameras[0].near == pytest.approx(100.0 * plain.cameras[0].near)
 
@@ -266,7 +269,7 @@ def test_units_are_those_of_the_eye_height():
 @pytest.mark.parametrize("frames", [1, 2, 3])
 def test_few_frames(kind, frames):
     scene = house() if kind == "inside" else two_boxes()
-    path = generate_path(scene, kind, frames=frames, up="z")
+    path = generate_path(scene, PathOptions(kind, frames=frames, up="z"))
     assert len(path.cameras) == frames
     assert np.isfinite(positions(path)).all()
     assert np.linalg.norm(forwards(path), axis=1) == pytest.approx(1.0)
@@ -288,7 +291,7 @@ def test_few_frames(kind, frames):
 )
 def test_options_out_of_range(change, words):
     with pytest.raises(OptionError, match=words):
-        generate_path(two_boxes(), **{"kind": "roof", **change})
+        generate_path(two_boxes(), PathOptions(**{"kind": "roof", **change}))
 
 
 # Larger scenes.
@@ -297,7 +300,7 @@ def test_options_out_of_range(change, words):
 @pytest.mark.parametrize("kind", ["street", "roof", "inside"])
 def test_castle(kind):
     scene = scene_of(castle())
-    path = generate_path(scene, kind, frames=60)
+    path = generate_path(scene, PathOptions(kind, frames=60))
     assert crossed(path, triangles(scene)) == 0
     if kind == "street":
         assert positions(path)[:, 1] == pytest.approx(1.7, abs=0.5)
@@ -319,7 +322,7 @@ REAL = {
 def test_real_scenes(asset, name, kind):
     up, _, spread = REAL[name]
     scene = load_scene(asset(name))
-    path = generate_path(scene, kind, up=up)
+    path = generate_path(scene, PathOptions(kind, up=up))
     assert crossed(path, triangles(scene, without="IfcDoor")) == 0
     places = positions(path)
     assert np.ptp(places, axis=0).max() > spread
@@ -330,4 +333,4 @@ def test_real_scenes(asset, name, kind):
 def test_buildings_without_floors_have_no_interior(asset):
     scene = load_scene(asset("city_lyon_buildings.glb"))
     with pytest.raises(MeshError, match="choose street or roof"):
-        generate_path(scene, "inside", up="z")
+        generate_path(scene, PathOptions("inside", up="z"))

@@ -10,7 +10,15 @@ from scipy import ndimage
 
 from simplifier.camera_paths.columns import Columns, UprightScene, window
 from simplifier.camera_paths.street import ground_heights, steep
-from simplifier.camera_paths.walk import Space, Ways, crossed_cells, smoothed, stepped, tour, views
+from simplifier.camera_paths.walk import (
+    Space,
+    Ways,
+    crossed_cells,
+    equal_steps,
+    smooth,
+    tour,
+    views,
+)
 from tests.solids import box
 from tests.walkable import moved, scene_of
 
@@ -47,7 +55,7 @@ CORNER = np.array(
 
 
 def test_smoothing_rounds_corners_and_keeps_the_ends():
-    route = smoothed(CORNER, Space(in_square, around_a_post))
+    route = smooth(CORNER, Space(in_square, around_a_post))
     turns = [np.diff(np.diff(line, axis=0), axis=0) for line in (CORNER, route)]
     assert np.linalg.norm(turns[1], axis=1).max() < 0.5 * np.linalg.norm(turns[0], axis=1).max()
     assert np.array_equal(route[[0, -1]], CORNER[[0, -1]])
@@ -57,21 +65,21 @@ def test_smoothing_keeps_to_what_is_allowed():
     def nowhere(points):
         return np.zeros(len(points), dtype=bool)
 
-    assert np.array_equal(smoothed(CORNER, Space(nowhere, around_a_post)), CORNER)
+    assert np.array_equal(smooth(CORNER, Space(nowhere, around_a_post)), CORNER)
 
 
 def test_steps_are_equal_and_cross_nothing():
     space = Space(in_square, around_a_post)
-    path = stepped(CORNER, 5, 100.0, space)
+    path = equal_steps(CORNER, 5, 100.0, space)
     assert around_a_post(path[:-1], path[1:]).all()
-    assert len(stepped(CORNER, 40, 0.1, space)) == 40
-    lengths = np.linalg.norm(np.diff(stepped(CORNER, 40, 0.1, space), axis=0), axis=1)
+    assert len(equal_steps(CORNER, 40, 0.1, space)) == 40
+    lengths = np.linalg.norm(np.diff(equal_steps(CORNER, 40, 0.1, space), axis=0), axis=1)
     assert lengths == pytest.approx(0.1, rel=1e-6)
 
 
 def test_steps_where_nothing_is_clear_stay_in_place():
     space = Space(in_square, lambda starts, ends: np.zeros(len(starts), dtype=bool))
-    assert np.array_equal(stepped(CORNER, 3, 1.0, space), CORNER[[0, 0, 0]])
+    assert np.array_equal(equal_steps(CORNER, 3, 1.0, space), CORNER[[0, 0, 0]])
 
 
 @pytest.mark.parametrize("count", [1, 2, 50])

@@ -125,14 +125,14 @@ def test_an_unknown_command_is_wrong_usage(run):
 LOADED = """
 import sys
 from importlib.metadata import MetadataPathFinder
-from simplifier import cli
+from simplifier.cli import main
 
 searched = []
 find = MetadataPathFinder.find_distributions
 MetadataPathFinder.find_distributions = lambda *a, **k: searched.append(a) or find(*a, **k)
 sys.argv = ["occluder", *sys.argv[1:]]
 try:
-    cli.main()
+    main.main()
 except SystemExit:
     pass
 print("serving" in sys.modules, bool(searched), "numpy" in sys.modules)

@@ -17,7 +17,7 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.section import ImageFrame
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.geometry.views import image_axes, random_directions
-from simplifier.options import SectionOptions
+from simplifier.options.stages import SectionOptions
 from simplifier.slicing.planes import SamplingPlan, plan_sections
 from simplifier.slicing.sampler import GridSampler
 from simplifier.slicing.sections import best_sections

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.culling.cull_options import CullOptions
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.occluder import Occluder
 from simplifier.hierarchy.occluder_tree import FAR, NEAR, OccluderTree
-from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.parts import split_large
 from simplifier.hierarchy.tree import build_tree
+from simplifier.options.scene import CullOptions, SceneOptions
 from tests.solids import box, joined
 from tests.walkable import scene_of
 
-SMALL = CullOptions(rows=45, columns=80, repeats=1)
+SMALL = CullOptions((80, 45), repeats=1)
 
 WALL = box((12.0, 0.2, 8.0), (-6.0, 0.0, 0.0))
 PANE = ((5.0, 2.0), (2.0, 3.0))

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.culling.cull import Culler
-from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
 from simplifier.culling.fate import Counts, Fate
 from simplifier.culling.flythrough import fly
@@ -20,6 +19,7 @@ from simplifier.errors import CancelledError, OptionError, SceneError, Unreadabl
 from simplifier.geometry.camera import CameraPath
 from simplifier.geometry.occluder import Occluder
 from simplifier.hierarchy.parts import split_large
+from simplifier.options.scene import CullOptions
 from tests.culling.occluded import (
     HIDDEN,
     SMALL,
@@ -242,9 +242,11 @@ def test_a_path_without_frames():
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("rows", 0), ("rows", 5000), ("columns", 0), ("detail", 0), ("detail", 17), ("repeats", 0),
+    [("image", (320, 0)), ("image", (320, 5000)),
+     ("image", (0, 180)), ("detail", 0), ("detail", 17), ("repeats", 0),
      ("shots", -1), ("pixel_error", 0.0), ("pixel_error", float("nan")), ("pixel_error", 1e4)],
 )  # fmt: skip
 def test_options_out_of_range(name, value):
-    with pytest.raises(OptionError, match=name.replace("_", " ")):
+    words = "rows|columns" if name == "image" else name.replace("_", " ")
+    with pytest.raises(OptionError, match=f"^({words}): "):
         CullOptions(**{name: value})

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from simplifier.culling.contact_sheet import contact_sheet
-from simplifier.culling.cull_options import CullOptions
 from simplifier.culling.fate import Fate
 from simplifier.culling.flythrough import fly
 from simplifier.culling.flythrough_plot import flythrough_plot
@@ -17,6 +16,7 @@ from simplifier.culling.item_buffer import ItemBuffer
 from simplifier.culling.shot import RED, Shot, view_picture
 from simplifier.culling.top_view import COLOURS, plan_picture, up_axis
 from simplifier.geometry.camera import Camera, CameraPath
+from simplifier.options.scene import CullOptions
 from tests.culling.occluded import (
     SMALL,
     WALL,
@@ -76,7 +76,7 @@ def test_colours_tell_culled_from_missed():
 
 def test_one_wrong_pixel_of_a_large_view_is_seen():
     """It is smoothed four to one, which must not wash it out."""
-    found = flown(wall_with_window(), options=CullOptions(180, 320, repeats=1))
+    found = flown(wall_with_window(), options=CullOptions((320, 180), repeats=1))
     view = found.shots[0].view
     assert view.shape == (360, 640, 3)
     red = np.count_nonzero((view == RED).all(axis=-1))
@@ -95,7 +95,7 @@ def test_nothing_in_view_and_no_shots():
     for found in (
         flown(WALL, {}, looking(forward=(0.0, 0.1, 1.0))),
         replace(flown(), shots=()),
-        flown(options=CullOptions(80, 45, repeats=1)),  # upright
+        flown(options=CullOptions((45, 80), repeats=1)),  # upright
     ):
         assert sheet(found).min() < 255
         assert decoded(flythrough_plot(found, "")).min() < 255

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from simplifier.culling.flythrough import fly
-from simplifier.culling.flythrough_rows import COLUMNS, TOTAL, table_bytes
+from simplifier.culling.flythrough_rows import COLUMNS, TOTAL, flythrough_csv
 from tests.culling.occluded import (
     SMALL,
     WALL,
@@ -41,7 +41,7 @@ def rows(data):
 
 
 def test_a_row_a_frame_and_their_sums(flown):
-    *frames, total = rows(table_bytes(flown))
+    *frames, total = rows(flythrough_csv(flown))
     assert [row["frame"] for row in frames] == ["0", "1", "2"]
     assert total["frame"] == TOTAL
     for column in COLUMNS[1:]:
@@ -60,7 +60,7 @@ def test_a_row_a_frame_and_their_sums(flown):
 
 
 def test_figures_of_a_frame(flown):
-    row, figures = rows(table_bytes(flown))[0], flown.frames[0].figures
+    row, figures = rows(flythrough_csv(flown))[0], flown.frames[0].figures
     assert row["parts_in_view"] == str(figures.parts.in_view)
     assert row["objects_wrong"] == str(figures.objects.wrong)
     assert row["occluder_triangles"] == "12"

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from examples import city as program
 from examples.city import city
 from examples.city_models import building_models, lamp, trees
-from simplifier.io import load_scene
+from simplifier.io.scene import load_scene
 from tests.examples.test_building import open_edges
 
 BUILDINGS = {

@@ -10,7 +10,7 @@ import simplifier
 from examples.castle import castle
 from simplifier.accuracy.deviation import deviation
 from simplifier.geometry.mesh import as_mesh
-from simplifier.options import SolidOptions
+from simplifier.options.stages import SolidOptions
 from simplifier.progress import Stopwatch
 from simplifier.steps.solid import solidify
 

@@ -25,7 +25,7 @@ from service.errors import ServiceError
 from service.routes.explanations import ADVICE, kinds
 from simplifier import errors
 from simplifier.builds.manifest import read_manifest
-from simplifier.cli.main import _loaded
+from simplifier.cli.main import _load_command
 from simplifier.cli.running import run_guarded
 from simplifier.errors import OccluderError
 from simplifier.io.toml import read_toml
@@ -72,16 +72,16 @@ def _unbuilt(folder: Path) -> object:
 
 
 def _memory(folder: Path) -> object:
-    return simplifier.simplify(box(), budget=80, resolution=1024, memory_limit=0.5)
+    return simplifier.simplify(box(), budget=80, resolution=1024, memory_limit=0.5).occluder
 
 
 def _option(folder: Path) -> object:
-    return simplifier.simplify(box(), budget=0)
+    return simplifier.simplify(box(), budget=0).occluder
 
 
 def _without_opengl(folder: Path) -> object:
     with patch.dict(sys.modules, {"moderngl": None}):
-        return simplifier.simplify(box(), slicer="gl", **QUICK)
+        return simplifier.simplify(box(), slicer="gl", **QUICK).occluder
 
 
 def _no_folder(folder: Path) -> None:
@@ -89,13 +89,13 @@ def _no_folder(folder: Path) -> None:
 
 
 def _foreign_command(folder: Path) -> None:
-    _loaded(EntryPoint("host", "nowhere:command", "occluder.commands"))
+    _load_command(EntryPoint("host", "nowhere:command", "occluder.commands"))
 
 
 def _cancelled(folder: Path) -> object:
     cancel = threading.Event()
     cancel.set()
-    return simplifier.simplify(box(), cancel=cancel)
+    return simplifier.simplify(box(), cancel=cancel).occluder
 
 
 LIBRARY: dict[type[OccluderError], Callable[[Path], object]] = {

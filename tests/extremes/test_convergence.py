@@ -14,7 +14,7 @@ from bench.stability.convergence.report import pixels_of, view_curves
 from bench.stability.convergence.spread import HALF_A_POINT, Spread, fitted_power
 from examples.castle import castle
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
-from simplifier.options import make_options
+from simplifier.options.stages import make_options
 from simplifier.progress import Stopwatch
 from simplifier.steps.solid import solidify
 
@@ -22,7 +22,7 @@ from simplifier.steps.solid import solidify
 @pytest.fixture(scope="module")
 def castle_and_occluder():
     mesh = castle()
-    return mesh, simplifier.simplify(mesh, ground=True, preset="draft")
+    return mesh, simplifier.simplify(mesh, ground=True, preset="draft").occluder
 
 
 @pytest.fixture(scope="module")
@@ -56,8 +56,8 @@ def test_four_times_the_views_halve_the_error(castle_recall_and_precision):
 
 def test_default_reports_of_a_round_solid_are_good_to_half_a_point():
     mesh = bumpy_sphere(1000)
-    occluder = simplifier.simplify(mesh, preset="draft")
-    reports = [simplifier.evaluate(mesh, occluder, seed=seed) for seed in range(8)]
+    occluder = simplifier.simplify(mesh, preset="draft").occluder
+    reports = [simplifier.evaluate(mesh, occluder, seed=seed).accuracy for seed in range(8)]
     for figure in ("recall", "precision"):
         found = Spread.of([100.0 * getattr(report, figure) for report in reports])
         assert 0.0 < found.deviation < HALF_A_POINT

@@ -13,7 +13,7 @@ import pytest
 
 import simplifier
 from simplifier.errors import EmptyMeshError, MeshError, UnreadableMeshError
-from simplifier.io import readable_suffixes
+from simplifier.io.formats import readable_suffixes
 from tests.extremes.inputs import CASES, Refused, Usable
 from tests.io.builders import XYZ, GltfBuilder, ply
 
@@ -49,7 +49,7 @@ def test_what_can_be_used_is_used_and_the_rest_counted(tmp_path: Path, name: str
     assert len(mesh.faces) == case.triangles
     assert {reason: count for reason, count in mesh.dropped.counts.items() if count} == case.dropped
     assert np.isfinite(mesh.vertices).all()
-    occluder = simplifier.simplify(mesh, **FAST)
+    occluder = simplifier.simplify(mesh, **FAST).occluder
     assert len(occluder.faces) <= FAST["budget"]
     low, high = mesh.bounds
     slack = occluder.error_bound + 1e-9 * mesh.extent.max()
@@ -65,8 +65,8 @@ def test_the_truck_with_one_vertex_at_1e30_is_hidden_as_the_truck(
         simplifier.load(asset(name))
         for name in ("broken_truck.ply", "broken_DERIVED_truck_nan.ply")
     )
-    occluder = simplifier.simplify(damaged, preset="draft")
-    report = simplifier.evaluate(whole, occluder, views=64)
+    occluder = simplifier.simplify(damaged, preset="draft").occluder
+    report = simplifier.evaluate(whole, occluder, views=64).accuracy
     assert report.precision > 0.99
     assert report.recall > 0.6  # the triangles that are lost leave a hole into the cabin
 

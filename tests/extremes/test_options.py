@@ -11,7 +11,7 @@ import simplifier
 from bench.meshes import bumpy_sphere
 from simplifier import SimplifyOptions
 from simplifier.errors import OptionError
-from simplifier.options import ERROR_VOXELS, SectionOptions, make_options
+from simplifier.options.stages import ERROR_VOXELS, SectionOptions, make_options
 from tests.extremes.shapes import SHAPES
 
 MESH = bumpy_sphere(2_000)
@@ -20,7 +20,7 @@ QUICK = {"preset": "draft", "moves": 600, "views": 12, "image": 64, "exact": Tru
 
 
 def produced(mesh=MESH, **options):
-    product = simplifier.produce(mesh, SimplifyOptions(**QUICK | options))
+    product = simplifier.simplify(mesh, SimplifyOptions(**QUICK | options)).measure()
     for level in product.levels:
         assert np.isfinite(level.occluder.vertices).all()
         assert level.deviation <= level.error_bound

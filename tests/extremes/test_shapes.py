@@ -21,7 +21,7 @@ WHOLE = [name for name in SHAPES if not name.startswith("hole")]
 
 
 def produced(mesh, **options):
-    product = simplifier.produce(mesh, SimplifyOptions(**QUICK | options))
+    product = simplifier.simplify(mesh, SimplifyOptions(**QUICK | options)).measure()
     check(product)
     return product
 

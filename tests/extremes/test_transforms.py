@@ -20,18 +20,14 @@ from simplifier.geometry.camera import CameraPath
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.hierarchy.node import hiding_radius
-from simplifier.io import (
-    load_camera_path,
-    load_lods,
-    load_occluder,
-    load_scene,
-    save_camera_path,
-    save_occluder,
-    writable_suffixes,
-    write_scene,
-)
-from simplifier.io.save import save_lods
-from simplifier.options import SolidOptions
+from simplifier.io.camera_path import load_camera_path, save_camera_path
+from simplifier.io.formats import writable_suffixes
+from simplifier.io.load import load_lods, load_occluder
+from simplifier.io.save import save_lods, save_occluder
+from simplifier.io.scene import load_scene
+from simplifier.io.scene_writer import write_scene
+from simplifier.options.scene import PathOptions
+from simplifier.options.stages import SolidOptions
 from simplifier.progress import Stopwatch
 from simplifier.steps.solid import solidify
 from tests.culling.occluded import SMALL, WALL, exact, looking, path_of, street, tree_of
@@ -68,7 +64,7 @@ def named(one):
 
 @pytest.fixture(scope="module")
 def undisturbed():
-    return simplifier.simplify(CASTLE, **FAST)
+    return simplifier.simplify(CASTLE, **FAST).occluder
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +80,7 @@ def strays(mesh, occluder):
 
 def figures(mesh, occluder):
     """Precision, recall, deviation in longest edges, share of the measure."""
-    report = simplifier.evaluate(mesh, occluder, **SEEN_BY)
+    report = simplifier.evaluate(mesh, occluder, **SEEN_BY).accuracy
     longest = float(mesh.extent.max())
     ratio = occlusion_measures(mesh, occluder).ratio
     return np.array([report.precision, report.recall, strays(mesh, occluder) / longest, ratio])
@@ -101,7 +97,7 @@ def same(one, other):
 @each("placement", POWERS, ids=named)
 def test_scales_by_powers_of_two_give_the_scaled_bits(placement, undisturbed, expected):
     mesh = placement.of(CASTLE)
-    found = simplifier.simplify(mesh, **FAST)
+    found = simplifier.simplify(mesh, **FAST).occluder
     scale = placement.scale
     same(found, Occluder(undisturbed.vertices * scale, undisturbed.faces,
                          undisturbed.error_bound * scale))  # fmt: skip
@@ -112,7 +108,7 @@ def test_scales_by_powers_of_two_give_the_scaled_bits(placement, undisturbed, ex
 @each("placement", CLOSE, ids=named)
 def test_everything_follows_scales_and_offsets(placement, undisturbed, expected):
     mesh = placement.of(CASTLE)
-    found = simplifier.simplify(mesh, **FAST)
+    found = simplifier.simplify(mesh, **FAST).occluder
     # At a billion extents float64 has a ten-millionth of an extent left.
     rounding = max(placement.offset, 1.0) * 2.0**-50
     assert np.array_equal(found.faces, undisturbed.faces)
@@ -130,7 +126,7 @@ def test_everything_follows_scales_and_offsets(placement, undisturbed, expected)
 def test_any_scale_offset_and_rewriting_at_once(undisturbed, expected, scale, offset, rewriting):
     placement = Placement("drawn", 10.0**scale, 10.0**offset)
     mesh = REWRITINGS[rewriting].of(placement.of(CASTLE))
-    found = simplifier.simplify(mesh, **FAST)
+    found = simplifier.simplify(mesh, **FAST).occluder
     bound = undisturbed.error_bound * placement.scale
     assert found.error_bound == pytest.approx(bound, rel=1e-6)
     assert strays(mesh, found) <= found.error_bound
@@ -141,7 +137,10 @@ def test_an_offset_that_64_bits_hold_changes_no_bit_of_the_grid():
     there = np.array([1.0, -0.5, 0.25]) * 2.0**36  # half a billion extents; 2**-16 is left
     here = TriangleMesh.from_soup(np.round(CASTLE.vertices * 64.0) / 64.0, CASTLE.faces)
     mesh = TriangleMesh.from_soup(here.vertices + there, here.faces)
-    one, other = simplifier.simplify(here, **FAST), simplifier.simplify(mesh, **FAST)
+    one, other = (
+        simplifier.simplify(here, **FAST).occluder,
+        simplifier.simplify(mesh, **FAST).occluder,
+    )
     assert np.array_equal(other.faces, one.faces)
     assert other.error_bound == one.error_bound
     assert other.vertices - there == pytest.approx(one.vertices, rel=0, abs=2.0**-15)
@@ -157,14 +156,14 @@ def test_the_judges_follow_scales_and_offsets(placement, undisturbed, expected):
 @each("rewriting", [one for one in REWRITINGS if not one.rounds], ids=named)
 def test_other_arrays_of_the_same_surface_give_the_same_bits(rewriting, undisturbed, expected):
     mesh = rewriting.of(CASTLE)
-    same(simplifier.simplify(mesh, **FAST), undisturbed)
+    same(simplifier.simplify(mesh, **FAST).occluder, undisturbed)
     assert np.array_equal(figures(mesh, undisturbed), expected)
 
 
 @each("rewriting", [one for one in REWRITINGS if one.rounds], ids=named)
 def test_slivers_change_nothing(rewriting, undisturbed, expected):
     mesh = rewriting.of(CASTLE)
-    found = figures(mesh, simplifier.simplify(mesh, **FAST))
+    found = figures(mesh, simplifier.simplify(mesh, **FAST).occluder)
     assert found == pytest.approx(expected, abs=1e-3)
 
 
@@ -172,8 +171,8 @@ def recalls(mesh, seeds, voxel):
     """With voxels of one size, whatever the bounding box."""
     resolution = round(float(mesh.extent.max()) / voxel)
     chosen = {**FAST, "ground": False, "moves": 2000, "resolution": resolution}
-    made = [simplifier.simplify(mesh, **chosen, seed=seed) for seed in seeds]
-    return [simplifier.evaluate(mesh, one, **SEEN_BY).recall for one in made]
+    made = [simplifier.simplify(mesh, **chosen, seed=seed).occluder for seed in seeds]
+    return [simplifier.evaluate(mesh, one, **SEEN_BY).accuracy.recall for one in made]
 
 
 @each("placement", turns("y"), ids=named)
@@ -181,7 +180,7 @@ def test_a_turned_mesh_keeps_the_promises(placement):
     # Walls along the axes are walls of voxels, those across them are not: recall falls, and at a
     # finer grid less.  What was promised holds at any angle.
     mesh = placement.of(CASTLE)
-    found = simplifier.simplify(mesh, **FAST)
+    found = simplifier.simplify(mesh, **FAST).occluder
     precision, recall, away, _ = figures(mesh, found)
     assert found.error_bound == pytest.approx(3.4641 * float(mesh.extent.max()) / 24.0, rel=1e-4)
     assert away * float(mesh.extent.max()) <= found.error_bound
@@ -201,7 +200,7 @@ def test_recall_of_a_tilted_closed_mesh_is_within_three_points(placement):
 def test_options_that_are_lengths_scale_with_the_mesh(placement):
     def made(mesh, unit):
         lengths = {"error_bound": 10.0 * unit, "smallest_hole": 1.5 * unit}
-        return simplifier.simplify(mesh, **{**FAST, **lengths, "resolution": None})
+        return simplifier.simplify(mesh, **{**FAST, **lengths, "resolution": None}).occluder
 
     here, there = made(CASTLE, 1.0), made(placement.of(CASTLE), placement.scale)
     same(there, Occluder(here.vertices * placement.scale, here.faces,
@@ -211,7 +210,7 @@ def test_options_that_are_lengths_scale_with_the_mesh(placement):
 @each("placement", [SCALES[0], SCALES[-1], *SCALED_AWAY], ids=named)
 def test_levels_of_detail_follow_and_come_back(placement, tmp_path):
     def levels(mesh):
-        return simplifier.simplify_lods(mesh, lods=3, **FAST)
+        return simplifier.simplify(mesh, lods=3, **FAST).chain
 
     here, there = levels(CASTLE), levels(placement.of(CASTLE))
     longest = LONGEST * placement.scale
@@ -319,9 +318,11 @@ def occluders_by_node(build):
 @each("placement", POWERS, ids=named)
 def test_camera_paths_by_scaled_eyes_are_scaled_bit_by_bit(placement, kind, tmp_path):
     scale, scene = placement.scale, two_boxes()
-    here = generate_path(scene, kind, 8, "z")
+    here = generate_path(scene, PathOptions(kind, 8, "z"))
     there = placed_scene(scene, placement, 60.0)
-    save_camera_path(generate_path(there, kind, 8, "z", eye_height=1.7 * scale), tmp_path / "path")
+    save_camera_path(
+        generate_path(there, PathOptions(kind, 8, "z", eye_height=1.7 * scale)), tmp_path / "path"
+    )
     found = load_camera_path(tmp_path / "path")
     assert np.array_equal(positions(found), positions(here) * scale)
     assert [camera.near for camera in found.cameras] == [0.051 * scale] * 8
@@ -332,7 +333,7 @@ def test_camera_paths_lead_through_far_and_scaled_scenes(placement):
     # The street is as good on one side as on the other, so rounding may choose.
     scene = two_boxes()
     there = placed_scene(scene, placement, 60.0)
-    found = generate_path(there, "street", 8, "z", eye_height=1.7 * placement.scale)
+    found = generate_path(there, PathOptions("street", 8, "z", eye_height=1.7 * placement.scale))
     places = (positions(found) - placement.place(np.zeros(3), 60.0)) / placement.scale
     assert places[:, 2] == pytest.approx([1.7] * 8, abs=1e-4)
     assert (places[:, :2] > [-6.0, -6.0]).all()
@@ -376,11 +377,11 @@ def test_a_mesh_with_one_far_vertex_was_no_reason_to_refuse_a_scene(tmp_path):
 @each("eye", [1e-13, 1e-7])
 def test_eyes_too_low_for_the_scene_asked_for_petabytes(eye):
     with pytest.raises(MeshError, match="an eye height that fits the scene's units"):
-        generate_path(house(), "inside", 4, "z", eye_height=eye)
+        generate_path(house(), PathOptions("inside", 4, "z", eye_height=eye))
 
 
 def test_eyes_far_above_the_scene_asked_for_a_filter_beyond_memory():
-    path = generate_path(two_boxes(), "roof", 4, "z", eye_height=1e13)
+    path = generate_path(two_boxes(), PathOptions("roof", 4, "z", eye_height=1e13))
     heights = [camera.position[2] for camera in path.cameras]
     assert heights == pytest.approx([3e13] * 4)
 
@@ -414,7 +415,9 @@ def test_a_surface_cut_in_halves_was_full_of_slits_and_hid_nothing():
     halves = next(one for one in REWRITINGS if one.name == "cut in halves").of(hills)
     chosen = {"budget": 64, "resolution": 32, "up": "z", "ground": True, "moves": 10_000}
     here, there = (
-        simplifier.evaluate(one, simplifier.simplify(one, **chosen), **SEEN_BY).recall
+        simplifier.evaluate(
+            one, simplifier.simplify(one, **chosen).occluder, **SEEN_BY
+        ).accuracy.recall
         for one in (hills, halves)
     )
     assert here > 0.95

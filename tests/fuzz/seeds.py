@@ -16,15 +16,18 @@ from pathlib import Path
 import numpy as np
 
 from simplifier import simplify_scene
-from simplifier.builds.finding import Figures
+from simplifier.builds.finding import AssetFigures
 from simplifier.builds.record import Entry, write_record
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Level, LodChain, Occluder
 from simplifier.geometry.scene import Scene
-from simplifier.io import load_mesh, save_camera_path, writable_suffixes, write_scene
-from simplifier.io.glb_embed import embedded
-from simplifier.io.save import encoded, save_lods
+from simplifier.io.camera_path import save_camera_path
+from simplifier.io.formats import writable_suffixes
+from simplifier.io.glb_embed import embed_occluder
+from simplifier.io.load import load
+from simplifier.io.save import occluder_bytes, save_lods
+from simplifier.io.scene_writer import write_scene
 from tests.fuzz.cases import soup_of, write_case
 from tests.fuzz.corpus import CORPUS
 from tests.fuzz.promises.scene_folders import BUILT
@@ -112,8 +115,8 @@ def _inputs() -> Iterator[tuple[str, str, bytes]]:
         yield suffix[1:], f"by hand {name}".replace(" ", "_"), data
     occluder = Occluder(table().vertices, table().faces, 0.125)
     for suffix in writable_suffixes():
-        yield suffix[1:], "written", encoded(occluder, Path(f"x{suffix}"))
-        yield suffix[1:], "written_empty", encoded(_empty(), Path(f"x{suffix}"))
+        yield suffix[1:], "written", occluder_bytes(occluder, Path(f"x{suffix}"))
+        yield suffix[1:], "written_empty", occluder_bytes(_empty(), Path(f"x{suffix}"))
     yield from _gltf()
     yield from _text()
     yield from _made_files()
@@ -253,7 +256,7 @@ def _decided_files() -> Iterator[tuple[str, str, bytes]]:
     yield "overrides", "all", _OVERRIDES
     yield "overrides", "ignoring", b'[ignore]\nmaterials = ["cl?th"]\nmeshes = ["[f]*"]\n'
     yield "build_manifest", "all", _MANIFEST
-    figures = Figures(12, 0.99, 0.9, 0.125, None)
+    figures = AssetFigures(12, 0.99, 0.9, 0.125, None)
     entries = {
         "wall.obj": Entry("ab", {"a.mtl": ""}, {"budget": 12}, "1", {"x.glb": "cd"}, figures),
         "props/crate.ply": Entry(
@@ -271,7 +274,7 @@ def _decided_files() -> Iterator[tuple[str, str, bytes]]:
             mesh.write_bytes(data)
             yield "original", name, data
             added = Occluder(box().vertices, box().faces, 0.5)
-            yield "original", f"{name}_again", embedded(mesh, load_mesh(mesh), added, "lod")
+            yield "original", f"{name}_again", embed_occluder(mesh, load(mesh), added, "lod")
 
 
 def _all_glb() -> Iterator[tuple[str, str, bytes]]:

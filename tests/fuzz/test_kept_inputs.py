@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from simplifier.io import readable_suffixes
+from simplifier.io.formats import readable_suffixes
 from tests.fuzz.corpus import CORPUS, FIXTURES, kept_inputs
 from tests.fuzz.targets import TARGETS
 from tests.fuzz.watched import Watched

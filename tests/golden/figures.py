@@ -11,7 +11,7 @@ from pathlib import Path
 import simplifier
 from examples.castle import castle
 from simplifier.accuracy.occlusion import occlusion_measures
-from simplifier.options import make_options
+from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
 from tests.conftest import ASSETS
 
@@ -25,7 +25,7 @@ DIGITS = 4
 def figures(mesh, options):
     """Precision and recall without sampling noise, the share of the measure, and the bound kept."""
     result = simplify_mesh(mesh, make_options(float(mesh.extent.max()), **options))
-    report = simplifier.evaluate(mesh, result.occluder, exact=True)
+    report = simplifier.evaluate(mesh, result.occluder, exact=True).accuracy
     return {
         "triangles": len(result.occluder.faces),
         "precision": report.precision,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from simplifier.hierarchy.build import build_occluders
 from simplifier.hierarchy.manifest import occluder_store, read_summaries, write_manifest
-from simplifier.hierarchy.options import SceneOptions
+from simplifier.options.scene import SceneOptions
 from tests.hierarchy.scenes import QUICK, street
 
 

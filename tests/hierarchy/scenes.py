@@ -6,7 +6,7 @@ import numpy as np
 
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.scene import Scene
-from simplifier.hierarchy.options import SceneOptions
+from simplifier.options.scene import SceneOptions
 from tests.solids import box
 
 QUICK = SceneOptions(budget=12, resolution=8, width=4, moves=20, pixel_error=100.0)

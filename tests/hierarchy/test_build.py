@@ -19,7 +19,7 @@ from simplifier.hierarchy import build as building
 from simplifier.hierarchy.build import build_occluders
 from simplifier.hierarchy.manifest import load_occluder_tree, occluder_store
 from simplifier.hierarchy.node_plan import plan_occluders
-from simplifier.hierarchy.options import SceneOptions
+from simplifier.options.scene import SceneOptions
 from tests.acceptance.command import environment
 from tests.hierarchy.builds import SLOW, built, files
 from tests.hierarchy.scenes import QUICK, moved, reordered, scene_of, street, with_object

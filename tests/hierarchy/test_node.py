@@ -15,9 +15,9 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.hierarchy.node import Stand, hiding_radius, is_own_occluder, node_occluder
-from simplifier.hierarchy.options import SceneOptions
-from simplifier.kernels.coverage import covered
-from simplifier.options import ERROR_VOXELS
+from simplifier.kernels.coverage import coverage_masks
+from simplifier.options.scene import SceneOptions
+from simplifier.options.stages import ERROR_VOXELS
 from simplifier.selection.measure import directional_measures
 from simplifier.voxel.fill import fill
 from simplifier.voxel.voxelize import voxelize
@@ -49,7 +49,7 @@ def test_a_near_occluder_of_many_triangles_keeps_inside():
     assert occluder.error_bound == 0.0
     assert 0 < len(occluder.faces) <= OPTIONS.budget
     assert within(FINE, occluder)
-    assert evaluate(FINE, occluder, views=16, image=64, exact=True).precision == 1.0
+    assert evaluate(FINE, occluder, views=16, image=64, exact=True).accuracy.precision == 1.0
 
 
 @pytest.mark.parametrize("kind", ["far", "inner"])
@@ -71,7 +71,7 @@ def test_conservative_ones_hide_nothing_wrongly(kind):
     assert occluder.error_bound == 0.0
     assert len(occluder.faces) > 0
     assert within(FINE, occluder)
-    assert evaluate(FINE, occluder, views=16, image=64, exact=True).precision == 1.0
+    assert evaluate(FINE, occluder, views=16, image=64, exact=True).accuracy.precision == 1.0
 
 
 def specks(count=300):
@@ -139,7 +139,7 @@ def exact_radius(mesh, directions=200, size=256):
     reach = 1.05 * np.abs(mesh.vertices).max() * np.sqrt(3.0)
     linear = axes * (size / 2.0 / reach)
     projections = np.concatenate([linear, np.full((directions, 2, 1), size / 2.0)], axis=2)
-    words = covered(mesh.vertices, mesh.faces, np.ascontiguousarray(projections), size, size)
+    words = coverage_masks(mesh.vertices, mesh.faces, np.ascontiguousarray(projections), size, size)
     bits = np.unpackbits(words.view(np.uint8), axis=-1, bitorder="little")[..., :size]
     measures = directional_measures(bits.astype(np.bool_), 2.0 * reach / size)
     return np.cbrt(3.0 * measures.mean() / np.pi)

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.hierarchy.node import Stand
 from simplifier.hierarchy.node_plan import is_key, plan_occluders
-from simplifier.hierarchy.options import SceneOptions
 from simplifier.hierarchy.parts import split_large
 from simplifier.hierarchy.tree import build_tree
+from simplifier.options.scene import SceneOptions
 from tests.hierarchy.scenes import (
     QUICK,
     fine_box,

@@ -9,7 +9,7 @@ from simplifier.errors import MeshError, OutputError
 from simplifier.geometry.occluder import Occluder
 from simplifier.hierarchy.node_plan import is_key
 from simplifier.hierarchy.store import OccluderStore
-from simplifier.io import save_occluder
+from simplifier.io.save import save_occluder
 from tests.solids import blob
 
 KEY, OTHER = "0123456789abcdef" * 2, "f" * 32

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from simplifier.io import load_mesh
+from simplifier.io.load import load as load_mesh
 from tests.io.builders import GltfBuilder
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from simplifier.io import load_mesh
+from simplifier.io.load import load
 from tests.conftest import ASSETS
 
 MANIFEST = ASSETS / "MANIFEST.csv"
@@ -26,7 +26,7 @@ def test_the_manifest_is_used() -> None:
 
 @pytest.mark.parametrize("name", MESHES)
 def test_triangles_and_bounds_of_the_manifest(asset: Callable[[str], Path], name: str) -> None:
-    mesh = load_mesh(asset(name))
+    mesh = load(asset(name))
     row = MESHES[name]
     assert len(mesh.faces) + mesh.dropped.total == int(row["triangles"])
     extent = [float(value) for value in row["bbox_extent"].split(" x ")]
@@ -40,7 +40,7 @@ def test_triangles_and_bounds_of_the_manifest(asset: Callable[[str], Path], name
 
 @pytest.mark.parametrize("name", ["bunny_4968.ply", "sponza_dabrovic.glb"])
 def test_same_corners_as_trimesh(asset: Callable[[str], Path], name: str) -> None:
-    mesh = load_mesh(asset(name))
+    mesh = load(asset(name))
     other = trimesh.load(asset(name), process=False, force="mesh")
     ours = mesh.vertices[mesh.faces].reshape(len(mesh.faces), 9)
     theirs = np.asarray(other.vertices)[other.faces].reshape(len(other.faces), 9)
@@ -50,7 +50,7 @@ def test_same_corners_as_trimesh(asset: Callable[[str], Path], name: str) -> Non
 
 def test_city_keeps_float64_under_its_map_offset(asset: Callable[[str], Path]) -> None:
     """float32 would move walls at 5,176,000 m (the source was rounded to half metres already)."""
-    mesh = load_mesh(asset("city_lyon_buildings.glb"))
+    mesh = load(asset("city_lyon_buildings.glb"))
     local = mesh.vertices - [1842000.0, 5176000.0, 0.0]
     # The file holds float32 around the offset: taking it off must give back such numbers.
     assert np.abs(local - local.astype(np.float32)).max() < 2e-9

@@ -10,8 +10,9 @@ import pytest
 
 from simplifier.errors import MemoryLimitError, MeshError, UnreadableMeshError
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import load_mesh, load_occluder, load_scene, save_occluder
-from simplifier.io.load import claim_of
+from simplifier.io.load import claim_of, load, load_occluder
+from simplifier.io.save import save_occluder
+from simplifier.io.scene import load_scene
 from tests.conftest import ASSETS
 from tests.io.builders import FAN, TETRAHEDRON_FACES, TETRAHEDRON_POINTS, GltfBuilder, ply
 from tests.solids import sphere
@@ -28,14 +29,14 @@ def saved(path: Path) -> Path:
 @pytest.mark.parametrize("suffix", [*EXACT, ".obj"])
 def test_counts_are_those_that_are_read(tmp_path, suffix):
     path = saved(tmp_path / f"ball{suffix}")
-    claim, mesh = claim_of(path), load_mesh(path)
+    claim, mesh = claim_of(path), load(path)
     assert (claim.vertices, claim.triangles) == (len(mesh.vertices), len(mesh.faces))
     assert claim.decoding >= path.stat().st_size
 
 
 def test_those_of_a_godot_occluder_are_guessed_within_a_factor_of_three(tmp_path):
     path = saved(tmp_path / "ball.tres")
-    claim, mesh = claim_of(path), load_mesh(path)
+    claim, mesh = claim_of(path), load(path)
     for claimed, real in ((claim.vertices, mesh.vertices), (claim.triangles, mesh.faces)):
         assert len(real) / 3 < claimed < 3 * len(real)
 
@@ -116,7 +117,7 @@ def test_instances_of_a_gltf_mesh_count_each(tmp_path):
 
 @pytest.mark.parametrize("path", sorted(ASSETS.glob("*.[pg]l[yb]")), ids=lambda path: path.name)
 def test_real_meshes_claim_what_they_hold(path):
-    claim, mesh = claim_of(path), load_mesh(path)
+    claim, mesh = claim_of(path), load(path)
     assert claim.triangles == len(mesh.faces) + mesh.dropped.total
     assert claim.vertices >= len(mesh.vertices)
 
@@ -139,10 +140,10 @@ def test_reading_says_what_is_wrong_with_a_damaged_file(tmp_path, name):
         path.write_bytes(DAMAGED[name])
     assert claim_of(path).decoding < 1 << 20
     with pytest.raises(UnreadableMeshError):
-        load_mesh(path)
+        load(path)
 
 
-@pytest.mark.parametrize("load", [load_mesh, load_occluder, load_scene])
+@pytest.mark.parametrize("load", [load, load_occluder, load_scene])
 @pytest.mark.parametrize("suffix", [".stl", ".obj", ".ply"])
 def test_a_file_too_large_is_refused_before_it_is_read(tmp_path, load, suffix):
     path = saved(tmp_path / f"ball{suffix}")
@@ -159,4 +160,4 @@ def test_a_file_too_large_is_refused_before_it_is_read(tmp_path, load, suffix):
 def test_a_pipe_is_refused_as_one(tmp_path):
     os.mkfifo(tmp_path / "pipe.ply")
     with pytest.raises(MeshError, match="a pipe"):
-        load_mesh(tmp_path / "pipe.ply")
+        load(tmp_path / "pipe.ply")

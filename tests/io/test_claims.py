@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from simplifier.errors import MeshError
-from simplifier.io import load_mesh
+from simplifier.io.load import load
 from tests.io.builders import GltfBuilder, ply
 
 MANY = 2**31
@@ -69,7 +69,7 @@ def test_more_than_there_is(tmp_path: Path, name: str) -> None:
     tracemalloc.start()
     try:
         with pytest.raises(MeshError, match=path.name):
-            load_mesh(path)
+            load(path)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

@@ -16,7 +16,9 @@ from simplifier.errors import (
     UnknownFormatError,
     UnreadableMeshError,
 )
-from simplifier.io import load_mesh, load_occluder, load_scene, readable_suffixes
+from simplifier.io.formats import readable_suffixes
+from simplifier.io.load import load, load_occluder
+from simplifier.io.scene import load_scene
 from tests.io.builders import TETRAHEDRON_FACES, TETRAHEDRON_POINTS, binary_ply, valid_files
 
 FILES = valid_files()
@@ -38,7 +40,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize("name", FILES)
 def test_corners_order_and_winding_are_kept(tmp_path: Path, name: str) -> None:
-    mesh = load_mesh(write(tmp_path, name))
+    mesh = load(write(tmp_path, name))
     np.testing.assert_array_equal(mesh.vertices[mesh.faces], EXPECTED)
 
 
@@ -46,20 +48,20 @@ def test_corners_order_and_winding_are_kept(tmp_path: Path, name: str) -> None:
 def test_upper_case_suffix_and_text_path(tmp_path: Path, name: str) -> None:
     path = write(tmp_path, name)
     upper = path.rename(path.with_suffix(path.suffix.upper()))
-    assert len(load_mesh(str(upper)).faces) == 4
+    assert len(load(str(upper)).faces) == 4
 
 
 @pytest.mark.parametrize("newline", [b"\r\n", b"\r"])
 @pytest.mark.parametrize("name", TEXT)
 def test_other_line_endings(tmp_path: Path, name: str, newline: bytes) -> None:
     data = FILES[name][1].replace(b"\n", newline)
-    mesh = load_mesh(write(tmp_path, name, data))
+    mesh = load(write(tmp_path, name, data))
     np.testing.assert_array_equal(mesh.vertices[mesh.faces], EXPECTED)
 
 
 @pytest.mark.parametrize("name", TEXT)
 def test_byte_order_mark(tmp_path: Path, name: str) -> None:
-    mesh = load_mesh(write(tmp_path, name, b"\xef\xbb\xbf" + FILES[name][1]))
+    mesh = load(write(tmp_path, name, b"\xef\xbb\xbf" + FILES[name][1]))
     np.testing.assert_array_equal(mesh.vertices[mesh.faces], EXPECTED)
 
 
@@ -77,7 +79,7 @@ def test_bytes_that_are_not_utf8_in_names(
 ) -> None:
     data = FILES[name][1]
     assert old in data
-    assert len(load_mesh(write(tmp_path, name, data.replace(old, new))).faces) == 4
+    assert len(load(write(tmp_path, name, data.replace(old, new))).faces) == 4
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -88,7 +90,7 @@ def test_every_truncation_is_refused_or_harmless(folder: Path, name: str) -> Non
     for length in range(len(data)):
         path = write(folder, name, data[:length])
         try:
-            load_mesh(path)
+            load(path)
         except EmptyMeshError:
             assert name in ("obj", "tres")  # nothing in these formats says how much is to come
         except UnreadableMeshError:
@@ -105,7 +107,7 @@ def test_every_truncation_is_refused_or_harmless(folder: Path, name: str) -> Non
 @pytest.mark.parametrize("name", FILES)
 def test_empty_file(tmp_path: Path, name: str) -> None:
     with pytest.raises(UnreadableMeshError, match="empty"):
-        load_mesh(write(tmp_path, name, b""))
+        load(write(tmp_path, name, b""))
 
 
 @pytest.mark.parametrize("suffix", readable_suffixes())
@@ -114,7 +116,7 @@ def test_nonsense_is_refused(tmp_path: Path, suffix: str, data: bytes) -> None:
     path = tmp_path / f"mesh{suffix}"
     path.write_bytes(data)
     with pytest.raises(UnreadableMeshError) as caught:
-        load_mesh(path)
+        load(path)
     assert str(path) in str(caught.value)
 
 
@@ -127,7 +129,7 @@ def test_wrong_suffix_is_named(tmp_path: Path, suffix: str, name: str) -> None:
     path = tmp_path / f"mesh{suffix}"
     path.write_bytes(data)
     with pytest.raises(UnreadableMeshError) as caught:
-        load_mesh(path)
+        load(path)
     if name != "obj":  # has no signature
         assert "the suffix says" in str(caught.value)
 
@@ -146,30 +148,30 @@ def test_frequent_mistakes_are_named(tmp_path: Path, data: bytes, found: str) ->
     path = tmp_path / "mesh.obj"
     path.write_bytes(data)
     with pytest.raises(UnreadableMeshError, match=found):
-        load_mesh(path)
+        load(path)
 
 
 def test_missing_file(tmp_path: Path) -> None:
     with pytest.raises(UnreadableMeshError, match="no such file"):
-        load_mesh(tmp_path / "absent.ply")
+        load(tmp_path / "absent.ply")
 
 
 def test_folder(tmp_path: Path) -> None:
     (tmp_path / "folder.ply").mkdir()
     with pytest.raises(UnreadableMeshError, match="folder"):
-        load_mesh(tmp_path / "folder.ply")
+        load(tmp_path / "folder.ply")
 
 
 def test_pipe_does_not_hang(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.ply")
     with pytest.raises(UnreadableMeshError, match="pipe"):
-        load_mesh(tmp_path / "pipe.ply")
+        load(tmp_path / "pipe.ply")
 
 
 def test_impossible_names() -> None:
     for name in ("nul\0.ply", "x" * 5000 + ".ply"):
         with pytest.raises(UnreadableMeshError):
-            load_mesh(name)
+            load(name)
 
 
 @pytest.mark.parametrize("name", ["mesh.xyz", "mesh", "mesh.ply.gz", ".glb"])
@@ -178,14 +180,14 @@ def test_unknown_suffix_lists_the_readable_ones(tmp_path: Path, name: str) -> No
     with pytest.raises(
         UnknownFormatError, match=r"\.glb \.gltf \.obj \.occ \.off \.ply \.stl \.tres"
     ):
-        load_mesh(tmp_path / name)
+        load(tmp_path / name)
 
 
 def test_no_triangle_is_an_empty_mesh_but_a_proper_occluder(tmp_path: Path) -> None:
     path = tmp_path / "points.obj"
     path.write_bytes(b"v 0 0 0\nv 1 0 0\n")
     with pytest.raises(EmptyMeshError):
-        load_mesh(path)
+        load(path)
     occluder = load_occluder(path)
     assert occluder.faces.shape == (0, 3)
     assert occluder.faces.dtype == np.int32
@@ -194,7 +196,7 @@ def test_no_triangle_is_an_empty_mesh_but_a_proper_occluder(tmp_path: Path) -> N
 def test_unusable_triangles_are_counted(tmp_path: Path) -> None:
     path = tmp_path / "mesh.obj"
     path.write_bytes(b"v 0 0 0\nv 1 0 0\nv nan 1 0\nv 0 1 0\nv 2 0 0\nf 1 2 3\nf 1 2 4\nf 1 2 5")
-    mesh = load_mesh(path)
+    mesh = load(path)
     assert len(mesh.faces) == 1
     assert (mesh.dropped.non_finite, mesh.dropped.zero_area) == (1, 1)
 
@@ -221,9 +223,9 @@ def test_damaged_files_never_crash(folder: Path, data: st.DataObject) -> None:
         if not content:
             return
     path = write(folder, name, bytes(content))
-    for load in (load_mesh, load_occluder, load_scene):
+    for read in (load, load_occluder, load_scene):
         try:
-            load(path)
+            read(path)
         except OccluderError as error:
             assert str(path) in str(error)  # noqa: PT017
 
@@ -234,4 +236,4 @@ def test_counts_are_checked_before_memory_is_asked_for(tmp_path: Path) -> None:
         path = tmp_path / "mesh.ply"
         path.write_bytes(content)
         with pytest.raises(UnreadableMeshError):
-            load_mesh(path)
+            load(path)

@@ -13,9 +13,9 @@ import pytest
 import trimesh
 
 from simplifier.errors import OutputError, UnreadableMeshError
-from simplifier.io import load_mesh
-from simplifier.io.glb_embed import check_place, embedded, save_with_original
+from simplifier.io.glb_embed import check_place, embed_occluder, save_with_original
 from simplifier.io.gltf_container import pack_glb
+from simplifier.io.load import load
 from simplifier.io.style import Style
 from tests.io.builders import (
     TETRAHEDRON_FACES,
@@ -57,7 +57,7 @@ def rich(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("name", [name for name in valid_files() if name != "occ"])
 def test_any_original_loads_as_before(tmp_path: Path, name: str, how: str) -> None:
     path = original(tmp_path, name)
-    mesh = load_mesh(path)
+    mesh = load(path)
     output = tmp_path / "both.glb"
     occluder = tetrahedron(0.5)
     save_with_original(path, mesh, occluder, output, how)
@@ -71,7 +71,7 @@ def test_any_original_loads_as_before(tmp_path: Path, name: str, how: str) -> No
         (root,) = roots
         levels = document["nodes"][root]["extensions"]["MSFT_lod"]["ids"]
         assert levels == [len(document["nodes"]) - 1]
-        again = load_mesh(output)  # coarser levels are no geometry of the finest
+        again = load(output)  # coarser levels are no geometry of the finest
         np.testing.assert_allclose(again.vertices[again.faces], mesh.vertices[mesh.faces])
 
 
@@ -87,14 +87,14 @@ def test_meshes_without_nodes_get_some_and_lose_them_again(
     builder.root |= scenes
     path = tmp_path / "library.glb"
     path.write_bytes(builder.glb())
-    mesh = load_mesh(path)
+    mesh = load(path)
     both = tmp_path / "both" / "library.glb"
     both.parent.mkdir()
-    both.write_bytes(embedded(path, mesh, tetrahedron(), how))
-    again = load_mesh(both)
+    both.write_bytes(embed_occluder(path, mesh, tetrahedron(), how))
+    again = load(both)
     assert again.vertices.tobytes() == mesh.vertices.tobytes()
     assert again.faces.tobytes() == mesh.faces.tobytes()
-    second = embedded(both, again, tetrahedron(), how)
+    second = embed_occluder(both, again, tetrahedron(), how)
     assert take_apart(second) == take_apart(both.read_bytes())
 
 
@@ -102,7 +102,7 @@ def test_meshes_without_nodes_get_some_and_lose_them_again(
 def test_all_of_the_original_is_there(tmp_path: Path, how: str) -> None:
     path = rich(tmp_path)
     before, binary = take_apart(path.read_bytes())
-    after, longer = take_apart(embedded(path, load_mesh(path), tetrahedron(), how))
+    after, longer = take_apart(embed_occluder(path, load(path), tetrahedron(), how))
     assert longer.startswith(binary)
     for key in ("images", "textures", "animations", "asset"):
         assert after[key] == before[key]
@@ -120,16 +120,16 @@ def test_an_earlier_occluder_is_replaced(
     tmp_path: Path, name: str, first: str, second: str
 ) -> None:
     path = rich(tmp_path) if name == "rich" else original(tmp_path, name)
-    mesh = load_mesh(path)
+    mesh = load(path)
     once = path.with_suffix(".glb")
-    fresh = embedded(path, mesh, tetrahedron(0.25), second)
-    once.write_bytes(embedded(path, mesh, tetrahedron(0.5), first))
-    assert embedded(once, mesh, tetrahedron(0.25), second) == fresh
+    fresh = embed_occluder(path, mesh, tetrahedron(0.25), second)
+    once.write_bytes(embed_occluder(path, mesh, tetrahedron(0.5), first))
+    assert embed_occluder(once, mesh, tetrahedron(0.25), second) == fresh
 
 
 def test_a_viewer_sees_both(tmp_path: Path) -> None:
     path = rich(tmp_path)
-    (tmp_path / "both.glb").write_bytes(embedded(path, load_mesh(path), tetrahedron(), "godot"))
+    (tmp_path / "both.glb").write_bytes(embed_occluder(path, load(path), tetrahedron(), "godot"))
     scene = trimesh.load(tmp_path / "both.glb")
     assert "yard-occonly" in scene.graph.nodes
     transform, name = scene.graph["yard-occonly"]
@@ -140,7 +140,7 @@ def test_a_viewer_sees_both(tmp_path: Path) -> None:
 def test_single_sided_in_the_original(tmp_path: Path) -> None:
     path = original(tmp_path)
     output = tmp_path / "both.glb"
-    save_with_original(path, load_mesh(path), tetrahedron(), output, "godot", Style("single"))
+    save_with_original(path, load(path), tetrahedron(), output, "godot", Style("single"))
     document, _ = take_apart(output.read_bytes())
     assert document["materials"][-1]["doubleSided"] is False
 
@@ -185,22 +185,22 @@ def test_an_original_that_is_read_and_cannot_be_added_to(tmp_path: Path, name: s
     """Reading passes over what it does not need; adding to it was a traceback."""
     path = rock(tmp_path, **DAMAGES[name])
     with pytest.raises(UnreadableMeshError, match="nothing can be added; export it again"):
-        embedded(path, load_mesh(path), tetrahedron(), "lod")
+        embed_occluder(path, load(path), tetrahedron(), "lod")
 
 
 def test_a_coverage_that_is_no_list_stays(tmp_path: Path) -> None:
     extras = {"MSFT_screencoverage": 0.5}
     path = rock(tmp_path, nodes=[{"mesh": 0, "extras": extras}])
-    document, _ = take_apart(embedded(path, load_mesh(path), tetrahedron(), "lod"))
+    document, _ = take_apart(embed_occluder(path, load(path), tetrahedron(), "lod"))
     assert document["nodes"][0]["extras"] == extras
 
 
 @pytest.mark.parametrize("change", [{"nodes": "many"}, {"root": [0]}], ids=str)
 def test_what_another_program_changed_is_refused(tmp_path: Path, change: dict[str, Any]) -> None:
     path = original(tmp_path)
-    mesh = load_mesh(path)
-    document, binary = take_apart(embedded(path, mesh, tetrahedron(), "godot"))
+    mesh = load(path)
+    document, binary = take_apart(embed_occluder(path, mesh, tetrahedron(), "godot"))
     document["nodes"][-1]["extras"]["before"] |= change
     path.write_bytes(pack_glb(document, binary))
     with pytest.raises(UnreadableMeshError, match="changed by another program"):
-        embedded(path, mesh, tetrahedron(), "godot")
+        embed_occluder(path, mesh, tetrahedron(), "godot")

@@ -12,8 +12,9 @@ import pytest
 import trimesh
 
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import load_occluder, save_occluder
 from simplifier.io.glb_writer import encode
+from simplifier.io.load import load_occluder
+from simplifier.io.save import save_occluder
 from tests.io.builders import tetrahedron
 
 

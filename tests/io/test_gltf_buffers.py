@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from simplifier.errors import UnreadableMeshError
-from simplifier.io import load_mesh
+from simplifier.io.load import load
 from tests.io.builders import tetrahedron_gltf
 
 
@@ -31,14 +31,14 @@ def write(folder: Path, **buffer: object) -> Path:
 def test_files_beside_are_read(tmp_path: Path, uri: str, place: str) -> None:
     (tmp_path / "buffers").mkdir()
     (tmp_path / place).write_bytes(tetrahedron_gltf().binary)
-    assert len(load_mesh(write(tmp_path, uri=uri)).faces) == 4
+    assert len(load(write(tmp_path, uri=uri)).faces) == 4
 
 
 def test_relative_path_of_the_scene_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "scene.bin").write_bytes(tetrahedron_gltf().binary)
     write(tmp_path, uri="scene.bin")
     monkeypatch.chdir(tmp_path)
-    assert len(load_mesh("scene.gltf").faces) == 4
+    assert len(load("scene.gltf").faces) == 4
 
 
 @pytest.mark.parametrize(
@@ -77,19 +77,19 @@ def test_everything_else_is_refused_unread(tmp_path: Path, uri: str) -> None:
     (folder / "loop").symlink_to("loop")
     path = write(folder, uri=uri.replace("{outside}", str(outside)))
     with pytest.raises(UnreadableMeshError):
-        load_mesh(path)
+        load(path)
 
 
 def test_a_link_that_stays_inside_is_followed(tmp_path: Path) -> None:
     (tmp_path / "real.bin").write_bytes(tetrahedron_gltf().binary)
     (tmp_path / "link.bin").symlink_to("real.bin")
-    assert len(load_mesh(write(tmp_path, uri="link.bin")).faces) == 4
+    assert len(load(write(tmp_path, uri="link.bin")).faces) == 4
 
 
 @pytest.mark.parametrize("media", ["application/octet-stream", "application/gltf-buffer", ""])
 def test_base64(tmp_path: Path, media: str) -> None:
     text = b64encode(tetrahedron_gltf().binary).decode()
-    assert len(load_mesh(write(tmp_path, uri=f"data:{media};base64,{text}")).faces) == 4
+    assert len(load(write(tmp_path, uri=f"data:{media};base64,{text}")).faces) == 4
 
 
 @pytest.mark.parametrize(
@@ -104,21 +104,21 @@ def test_base64(tmp_path: Path, media: str) -> None:
 )
 def test_damaged_base64(tmp_path: Path, uri: str) -> None:
     with pytest.raises(UnreadableMeshError):
-        load_mesh(write(tmp_path, uri=uri))
+        load(write(tmp_path, uri=uri))
 
 
 def test_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(UnreadableMeshError, match=r"absent\.bin"):
-        load_mesh(write(tmp_path, uri="absent.bin"))
+        load(write(tmp_path, uri="absent.bin"))
 
 
 def test_short_file(tmp_path: Path) -> None:
     (tmp_path / "scene.bin").write_bytes(tetrahedron_gltf().binary[:-1])
     with pytest.raises(UnreadableMeshError, match="truncated"):
-        load_mesh(write(tmp_path, uri="scene.bin"))
+        load(write(tmp_path, uri="scene.bin"))
 
 
 @pytest.mark.parametrize("buffer", [{}, {"uri": 5}])
 def test_absent_buffer(tmp_path: Path, buffer: dict[str, object]) -> None:
     with pytest.raises(UnreadableMeshError, match="neither data nor"):
-        load_mesh(write(tmp_path, **buffer))
+        load(write(tmp_path, **buffer))

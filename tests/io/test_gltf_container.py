@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from simplifier.errors import UnreadableMeshError
-from simplifier.io import load_mesh, load_occluder
+from simplifier.io.load import load, load_occluder
 from tests.io.builders import (
     TRIANGLE,
     GltfBuilder,
@@ -31,7 +31,7 @@ def test_unknown_chunks_and_bytes_behind_the_end(tmp_path: Path) -> None:
     for content in (data, whole):
         path = tmp_path / "scene.glb"
         path.write_bytes(content)
-        assert len(load_mesh(path).faces) == 4
+        assert len(load(path).faces) == 4
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_meshopt_without_a_fallback(tmp_path: Path) -> None:
     path = tmp_path / "scene.gltf"
     path.write_bytes(builder.json())
     with pytest.raises(UnreadableMeshError, match="EXT_meshopt_compression"):
-        load_mesh(path)
+        load(path)
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_json_that_is_no_gltf(tmp_path: Path, text: bytes) -> None:
     path = tmp_path / "scene.gltf"
     path.write_bytes(text)
     with pytest.raises(UnreadableMeshError):
-        load_mesh(path)
+        load(path)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from simplifier.errors import UnreadableMeshError
-from simplifier.io import load_mesh
+from simplifier.io.load import load
 from tests.io.builders import (
     FAN,
     TETRAHEDRON_FACES,
@@ -54,7 +54,7 @@ def test_same_placement_as_trimesh(tmp_path: Path) -> None:
     builder.root |= {"scenes": [{"nodes": child}], "scene": 0}
     path = tmp_path / "scene.glb"
     path.write_bytes(builder.glb())
-    ours = load_mesh(path)
+    ours = load(path)
     theirs = trimesh.load(path, process=False, force="mesh")
     key = lambda points: points[np.lexsort(np.round(points, 6).T)]  # noqa: E731
     np.testing.assert_allclose(key(ours.vertices), key(np.asarray(theirs.vertices)), atol=1e-9)

@@ -7,7 +7,7 @@ import pytest
 
 from simplifier.errors import EmptyMeshError, OptionError, OverridesError
 from simplifier.geometry.overrides import Ignore, Pattern
-from simplifier.io.load import load_mesh, load_occluder
+from simplifier.io.load import load, load_occluder
 from simplifier.io.scene import load_scene
 from tests.io.builders import TRIANGLE, GltfBuilder
 
@@ -69,16 +69,16 @@ def same(one, other):
 def test_what_one_can_see_through_is_left_out_unless_it_is_asked_for(tmp_path):
     path = write(tmp_path / "a.glb", gltf_of(MATERIALS).glb())
     opaque = [z for z, name in enumerate(MATERIALS) if name not in SEE_THROUGH]
-    found = load_mesh(path)
+    found = load(path)
     assert heights(found) == opaque
     assert [(one.name, one.see_through, one.triangles) for one in found.omitted] == [
         (f"material '{name}'", True, 1) for name in SEE_THROUGH
     ]
-    whole = load_mesh(path, transparent="keep")
+    whole = load(path, transparent="keep")
     assert (len(whole.faces), whole.omitted) == (len(MATERIALS), ())
     assert len(load_occluder(path).faces) == len(MATERIALS)
     with pytest.raises(OptionError, match=r"transparent: 'no' is not known"):
-        load_mesh(path, transparent="no")
+        load(path, transparent="no")
 
 
 @pytest.mark.parametrize("ignored", [["stone"], ["s*"], ["st?ne", "[p]aper", "glass"]])
@@ -95,8 +95,8 @@ def test_ignoring_a_material_is_loading_a_file_without_it(tmp_path, ignored):
     builder.root["meshes"][0]["primitives"] = [primitives[position[name]] for name in kept]
     without = write(tmp_path / "without.glb", builder.glb())
     for transparent in ("leave-out", "keep"):
-        same(load_mesh(path, ignore=patterns, transparent=transparent),
-             load_mesh(without, transparent=transparent))  # fmt: skip
+        same(load(path, ignore=patterns, transparent=transparent),
+             load(without, transparent=transparent))  # fmt: skip
 
 
 def test_objects_are_ignored_by_the_name_of_node_or_mesh(tmp_path):
@@ -108,11 +108,11 @@ def test_objects_are_ignored_by_the_name_of_node_or_mesh(tmp_path):
         builder.root["meshes"][index]["name"] = mesh
         builder.node(mesh=index, name=node)
     path = write(tmp_path / "a.glb", builder.glb())
-    found = load_mesh(path, ignore=named(meshes=["door*"]))
+    found = load(path, ignore=named(meshes=["door*"]))
     assert heights(found) == [2, 3]
     assert [one.name for one in found.omitted] == ["mesh 'door'", "mesh 'door.001'"]
     with pytest.raises(OverridesError) as refused:
-        load_mesh(path, ignore=named(meshes=["b", "gate*"]))
+        load(path, ignore=named(meshes=["b", "gate*"]))
     assert str(refused.value) == (
         "a.toml:2: no mesh is called 'gate*'; the file has 'door', 'a', 'door.001', 'wall', 'b'"
         " and 1 more"
@@ -128,7 +128,7 @@ def test_all_instances_of_a_node_have_its_name(tmp_path):
     )  # fmt: skip
     builder.node(mesh=builder.mesh(shifted(1)), name="ground")
     path = write(tmp_path / "a.glb", builder.glb())
-    assert heights(load_mesh(path, ignore=named(meshes=["tree"]))) == [1]
+    assert heights(load(path, ignore=named(meshes=["tree"]))) == [1]
 
 
 @pytest.mark.parametrize(
@@ -142,7 +142,7 @@ def test_all_instances_of_a_node_have_its_name(tmp_path):
 def test_a_file_of_which_nothing_is_left_is_refused_with_what_helps(tmp_path, names, ignore, what):
     path = write(tmp_path / "a.glb", gltf_of(names).glb())
     with pytest.raises(EmptyMeshError, match=what):
-        load_mesh(path, ignore=ignore)
+        load(path, ignore=ignore)
 
 
 @pytest.mark.parametrize("material", [7, -1, "x", True, None, 1.5, [0]])
@@ -151,14 +151,14 @@ def test_a_damaged_material_is_none(tmp_path, material):
     builder.root["meshes"][0]["primitives"][0]["material"] = material
     builder.root["materials"][1:] = [3, {"alphaMode": ["BLEND"], "extensions": []}]
     path = write(tmp_path / "a.glb", builder.glb())
-    assert len(load_mesh(path).faces) == 2
+    assert len(load(path).faces) == 2
 
 
 def test_materials_without_a_name_are_called_by_their_number(tmp_path):
     builder = gltf_of(["stone", "glass"])
     for material in builder.root["materials"]:
         del material["name"]
-    found = load_mesh(write(tmp_path / "a.glb", builder.glb()))
+    found = load(write(tmp_path / "a.glb", builder.glb()))
     assert [one.name for one in found.omitted] == ["material 'material 1'"]
 
 
@@ -204,12 +204,12 @@ def test_an_occluder_for_godot_is_left_out_and_told(tmp_path):
     builder = gltf_of(["stone", "glass"], name="rock")
     builder.node(mesh=0, name="rock-occonly", translation=[0.0, 0.0, 5.0])
     path = write(tmp_path / "a.glb", builder.glb())
-    found = load_mesh(path)
+    found = load(path)
     assert heights(found) == [0.0]
     assert [(one.name, one.see_through, one.triangles) for one in found.omitted] == [
         ("material 'glass'", True, 1), ("occluder 'rock-occonly'", False, 2),
     ]  # fmt: skip
-    assert heights(load_mesh(path, transparent="keep")) == [0.0, 1.0]
+    assert heights(load(path, transparent="keep")) == [0.0, 1.0]
     scene = load_scene(path)
     assert scene.names == ("rock",)
     assert "object 'rock-occonly' left out: an occluder already" in scene.warnings[0]
@@ -217,7 +217,7 @@ def test_an_occluder_for_godot_is_left_out_and_told(tmp_path):
 
 def test_occluders_alone_are_a_mesh(tmp_path):
     path = write(tmp_path / "a.glb", gltf_of(["stone"], name="rock-occonly").glb())
-    found = load_mesh(path)
+    found = load(path)
     assert (heights(found), found.omitted) == ([0.0], ())
     assert load_scene(path).warnings == ()
 
@@ -231,9 +231,9 @@ def obj(tmp_path, text=OBJ, mtl=MTL):
 
 def test_faces_of_obj_have_materials_objects_and_groups(tmp_path):
     path = obj(tmp_path)
-    whole = load_mesh(path, transparent="keep")
+    whole = load(path, transparent="keep")
     assert len(whole.faces) == 6
-    found = load_mesh(path)
+    found = load(path)
     assert len(found.faces) == 3
     assert [(one.name, one.triangles) for one in found.omitted] == [
         ("material 'pane of glass'", 3)
@@ -244,32 +244,32 @@ def test_faces_of_obj_have_materials_objects_and_groups(tmp_path):
         (named(meshes=["panes"]), 3),
         (named(meshes=["roof"]), 5),
     ):
-        assert len(load_mesh(path, transparent="keep", ignore=ignore).faces) == faces
+        assert len(load(path, transparent="keep", ignore=ignore).faces) == faces
 
 
 @pytest.mark.parametrize("line", ["d 0.99", "d -halo 0.5", "Tr 0.1", "map_d x.png"])
 def test_mtl_says_what_can_be_seen_through(tmp_path, line):
     path = obj(tmp_path, mtl=f"newmtl stone\n{line}\nnewmtl pane of glass\nd 1\nTr x\n")
-    assert [one.name for one in load_mesh(path).omitted] == ["material 'stone'"]
+    assert [one.name for one in load(path).omitted] == ["material 'stone'"]
 
 
 def test_no_material_file_is_opened_where_none_may_be_nor_outside_of_the_folder(tmp_path):
     path = obj(tmp_path)
-    assert load_mesh(path, allow_external=False).omitted == ()
-    assert len(load_mesh(path, allow_external=False, ignore=named(materials=["stone"])).faces) == 4
+    assert load(path, allow_external=False).omitted == ()
+    assert len(load(path, allow_external=False, ignore=named(materials=["stone"])).faces) == 4
     inner = tmp_path / "inner"
     inner.mkdir()
     for name in ("../my materials.mtl", str(tmp_path / "my materials.mtl"), "none.mtl", "a\1b"):
         mesh = inner / "a.obj"
         mesh.write_text(path.read_text().replace("my materials.mtl", name))
-        assert load_mesh(mesh).omitted == ()
+        assert load(mesh).omitted == ()
 
 
 def test_several_material_files_may_stand_in_one_line(tmp_path):
     path = obj(tmp_path, OBJ.replace("my materials.mtl", "one.mtl two.mtl"))
     (tmp_path / "one.mtl").write_text("newmtl stone\nd 1\n")
     (tmp_path / "two.mtl").write_bytes(MTL.replace("\n", "\r\n").encode())
-    assert [one.name for one in load_mesh(path).omitted] == ["material 'pane of glass'"]
+    assert [one.name for one in load(path).omitted] == ["material 'pane of glass'"]
 
 
 def test_a_statement_that_a_backslash_joins_to_the_line_before_is_none(tmp_path):
@@ -277,7 +277,7 @@ def test_a_statement_that_a_backslash_joins_to_the_line_before_is_none(tmp_path)
     path = tmp_path / "a.obj"
     path.write_text(text + "# \\\nusemtl x\nf 1 2 3\n")
     with pytest.raises(OverridesError, match="the file names no material"):
-        load_mesh(path, ignore=named(materials=["x"]))
+        load(path, ignore=named(materials=["x"]))
 
 
 def test_ignoring_an_obj_material_is_loading_a_file_without_its_faces(tmp_path):
@@ -293,18 +293,18 @@ def test_ignoring_an_obj_material_is_loading_a_file_without_its_faces(tmp_path):
     whole, without = tmp_path / "whole.obj", tmp_path / "without.obj"
     whole.write_text("\n".join([*rows, *text.values(), ""]))
     without.write_text("\n".join([*rows, text["a"], text["c"], ""]))
-    same(load_mesh(whole, ignore=named(materials=["b"])), load_mesh(without))
+    same(load(whole, ignore=named(materials=["b"])), load(without))
 
 
 def test_a_format_without_names_has_nothing_to_ignore(tmp_path):
     path = tmp_path / "a.stl"
     path.write_text("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n"
                     "vertex 0 1 0\nendloop\nendfacet\nendsolid\n")  # fmt: skip
-    assert load_mesh(path).omitted == ()
+    assert load(path).omitted == ()
     with pytest.raises(
         OverridesError, match=r"a\.toml:1: no mesh is called 'x'; the file names no"
     ):
-        load_mesh(path, ignore=named(meshes=["x"]))
+        load(path, ignore=named(meshes=["x"]))
 
 
 # Scenes follow the same rule.

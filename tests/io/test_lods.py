@@ -14,10 +14,11 @@ import trimesh
 from simplifier.errors import OutputError, UnknownFormatError, UnreadableMeshError
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.occluder import Level, LodChain, Occluder
-from simplifier.io import load_lods, load_mesh, load_occluder, save_occluder, writable_suffixes
+from simplifier.io.formats import writable_suffixes
 from simplifier.io.glb_writer import encode_lods, screen_coverages
 from simplifier.io.gltf_container import pack_glb
-from simplifier.io.save import is_level_path, save_lods
+from simplifier.io.load import load, load_lods, load_occluder
+from simplifier.io.save import is_level_path, save_lods, save_occluder
 from tests.io.builders import TRIANGLE, GltfBuilder, tetrahedron
 from tests.io.test_glb_writer import stored, take_apart
 from tests.solids import box, sphere
@@ -117,7 +118,7 @@ def test_the_finest_level_is_what_others_see(tmp_path: Path, count: int) -> None
     made = chain(count)
     save_lods(made, tmp_path / "ball.glb")
     finest = corners(made.levels[0].occluder)
-    np.testing.assert_allclose(corners(load_mesh(tmp_path / "ball.glb")), finest, atol=1e-6)
+    np.testing.assert_allclose(corners(load(tmp_path / "ball.glb")), finest, atol=1e-6)
     occluder = load_occluder(tmp_path / "ball.glb")
     assert (len(occluder.faces), occluder.error_bound) == (len(finest), 0.1)
     other = trimesh.load(tmp_path / "ball.glb", process=False, force="mesh")
@@ -128,7 +129,7 @@ def test_without_a_default_scene_the_finest_alone_counts(tmp_path: Path) -> None
     document, binary = take_apart(encode_lods(chain()))
     del document["scene"], document["scenes"]
     (tmp_path / "ball.glb").write_bytes(pack_glb(document, binary))
-    assert len(load_mesh(tmp_path / "ball.glb").faces) == 21
+    assert len(load(tmp_path / "ball.glb").faces) == 21
     assert len(load_lods(tmp_path / "ball.glb").levels) == 3
 
 
@@ -236,7 +237,7 @@ def test_a_mesh_of_another_tool_with_levels(tmp_path: Path) -> None:
     fine = builder.node(mesh=mesh, extensions={"MSFT_lod": {"ids": [coarse]}})
     builder.root |= {"scenes": [{"nodes": [fine, coarse]}], "scene": 0}
     (tmp_path / "mesh.glb").write_bytes(builder.glb())
-    np.testing.assert_array_equal(corners(load_mesh(tmp_path / "mesh.glb")), [TRIANGLE])
+    np.testing.assert_array_equal(corners(load(tmp_path / "mesh.glb")), [TRIANGLE])
 
 
 @pytest.mark.parametrize("suffix", writable_suffixes())

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from simplifier.errors import OutputError
 from simplifier.geometry.occluder import Occluder
-from simplifier.io import load_mesh, load_occluder, save_occluder, writable_suffixes
-from simplifier.io.formats import CODECS
+from simplifier.io.formats import CODECS, writable_suffixes
+from simplifier.io.load import load, load_occluder
+from simplifier.io.save import save_occluder
 from tests.io.builders import tetrahedron
 
 SUFFIXES = writable_suffixes()
@@ -88,7 +89,7 @@ def test_load_occluder_gives_the_saved_triangles(tmp_path: Path, suffix: str) ->
     expected = tetrahedron()
     np.testing.assert_array_equal(back.vertices[back.faces], expected.vertices[expected.faces])
     assert back.error_bound == (0.125 if suffix in BOUNDED else float("inf"))
-    assert len(load_mesh(path).faces) == 4
+    assert len(load(path).faces) == 4
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)

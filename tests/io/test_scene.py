@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from simplifier.errors import EmptyMeshError, UnknownFormatError, UnreadableMeshError
-from simplifier.io import load_mesh, load_scene
+from simplifier.io.load import load
+from simplifier.io.scene import load_scene
 from tests.io.builders import (
     FAN,
     TETRAHEDRON_FACES,
@@ -86,7 +87,7 @@ def test_the_same_triangles_as_the_mesh_loader(tmp_path):
         ]
     path = tmp_path / "scene.glb"
     path.write_bytes(builder.glb())
-    found, mesh_way = load_scene(path), load_mesh(path)
+    found, mesh_way = load_scene(path), load(path)
     joined = found.joined(range(len(found)))
     np.testing.assert_allclose(
         joined.vertices[joined.faces], mesh_way.vertices[mesh_way.faces], atol=1e-12
@@ -490,7 +491,7 @@ def test_a_link_back_to_the_folder_does_not_go_round_for_ever(tmp_path):
 )
 def test_objects_of_real_scenes(asset, name, count):
     path: Path = asset(name)
-    found, mesh = load_scene(path), load_mesh(path)
+    found, mesh = load_scene(path), load(path)
     assert len(found) == count
     assert len(set(found.names)) == count
     assert found.triangle_counts.sum() == len(mesh.faces)

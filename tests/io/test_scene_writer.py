@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from simplifier.errors import OutputError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.scene import Scene
-from simplifier.io import load_scene, write_scene
+from simplifier.io.scene import load_scene
+from simplifier.io.scene_writer import write_scene
 from tests.solids import blob, box, sphere
 
 

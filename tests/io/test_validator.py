@@ -19,9 +19,10 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.views import BoundingSphere
-from simplifier.io import glb_writer, load_mesh
-from simplifier.io.glb_embed import embedded
+from simplifier.io import glb_writer
+from simplifier.io.glb_embed import embed_occluder
 from simplifier.io.glb_writer import encode_surface
+from simplifier.io.load import load
 from simplifier.io.scene_writer import encode_scene
 from simplifier.io.written_faces import single_sided
 from tests.io.builders import (
@@ -208,4 +209,4 @@ def both(tmp_path, name, how, sides="double"):
         path.write_bytes(ORIGINALS[name]())
         assert issues(path.read_bytes()) == set()
     occluder = single_sided(tetrahedron(0.5)) if sides == "single" else tetrahedron(0.5)
-    return issues(embedded(path, load_mesh(path), occluder, how))
+    return issues(embed_occluder(path, load(path), occluder, how))

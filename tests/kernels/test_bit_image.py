@@ -14,9 +14,9 @@ from simplifier.geometry.views import (
     image_axes,
     random_directions,
 )
-from simplifier.io import load_mesh
-from simplifier.kernels.coverage import covered
-from simplifier.kernels.coverage import unpacked as unpacked_words
+from simplifier.io.load import load
+from simplifier.kernels.coverage import coverage_masks
+from simplifier.kernels.coverage import unpack_masks as unpacked_words
 from simplifier.kernels.measure import distance_sum, score_images
 from simplifier.selection.measure import bit_measure
 from tests.kernels.bits import (
@@ -133,7 +133,7 @@ def both_forms(masks):
 def silhouettes(mesh, directions):
     sphere = BoundingSphere.of(mesh)
     maps = sphere_projections(image_axes(directions), sphere.centre, sphere.radius)
-    return unpacked_words(covered(mesh.vertices, mesh.faces, maps, SIDE, SIDE), SIDE)
+    return unpacked_words(coverage_masks(mesh.vertices, mesh.faces, maps, SIDE, SIDE), SIDE)
 
 
 def test_random_blobs_follow_the_exact_form():
@@ -154,7 +154,7 @@ def test_views_of_the_castle_follow_the_exact_form():
 
 @pytest.mark.parametrize("name", ["bunny_4968.ply", "buddha_113k.ply", "tree_aspen_leafless.glb"])
 def test_views_of_an_asset_follow_the_exact_form(asset, name):
-    bits, exact = both_forms(silhouettes(load_mesh(asset(name)), random_directions(128, 5)))
+    bits, exact = both_forms(silhouettes(load(asset(name)), random_directions(128, 5)))
     assert np.corrcoef(bits, exact)[0, 1] > 0.999
     assert bits.sum() == pytest.approx(exact.sum(), rel=0.01)
     assert np.abs(bits / exact - 1.0).max() < 0.06
@@ -165,7 +165,7 @@ def test_silhouettes_of_all_kinds_follow_the_exact_form(asset):
         "bunny_4968.ply", "buddha_113k.ply", "broken_truck.ply", "tree_aspen_leafless.glb",
         "level_dungeon.ply", "building_duplex.glb",
     )  # fmt: skip
-    meshes = [castle(), *(load_mesh(asset(name)) for name in names)]
+    meshes = [castle(), *(load(asset(name)) for name in names)]
     masks = [mask for mesh in meshes for mask in silhouettes(mesh, random_directions(48, 6))]
     bits, exact = both_forms([*masks, *(blob(seed) for seed in range(100))])
     assert np.corrcoef(bits, exact)[0, 1] > 0.999

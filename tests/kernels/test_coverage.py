@@ -11,7 +11,7 @@ from scipy.spatial import Delaunay
 from shapely import MultiPoint, contains_xy
 
 from simplifier.geometry.views import image_axes, random_directions
-from simplifier.kernels.coverage import covered, unpacked
+from simplifier.kernels.coverage import coverage_masks, unpack_masks
 
 FLAT = np.array([[[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]]])
 """One view that takes x and y for pixel coordinates."""
@@ -22,7 +22,7 @@ def draw(corners, rows, columns):
     flat = np.asarray(corners, dtype=np.float64).reshape(-1, 2)
     points = np.column_stack([flat, np.zeros(len(flat))])
     faces = np.arange(len(points), dtype=np.int32).reshape(-1, 3)
-    return unpacked(covered(points, faces, FLAT, rows, columns), columns)[0]
+    return unpack_masks(coverage_masks(points, faces, FLAT, rows, columns), columns)[0]
 
 
 def edge_functions(corners, rows, columns):
@@ -107,7 +107,7 @@ def test_far_triangle_fills_the_image():
 
 def test_bits_past_the_last_column_are_zero():
     points = np.array([[-9.0, -9, 0], [500, -9, 0], [-9, 500, 0]])
-    masks = covered(points, np.array([[0, 1, 2]], np.int32), FLAT, 4, 70)
+    masks = coverage_masks(points, np.array([[0, 1, 2]], np.int32), FLAT, 4, 70)
     assert masks.shape == (1, 4, 2)
     assert (masks[0, :, 1] == (1 << 6) - 1).all()
     assert (masks[0, :, 0] == ~np.uint64(0)).all()
@@ -119,7 +119,9 @@ def test_closed_sphere_has_no_pinholes(subdivisions):
     axes = image_axes(random_directions(12, 3))
     size = 100
     projections = np.concatenate([axes[:, :2] * 48.0, np.full((12, 2, 1), 50.0)], axis=2)
-    masks = unpacked(covered(sphere.vertices, sphere.faces, projections, size, size), size)
+    masks = unpack_masks(
+        coverage_masks(sphere.vertices, sphere.faces, projections, size, size), size
+    )
     x, y = np.meshgrid(np.arange(size) + 0.5, np.arange(size) + 0.5)
     for mask, frame in zip(masks, axes, strict=True):
         hull = MultiPoint(sphere.vertices @ frame[:2].T * 48.0 + 50.0).convex_hull
@@ -134,13 +136,13 @@ def test_same_masks_on_any_number_of_threads(monkeypatch):
     results = []
     for threads in ("1", "3"):
         monkeypatch.setenv("OCCLUDER_THREADS", threads)
-        results.append(covered(sphere.vertices, sphere.faces, projections, 64, 64))
+        results.append(coverage_masks(sphere.vertices, sphere.faces, projections, 64, 64))
     assert results[0].shape == (33, 64, 1)
     assert (results[0] == results[1]).all()
 
 
 def test_no_face_covers_nothing():
-    assert covered(np.zeros((0, 3)), np.zeros((0, 3), np.int32), FLAT, 3, 3).sum() == 0
+    assert coverage_masks(np.zeros((0, 3)), np.zeros((0, 3), np.int32), FLAT, 3, 3).sum() == 0
 
 
 @pytest.mark.parametrize(
@@ -160,4 +162,4 @@ def test_no_face_covers_nothing():
 )
 def test_refuses_what_it_cannot_draw(vertices, faces, projections, rows):
     with pytest.raises(ValueError):
-        covered(vertices, np.array(faces, np.int32), projections, rows, 4)
+        coverage_masks(vertices, np.array(faces, np.int32), projections, rows, 4)

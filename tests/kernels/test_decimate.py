@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from simplifier.kernels import decimate as decimation
 from simplifier.kernels.decimate import decimate
-from simplifier.kernels.voxelize import contained
+from simplifier.kernels.voxelize import is_contained
 from tests.solids import sphere
 
 SIZE = 12  # voxels a side
@@ -73,7 +73,7 @@ def plain_weight(points, faces, u, v, place, allowed):
                 q, r = (points[i] for i in sorted(face - {moved}))
                 before = np.cross(q - points[moved], r - points[moved])
                 folds |= bool(before @ np.cross(q - place, r - place) < 0.0)
-                leaves |= not contained(tuple(place), tuple(q), tuple(r), allowed)
+                leaves |= not is_contained(tuple(place), tuple(q), tuple(r), allowed)
     return (decimation._FOLDED if folds else 1.0) * (decimation._LEAVES if leaves else 1.0)
 
 
@@ -197,4 +197,4 @@ def test_faces_keep_to_the_allowed_voxels_where_they_can(gap):
     points, faces = collapsed(points, faces, allowed, 12)
     assert len(faces) >= 8
     if gap:
-        assert all(contained(*map(tuple, points[face]), allowed) for face in faces)
+        assert all(is_contained(*map(tuple, points[face]), allowed) for face in faces)

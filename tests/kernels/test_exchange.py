@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.kernels.exchange import _refreshed, search_cut
+from simplifier.kernels.exchange import _refresh_gain, search_cut
 from simplifier.selection.candidates import Candidates
 from tests.selection import plain
 from tests.selection.scenes import projections, random_candidates, random_chains
@@ -121,7 +121,7 @@ def test_a_promise_worth_as_much_as_the_bar_is_looked_at_in_full():
 
     def refreshed(weight, bar, polygon):
         level = candidates.triangles[polygon]
-        return _refreshed(shapes, polygon, level, union, scores, weight, bar, room)
+        return _refresh_gain(shapes, polygon, level, union, scores, weight, bar, room)
 
     promises = [refreshed(1.0, np.inf, polygon) for polygon in range(len(candidates))]
     assert not any(exact for _, exact in promises)

@@ -16,7 +16,7 @@ from simplifier.kernels.measure import (
     draw_polygon,
     gather_ring,
     score_images,
-    score_unions,
+    score_polygon_unions,
 )
 from simplifier.polygon.simplify import bridge_holes
 from tests.kernels.bits import SIDE, blob, packed, unpacked
@@ -243,7 +243,7 @@ def test_scores_of_unions(seed, count, views):
     polygons = generator.integers(0, 4, count).astype(np.int32)
     levels = generator.integers(2, 4, count).astype(np.int32)
     scores = np.zeros(count, dtype=np.int64)
-    score_unions(*shapes, maps, polygons, levels, base, 0, count, scores)
+    score_polygon_unions(*shapes, maps, polygons, levels, base, 0, count, scores)
     for polygon, level, score in zip(polygons, levels, scores, strict=True):
         images = np.zeros_like(base)
         draw_polygon(*shapes, maps, polygon, level, images)
@@ -258,6 +258,8 @@ def test_scores_of_a_part_of_the_list_leave_the_rest_alone():
     shapes, maps = end_to_end([star(1, 9)]), PIXELS.reshape(1, 1, 6)
     polygons, levels = np.zeros(5, dtype=np.int32), np.ones(5, dtype=np.int32)
     scores = np.full(5, -7, dtype=np.int64)
-    score_unions(*shapes, maps, polygons, levels, np.zeros((1, 64), np.uint64), 1, 3, scores)
+    score_polygon_unions(
+        *shapes, maps, polygons, levels, np.zeros((1, 64), np.uint64), 1, 3, scores
+    )
     assert (scores[[0, 3, 4]] == -7).all()
     assert scores[1] == scores[2] == score_images(packed(draw(star(1, 9)))[None])

@@ -6,21 +6,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simplifier.lods.choice import Figures, why_replaced, why_useless
+from simplifier.lods.choice import LevelFigures, why_replaced, why_useless
 
-FINE = Figures(40, 0.999, 0.9)
+FINE = LevelFigures(40, 0.999, 0.9)
 
 
 @pytest.mark.parametrize(
     ("coarser", "reason"),
     [
-        (Figures(20, 0.99, 0.5), ""),  # cheaper, however much less it hides
-        (Figures(36, 0.999, 0.9), ""),
-        (Figures(40, 0.99, 0.95), ""),  # hides more
-        (Figures(37, 0.999, 0.9), "no better than the finer level"),
-        (Figures(40, 0.999, 0.904), "no better than the finer level"),
-        (Figures(0, 1.0, 0.0), "hides nothing"),
-        (Figures(4, 0.9, 0.001), "hides nothing"),
+        (LevelFigures(20, 0.99, 0.5), ""),  # cheaper, however much less it hides
+        (LevelFigures(36, 0.999, 0.9), ""),
+        (LevelFigures(40, 0.99, 0.95), ""),  # hides more
+        (LevelFigures(37, 0.999, 0.9), "no better than the finer level"),
+        (LevelFigures(40, 0.999, 0.904), "no better than the finer level"),
+        (LevelFigures(0, 1.0, 0.0), "hides nothing"),
+        (LevelFigures(4, 0.9, 0.001), "hides nothing"),
     ],
 )
 def test_beside_the_finer(coarser, reason):
@@ -32,12 +32,12 @@ def test_beside_the_finer(coarser, reason):
 @pytest.mark.parametrize(
     ("coarser", "replaced"),
     [
-        (Figures(20, 0.999, 0.9), True),
-        (Figures(20, 0.9985, 0.896), True),
-        (Figures(20, 1.0, 0.99), True),
-        (Figures(37, 0.999, 0.9), False),  # not cheaper
-        (Figures(20, 0.997, 0.95), False),  # hides more wrongly
-        (Figures(20, 1.0, 0.89), False),  # hides less
+        (LevelFigures(20, 0.999, 0.9), True),
+        (LevelFigures(20, 0.9985, 0.896), True),
+        (LevelFigures(20, 1.0, 0.99), True),
+        (LevelFigures(37, 0.999, 0.9), False),  # not cheaper
+        (LevelFigures(20, 0.997, 0.95), False),  # hides more wrongly
+        (LevelFigures(20, 1.0, 0.89), False),  # hides less
     ],
 )
 def test_in_place_of_the_finer(coarser, replaced):
@@ -45,7 +45,7 @@ def test_in_place_of_the_finer(coarser, replaced):
 
 
 shares = st.floats(0.0, 1.0)
-figures = st.builds(Figures, st.integers(0, 100), shares, shares)
+figures = st.builds(LevelFigures, st.integers(0, 100), shares, shares)
 
 
 @given(figures, figures)

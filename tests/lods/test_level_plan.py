@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from simplifier.errors import OptionError
 from simplifier.geometry.camera import Lens
 from simplifier.lods.level_plan import LEAST_BUDGET, LEAST_VOXELS, plan_levels
-from simplifier.lods.options import LodOptions, chosen_lods, finest_bound
-from simplifier.options import ERROR_VOXELS, MOST_VOXELS, make_options
+from simplifier.options.simplify import MOST_VOXELS, LodOptions, SimplifyOptions, finest_bound
+from simplifier.options.stages import ERROR_VOXELS, make_options
 
 
 def grids(plan):
@@ -42,7 +42,7 @@ def test_a_small_budget_stays():
 
 def test_an_error_bound_for_the_finest():
     levels = LodOptions(lods=2)
-    bound = finest_bound(levels, None, 0.1)
+    bound = finest_bound(SimplifyOptions(lods=2, error_bound=0.1))
     plan = plan_levels(1.0, make_options(1.0, error_bound=bound), levels)
     assert [resolution for resolution, _ in grids(plan)] == [35, 17]
 
@@ -50,7 +50,7 @@ def test_an_error_bound_for_the_finest():
 def test_bounds_in_any_order():
     levels = LodOptions(error_bounds=(0.4, 0.05, 0.1))
     assert levels.error_bounds == (0.05, 0.1, 0.4)
-    finest = make_options(1.0, error_bound=finest_bound(levels, None, None), budget=70)
+    finest = make_options(1.0, error_bounds=(0.4, 0.05, 0.1), budget=70)
     assert grids(plan_levels(1.0, finest, levels)) == [(70, 70), (35, 35), (9, 9)]
     assert levels == LodOptions(error_bounds=(0.1, 0.4, 0.05))
 
@@ -69,7 +69,7 @@ def test_bounds_that_take_the_same_grid():
 )
 def test_any_bounds(bounds, budget):
     levels = LodOptions(error_bounds=tuple(bounds))
-    finest = make_options(1.0, error_bound=finest_bound(levels, None, None), budget=budget)
+    finest = make_options(1.0, error_bounds=tuple(bounds), budget=budget)
     plan = plan_levels(1.0, finest, levels)
     assert len(plan.levels) + len(plan.left_out) == len(bounds)
     resolutions, budgets = zip(*grids(plan), strict=True)
@@ -92,9 +92,8 @@ def test_any_number(resolution, budget, count):
 
 @pytest.mark.parametrize("others", [{"resolution": 9}, {"error_bound": 0.1}])
 def test_bounds_exclude_another_measure_of_the_finest(others):
-    given = {"resolution": None, "error_bound": None, **others}
     with pytest.raises(OptionError, match="error bounds: cannot be given together with a"):
-        finest_bound(LodOptions(error_bounds=(0.1,)), **given)
+        SimplifyOptions(error_bounds=(0.1,), **others)
 
 
 @pytest.mark.parametrize("inside", [{"conservative": True}, {"shrink": 0.01}])
@@ -104,29 +103,29 @@ def test_nothing_to_choose_by_where_the_bound_is_0(inside):
 
 
 def test_a_bound_too_fine_names_the_option():
-    levels = LodOptions(error_bounds=(1e-9, 0.1))
     with pytest.raises(OptionError, match="would need more than 1024 voxels"):
-        make_options(1.0, error_bound=finest_bound(levels, None, None))
+        make_options(1.0, error_bounds=(1e-9, 0.1))
 
 
 def test_chosen():
-    assert chosen_lods(None, None, None, None, None) is None
-    assert chosen_lods(3, None, None, None, None) == LodOptions(3)
-    assert chosen_lods(None, [3.0, 1.0, 2.0], 2.0, 720, 40.0) == LodOptions(
-        None, (1.0, 2.0, 3.0), 2.0, 720, 40.0
+    assert SimplifyOptions().levels is None
+    assert SimplifyOptions(lods=3).levels == LodOptions(3)
+    chosen = SimplifyOptions(
+        error_bounds=(3.0, 1.0, 2.0), pixel_error=2.0, screen_height=720, fov=40.0
     )
+    assert chosen.levels == LodOptions(None, (1.0, 2.0, 3.0), 2.0, 720, 40.0)
 
 
 @pytest.mark.parametrize(
     ("chosen", "words"),
     [
-        ((3, (1.0, 2.0), None, None, None), "lods: give either"),
-        ((None, (1.0, 1.0), None, None, None), "error bounds: 1.0 is given twice"),
-        ((None, None, 2.0, None, None), "pixel error: only levels of detail have one"),
-        ((None, None, None, 720, None), "screen height: only levels of detail have one"),
-        ((None, None, None, None, 50.0), "fov: only levels of detail have one"),
+        ({"lods": 3, "error_bounds": (1.0, 2.0)}, "lods: give either"),
+        ({"error_bounds": (1.0, 1.0)}, "error bounds: 1.0 is given twice"),
+        ({"pixel_error": 2.0}, "pixel error: only levels of detail have one"),
+        ({"screen_height": 720}, "screen height: only levels of detail have one"),
+        ({"fov": 50.0}, "fov: only levels of detail have one"),
     ],
 )
 def test_chosen_wrongly(chosen, words):
     with pytest.raises(OptionError, match=words):
-        chosen_lods(*chosen)
+        SimplifyOptions(**chosen)

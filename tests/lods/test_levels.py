@@ -14,8 +14,8 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.lods import levels as making
 from simplifier.lods.level_plan import plan_levels
 from simplifier.lods.levels import simplify_levels
-from simplifier.lods.options import LodOptions, finest_bound
-from simplifier.options import SolidOptions, make_options
+from simplifier.options.simplify import LodOptions
+from simplifier.options.stages import SolidOptions, make_options
 from simplifier.pipeline import Simplification
 from simplifier.progress import STAGES, Stopwatch
 from simplifier.steps.solid import solidify
@@ -28,7 +28,7 @@ def made_of(mesh, lods, listener=None, cancel=None, **options):
     longest = float(mesh.extent.max())
     finest = make_options(
         longest,
-        **{**QUICK, "error_bound": finest_bound(lods, options.get("resolution"), None), **options},
+        **{**QUICK, "lods": lods.lods, "error_bounds": lods.error_bounds, **options},
     )
     return simplify_levels(mesh, plan_levels(longest, finest, lods), listener, cancel)
 

@@ -13,7 +13,7 @@ from simplifier.errors import MemoryLimitError, OptionError
 from simplifier.memory.limit import check_need, default_limit, machine_memory
 from simplifier.memory.need import BASE_BYTES, GIB, MIB, MemoryNeed, MeshSize
 from simplifier.memory.runs import Judging, drawing, judging, loading, seeing, showing, simplifying
-from simplifier.options import make_options
+from simplifier.options.stages import make_options
 
 SIZES = st.builds(MeshSize, st.integers(3, 10**8), st.integers(1, 10**8))
 SHAPES = st.tuples(*[st.integers(1, 1024)] * 3)

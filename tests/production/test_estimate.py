@@ -24,7 +24,7 @@ import sys
 from pathlib import Path
 import simplifier
 mesh = simplifier.load(sys.argv[1])
-product = simplifier.produce(mesh, simplifier.SimplifyOptions.of(eval(sys.argv[2])))
+product = simplifier.simplify(mesh, simplifier.SimplifyOptions.of(eval(sys.argv[2]))).measure()
 product.report()
 lines = Path("/proc/self/status").read_text().splitlines()
 print(next(line.split()[1] for line in lines if line.startswith("VmHWM")))
@@ -71,13 +71,19 @@ def test_a_run_too_large_is_refused_by_every_call(tmp_path):
     occluder = simplifier.Occluder(BALL.vertices, BALL.faces)
     limit = 0.2
     calls = (
-        lambda: simplifier.simplify(BALL, resolution=512, memory_limit=limit),
-        lambda: simplifier.simplify_lods(BALL, resolution=512, memory_limit=limit),
-        lambda: simplifier.produce(BALL, SimplifyOptions(resolution=512, memory_limit=limit)),
-        lambda: simplifier.judge(
+        lambda: simplifier.simplify(BALL, resolution=512, memory_limit=limit).occluder,
+        lambda: simplifier.simplify(BALL, resolution=512, memory_limit=limit, lods=3).chain,
+        lambda: simplifier.simplify(
+            BALL, SimplifyOptions(resolution=512, memory_limit=limit)
+        ).measure(),
+        lambda: simplifier.evaluate(
             BALL, occluder, EvaluateOptions(resolution=512, memory_limit=limit)
         ),
-        lambda: simplifier.evaluate(BALL, occluder, views=60_000, image=4096, memory_limit=limit),
+        lambda: (
+            simplifier.evaluate(
+                BALL, occluder, views=60_000, image=4096, memory_limit=limit
+            ).accuracy
+        ),
     )
     for call in calls:
         with pytest.raises(MemoryLimitError, match="of memory would be needed, most of it to "):
@@ -86,7 +92,7 @@ def test_a_run_too_large_is_refused_by_every_call(tmp_path):
 
 def test_the_resolution_that_the_message_names_can_be_run():
     with pytest.raises(MemoryLimitError) as told:
-        simplifier.produce(BALL, SimplifyOptions(resolution=1024, memory_limit=0.3))
+        simplifier.simplify(BALL, SimplifyOptions(resolution=1024, memory_limit=0.3)).measure()
     assert 64 < told.value.resolution < 1024
     fitting = SimplifyOptions(resolution=told.value.resolution, memory_limit=0.3)
     assert estimate_memory(BALL, fitting).gib <= 0.3

@@ -20,7 +20,7 @@ def wall():
 
 
 def test_what_it_says():
-    judgement = simplifier.judge(box(), wall(), EvaluateOptions.of(CHOSEN))
+    judgement = simplifier.evaluate(box(), wall(), EvaluateOptions.of(CHOSEN))
     report = judgement.report(load_seconds=2.0)
     check_report(report)
     assert report["timings"]["load"] == 2.0
@@ -33,9 +33,9 @@ def test_it_can_be_cancelled():
     stop = threading.Event()
     stop.set()
     with pytest.raises(CancelledError):
-        simplifier.judge(box(), wall(), cancel=stop)
+        simplifier.evaluate(box(), wall(), cancel=stop)
 
 
 def test_a_hole_longer_than_the_mesh_is_found_with_the_mesh():
     with pytest.raises(OptionError, match=r"smallest hole: 9.0 is longer than the mesh"):
-        simplifier.judge(box(), wall(), EvaluateOptions(smallest_hole=9.0))
+        simplifier.evaluate(box(), wall(), EvaluateOptions(smallest_hole=9.0))

@@ -16,16 +16,16 @@ FEW = {"views": 8, "image": 32, "exact": True}
 
 
 def produced(mesh, listener=None, cancel=None, **options):
-    return simplifier.produce(
-        mesh, SimplifyOptions.of({**QUICK, **FEW, **options}), listener, cancel
-    )
+    return simplifier.simplify(
+        mesh, SimplifyOptions.of({**QUICK, **FEW, **options}), listener=listener, cancel=cancel
+    ).measure(listener)
 
 
 def test_a_single_occluder_is_a_chain_of_one(tmp_path):
     mesh = blob()
     product = produced(mesh)
     (level,), (accuracy,) = product.levels, product.accuracies
-    alone = simplifier.simplify(mesh, **QUICK)
+    alone = simplifier.simplify(mesh, **QUICK).occluder
     assert level.occluder.vertices.tobytes() == alone.vertices.tobytes()
     assert level.triangles == len(alone.faces)
     assert level.error_bound == alone.error_bound
@@ -94,7 +94,7 @@ def test_a_cancel_while_refining_keeps_the_best_so_far():
 
 
 def test_what_is_made_can_be_saved_before_it_is_judged(tmp_path):
-    made = simplifier.make(box(), SimplifyOptions.of({**QUICK, **FEW}))
+    made = simplifier.simplify(box(), SimplifyOptions.of({**QUICK, **FEW}))
     made.save(tmp_path / "box.glb")
-    again = made.judged()
+    again = made.measure()
     assert len(simplifier.load(tmp_path / "box.glb").faces) == again.levels[0].triangles

@@ -38,7 +38,7 @@ def changed(mesh, vertices=None, faces=None):
 
 
 def occluder_of(mesh):
-    return simplifier.simplify(mesh, **FAST)
+    return simplifier.simplify(mesh, **FAST).occluder
 
 
 def same(one, other):
@@ -126,7 +126,7 @@ def test_translation_by_whole_numbers(seed, offset):
 
 
 def judged(mesh, occluder):
-    report = simplifier.evaluate(mesh, occluder, views=48, image=96, exact=True)
+    report = simplifier.evaluate(mesh, occluder, views=48, image=96, exact=True).accuracy
     return report.precision, report.recall
 
 
@@ -168,7 +168,10 @@ def test_quarter_turns_and_mirrors(name):
     turned = changed(mesh, mesh.vertices[:, [2, 0, 1]])
     mirrored = changed(mesh, mesh.vertices * [-1.0, 1.0, 1.0])
     thorough = {**FAST, "preset": "balanced", "moves": 4000}
-    found = [judged(one, simplifier.simplify(one, **thorough)) for one in (mesh, turned, mirrored)]
+    found = [
+        judged(one, simplifier.simplify(one, **thorough).occluder)
+        for one in (mesh, turned, mirrored)
+    ]
     precisions, recalls = np.transpose(found)
     assert np.ptp(recalls) < 0.2
     assert np.ptp(precisions) < 0.02
@@ -176,7 +179,7 @@ def test_quarter_turns_and_mirrors(name):
 
 def test_a_finer_grid_tightens_the_bound():
     bounds = [
-        simplifier.simplify(sphere(), **{**FAST, "resolution": resolution}).error_bound
+        simplifier.simplify(sphere(), **{**FAST, "resolution": resolution}).occluder.error_bound
         for resolution in (8, 16, 32)
     ]
     assert bounds == pytest.approx([4 * bounds[2], 2 * bounds[2], bounds[2]], rel=1e-6)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.solid import VoxelGrid
-from simplifier.refinement.starts import clustered
+from simplifier.refinement.starts import cluster_vertices
 from simplifier.voxel.voxelize import voxelize
 from tests.solids import box, sphere
 
@@ -39,7 +39,7 @@ def test_as_the_plain_one(seed, count, resolution, far):
     mesh = TriangleMesh.from_soup(points, random.permuted(
         np.tile(np.arange(40), (count, 1)), axis=1)[:, :3])  # fmt: skip
     grid = voxelize(mesh, resolution)
-    vertices, faces = clustered(mesh, grid)
+    vertices, faces = cluster_vertices(mesh, grid)
     size = max(1.0, max(grid.shape) / 64)
     means, triples = plain_clusters(mesh, grid, size)
     assert vertices.dtype == np.float64
@@ -58,7 +58,7 @@ def test_as_the_plain_one(seed, count, resolution, far):
 def test_few_triangles_stay_as_they_are():
     mesh = box((1.0, 2.0, 3.0))
     grid = voxelize(mesh, 64)
-    vertices, faces = clustered(mesh, grid)
+    vertices, faces = cluster_vertices(mesh, grid)
     assert len(faces) == 12
     assert np.allclose(grid.to_world(vertices)[faces], mesh.vertices[mesh.faces])
 
@@ -67,13 +67,13 @@ def test_few_triangles_stay_as_they_are():
 def test_what_is_in_one_cell_vanishes(resolution):
     mesh = TriangleMesh.from_soup([[0, 0, 0], [0.2, 0, 0], [0, 0.2, 0], [9, 9, 9]], [[0, 1, 2]])
     grid = VoxelGrid(np.zeros((resolution,) * 3, np.bool_), np.zeros(3), 9.0 / resolution)
-    vertices, faces = clustered(mesh, grid)
+    vertices, faces = cluster_vertices(mesh, grid)
     assert faces.shape == (0, 3)
     assert len(vertices) == 1
 
 
 def test_fine_meshes_shrink_to_the_cells():
     ball = sphere(1.0, rings=200)
-    _, faces = clustered(ball, voxelize(ball, 16))
+    _, faces = cluster_vertices(ball, voxelize(ball, 16))
     assert len(ball.faces) > 150_000
     assert 500 < len(faces) < 3500

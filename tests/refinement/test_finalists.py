@@ -9,7 +9,7 @@ import simplifier
 from bench.meshes import bumpy_sphere
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import BoundingSphere, image_axes, random_directions
-from simplifier.refinement.finalists import FineViews, best_of, judge
+from simplifier.refinement.finalists import FineViews, best_of, score_finalist
 from tests.pictures import sphere_projections
 
 MESH = bumpy_sphere(4_000)
@@ -30,19 +30,19 @@ def views():
 
 def test_it_is_what_a_report_says(views):
     triangles = soup(0.8)
-    found = judge(triangles, views)
+    found = score_finalist(triangles, views)
     occluder = Occluder(
         triangles.reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
     )
-    report = simplifier.evaluate(MESH, occluder, views=8, seed=3, exact=True)
+    report = simplifier.evaluate(MESH, occluder, views=8, seed=3, exact=True).accuracy
     assert found.recall == pytest.approx(report.recall, abs=0.02)
     assert found.precision == pytest.approx(report.precision, abs=0.001)
 
 
 def test_the_mesh_itself_and_nothing(views):
-    whole = judge(soup(1.0), views)
+    whole = score_finalist(soup(1.0), views)
     assert (whole.precision, whole.recall) == (1.0, 1.0)
-    nothing = judge(np.empty((0, 3, 3)), views)
+    nothing = score_finalist(np.empty((0, 3, 3)), views)
     assert (nothing.precision, nothing.recall) == (1.0, 0.0)
 
 
@@ -54,7 +54,7 @@ def test_more_recall_wins_among_the_precise(views):
 
 def test_what_hides_too_much_loses_and_so_does_what_hides_nothing(views):
     swollen, inner = soup(1.3), soup(0.9)
-    assert judge(swollen, views).precision < 0.97
+    assert score_finalist(swollen, views).precision < 0.97
     assert best_of([swollen, inner], views, 0.99) is inner
     slightly = soup(1.02)  # a little short of an aim for perfection is better than nothing at all
     assert best_of([np.empty((0, 3, 3)), slightly], views, 1.0) is slightly

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.kernels.annealing import TRIES
-from simplifier.kernels.coverage import covered
+from simplifier.kernels.coverage import coverage_masks
 from simplifier.kernels.soup_views import UNIT, block_count, draw_soup, score_unions
-from simplifier.kernels.voxelize import contained, mark_triangles
-from simplifier.options import RefineOptions
+from simplifier.kernels.voxelize import is_contained, mark_triangles
+from simplifier.options.stages import RefineOptions
 from simplifier.progress import Deadline
 from simplifier.refinement.annealing import Annealing, RefineViews, Room
-from simplifier.refinement.search import _by_time, _Price, pulled_in, refine
+from simplifier.refinement.search import _by_time, _Price, pull_into, refine
 from tests.pictures import sphere_projections
 
 SIZE = 24  # voxels a side
@@ -37,7 +37,9 @@ def views_of(voxels, count=16):
     radius = np.cbrt(3.0 * voxels.sum() / (4.0 * np.pi))
     points = SIZE / 2 + radius * points / np.linalg.norm(points, axis=1, keepdims=True)
     faces = np.array([[i, i + 1, i + 2] for i in range(0, 3999, 3)], dtype=np.int32)
-    return RefineViews(projections, covered(points, faces, projections, 64, 64)[:, :, 0].copy())
+    return RefineViews(
+        projections, coverage_masks(points, faces, projections, 64, 64)[:, :, 0].copy()
+    )
 
 
 def crossed_quads(half=4.0):
@@ -288,7 +290,7 @@ def test_slices_fit_what_a_move_costs(cost):
 def test_triangles_outside_are_pulled_in_or_left_out():
     far = np.array([[[1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [1.0, 2.0, 1.0]]])
     start = np.concatenate([crossed_quads(half=9.0), far])  # the corners stick out
-    inside = pulled_in(start, ball())
+    inside = pull_into(start, ball())
     assert len(inside) == len(start) - 1
     assert not (voxels_touched(inside) & ~ball()).any()
 
@@ -303,7 +305,7 @@ def test_containment_is_that_of_the_voxelizer(seed, size):
     touched = voxels_touched(triangle[None])
     strays = (triangle.min() <= 0.0) or (triangle.max() >= SIZE)
     expected = not strays and not (touched & ~voxels).any()
-    assert contained(*corners, voxels) == expected
+    assert is_contained(*corners, voxels) == expected
 
 
 def test_a_drawn_part_that_sticks_out_does_not_change_what_is_right():
@@ -311,7 +313,7 @@ def test_a_drawn_part_that_sticks_out_does_not_change_what_is_right():
     views = views_of(ball())
     wide = np.array([[[2.0, 2.0, 8.0], [14.0, 2.0, 8.0], [8.0, 14.0, 8.0]]])
     corners = np.arange(3, dtype=np.int32).reshape(1, 3)
-    also = views.originals | covered(wide[0], corners, views.projections, 64, 64)[:, :, 0]
+    also = views.originals | coverage_masks(wide[0], corners, views.projections, 64, 64)[:, :, 0]
     search = Annealing(
         crossed_quads(), Room.of(ball()), RefineViews(views.projections, also, wide), UNIT, 0
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.voxelize import contained
+from simplifier.kernels.voxelize import is_contained
 from simplifier.refinement.decimate import sunk
 
 FACE = np.array([[0, 1, 2]], dtype=np.int32)
@@ -21,9 +21,9 @@ def hollow():
 def test_chord_across_a_groove_sinks_below_it():
     allowed = hollow()
     chord = np.array([[4.0, 19.0, 6.0], [20.0, 19.0, 6.0], [12.0, 19.0, 18.0]])
-    assert not contained(*map(tuple, chord), allowed)
+    assert not is_contained(*map(tuple, chord), allowed)
     moved = sunk(chord, FACE, allowed)
-    assert contained(*map(tuple, moved), allowed)
+    assert is_contained(*map(tuple, moved), allowed)
     assert np.linalg.norm(moved - chord, axis=1).max() < 6.0
     # It keeps its size, where shrinking it would not.
     assert np.linalg.norm(moved[1] - moved[0]) > 12.0

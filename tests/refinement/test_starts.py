@@ -12,7 +12,7 @@ from simplifier.geometry.solid import VoxelGrid
 from simplifier.kernels.soup_views import all_contained
 from simplifier.refinement.starts import enclosed_start, sheet_start
 from simplifier.voxel.fill import fill
-from simplifier.voxel.morphology import dilated
+from simplifier.voxel.morphology import dilate
 from simplifier.voxel.voxelize import voxelize
 from tests.solids import box, joined, sphere, table
 
@@ -25,7 +25,7 @@ SHAPES = {
 
 def starts_of(mesh, budget, resolution=24):
     grid = fill(voxelize(mesh, resolution))
-    allowed, margin = dilated(grid, 1)
+    allowed, margin = dilate(grid, 1)
     return grid, {
         "enclosed": enclosed_start(grid, allowed, margin, budget),
         "sheet": sheet_start(mesh, grid, allowed, margin, budget),
@@ -46,7 +46,7 @@ def check(vertices, faces, budget, shape):
 
 
 def inside_share(vertices, faces, grid):
-    allowed, margin = dilated(grid, 1)
+    allowed, margin = dilate(grid, 1)
     inside = np.zeros(len(faces), np.bool_)
     all_contained(vertices[faces] + margin, allowed, inside)
     return inside.mean() if len(faces) else 1.0
@@ -108,7 +108,7 @@ def test_one_triangle():
 
 def test_empty_grid():
     grid = VoxelGrid(np.zeros((5, 6, 7), np.bool_), np.zeros(3), 1.0)
-    vertices, faces = enclosed_start(grid, *dilated(grid, 1), 8)
+    vertices, faces = enclosed_start(grid, *dilate(grid, 1), 8)
     assert vertices.shape == faces.shape == (0, 3)
 
 

@@ -7,9 +7,9 @@ import pytest
 
 from bench.meshes import bumpy_sphere
 from simplifier.geometry.views import BoundingSphere, image_axes, random_directions
-from simplifier.kernels.coverage import covered, unpacked
+from simplifier.kernels.coverage import coverage_masks, unpack_masks
 from simplifier.refinement import thin
-from simplifier.refinement.thin import CELLS, thinned
+from simplifier.refinement.thin import CELLS, thin_for_pictures
 from tests.extremes.transforms import REWRITINGS
 from tests.pictures import sphere_projections
 
@@ -31,14 +31,14 @@ def ball():
 
 
 def test_it_is_what_dictionaries_give(ball):
-    points, faces = thinned(*ball)
+    points, faces = thin_for_pictures(*ball)
     expected, count = plain(*ball)
     assert faces.tolist() == expected
     assert len(points) == count
 
 
 def test_corners_are_vertices_of_the_input_and_most_triangles_go(ball):
-    points, faces = thinned(*ball)
+    points, faces = thin_for_pictures(*ball)
     assert {point.tobytes() for point in points} <= {vertex.tobytes() for vertex in ball[0]}
     assert 0.1 < len(faces) / len(ball[1]) < 0.9
     assert (faces >= 0).all()
@@ -46,7 +46,7 @@ def test_corners_are_vertices_of_the_input_and_most_triangles_go(ball):
 
 
 def test_a_closed_surface_stays_closed(ball):
-    _, faces = thinned(*ball)
+    _, faces = thin_for_pictures(*ball)
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     _, uses = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
     assert (uses % 2 == 0).all()
@@ -56,8 +56,8 @@ def test_outlines_stay_and_do_not_grow(ball):
     mesh = bumpy_sphere(400_000)
     sphere = BoundingSphere.of(mesh)
     maps = sphere_projections(image_axes(random_directions(24, 1)), sphere.centre, sphere.radius)
-    whole = unpacked(covered(*ball, maps, 64, 64), 64)
-    fewer = unpacked(covered(*thinned(*ball), maps, 64, 64), 64)
+    whole = unpack_masks(coverage_masks(*ball, maps, 64, 64), 64)
+    fewer = unpack_masks(coverage_masks(*thin_for_pictures(*ball), maps, 64, 64), 64)
     assert (whole & ~fewer).sum() < 0.01 * whole.sum()
     assert (fewer & ~whole).sum() < 0.001 * whole.sum()
 
@@ -65,11 +65,11 @@ def test_outlines_stay_and_do_not_grow(ball):
 def test_few_triangles_are_left_alone(ball, monkeypatch):
     vertices, faces = ball
     some = faces[: thin._LEAST - 1]
-    same = thinned(vertices, some)
+    same = thin_for_pictures(vertices, some)
     assert same[0] is vertices
     assert same[1] is some
     monkeypatch.setattr(thin, "_LEAST", 1)
-    assert len(thinned(vertices, some)[1]) < len(some)
+    assert len(thin_for_pictures(vertices, some)[1]) < len(some)
 
 
 def test_slits_opened_along_the_edges_of_a_surface_cut_in_halves(monkeypatch):
@@ -81,9 +81,9 @@ def test_slits_opened_along_the_edges_of_a_surface_cut_in_halves(monkeypatch):
     maps = sphere_projections(image_axes(random_directions(8, 1)), sphere.centre, sphere.radius)
 
     def picture(vertices, faces):
-        return unpacked(covered(vertices, faces, maps, 256, 256), 256)
+        return unpack_masks(coverage_masks(vertices, faces, maps, 256, 256), 256)
 
     whole = picture(mesh.vertices, mesh.faces)
-    fewer = picture(*thinned(np.array(halves.vertices), np.array(halves.faces)))
+    fewer = picture(*thin_for_pictures(np.array(halves.vertices), np.array(halves.faces)))
     assert (whole & ~fewer).sum() < 0.003 * whole.sum()
     assert (fewer & ~whole).sum() < 0.003 * whole.sum()

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.report.gallery import precision_histogram, recall_histogram, zoomed_from
+from simplifier.report.gallery import precision_histogram, recall_histogram, zoomed_axis_start
 
 BAR, WORST = (0x5B, 0x8D, 0xEF), (0xC0, 0x26, 0x2D)
 LEFT, RIGHT = 0.09 * 720, 0.96 * 720  # ends of the axis in the picture, pixels
@@ -64,7 +64,7 @@ def test_precision_is_zoomed_to_where_it_is():
 @settings(max_examples=200, deadline=None)
 @given(st.floats(0.0, 1.0))
 def test_zoom_holds_the_worst_and_is_a_round_width(worst):
-    low = zoomed_from(worst)
+    low = zoomed_axis_start(worst)
     assert 0.0 <= low <= worst
     width = 1.0 - low
     assert width >= 0.001 * (1.0 - 1e-9)
@@ -78,7 +78,7 @@ def test_zoom_holds_the_worst_and_is_a_round_width(worst):
     ("worst", "low"), [(1.0, 0.999), (0.9999, 0.999), (0.99, 0.99), (0.9, 0.9), (0.4, 0.0)]
 )
 def test_zoom_examples(worst, low):
-    assert zoomed_from(worst) == pytest.approx(low, abs=1e-12)
+    assert zoomed_axis_start(worst) == pytest.approx(low, abs=1e-12)
 
 
 @pytest.mark.parametrize("draw", [recall_histogram, precision_histogram])

@@ -19,7 +19,7 @@ from simplifier.accuracy.accuracy import (
 from simplifier.errors import OutputError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import LeftOut, Level, LodChain, Occluder
-from simplifier.options import SolidOptions
+from simplifier.options.stages import SolidOptions
 from simplifier.progress import STAGES, Stopwatch
 from simplifier.report.report import build_report, left_out_rows, level_rows, write_report
 from simplifier.steps.solid import solidify

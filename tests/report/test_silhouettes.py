@@ -14,15 +14,15 @@ from simplifier.accuracy.accuracy import AccuracyOptions, AccuracyReport, evalua
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import random_directions
-from simplifier.report.png import encoded
+from simplifier.report.png import png_bytes
 from simplifier.report.silhouettes import (
     BLACK,
     BLUE,
     WHITE,
     YELLOW,
     choose_views,
-    contact_sheet,
     silhouette,
+    silhouette_sheet,
     view_pictures,
 )
 from simplifier.wording import direction, number, percent
@@ -165,7 +165,7 @@ def decoded(data: bytes) -> np.ndarray:
 
 def test_contact_sheet_shows_every_picture_over_its_caption(scene):
     pictures = view_pictures(*scene)
-    sheet = decoded(contact_sheet(pictures, "title"))
+    sheet = decoded(silhouette_sheet(pictures, "title"))
     height, width = sheet.shape[:2]
     assert (width, height) == (1199, 60 + 2 * (393 + 92) + 50)
     for place, picture in enumerate(pictures):
@@ -183,21 +183,21 @@ def test_contact_sheet_shows_every_picture_over_its_caption(scene):
 @pytest.mark.parametrize("count", [1, 3, 4])
 def test_contact_sheet_grows_with_its_views(scene, count):
     pictures = view_pictures(*scene, count=count)
-    sheet = decoded(contact_sheet(pictures, ""))
+    sheet = decoded(silhouette_sheet(pictures, ""))
     assert sheet.shape[0] == 110 + -(-count // 3) * 485
 
 
 def test_same_pictures_same_bytes(scene):
-    first, second = ([encoded(p.image) for p in view_pictures(*scene)] for _ in range(2))
+    first, second = ([png_bytes(p.image) for p in view_pictures(*scene)] for _ in range(2))
     assert first == second
     pictures = view_pictures(*scene)
-    assert contact_sheet(pictures, "a") == contact_sheet(pictures, "a")
-    assert contact_sheet(pictures, "a") != contact_sheet(pictures, "b")
+    assert silhouette_sheet(pictures, "a") == silhouette_sheet(pictures, "a")
+    assert silhouette_sheet(pictures, "a") != silhouette_sheet(pictures, "b")
 
 
 def test_png_keeps_every_pixel():
     image = np.random.default_rng(0).integers(0, 256, (7, 5, 3), dtype=np.uint8)
-    assert (decoded(encoded(image)) == image).all()
+    assert (decoded(png_bytes(image)) == image).all()
 
 
 def test_an_occluder_without_triangles_leaves_black(scene):

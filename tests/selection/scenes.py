@@ -6,7 +6,7 @@ import numpy as np
 
 from simplifier.geometry.section import Plane
 from simplifier.geometry.views import BoundingSphere, hemisphere_directions, image_axes
-from simplifier.options import TOLERANCE_VOXELS, SectionOptions
+from simplifier.options.stages import TOLERANCE_VOXELS, SectionOptions
 from simplifier.polygon.chain import simplification_chain
 from simplifier.polygon.simplify import bridge_holes, simplify_polygon
 from simplifier.selection.candidates import Candidates

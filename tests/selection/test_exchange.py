@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from examples.castle import castle
-from simplifier.options import SectionOptions
+from simplifier.options.stages import SectionOptions
 from simplifier.selection.candidates import Candidates
 from simplifier.selection.exchange import choose_by_gain
 from simplifier.selection.greedy import greedy_cut, trim_by_area

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from examples.castle import castle
-from simplifier.io import load_mesh
-from simplifier.options import SectionOptions
+from simplifier.io.load import load
+from simplifier.options.stages import SectionOptions
 from simplifier.selection.candidates import Candidates
 from simplifier.selection.greedy import greedy_cut
 from tests.selection import plain
@@ -101,7 +101,7 @@ def test_lazy_is_complete_on_the_castle():
 @pytest.mark.parametrize(("name", "ground"), [("bunny_4968.ply", True), ("dragon_871k.ply", False)])
 def test_lazy_is_complete_on_assets(asset, name, ground):
     # With all sections of the defaults the measures differed by 0.1 % on both.
-    mesh = load_mesh(asset(name))
+    mesh = load(asset(name))
     check_lazy(mesh_candidates(mesh, 64, ground=ground, sections=FEW))
 
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.geometry.solid import VoxelGrid
-from simplifier.options import SectionOptions
+from simplifier.options.stages import SectionOptions
 from simplifier.slicing.planes import SamplingPlan, plan_sections
 from simplifier.slicing.sampler import GridSampler
 from simplifier.slicing.sections import best_sections

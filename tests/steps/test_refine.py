@@ -11,9 +11,9 @@ import simplifier
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.kernels.soup_views import all_contained
-from simplifier.options import make_options
+from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
-from simplifier.voxel.morphology import dilated
+from simplifier.voxel.morphology import dilate
 from tests.solids import box, joined, sphere, torus
 
 
@@ -23,7 +23,7 @@ def run(mesh, listener=None, **options):
 
 def check_contained(result, triangles=None):
     """No triangle touches a voxel that it may not: of the occluder, or others (n, 3, 3)."""
-    allowed, margin = dilated(result.solid.core, result.solid.reach)
+    allowed, margin = dilate(result.solid.core, result.solid.reach)
     occluder = result.occluder
     if triangles is None:
         triangles = occluder.vertices[occluder.faces]
@@ -97,7 +97,7 @@ def test_the_best_so_far_keeps_to_its_voxels_and_comes_to_the_result(preset, con
 
     def recall(triangles):
         occluder = Occluder.of(triangles, 0.0, {})
-        return simplifier.evaluate(mesh, occluder, exact=True, views=64, image=128).recall
+        return simplifier.evaluate(mesh, occluder, exact=True, views=64, image=128).accuracy.recall
 
     last = recall(bests.taken[-1][1])
     assert last == pytest.approx(recall(result.occluder.vertices[result.occluder.faces]), abs=0.02)
@@ -120,8 +120,10 @@ def test_a_mesh_within_the_budget_hides_what_it_hides():
     # Walls without an inside: sections see rings, the mesh itself is the best occluder.
     walls = joined(*(box((0.001, 1.0, 1.0), low=(0.25 * i, 0.0, 0.0)) for i in range(4)))
     for seed in (0, 1):
-        occluder = simplifier.simplify(walls, budget=64, resolution=32, moves=600, seed=seed)
-        report = simplifier.evaluate(walls, occluder, exact=True, views=64, image=128)
+        occluder = simplifier.simplify(
+            walls, budget=64, resolution=32, moves=600, seed=seed
+        ).occluder
+        report = simplifier.evaluate(walls, occluder, exact=True, views=64, image=128).accuracy
         assert report.recall > 0.95
         assert report.precision > 0.99
 
@@ -142,7 +144,7 @@ def test_starts_of_sections_alone_are_worse_for_a_sheet():
     def recall(preset):
         occluder = simplifier.simplify(
             sheet, budget=32, resolution=32, ground=True, preset=preset, moves=1200
-        )
-        return simplifier.evaluate(sheet, occluder, exact=True, views=64, image=128).recall
+        ).occluder
+        return simplifier.evaluate(sheet, occluder, exact=True, views=64, image=128).accuracy.recall
 
     assert recall("balanced") > recall("draft") + 0.05  # draft begins from sections alone

@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from simplifier.accuracy.deviation import deviation
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.options import ERROR_VOXELS, Options, RefineOptions, SolidOptions
+from simplifier.options.stages import ERROR_VOXELS, Options, RefineOptions, SolidOptions
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Stopwatch
 from simplifier.steps.solid import solidify

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import pytest
 
-from simplifier.options import make_options
+from simplifier.options.stages import make_options
 from simplifier.steps.time_limit import (
     QUICK,
-    Work,
+    StartCost,
     affordable_views,
     fewer_directions,
-    fits,
+    leaves_time_for,
     quick,
 )
 
@@ -32,12 +32,12 @@ def test_directions_are_halved_down_to_the_quick_start(preset, counts):
 
 
 def test_more_work_fits_when_it_leaves_most_of_the_time():
-    done, more = Work(100, 10, 0), Work(400, 30, 0)
+    done, more = StartCost(100, 10, 0), StartCost(400, 30, 0)
     cost = 4 * 0.1 + 3 * 0.2
-    assert fits(done, 0.1, 0.2, more, 4.01 * cost)
-    assert not fits(done, 0.1, 0.2, more, 3.99 * cost)
-    assert not fits(done, 0.1, 0.2, replace(more, exchanges=8), 4.01 * cost)
-    assert not fits(done, 0.1, 0.2, more, 0.0)
+    assert leaves_time_for(done, 0.1, 0.2, more, 4.01 * cost)
+    assert not leaves_time_for(done, 0.1, 0.2, more, 3.99 * cost)
+    assert not leaves_time_for(done, 0.1, 0.2, replace(more, exchanges=8), 4.01 * cost)
+    assert not leaves_time_for(done, 0.1, 0.2, more, 0.0)
 
 
 @pytest.mark.parametrize(

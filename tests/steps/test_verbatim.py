@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from simplifier.geometry.overrides import NO_OVERRIDES, DrawnPart, Overrides
-from simplifier.options import SolidOptions
+from simplifier.options.stages import SolidOptions
 from simplifier.progress import Stopwatch
 from simplifier.steps.solid import solidify
-from simplifier.steps.verbatim import fits, seen_triangles
+from simplifier.steps.verbatim import is_own_occluder, seen_triangles
 from tests.solids import box, joined
 
 
@@ -25,14 +25,14 @@ def within(inset):
 @pytest.mark.parametrize(("budget", "fitting"), [(11, False), (12, True), (13, True)])
 def test_as_many_triangles_as_the_budget_fit(budget, fitting):
     mesh = box()
-    assert fits(mesh, solid_of(mesh), budget, NO_OVERRIDES) is fitting
+    assert is_own_occluder(mesh, solid_of(mesh), budget, NO_OVERRIDES) is fitting
 
 
 def test_what_has_to_stay_within_or_was_drawn_over_does_not_fit():
     mesh = box()
     drawn = Overrides(drawn=(DrawnPart("box", mesh.vertices[mesh.faces]),))
-    assert not fits(mesh, solid_of(mesh, conservative=True), 12, NO_OVERRIDES)
-    assert not fits(mesh, solid_of(mesh), 12, drawn)
+    assert not is_own_occluder(mesh, solid_of(mesh, conservative=True), 12, NO_OVERRIDES)
+    assert not is_own_occluder(mesh, solid_of(mesh), 12, drawn)
 
 
 @pytest.mark.parametrize(("inset", "seen"), [(0.5, 24), (2.5, 24), (3.5, 12), (12.0, 12)])

@@ -1,6 +1,6 @@
 """Options of ``simplify``, ``evaluate`` and ``scene``: any that go together, and any that do not.
 
-Drawn from the tables of :mod:`simplifier.option_fields`, so that a new option is fuzzed as soon as
+Drawn from the tables of :mod:`simplifier.options`, so that a new option is fuzzed as soon as
 it is there.  What takes long or gigabytes is kept small; everything else goes to its limits.
 """
 
@@ -12,7 +12,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from simplifier import EVALUATE_FIELDS, SCENE_FIELDS, SIMPLIFY_FIELDS, OptionField
+from simplifier import EvaluateOptions, OptionField, SceneOptions, SimplifyOptions
 
 Chosen = dict[str, Any]
 
@@ -104,18 +104,18 @@ def simplify_options(draw: st.DrawFn, longest: float = 1.0) -> Chosen:
     if not levels:
         given.discard("lods")
     never |= set(_INSIDE if levels else _SCREEN)
-    chosen = draw(_chosen(SIMPLIFY_FIELDS, longest, given, never - given))
+    chosen = draw(_chosen(SimplifyOptions.fields(), longest, given, never - given))
     return {**chosen, "preset": draw(st.sampled_from(_PRESETS))}
 
 
 def evaluate_options(longest: float = 1.0) -> st.SearchStrategy[Chosen]:
     """Options that ``EvaluateOptions.of`` takes."""
-    return _chosen(EVALUATE_FIELDS, longest, ("resolution", *_ACCURACY))
+    return _chosen(EvaluateOptions.fields(), longest, ("resolution", *_ACCURACY))
 
 
 def scene_options(longest: float = 1.0) -> st.SearchStrategy[Chosen]:
     """Keyword arguments of ``simplify_scene``."""
-    return _chosen(SCENE_FIELDS, longest, ("resolution", "moves", "budget"))
+    return _chosen(SceneOptions.fields(), longest, ("resolution", "moves", "budget"))
 
 
 @st.composite
@@ -125,7 +125,7 @@ def wrong_options(draw: st.DrawFn) -> Chosen:
     A value may by chance be right: a test has to bear that nothing is refused.
     """
     chosen = draw(simplify_options())
-    names = [one.name for one in SIMPLIFY_FIELDS]
+    names = [one.name for one in SimplifyOptions.fields()]
     name = draw(st.sampled_from([*names, "", "budgets", "Budget"]))
     chosen[name] = draw(st.sampled_from(_NO_VALUES))
     return chosen

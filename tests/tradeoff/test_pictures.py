@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from simplifier.tradeoff.plot import (
     DARK,
     LIGHT,
-    Label,
+    PointLabel,
     case_picture,
     overview_picture,
     place_labels,
@@ -56,7 +56,7 @@ def labelled(points, texts, *, optional=False):
     axes = figure.add_axes((0.1, 0.1, 0.85, 0.85))
     axes.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0))
     labels = [
-        Label(x, y, t, "k", optional=optional) for (x, y), t in zip(points, texts, strict=True)
+        PointLabel(x, y, t, "k", optional=optional) for (x, y), t in zip(points, texts, strict=True)
     ]
     place_labels(axes, labels, np.array(points), [], 9.0)
     figure.draw_without_rendering()

@@ -12,15 +12,16 @@ import pytest
 import simplifier
 from simplifier.errors import OptionError
 from simplifier.geometry.occluder import Occluder
+from simplifier.options.tradeoff import TradeoffOptions
 from simplifier.tradeoff import sweep as tradeoff
 from simplifier.tradeoff.sweep import (
     Outcome,
     Setting,
-    SweepOptions,
     Trial,
     mesh_names,
     outcomes,
     run_count,
+    settings_of,
     sweep,
 )
 from tests.solids import CORNERS, box
@@ -83,7 +84,7 @@ def test_a_setting_reaches_the_options():
 
 
 def test_one_knob_at_a_time():
-    names = [setting.name for setting in SMALL.settings()]
+    names = [setting.name for setting in settings_of(SMALL)]
     assert names == [
         "draft", "balanced", "best", "resolution 32", "resolution 128", "16 directions",
         "time 1 s", "time 2 s",
@@ -91,30 +92,32 @@ def test_one_knob_at_a_time():
 
 
 def test_every_budget_gets_every_setting():
-    options = SweepOptions(budgets=(16, 64))
+    options = TradeoffOptions(budgets=(16, 64))
     by_budget = {16: [], 64: []}
-    for setting in options.settings():
+    for setting in settings_of(options):
         by_budget[setting.budget].append(setting.name)
     assert by_budget[16] == by_budget[64]
-    assert run_count([Path("a"), Path("b")], options) == 2 * 3 * len(options.settings())
+    assert run_count([Path("a"), Path("b")], options) == 2 * 3 * len(settings_of(options))
 
 
 def test_values_that_are_the_default_are_not_run_twice():
-    options = SweepOptions(resolutions=(64,), directions=(32,), budgets=(9,), times=(1.0,))
-    names = [setting.name for setting in options.settings()]
+    options = TradeoffOptions(resolutions=(64,), directions=(32,), budgets=(9,), times=(1.0,))
+    names = [setting.name for setting in settings_of(options)]
     assert names == ["draft", "balanced", "best", "time 1 s"]
 
 
 def test_full_has_every_combination_and_all_single_ones():
-    full = SweepOptions(
+    full = TradeoffOptions(
         resolutions=(32, 64), directions=(16, 32), budgets=(9,), times=(1.0, 2.0), full=True
     )
-    settings = full.settings()
+    settings = settings_of(full)
     assert len(settings) == len({setting.name for setting in settings})
     # Of the 8 combinations two are with the default's resolution and directions: time alone.
     assert sum(setting.knob is None for setting in settings) == 6
-    single = SweepOptions(resolutions=(32, 64), directions=(16, 32), budgets=(9,), times=(1.0, 2.0))
-    assert set(single.settings()) < set(settings)
+    single = TradeoffOptions(
+        resolutions=(32, 64), directions=(16, 32), budgets=(9,), times=(1.0, 2.0)
+    )
+    assert set(settings_of(single)) < set(settings)
 
 
 @pytest.mark.parametrize(
@@ -128,7 +131,7 @@ def test_full_has_every_combination_and_all_single_ones():
 )  # fmt: skip
 def test_wrong_options(wrong):
     with pytest.raises(OptionError):
-        SweepOptions(**wrong)
+        TradeoffOptions(**wrong)
 
 
 def test_names_of_meshes():
@@ -151,10 +154,10 @@ def test_a_setting_that_failed_once_has_failed():
 
 
 def test_a_sweep_runs_in_rounds_and_tells_where_it_is(mesh_file, quick, steps):
-    options = SweepOptions(
+    options = TradeoffOptions(
         resolutions=(8,), directions=(16,), budgets=(8,), times=(0.01,), repeats=2
     )
-    names = [setting.name for setting in options.settings()]
+    names = [setting.name for setting in settings_of(options)]
     steps([float(i) for i in range(2 * len(names))])
     told = []
     trials = list(sweep([mesh_file], options, lambda done, name: told.append((done, name))))
@@ -176,7 +179,7 @@ def test_what_fails_is_told_and_the_others_go_on(mesh_file, tmp_path, quick, mon
 
     whole = tradeoff.simplify_mesh
     monkeypatch.setattr(tradeoff, "simplify_mesh", broken)
-    options = SweepOptions(
+    options = TradeoffOptions(
         resolutions=(8,), directions=(16,), budgets=(8,), times=(0.01,), repeats=2
     )
     trials = list(sweep([tmp_path / "none.ply", mesh_file], options))

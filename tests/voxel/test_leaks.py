@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simplifier.io import load_mesh
+from simplifier.io.load import load
 from simplifier.voxel.fill import fill
 from simplifier.voxel.leaks import leaks
 from simplifier.voxel.voxelize import voxelize
@@ -77,8 +77,8 @@ def test_a_closed_part_is_enough_to_be_silent():
     ],
 )
 def test_assets(asset, name, expected):
-    assert leak(load_mesh(asset(name)), 64) == expected
+    assert leak(load(asset(name)), 64) == expected
 
 
 def test_the_bunny_on_the_ground_does_not_leak(asset):
-    assert not leak(load_mesh(asset("bunny_4968.ply")), 64, GROUND)
+    assert not leak(load(asset("bunny_4968.ply")), 64, GROUND)

@@ -7,7 +7,7 @@ import pytest
 from scipy import ndimage
 
 from simplifier.geometry.solid import VoxelGrid
-from simplifier.voxel.morphology import dilated, glued
+from simplifier.voxel.morphology import dilate, glue_neighbours
 
 
 @pytest.mark.parametrize("reach", [0, 1, 2])
@@ -15,7 +15,7 @@ from simplifier.voxel.morphology import dilated, glued
 def test_dilated(reach, seed):
     inside = np.random.default_rng(seed).random((5, 8, 6)) < 0.05
     inside[0, 0, 0] = inside[-1, -1, -1] = True
-    grown, margin = dilated(VoxelGrid(inside.copy(), np.zeros(3), 1.0), reach)
+    grown, margin = dilate(VoxelGrid(inside.copy(), np.zeros(3), 1.0), reach)
     assert margin == reach + 1
     around = np.ones((2 * reach + 1,) * 3)
     assert np.array_equal(grown, ndimage.binary_dilation(np.pad(inside, reach + 1), around))
@@ -29,7 +29,7 @@ def test_glued(seed):
     shape = tuple(np.random.default_rng(seed).integers(1, 9, 3))
     inside = np.random.default_rng(seed).random(shape) < 0.1
     grid = VoxelGrid(inside, np.array([1.0, 2.0, 3.0]), 0.5)
-    grown = glued(grid)
+    grown = glue_neighbours(grid)
     expected = ndimage.binary_dilation(inside, np.ones((3, 3, 3)))
     np.testing.assert_array_equal(grown.inside, expected)
     assert grown.inside.flags.c_contiguous

@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from simplifier.io import load_mesh
-from simplifier.options import make_options
+from simplifier.io.load import load
+from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.voxel.fill import enclose, fill
 from simplifier.voxel.leaks import Remedy, leak_warning, remedies
@@ -98,16 +98,16 @@ def test_advice_is_true_at_any_scale(scale):
 
 
 def test_the_bunny(asset):
-    assert check_advice(load_mesh(asset("bunny_4968.ply"))) == [
+    assert check_advice(load(asset("bunny_4968.ply"))) == [
         "ground with up y", "smallest hole 0.2",
     ]  # fmt: skip
 
 
 def test_a_city_hall_without_floors(asset):
-    (words,) = check_advice(load_mesh(asset("broken_lyon_palais_de_justice.ply")))
+    (words,) = check_advice(load(asset("broken_lyon_palais_de_justice.ply")))
     assert words.startswith("smallest hole")
 
 
 def test_rooms_of_a_game_level(asset):
-    (words,) = check_advice(load_mesh(asset("level_dungeon.ply")))
+    (words,) = check_advice(load(asset("level_dungeon.ply")))
     assert words.startswith("smallest hole")

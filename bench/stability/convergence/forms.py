@@ -26,8 +26,8 @@ from simplifier.errors import OccluderError
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.section import Chain
 from simplifier.geometry.solid import Solid
-from simplifier.kernels.coverage import unpacked
-from simplifier.options import TOLERANCE_VOXELS, Options, SectionOptions, make_options
+from simplifier.kernels.coverage import unpack_masks
+from simplifier.options.stages import TOLERANCE_VOXELS, Options, SectionOptions, make_options
 from simplifier.polygon.chain import simplification_chain
 from simplifier.polygon.simplify import bridge_holes, simplify_polygon
 from simplifier.progress import Stopwatch
@@ -117,7 +117,7 @@ def both_forms(images: Images) -> Forms:
 
 def exact_measures(images: Images) -> FloatArray:
     """(views,) of bit images (views, 64)."""
-    return directional_measures(unpacked(images[:, :, None], _SIZE))
+    return directional_measures(unpack_masks(images[:, :, None], _SIZE))
 
 
 def compared_choices(mesh: TriangleMesh, solid: Solid, options: Options) -> Choices:

@@ -17,7 +17,7 @@ from bench.stability.convergence.subjects import Subject
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracies
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.options import Options, make_options
+from simplifier.options.stages import Options, make_options
 from simplifier.pipeline import simplify_mesh
 
 FIGURES = ("recall", "precision")

@@ -38,7 +38,7 @@ Sums = dict[int, FloatArray]
 
 def measure_curves(subject: Subject) -> Iterator[Curve]:
     """Both figures against each knob."""
-    occluder = simplifier.simplify(subject.mesh, **subject.options)
+    occluder = simplifier.simplify(subject.mesh, **subject.options).occluder
 
     def means(make: Callable[[int], FloatArray], image: int) -> FloatArray:
         return np.stack(

@@ -6,17 +6,17 @@ import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.options import ERROR_VOXELS, Options
+from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.finalists import FineViews, best_of
-from simplifier.refinement.search import pulled_in, refine
+from simplifier.refinement.search import pull_into, refine
 from simplifier.refinement.starts import enclosed_start, sheet_start
-from simplifier.refinement.thin import thinned
+from simplifier.refinement.thin import thin_for_pictures
 from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.cut import cut_solid
 from simplifier.steps.solid import solidify
-from simplifier.voxel.morphology import dilated
+from simplifier.voxel.morphology import dilate
 
 _WHOLE = 64  # pixels a side that the search's pictures have
 _FINE_VIEWS = 12  # that decide at the end, in pictures of 256 pixels whatever the search's
@@ -30,15 +30,15 @@ def made_by_pictures(mesh: TriangleMesh, options: Options, pixels: int) -> Occlu
     watch = Stopwatch()
     solid = solidify(mesh, options.solid, watch)
     cut = cut_solid(solid, options, watch, Deadline.after(None))
-    allowed, margin = dilated(solid.core, solid.reach)
-    original = thinned(solid.core.to_grid(mesh.vertices) + margin, mesh.faces)
+    allowed, margin = dilate(solid.core, solid.reach)
+    original = thin_for_pictures(solid.core.to_grid(mesh.vertices) + margin, mesh.faces)
     small = shrunk(search_projections(solid, options, options.refine.views, margin), pixels)
-    budget, starts = options.selection.budget, [pulled_in(cut + margin, allowed)]
+    budget, starts = options.selection.budget, [pull_into(cut + margin, allowed)]
     for vertices, faces in (
         enclosed_start(solid.core, allowed, margin, budget),
         sheet_start(mesh, solid.core, allowed, margin, budget),
     ):
-        starts.append(pulled_in(vertices[faces] + margin, allowed))
+        starts.append(pull_into(vertices[faces] + margin, allowed))
     views = RefineViews(small, silhouettes(*original, small))
     found = refine(starts, allowed, views, budget, options.refine, options.seed)
     fine = FineViews.of(*original, search_projections(solid, options, _FINE_VIEWS, margin))

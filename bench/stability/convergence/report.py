@@ -38,7 +38,7 @@ _QUADS = (2_000, 8_000, 32_000, 128_000)
 
 def report_curves(subject: Subject) -> Iterator[Curve]:
     """Recall and precision against each knob."""
-    occluder = simplifier.simplify(subject.mesh, **subject.options)
+    occluder = simplifier.simplify(subject.mesh, **subject.options).occluder
     pools = [_exact(subject, occluder, _POOL, seed) for seed in _POOL_SEEDS]
     pixels = np.stack([pixels_of(report) for report in pools])
     yield from view_curves(subject.name, pixels, _VIEWS)
@@ -106,7 +106,9 @@ def _default_curves(
     subject: Subject, occluder: Occluder, every: Mapping[str, float]
 ) -> list[Curve]:
     """One value alone: the report as it is, against what endless views of that size would say."""
-    reports = [simplifier.evaluate(subject.mesh, occluder, seed=seed) for seed in range(_AS_IT_IS)]
+    reports = [
+        simplifier.evaluate(subject.mesh, occluder, seed=seed).accuracy for seed in range(_AS_IT_IS)
+    ]
     found = {
         figure: {DEFAULTS.views: [getattr(report, figure) - every[figure] for report in reports]}
         for figure in FIGURES

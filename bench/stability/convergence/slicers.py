@@ -25,7 +25,8 @@ from simplifier.errors import OccluderError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.section import ImageFrame
 from simplifier.geometry.solid import BoolArray, VoxelGrid
-from simplifier.options import SectionOptions, Slicing, make_options
+from simplifier.options.simplify import Slicing
+from simplifier.options.stages import SectionOptions, make_options
 from simplifier.progress import Stopwatch
 from simplifier.slicing.planes import SamplingPlan, plan_sections
 from simplifier.slicing.sampler import GridSampler
@@ -69,7 +70,9 @@ def _row(name: str, mesh: TriangleMesh, standing: dict[str, Any]) -> Row:
     options = make_options(float(mesh.extent.max()), **standing)
     grid = solidify(mesh, options.solid, Stopwatch()).core
     difference = compared(grid, options.sections)
-    occluders = [simplifier.simplify(mesh, slicer=slicer, **standing) for slicer in _SLICERS]
+    occluders = [
+        simplifier.simplify(mesh, slicer=slicer, **standing).occluder for slicer in _SLICERS
+    ]
     same = all(
         np.array_equal(getattr(occluders[0], part), getattr(occluders[1], part))
         for part in ("vertices", "faces")
@@ -87,7 +90,9 @@ def _row(name: str, mesh: TriangleMesh, standing: dict[str, Any]) -> Row:
 
 
 def _recall_over_seeds(mesh: TriangleMesh, standing: dict[str, Any]) -> Spread:
-    occluders = [simplifier.simplify(mesh, seed=seed, **standing) for seed in range(_SEEDS)]
+    occluders = [
+        simplifier.simplify(mesh, seed=seed, **standing).occluder for seed in range(_SEEDS)
+    ]
     reports = evaluate_accuracies(mesh, occluders, AccuracyOptions(exact=True))
     return Spread.of([100.0 * report.recall for report in reports])
 

@@ -29,13 +29,15 @@ def evaluate_mesh(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     )
     load_seconds = meter.seconds
     listener = meter.part(0.1, 0.8, JUDGING)
-    judgement = simplifier.judge(mesh, occluder, options, listener, cancel, overrides)
+    found = simplifier.evaluate(
+        mesh, occluder, options, listener=listener, cancel=cancel, overrides=overrides
+    )
     if cancel.is_set():
         raise TaskCancelledError
     meter.at("write", 0.8)
-    report = judgement.report(load_seconds=load_seconds)
+    report = found.report(load_seconds=load_seconds)
     results = Path(task.results)
-    write_pages(judgement, report, task.name, results)
+    write_pages(found, report, task.name, results)
     simplifier.save_for_viewing(mesh, results / "original.glb")
     simplifier.save(occluder, results / "lod0.glb")
     return summary_of(report, 1, meter.seconds)

@@ -35,7 +35,10 @@ def make_occluder(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     mesh, overrides = read_mesh(task, options)
     load_seconds = meter.seconds
     draw = BestSoFar(mesh, options.up)
-    made = simplifier.make(mesh, options, meter.part(0.05, 0.8, MAKING, draw), cancel, overrides)
+    made = simplifier.simplify(
+        mesh, options, listener=meter.part(0.05, 0.8, MAKING, draw), cancel=cancel,
+        overrides=overrides,
+    )  # fmt: skip
     if cancel.is_set():  # by then it is the best so far
         raise TaskCancelledError
     meter.at("write", 0.8)
@@ -44,14 +47,14 @@ def make_occluder(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     simplifier.save_for_viewing(mesh, results / "original.glb")
     write_seconds = time.perf_counter() - begin
     meter.at("accuracy", 0.82)
-    product = made.judged()
+    product = made.measure()
     meter.at("write", 0.9)
     report = product.report(load_seconds=load_seconds, write_seconds=write_seconds, files=files)
     write_pages(product, report, task.name, results)
     return summary_of(report, len(product.levels), meter.seconds)
 
 
-def _save(made: simplifier.Made, scratch: Path, results: Path) -> tuple[Path, ...]:
+def _save(made: simplifier.SimplifyResult, scratch: Path, results: Path) -> tuple[Path, ...]:
     """Save each level in each format, a GLB and an OCC with all; the single GLBs, finest first."""
     for suffix in simplifier.OCCLUDER_SUFFIXES:
         for level, path in enumerate(made.save(scratch / f"occluder{suffix}")):

@@ -6,7 +6,6 @@ import json
 import zipfile
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import simplifier
 from service.engines.messages import Task
@@ -31,14 +30,14 @@ def make_scene(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     """
     meter, results = Meter(tell), Path(task.results)
     folder = Path(task.scratch) / "scene"
-    options = {**_scene_options(task), "preview": True}
+    options = simplifier.SceneOptions.of({**options_within_memory(task), "preview": True})
     meter.at("load", 0.0)
     scene = _load(task)
 
     def report_objects(done: int, total: int) -> None:
         meter.at("occluders", 0.1 + 0.8 * done / max(total, 1))
 
-    simplifier.simplify_scene(scene, folder, **options, tell=report_objects, cancel=cancel)
+    simplifier.simplify_scene(scene, folder, options, tell=report_objects, cancel=cancel)
     if cancel.is_set():
         raise TaskCancelledError
     meter.at("write", 0.9)
@@ -54,18 +53,6 @@ def make_scene(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
         seconds=meter.seconds,
         warnings=tuple(document["warnings"]),
     )
-
-
-def _scene_options(task: Task) -> dict[str, Any]:
-    """The options by keyword, each known and of its kind; the library checks how they agree."""
-    fields = {field.name: field for field in simplifier.SCENE_FIELDS}
-    for name, value in task.options.items():
-        if name not in fields:
-            raise simplifier.OptionError(
-                "there is no such option", where=name, remedy=f"choose from {', '.join(fields)}"
-            )
-        fields[name].check(value)
-    return options_within_memory(task)
 
 
 def _load(task: Task) -> simplifier.Scene:

@@ -51,7 +51,7 @@ def start() -> DoTask:
     mesh = simplifier.TriangleMesh.from_soup(_TETRAHEDRON, _SIDES)
     least = simplifier.SimplifyOptions(resolution=16, preset="draft", moves=1, views=4, image=32)
     with tempfile.TemporaryDirectory() as folder:
-        simplifier.produce(mesh, least).write_pictures(folder, "tetrahedron")
+        simplifier.simplify(mesh, least).measure().write_pictures(folder, "tetrahedron")
     return _work
 
 

@@ -8,7 +8,7 @@ from simplifier.builds.asset_plan import plan_assets
 from simplifier.builds.finding import State
 from simplifier.builds.manifest import read_manifest
 from simplifier.builds.record import Record, parse_record, read_record, write_record
-from simplifier.builds.staleness import check
+from simplifier.builds.staleness import check_assets
 from simplifier.io.suffixes import OCCLUDER_SUFFIXES
 from tests.fuzz.promises import check_sentence, promise
 
@@ -28,7 +28,7 @@ def check_build_manifest(data: bytes, folder: Path) -> None:
         promise(place.is_relative_to(path.parent.resolve()), "outputs stay below the manifest")
         promise(place.suffix in OCCLUDER_SUFFIXES, "and end as occluders do")
         promise(file not in _MESHES, "and replace no mesh")
-    found = check(path, {})
+    found = check_assets(path, {})
     promise([one.asset for one in found] == [one.name for one in assets], "each has a finding")
     for one in found:
         promise(one.state is State.STALE, "nothing was made")
@@ -44,7 +44,7 @@ def check_build_record(data: bytes, folder: Path) -> None:
     write_record(copy, record)
     promise(read_record(copy) == record, "a record is the same when it is read again")
     (place / "occluders.lock").write_bytes(data)
-    names = {one.asset for one in check(place / "occluders.toml", record)}
+    names = {one.asset for one in check_assets(place / "occluders.toml", record)}
     promise(names >= set(_MESHES) - _outputs(record), "whatever it says, all meshes are looked at")
 
 

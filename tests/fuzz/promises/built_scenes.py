@@ -12,9 +12,9 @@ from simplifier.culling.cull import Culler
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
 from simplifier.geometry.camera import Camera
 from simplifier.hierarchy.manifest import load_occluder_tree
-from simplifier.io import write_scene
 from simplifier.io.objects import Objects
 from simplifier.io.scene import usable_scene
+from simplifier.io.scene_writer import write_scene
 from tests.fuzz.cases import Case, mesh_of
 from tests.fuzz.promises import check_sentence, promise
 from tests.fuzz.promises.mesh_files import check_scene

@@ -8,7 +8,7 @@ import numpy as np
 
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
 from simplifier.geometry.camera import CameraPath
-from simplifier.io import load_camera_path, save_camera_path
+from simplifier.io.camera_path import load_camera_path, save_camera_path
 from tests.fuzz.promises import promise
 
 _DIGITS = 1e-9

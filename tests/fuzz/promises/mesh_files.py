@@ -12,10 +12,11 @@ from simplifier.errors import EmptyMeshError, OutputError, UnreadableMeshError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import LodChain, Occluder
 from simplifier.geometry.scene import Scene
-from simplifier.io import load_lods, load_mesh, load_occluder, load_scene, writable_suffixes
-from simplifier.io.formats import CODECS
-from simplifier.io.glb_embed import Embedding, embedded
-from simplifier.io.save import encoded
+from simplifier.io.formats import CODECS, writable_suffixes
+from simplifier.io.glb_embed import Embedding, embed_occluder
+from simplifier.io.load import load, load_lods, load_occluder
+from simplifier.io.save import occluder_bytes
+from simplifier.io.scene import load_scene
 from tests.fuzz.promises import check_sentence, promise
 from tests.fuzz.promises.soups import FURTHEST, check_soup
 
@@ -28,7 +29,7 @@ def check_mesh_file(path: Path) -> None:
     occluder = load_occluder(path)
     check_occluder(occluder)
     try:
-        mesh = load_mesh(path)
+        mesh = load(path)
     except EmptyMeshError:
         promise(len(occluder.faces) == 0, "a mesh is empty where its occluder is")
         raise
@@ -57,7 +58,7 @@ def check_round_trips(occluder: Occluder) -> None:
     for suffix in writable_suffixes():
         path = Path(f"occluder{suffix}")
         try:
-            data = encoded(occluder, path)
+            data = occluder_bytes(occluder, path)
         except OutputError:
             promise(suffix in _ROUNDED, f"{suffix} can hold any coordinate")
             continue
@@ -66,7 +67,7 @@ def check_round_trips(occluder: Occluder) -> None:
         promise(found.shape == corners.shape, f"no triangle is lost in {suffix}")
         if suffix not in _ROUNDED:
             promise(np.array_equal(found, corners), f"{suffix} keeps every bit")
-            again = encoded(Occluder(vertices, faces.astype(np.int32)), path)
+            again = occluder_bytes(Occluder(vertices, faces.astype(np.int32)), path)
             promise(again == data, f"{suffix} is the same when it is written again")
         elif len(corners):
             low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
@@ -80,7 +81,7 @@ def check_round_trips(occluder: Occluder) -> None:
 def _check_alone(path: Path, mesh: TriangleMesh) -> None:
     """Other files may be refused; what is read without them is the same."""
     try:
-        alone = load_mesh(path, allow_external=False)
+        alone = load(path, allow_external=False)
     except UnreadableMeshError as error:
         promise("another file" in error.what, "only other files are refused")
         return
@@ -128,7 +129,7 @@ def _check_addition(path: Path, mesh: TriangleMesh, occluder: Occluder) -> None:
     """What was read may be damaged where reading passes over it, so no more is promised."""
     for how in get_args(Embedding):
         with suppress(OutputError, UnreadableMeshError):
-            embedded(path, mesh, occluder, how)
+            embed_occluder(path, mesh, occluder, how)
 
 
 def check_levels(chain: LodChain) -> None:

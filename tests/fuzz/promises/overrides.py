@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from simplifier import SimplifyOptions, load, produce
+from simplifier import SimplifyOptions, load, simplify
 from simplifier.geometry.mesh import FloatArray, have_area
 from simplifier.io.overrides import load_overrides
 from simplifier.io.suffixes import overrides_place
@@ -34,7 +34,7 @@ def check_overrides(data: bytes, folder: Path) -> None:
     overrides_place(mesh).write_bytes(data)
     found = load_overrides(overrides_place(mesh))
     promise(have_area(found.triangles).all(), "what is drawn has an area")
-    product = produce(load(mesh, ignore=found.ignore), _OPTIONS, overrides=found)
+    product = simplify(load(mesh, ignore=found.ignore), _OPTIONS, overrides=found).measure()
     for warning in product.warnings:
         check_sentence(warning)
     made = product.occluder.vertices[product.occluder.faces]

@@ -13,16 +13,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier import EvaluateOptions, SimplifyOptions, judge, produce, save
+from simplifier import EvaluateOptions, SimplifyOptions, evaluate, save, simplify
 from simplifier.accuracy.accuracy import AccuracyReport, view_masks
 from simplifier.errors import OutputError
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Level, Occluder
 from simplifier.geometry.solid import Solid
 from simplifier.geometry.views import random_directions
-from simplifier.io import load_occluder
+from simplifier.io.load import load_occluder
 from simplifier.lods.levels import Levels
-from simplifier.production.produce import Product
+from simplifier.production.result import MeasuredResult
 from tests.fuzz.cases import Case, mesh_of
 from tests.fuzz.promises import check_sentence, promise
 from tests.fuzz.promises.distances import surface_distances, voxel_distances
@@ -40,7 +40,7 @@ def check_simplify(case: Case, folder: Path) -> None:
     mesh = mesh_of(case["mesh"])
     check_soup(mesh.vertices, mesh.faces)
     options = SimplifyOptions.of(case["options"])
-    product = produce(mesh, options)
+    product = simplify(mesh, options).measure()
     solid = product.made.result.solid
     for level, budget in zip(product.levels, _budgets(product), strict=True):
         _check_made(level, mesh, budget)
@@ -55,23 +55,23 @@ def check_simplify(case: Case, folder: Path) -> None:
     _check_files(product, folder)
     if options.time_limit is None:
         with _threads(3):
-            _check_same(product.occluder, produce(mesh, options).occluder)
+            _check_same(product.occluder, simplify(mesh, options).measure().occluder)
 
 
 def check_evaluate(case: Case) -> None:
     """As the library does it: any soup is judged, and what cannot be is refused."""
     mesh, other = mesh_of(case["mesh"]), mesh_of(case["occluder"])
     options = EvaluateOptions.of(case["options"])
-    found = judge(mesh, Occluder(other.vertices, other.faces), options)
+    found = evaluate(mesh, Occluder(other.vertices, other.faces), options)
     _check_accuracy(found.accuracy)
     _check_report(found.report())
-    again = judge(mesh, Occluder(other.vertices, other.faces), options)
+    again = evaluate(mesh, Occluder(other.vertices, other.faces), options)
     promise(again.accuracy.precision == found.accuracy.precision, "same mesh, same precision")
-    own = judge(mesh, Occluder(mesh.vertices, mesh.faces), options).accuracy
+    own = evaluate(mesh, Occluder(mesh.vertices, mesh.faces), options).accuracy
     promise(own.precision == own.recall == 1.0, "a mesh hides just what it hides")
 
 
-def _budgets(product: Product) -> list[int]:
+def _budgets(product: MeasuredResult) -> list[int]:
     result, budget = product.made.result, product.made.options.budget
     if isinstance(result, Levels):
         return [budget] * len(product.levels)
@@ -137,7 +137,7 @@ def _check_report(report: dict[str, Any]) -> None:
     promise(report["triangles"] >= 0 and report["deviation"] >= 0.0, "a report counts")
 
 
-def _check_files(product: Product, folder: Path) -> None:
+def _check_files(product: MeasuredResult, folder: Path) -> None:
     """What is saved can be loaded, as many triangles as there were."""
     for suffix in (".glb", ".ply"):
         try:

@@ -15,8 +15,8 @@ import pytest
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.occluder import Level, LodChain, Occluder
-from simplifier.io import load_lods, load_occluder, save_occluder
-from simplifier.io.save import save_lods
+from simplifier.io.load import load_lods, load_occluder
+from simplifier.io.save import save_lods, save_occluder
 from simplifier.io.style import Style
 from tests.io.builders import tetrahedron
 from tests.solids import sphere

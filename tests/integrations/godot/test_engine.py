@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from simplifier.io import load_mesh
+from simplifier.io.load import load
 from tests.acceptance.command import ROOT, occluder
 from tests.integrations.commands import make_command
 
@@ -118,7 +118,7 @@ def project(tmp_path_factory):
 @pytest.mark.parametrize(("name", "scale"), [("turned.glb", 1.0), ("scaled.glb", 2.0)])
 def test_the_script_gives_a_scene_an_occluder_in_its_place(project, name, scale):
     (shown,) = [shown for kind, shown in project.shows(name) if kind == "MeshInstance3D"]
-    mesh = load_mesh(project.folder / name)
+    mesh = load(project.folder / name)
     same_triangles(shown, scale * mesh.vertices[mesh.faces])
     same_triangles(project.occluder(name), shown)
 
@@ -147,14 +147,14 @@ def test_no_error_but_that_one(project):
 def test_godot_makes_an_occluder_of_the_node_behind_the_original(project):
     kinds = [kind for kind, _ in project.shows("ball_both.glb")]
     assert sorted(kinds) == ["MeshInstance3D", "Node3D", "OccluderInstance3D"]
-    mesh = load_mesh(project.folder / BALL)
+    mesh = load(project.folder / BALL)
     same_triangles(project.occluder("ball_both.glb"), mesh.vertices[mesh.faces])
 
 
 def test_godot_reads_the_resource(project):
     ((kind, shown),) = project.shows("ball.tres")
     assert kind == "Occluder3D"
-    mesh = load_mesh(project.folder / BALL)
+    mesh = load(project.folder / BALL)
     same_triangles(shown, mesh.vertices[mesh.faces])
 
 

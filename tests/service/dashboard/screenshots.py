@@ -16,7 +16,8 @@ _LARGEST = 150_000  # bytes
 def keep_picture(shown: Page | Locator, name: str, otherwise: Path) -> Image.Image:
     """Write ``name``.png into the folder OCCLUDER_SCREENSHOTS, or else into another one.
 
-    ``OCCLUDER_SCREENSHOTS=docs/images pytest tests/service/dashboard`` renews those of the docs.
+    ``OCCLUDER_SCREENSHOTS=docs/images pytest -m 'pages or vital' tests/service/dashboard`` renews
+    those of the docs.
     """
     picture = Image.open(io.BytesIO(shown.screenshot(animations="disabled"))).convert("RGB")
     path = Path(_FOLDER) / f"{name}.png" if _FOLDER else otherwise / f"{name}.png"

@@ -326,7 +326,10 @@ def test_a_long_search_hears_that_it_is_cancelled(place, ball, monkeypatch):
 
 
 def test_an_evaluation_judges_what_was_made_elsewhere(place, ball, tmp_path):
-    save(simplify(sphere(rings=8), budget=32, resolution=24, moves=0), tmp_path / "theirs.stl")
+    save(
+        simplify(sphere(rings=8), budget=32, resolution=24, moves=0).occluder,
+        tmp_path / "theirs.stl",
+    )
     files = {
         "input/mesh.obj": ball,
         "input/occluder.stl": (tmp_path / "theirs.stl").read_bytes(),

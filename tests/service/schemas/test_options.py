@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 from service.errors import InvalidOptionsError
 from service.jobs.job import JobKind
 from service.schemas.job_options import option_tables
-from simplifier import EVALUATE_FIELDS, SCENE_FIELDS, SIMPLIFY_FIELDS, TRADEOFF_FIELDS
+from simplifier import EvaluateOptions, SceneOptions, SimplifyOptions, TradeoffOptions
 
 TABLES = option_tables(math.inf, math.inf)
 OF_LIBRARY = {
-    JobKind.OCCLUDER: SIMPLIFY_FIELDS,
-    JobKind.EVALUATION: EVALUATE_FIELDS,
-    JobKind.SCENE: SCENE_FIELDS,
-    JobKind.TRADEOFF: TRADEOFF_FIELDS,
+    JobKind.OCCLUDER: SimplifyOptions.fields(),
+    JobKind.EVALUATION: EvaluateOptions.fields(),
+    JobKind.SCENE: SceneOptions.fields(),
+    JobKind.TRADEOFF: TradeoffOptions.fields(),
 }
 CASES = [(kind, field) for kind in TABLES for field in TABLES[kind].fields]
 

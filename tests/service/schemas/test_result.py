@@ -19,7 +19,7 @@ QUICK = {"resolution": 12, "budget": 12, "preset": "draft", "views": 4, "image":
 
 def result_of(**options) -> Result:
     """Of a real report, with two files a level."""
-    product = simplifier.produce(box(), simplifier.SimplifyOptions(**QUICK, **options))
+    product = simplifier.simplify(box(), simplifier.SimplifyOptions(**QUICK, **options)).measure()
     report = json.loads(json.dumps(product.report()))
     names = [
         f"lod{level}.{form}" for level in range(len(product.levels)) for form in ("glb", "obj")

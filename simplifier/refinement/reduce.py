@@ -15,7 +15,7 @@ from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 _COARSER = 0.95  # beyond what the numbers ask for, so that few rounds are needed
 
 
-def thinned(mesh: TriangleMesh, most_triangles: int) -> TriangleMesh:
+def reduce_to(mesh: TriangleMesh, most_triangles: int) -> TriangleMesh:
     """The mesh itself where it has no more; else at most as many, at least one, in its bounds.
 
     No vertex lies farther from one of the mesh than a cell's diagonal.
@@ -23,12 +23,12 @@ def thinned(mesh: TriangleMesh, most_triangles: int) -> TriangleMesh:
     cells = np.sqrt(most_triangles / 2.0)
     shown = mesh
     while len(shown.faces) > most_triangles:
-        shown = _clustered(mesh, max(1, int(cells)))
+        shown = _cluster(mesh, max(1, int(cells)))
         cells *= _COARSER * min(1.0, np.sqrt(most_triangles / len(shown.faces)))
     return shown
 
 
-def _clustered(mesh: TriangleMesh, cells: int) -> TriangleMesh:
+def _cluster(mesh: TriangleMesh, cells: int) -> TriangleMesh:
     """``cells`` along the longest edge of the bounding box."""
     low, high = mesh.bounds
     places = (mesh.vertices - low) / ((high - low).max() / cells)

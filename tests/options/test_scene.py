@@ -7,7 +7,7 @@ import math
 import pytest
 
 from simplifier.errors import OptionError
-from simplifier.hierarchy.options import SceneOptions
+from simplifier.options.scene import SceneOptions
 
 BAD = [
     ("budget", "budget", [0, 100_001, 2.5, True, "8"]),
@@ -35,7 +35,7 @@ def test_out_of_range(field, name, value):
 
 
 def test_limits_are_within():
-    SceneOptions(1, 1, 2, 0, "x", True, 1e300, True, 1e-9, 1, 1e-6, 0)
+    SceneOptions(1, 1, 2, 0, "x", True, 1e300, True, 1e-9, 1, 1e-6, seed=0)
     SceneOptions(
-        100_000, 1024, 64, 100_000_000, "z", False, 0, False, 1000, 16_384, 179.0, 2**63 - 1
+        100_000, 1024, 64, 100_000_000, "z", False, 0, False, 1000, 16_384, 179.0, seed=2**63 - 1
     )

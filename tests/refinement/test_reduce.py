@@ -11,20 +11,20 @@ from simplifier.accuracy.accuracy import view_masks
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import random_directions
-from simplifier.refinement.thinned import thinned
+from simplifier.refinement.reduce import reduce_to
 from tests.solids import sphere
 
 
 def test_a_mesh_that_is_small_enough_stays_as_it_is() -> None:
     ball = sphere(rings=8)
-    assert thinned(ball, len(ball.faces)) is ball
+    assert reduce_to(ball, len(ball.faces)) is ball
 
 
 @pytest.mark.parametrize("offset", [0.0, 5e6])
 def test_a_thinned_ball_has_the_silhouettes_of_the_ball(offset: float) -> None:
     ball = sphere(rings=160)
     ball = TriangleMesh.from_soup(ball.vertices + offset, ball.faces)
-    few = thinned(ball, 10_000)
+    few = reduce_to(ball, 10_000)
     assert 5_000 < len(few.faces) <= 10_000
     shown = Occluder(few.vertices, few.faces, error_bound=np.inf)
     whole, thin = view_masks(ball, shown, random_directions(4, 0), 256)
@@ -37,7 +37,7 @@ def test_specks_stay_few_and_somewhere_in_the_bounds(seed: int, most: int, size:
     middles = random.uniform(-1.0, 1.0, (500, 1, 3))
     specks = size * (middles + 1e-4 * random.normal(size=(500, 3, 3)))
     cloud = TriangleMesh.from_soup(specks.reshape(-1, 3), np.arange(1500).reshape(-1, 3))
-    few = thinned(cloud, most)
+    few = reduce_to(cloud, most)
     assert 1 <= len(few.faces) <= most
     slack = 1e-9 * size
     assert (few.bounds[0] >= cloud.bounds[0] - slack).all()

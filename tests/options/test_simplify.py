@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simplifier import SIMPLIFY_FIELDS, EvaluateOptions, OptionError, SimplifyOptions
-from simplifier.lods.options import LodOptions
+from simplifier import EvaluateOptions, OptionError, SimplifyOptions
+from simplifier.options.simplify import LodOptions
 
 
 def test_defaults_are_a_single_occluder():
@@ -66,7 +66,7 @@ anything = st.one_of(
 )  # fmt: skip
 
 
-@given(st.dictionaries(st.sampled_from([one.name for one in SIMPLIFY_FIELDS]), anything))
+@given(st.dictionaries(st.sampled_from([one.name for one in SimplifyOptions.fields()]), anything))
 def test_any_json_is_taken_or_refused(chosen):
     try:
         options = SimplifyOptions.of(chosen)

@@ -1,0 +1,53 @@
+"""The command that writes cameras through a scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from simplifier.cli.console import print_line, print_text
+from simplifier.cli.options import SceneArgument, read_options, with_options
+from simplifier.cli.running import Debug, interrupts, run_guarded
+from simplifier.errors import OutputError
+from simplifier.io.camera_path import save_camera_path
+from simplifier.io.files import check_folder
+from simplifier.io.scene import load_scene
+from simplifier.options.scene import PathOptions
+
+
+@with_options(PathOptions)
+def path(
+    scene: SceneArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="The camera path: a JSON file.")],
+    *,
+    debug: Debug = False,
+    **chosen: Any,
+) -> None:
+    """Write cameras along a walk or a flight through a scene, to judge occluders along."""
+
+    def run() -> None:
+        # Here, not above: what it needs of scipy takes longer to load than a small change to build.
+        from simplifier.camera_paths.generate import generate_path
+
+        options = read_options(PathOptions, chosen)  # refused before the scene is read
+        _check_output(scene, output)
+        with interrupts() as listening:
+            read = load_scene(scene, transparent=options.transparent)
+            found = generate_path(read, options)
+            with listening.held():
+                save_camera_path(found, output)
+                for warning in read.warnings:
+                    print_line(f"warning: {warning}")
+                print_text(f"{output}: {len(found.cameras)} frames of kind {options.kind}")
+
+    run_guarded(run, debug=debug)
+
+
+def _check_output(scene: Path, output: Path) -> None:
+    check_folder(output)
+    if scene.resolve() == output.resolve():
+        raise OutputError(
+            "this is the scene itself", where=str(output), remedy="name another file for the path"
+        )

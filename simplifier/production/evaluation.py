@@ -1,0 +1,81 @@
+"""What evaluating gives: how good an occluder is, made here or elsewhere, with its report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from simplifier.accuracy.accuracy import AccuracyReport
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
+from simplifier.geometry.solid import Solid
+from simplifier.options.simplify import EvaluateOptions
+from simplifier.options.stages import Options
+from simplifier.production.remarks import overrides_summary, remarks
+from simplifier.report.page import write_pictures
+from simplifier.report.report import Report, build_report
+
+
+@dataclass(frozen=True, eq=False)
+class EvaluateResult:
+    """How good an occluder is.
+
+    ``stages``    what counts as the mesh's inside, in the solid.
+    ``timings``   seconds by stage.
+    """
+
+    mesh: TriangleMesh
+    occluder: Occluder
+    options: EvaluateOptions
+    stages: Options
+    solid: Solid
+    accuracy: AccuracyReport
+    timings: Mapping[str, float]
+    overrides: Overrides = NO_OVERRIDES
+
+    @property
+    def precision(self) -> float:
+        """Share of what the occluder hides that the mesh hides too, over all views."""
+        return self.accuracy.precision
+
+    @property
+    def recall(self) -> float:
+        """Share of what the mesh hides that the occluder hides too, over all views."""
+        return self.accuracy.recall
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know, a sentence each."""
+        kept = Overrides(open=self.overrides.open)  # what is drawn is the occluder's own affair
+        return remarks(self.mesh, self.occluder, self.solid, kept)
+
+    def report(self, *, load_seconds: float = 0.0) -> Report:
+        """What ``--report`` writes, as ``docs/report.schema.json`` says.
+
+        ``load_seconds``  what reading the mesh and the occluder took.
+        """
+        return build_report(
+            self.mesh, self.occluder, self.solid, self.accuracy,
+            options={
+                **asdict(self.stages.solid),
+                "viewers": self.options.viewers,
+                "transparent": self.options.transparent,
+                "overrides": overrides_summary(self.overrides),
+                "accuracy": asdict(self.accuracy.options),
+            },
+            timings={**self.timings, "load": load_seconds}, warnings=self.warnings,
+            seed=self.options.seed,
+        )  # fmt: skip
+
+    def write_pictures(
+        self, folder: str | Path, name: str, report: Report | None = None
+    ) -> list[Path]:
+        """Write silhouettes, histograms and an HTML page; what was written.
+
+        ``name`` is what the page calls the mesh, ``report`` what it shows: by default a new one.
+        Raises :class:`~simplifier.errors.OutputError`.
+        """
+        shown = self.report() if report is None else report
+        return write_pictures(folder, self.mesh, self.occluder, self.accuracy, shown, name=name)

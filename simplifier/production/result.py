@@ -1,0 +1,221 @@
+"""What simplifying gives: an occluder or levels of detail, to be saved, measured and reported.
+
+Saving does not wait for the measure, which takes its time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from simplifier.accuracy.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracies
+from simplifier.accuracy.deviation import deviation
+from simplifier.geometry.camera import Lens
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.occluder import Level, LodChain, Occluder
+from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
+from simplifier.io.glb_embed import save_with_original
+from simplifier.io.save import save_lods, save_occluder
+from simplifier.io.style import PLAIN, Style
+from simplifier.lods.levels import Levels
+from simplifier.options.fields import passed_on
+from simplifier.options.simplify import Embedding, SimplifyOptions
+from simplifier.options.stages import Options
+from simplifier.pipeline import Simplification
+from simplifier.production.remarks import overrides_summary, remarks
+from simplifier.progress import Listener, Stopwatch
+from simplifier.report.page import write_pictures
+from simplifier.report.report import Report, build_report, left_out_rows, level_rows
+
+_UNSEEN = (
+    "the mesh is so thin that no view shows a pixel of it, so precision and recall say nothing; "
+    "raise the image"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class SimplifyResult:
+    """What was made of a mesh; :meth:`measure` tells how good it is.
+
+    ``stages``   the options of every stage, for the occluder or the finest level.
+    ``made``     what the pipeline gave.
+    """
+
+    mesh: TriangleMesh
+    options: SimplifyOptions
+    stages: Options
+    made: Simplification | Levels
+    overrides: Overrides = NO_OVERRIDES
+
+    @property
+    def occluder(self) -> Occluder:
+        """The occluder, or the finest level's."""
+        return self.made.occluder
+
+    @property
+    def chain(self) -> LodChain | None:
+        """The levels of detail, finest first; None for a single occluder."""
+        return self.made.chain if isinstance(self.made, Levels) else None
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know, a sentence each."""
+        return tuple(self.made.warnings)
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the run was cancelled, so that this is the best so far."""
+        return self.made.interrupted
+
+    @property
+    def timings(self) -> Mapping[str, float]:
+        """Seconds by stage."""
+        return self.made.timings
+
+    def save(self, path: str | Path, style: Style = PLAIN) -> tuple[Path, ...]:
+        """Write in the format of the suffix, all or nothing; the files, finest level first.
+
+        Raises :class:`~simplifier.errors.OutputError`.
+        """
+        if isinstance(self.made, Levels):
+            return save_lods(self.made.chain, path, style)
+        save_occluder(self.made.occluder, path, style)
+        return (Path(path),)
+
+    def save_with_original(
+        self, original: Path, path: Path, how: Embedding, style: Style = PLAIN
+    ) -> tuple[Path, ...]:
+        """Write a GLB of the file that the mesh was read from, the occluder (the finest) in it.
+
+        Raises :class:`~simplifier.errors.OutputError` and
+        :class:`~simplifier.errors.UnreadableMeshError`.
+        """
+        save_with_original(original, self.mesh, self.occluder, path, how, style)
+        return (path,)
+
+    def measure(self, listener: Listener | None = None) -> MeasuredResult:
+        """Precision and recall, of every level."""
+        watch = Stopwatch(listener)
+        with watch.stage("accuracy"):
+            chain = self._chain()
+            accuracies = evaluate_accuracies(
+                self.mesh,
+                [level.occluder for level in chain.levels],
+                passed_on(AccuracyOptions, self.options),
+            )
+            notes = remarks(self.mesh, self.occluder, self.made.solid, self.overrides)
+        return MeasuredResult(self, chain, accuracies, watch.timings["accuracy"], notes)
+
+    def _chain(self) -> LodChain:
+        if isinstance(self.made, Levels):
+            return self.made.chain
+        solid = self.made.solid
+        strays = deviation(self.occluder, self.mesh, solid.touched, solid.filled)
+        return LodChain((Level(self.occluder, self.stages.solid.resolution, strays),), Lens())
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredResult:
+    """An occluder or levels of detail, with their precision and recall.
+
+    ``chain``       the levels, finest first; a single occluder is a chain of one.
+    ``accuracies``  one a level, in the same order.
+    ``seconds``     that measuring took.
+    ``remarks``     on overrides and what was left out, a sentence each.
+    """
+
+    result: SimplifyResult
+    chain: LodChain
+    accuracies: tuple[AccuracyReport, ...]
+    seconds: float
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def mesh(self) -> TriangleMesh:
+        """What it was made of."""
+        return self.result.mesh
+
+    @property
+    def levels(self) -> tuple[Level, ...]:
+        """At least one, finest first."""
+        return self.chain.levels
+
+    @property
+    def occluder(self) -> Occluder:
+        """The finest level's."""
+        return self.result.occluder
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know, a sentence each."""
+        unseen = (_UNSEEN,) if self.accuracies[0].shows_nothing else ()
+        return (*self.result.warnings, *unseen, *self.remarks)
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the run was cancelled, so that this is the best so far."""
+        return self.result.interrupted
+
+    @property
+    def timings(self) -> Mapping[str, float]:
+        """Seconds by stage; levels were judged as they were made, too."""
+        timings = dict(self.result.timings)
+        timings["accuracy"] = timings.get("accuracy", 0.0) + self.seconds
+        return timings
+
+    def save(self, path: str | Path, style: Style = PLAIN) -> tuple[Path, ...]:
+        """As :meth:`SimplifyResult.save`."""
+        return self.result.save(path, style)
+
+    def report(
+        self,
+        *,
+        load_seconds: float = 0.0,
+        write_seconds: float = 0.0,
+        files: Sequence[Path] | None = None,
+    ) -> Report:
+        """What ``--report`` writes, as ``docs/report.schema.json`` says.
+
+        ``load_seconds``, ``write_seconds``  what reading the mesh and :meth:`save` took.
+        ``files``  what :meth:`save` returned; None where nothing was saved.
+        """
+        return build_report(
+            self.mesh, self.occluder, self.result.made.solid, self.accuracies[0],
+            options=_options_row(self.result),
+            timings={**self.timings, "load": load_seconds, "write": write_seconds},
+            warnings=self.warnings, seed=self.result.options.seed, strays=self.levels[0].deviation,
+            levels=level_rows(self.chain, self.accuracies, files) if self.result.chain else (),
+            left_out=left_out_rows(self.chain),
+        )  # fmt: skip
+
+    def write_pictures(
+        self, folder: str | Path, name: str, report: Report | None = None
+    ) -> list[Path]:
+        """Write silhouettes, histograms and an HTML page about the finest level; what was written.
+
+        ``name`` is what the page calls the mesh, ``report`` what it shows: by default a new one.
+        Raises :class:`~simplifier.errors.OutputError`.
+        """
+        shown = self.report() if report is None else report
+        return write_pictures(
+            folder, self.mesh, self.occluder, self.accuracies[0], shown, name=name
+        )
+
+
+def _options_row(result: SimplifyResult) -> dict[str, Any]:
+    """Every option that had a part in the result, by the name that users type."""
+    chosen, options = result.options, result.stages
+    return {
+        **asdict(options.solid),
+        "viewers": options.viewers,
+        "transparent": chosen.transparent,
+        "overrides": overrides_summary(result.overrides),
+        **asdict(options.sections),
+        **asdict(options.selection),
+        "refine": asdict(options.refine),
+        "time_limit": options.time_limit,
+        "lods": None if chosen.levels is None else asdict(chosen.levels),
+        "accuracy": asdict(passed_on(AccuracyOptions, chosen)),
+    }

@@ -1,4 +1,7 @@
-"""From an upload to its job, and to the job's result where it comes in time."""
+"""From an upload to its job, and to the job's result where it comes in time.
+
+Options, the asset and the webhook come along with the upload: by query, or as parts of its form.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,7 @@ from service.uploads.receiving import Uploads, Wanted, receive
 _SHORT = 1 << 20  # bytes
 
 _LABELS = ("asset", "webhook")
-_FOR_UPLOADS = "filename"
+_FOR_UPLOADS = "filename"  # which says the format of a raw body
 
 
 async def submit_upload(

@@ -111,7 +111,7 @@ class Deliveries:
             waiting = sorted(self._waiting.values(), key=lambda one: one.due)
             return [one for one in waiting if one.due <= self.now][:limit]
 
-    def delivered(self, delivery: Delivery) -> None:
+    def confirm(self, delivery: Delivery) -> None:
         with self._lock:
             self._fail()
             del self._waiting[delivery.id]

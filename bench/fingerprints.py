@@ -47,6 +47,7 @@ _VOLATILE = (
         re.compile(r"\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d(?:\.\d+)?)?(?:Z|\+00:00| UTC)?)?"),
         "DATE",
     ),
+    (re.compile(r"width: [\d.]+%"), "WIDTH"),  # of a bar of time
     (re.compile(r"data:image/png;base64,[A-Za-z0-9+/=]+"), "PICTURE"),
     (re.compile(r"[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}"), "ID"),
 )
@@ -246,7 +247,8 @@ def _refusals(folder: Path) -> Iterator[tuple[str, Any]]:
         "simplify nowhere.ply -o o.glb",
     ):  # fmt: skip
         ran = _run(folder, *words.split())
-        yield words.replace(mesh, "MESH"), [ran.status, ran.out, ran.errors.replace(mesh, "MESH")]
+        printed = [_steady(text.replace(mesh, "MESH")) for text in (ran.out, ran.errors)]
+        yield words.replace(mesh, "MESH"), [ran.status, *printed]
 
 
 def _service(folder: Path) -> Iterator[tuple[str, Any]]:

@@ -29,13 +29,13 @@ from simplifier.kernels.measure import score_images
 from simplifier.kernels.soup_views import UNIT
 from simplifier.kernels.voxelize import mark_triangles
 from simplifier.options.stages import SectionOptions, make_options
+from simplifier.pipeline import cut_solid
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import Annealing, RefineViews, Room
 from simplifier.refinement.search import pull_into
 from simplifier.selection.measure import directional_measures, search_projections, silhouettes
 from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler
-from simplifier.steps.cut import cut_solid
 from simplifier.steps.solid import solidify
 from simplifier.voxel.fill import fill
 from simplifier.voxel.morphology import dilate

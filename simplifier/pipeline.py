@@ -1,4 +1,4 @@
-"""TriangleMesh -> Occluder: the paper's steps and what goes past it, in order."""
+"""TriangleMesh -> Occluder: the steps of the paper (section 4), and what goes past it, in order."""
 
 from __future__ import annotations
 
@@ -8,15 +8,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from simplifier.errors import OptionError
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, NOTHING, Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Cancel, Deadline, Listener, Stopwatch
-from simplifier.steps.cut import cut_solid
+from simplifier.steps.cut import (
+    build_chains,
+    choose_triangles,
+    cut_sections,
+    open_slicer,
+    trace_outlines,
+)
 from simplifier.steps.refine import improve
 from simplifier.steps.solid import solid_warnings, solidify
+from simplifier.steps.time_limit import start_in_time
 from simplifier.steps.verbatim import is_own_occluder, seen_triangles
 
 _EMPTY = (
@@ -65,6 +72,7 @@ def simplify_mesh(
     _check_left(left, options, overrides)
     deadline = Deadline.after(options.time_limit)
     watch = Stopwatch(listener, cancel)
+    # 1. Voxelize the mesh and fill what it encloses (section 4.1).
     solid = solidify(mesh, options.solid, watch, overrides)
     # Before refining, which uses up what a time limit leaves.
     warnings = solid_warnings(mesh, solid, options.solid, overrides)
@@ -76,7 +84,9 @@ def simplify_mesh(
     else:
         rest = replace(options, selection=replace(options.selection, budget=left))
         by_hand = solid.core.to_grid(overrides.triangles)
+        # 2. to 5. Cut it, and choose what hides most.
         triangles = cut_solid(solid, rest, watch, deadline, by_hand)
+        # 6. Past the paper: move the triangles under the same measure.
         with watch.stage("refine", cancels=False):
             triangles = improve(triangles, mesh, solid, rest, watch, deadline, overrides)
             interrupted = watch.cancelled
@@ -90,6 +100,29 @@ def simplify_mesh(
     if interrupted:
         warnings.append("interrupted: the best so far")
     return Simplification(occluder, solid, tuple(warnings), interrupted)
+
+
+def cut_solid(
+    solid: Solid,
+    options: Options,
+    watch: Stopwatch,
+    deadline: Deadline,
+    drawn: FloatArray = NOTHING,
+) -> FloatArray:
+    """(m, 3, 3) triangles in grid space, m within the budget, that add to what is ``drawn``."""
+    with open_slicer(solid, options.sections, watch) as slicer:
+
+        def start(options: Options, watch: Stopwatch) -> FloatArray:
+            # 2. Cut it by many planes; the largest slice of each bin stays (section 4.2).
+            sections = cut_sections(slicer, solid, options.sections, watch)
+            # 3. Trace their outlines (section 4.3).
+            polygons = trace_outlines(sections, watch)
+            # 4. Simplify these, join their holes, and go on to ever simpler ones (4.3, 4.4).
+            chains = build_chains(sections, polygons, watch)
+            # 5. Choose polygons and levels by what they hide, and triangulate them (4.5).
+            return choose_triangles(chains, solid, options, drawn, watch)
+
+        return start_in_time(start, solid, options, watch, deadline)
 
 
 def _check_left(left: int, options: Options, overrides: Overrides) -> None:

@@ -9,6 +9,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from copy import copy
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
@@ -91,6 +92,10 @@ def check_run(listener: Listener | None, cancel: Cancel | None) -> None:
     check_cancel(cancel)
 
 
+class TimeUpError(Exception):
+    """The deadline of a :meth:`Stopwatch.until` has come; who set it has something to show."""
+
+
 class Stopwatch:
     """Times stages, tells a listener about them, and looks whether the run is to end."""
 
@@ -98,6 +103,7 @@ class Stopwatch:
         check_run(listener, cancel)
         self._listener, self._cancel = listener, cancel
         self._begin = time.perf_counter()
+        self._deadline: Deadline | None = None
         self.timings: dict[str, float] = {}
 
     @property
@@ -129,6 +135,12 @@ class Stopwatch:
             seconds = time.perf_counter() - self._begin
             self._listener(Progress(name, share, seconds, measure, best=best))
 
+    def until(self, deadline: Deadline) -> Stopwatch:
+        """The same watch, but steps raise :class:`TimeUpError` once the deadline has come."""
+        limited = copy(self)
+        limited._deadline = deadline
+        return limited
+
     def check(self) -> None:
         """Raise :class:`~simplifier.errors.CancelledError` when the caller asked to end."""
         if self.cancelled:
@@ -140,6 +152,8 @@ class Stopwatch:
 
         def tell(share: float) -> None:
             nonlocal told
+            if self._deadline is not None and self._deadline.is_up:
+                raise TimeUpError
             self.check()
             if told < share < 1.0:  # the stage itself tells its begin and its end
                 told = share

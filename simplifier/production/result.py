@@ -138,6 +138,16 @@ class MeasuredResult:
         return self.result.mesh
 
     @property
+    def precision(self) -> float:
+        """Share of what the finest occluder hides that the mesh hides too, over all views."""
+        return self.accuracies[0].precision
+
+    @property
+    def recall(self) -> float:
+        """Share of what the mesh hides that the finest occluder hides too, over all views."""
+        return self.accuracies[0].recall
+
+    @property
     def levels(self) -> tuple[Level, ...]:
         """At least one, finest first."""
         return self.chain.levels

@@ -1,9 +1,9 @@
-"""Solid -> triangles: the paper's sections and cut (sections 4.2 to 4.5), in order."""
+"""The steps from a solid to the paper's occluder (sections 4.2 to 4.5), each timed as a stage."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from simplifier.geometry.solid import Solid
 from simplifier.options.stages import TOLERANCE_VOXELS, Options, SectionOptions
 from simplifier.polygon.chain import simplification_chain, triangulate
 from simplifier.polygon.simplify import bridge_holes, simplify_polygon
-from simplifier.progress import Deadline, Stopwatch, TellShare
+from simplifier.progress import Stopwatch, TellShare
 from simplifier.selection.candidates import Candidates
 from simplifier.selection.exchange import choose_by_gain
 from simplifier.selection.greedy import Cut, greedy_cut, trim_by_area
@@ -24,88 +24,12 @@ from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler
 from simplifier.slicing.sections import Slicer, best_sections
 from simplifier.slicing.stencil import StencilSlicer
-from simplifier.steps.time_limit import StartCost, fewer_directions, leaves_time_for, quick
 from simplifier.voxel.surface import voxel_mesh
 
 
-class _TimeUpError(Exception):
-    """The deadline has come, and there is already something to show."""
-
-
-def cut_solid(
-    solid: Solid,
-    options: Options,
-    watch: Stopwatch,
-    deadline: Deadline,
-    drawn: FloatArray = NOTHING,
-) -> FloatArray:
-    """(m, 3, 3) triangles in grid space, m within the budget, that add to what is ``drawn``.
-
-    Under a time limit a quick cut, which is always ended, and a fuller one if it fits.
-    """
-    with _slicer(solid, options.sections, watch) as slicer:
-        if not deadline.limited:
-            return _cut_by(slicer, solid, options, watch, deadline, drawn)
-        small = quick(options)
-        found = _cut_by(slicer, solid, small, watch, Deadline.after(None), drawn)
-        fuller = _fullest_affordable(solid, options, small, watch.timings, deadline)
-        if fuller is not None:
-            with suppress(_TimeUpError):
-                found = _cut_by(slicer, solid, fuller, watch, deadline.part(0.5), drawn)
-        return found
-
-
-def _fullest_affordable(
-    solid: Solid, options: Options, small: Options, timings: Mapping[str, float], deadline: Deadline
-) -> Options | None:
-    """The most directions that time is left for, judged by the timings of a small start."""
-    done = _cost_of(solid, small)
-    slicing = timings["sections"]
-    choosing = timings["loops"] + timings["chains"] + timings["cut"]
-    for fuller in fewer_directions(options):
-        if leaves_time_for(done, slicing, choosing, _cost_of(solid, fuller), deadline.left):
-            return fuller
-    return None
-
-
-def _cost_of(solid: Solid, options: Options) -> StartCost:
-    plan = plan_sections(solid.core, options.sections)
-    return StartCost(len(plan), plan.bins, options.selection.exchanges)
-
-
-def _cut_by(
-    slicer: Slicer,
-    solid: Solid,
-    options: Options,
-    watch: Stopwatch,
-    deadline: Deadline,
-    drawn: FloatArray,
-) -> FloatArray:
-    """Raises :class:`_TimeUpError` at the deadline."""
-
-    def steps(stage: str) -> TellShare:
-        tell = watch.steps(stage)
-
-        def tell_in_time(share: float) -> None:
-            if deadline.is_up:
-                raise _TimeUpError
-            tell(share)
-
-        return tell_in_time
-
-    with watch.stage("sections"):
-        plan = plan_sections(solid.core, options.sections)
-        sections = best_sections(plan, slicer, steps("sections"))
-    with watch.stage("loops"):
-        polygons = [edge_loops(section) for section in sections]
-    with watch.stage("chains"):
-        chains = _chains(sections, polygons, steps("chains"))
-    with watch.stage("cut"):
-        return _triangles(chains, _cut(chains, solid, options, drawn, steps("cut")))
-
-
 @contextmanager
-def _slicer(solid: Solid, options: SectionOptions, watch: Stopwatch) -> Iterator[Slicer]:
+def open_slicer(solid: Solid, options: SectionOptions, watch: Stopwatch) -> Iterator[Slicer]:
+    """What cuts the core of the solid: samples of its grid, or its mesh in the stencil buffer."""
     if options.slicer == "cpu":
         yield GridSampler(solid.core)
         return
@@ -115,20 +39,55 @@ def _slicer(solid: Solid, options: SectionOptions, watch: Stopwatch) -> Iterator
         yield slicer
 
 
-def _chains(
-    sections: Sequence[Section], polygons: Sequence[Sequence[Polygon]], tell: TellShare
+def cut_sections(
+    slicer: Slicer, solid: Solid, options: SectionOptions, watch: Stopwatch
+) -> list[Section]:
+    """The largest slice of each bin of directions and depths (section 4.2)."""
+    with watch.stage("sections"):
+        plan = plan_sections(solid.core, options)
+        return best_sections(plan, slicer, watch.steps("sections"))
+
+
+def trace_outlines(sections: Sequence[Section], watch: Stopwatch) -> list[list[Polygon]]:
+    """The outlines of each section with their holes (section 4.3)."""
+    with watch.stage("loops"):
+        return [edge_loops(section) for section in sections]
+
+
+def build_chains(
+    sections: Sequence[Section], polygons: Sequence[Sequence[Polygon]], watch: Stopwatch
 ) -> list[Chain]:
+    """Each outline simplified and without holes (section 4.3), and ever simpler (section 4.4)."""
     chains: list[Chain] = []
-    for index, (section, pieces) in enumerate(zip(sections, polygons, strict=True)):
-        tell(index / len(sections))
-        for polygon in pieces:
-            simplified = simplify_polygon(polygon, TOLERANCE_VOXELS)
-            if simplified is not None:
-                chains.append(simplification_chain(bridge_holes(simplified), section.plane))
+    with watch.stage("chains"):
+        tell = watch.steps("chains")
+        for index, (section, pieces) in enumerate(zip(sections, polygons, strict=True)):
+            tell(index / len(sections))
+            for polygon in pieces:
+                simplified = simplify_polygon(polygon, TOLERANCE_VOXELS)
+                if simplified is not None:
+                    chains.append(simplification_chain(bridge_holes(simplified), section.plane))
     return chains
 
 
-def _cut(
+def choose_triangles(
+    chains: Sequence[Chain], solid: Solid, options: Options, drawn: FloatArray, watch: Stopwatch
+) -> FloatArray:
+    """(m, 3, 3) in grid space: the polygons that hide most within the budget (section 4.5).
+
+    They add to what the ``drawn`` triangles hide.
+    """
+    with watch.stage("cut"):
+        chosen = _choose(chains, solid, options, drawn, watch.steps("cut"))
+        triangles = [NOTHING]
+        for chain, level in zip(chains, chosen, strict=True):
+            if level > 0:
+                ring = chain.at(int(level))
+                triangles.append(chain.plane.to_space(ring)[triangulate(ring)])
+        return np.concatenate(triangles)
+
+
+def _choose(
     chains: Sequence[Chain], solid: Solid, options: Options, drawn: FloatArray, tell: TellShare
 ) -> Cut:
     chosen = options.selection
@@ -139,13 +98,3 @@ def _cut(
         return trim_by_area(candidates, greedy_cut(candidates, chosen.alpha), chosen.budget)
     room = options.seed % 2**62  # each search adds its number, and the kernel takes 64 bits
     return choose_by_gain(candidates, chosen.budget, chosen.alpha, chosen.exchanges, room, tell)
-
-
-def _triangles(chains: Sequence[Chain], cut: Cut) -> FloatArray:
-    """The polygons that the cut names, (m, 3, 3) in grid space."""
-    triangles = [NOTHING]
-    for chain, level in zip(chains, cut, strict=True):
-        if level > 0:
-            ring = chain.at(int(level))
-            triangles.append(chain.plane.to_space(ring)[triangulate(ring)])
-    return np.concatenate(triangles)

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
+from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.solid import Solid
 from simplifier.options.stages import Options, SectionOptions
+from simplifier.progress import Deadline, Stopwatch, TimeUpError
+from simplifier.slicing.planes import plan_sections
 
 QUICK = SectionOptions(directions=4, depths=3, depth_samples=8)
 """Sections that nearly any limit leaves time for."""
@@ -24,6 +30,44 @@ class StartCost:
     planes: int
     bins: int
     exchanges: int
+
+
+Start = Callable[[Options, Stopwatch], FloatArray]
+"""Makes triangles from a solid with these options, which refining begins from."""
+
+
+def start_in_time(
+    start: Start, solid: Solid, options: Options, watch: Stopwatch, deadline: Deadline
+) -> FloatArray:
+    """What ``start`` makes; under a time limit a quick one, which is always ended, and then as full
+    a one as a quarter of the time that is left allows, if that fits."""
+    if not deadline.limited:
+        return start(options, watch)
+    small = quick(options)
+    found = start(small, watch)
+    fuller = _fullest_affordable(solid, options, small, watch.timings, deadline)
+    if fuller is not None:
+        with suppress(TimeUpError):
+            found = start(fuller, watch.until(deadline.part(0.5)))
+    return found
+
+
+def _fullest_affordable(
+    solid: Solid, options: Options, small: Options, timings: Mapping[str, float], deadline: Deadline
+) -> Options | None:
+    """The most directions that time is left for, judged by the timings of a small start."""
+    done = _cost_of(solid, small)
+    slicing = timings["sections"]
+    choosing = timings["loops"] + timings["chains"] + timings["cut"]
+    for fuller in fewer_directions(options):
+        if leaves_time_for(done, slicing, choosing, _cost_of(solid, fuller), deadline.left):
+            return fuller
+    return None
+
+
+def _cost_of(solid: Solid, options: Options) -> StartCost:
+    plan = plan_sections(solid.core, options.sections)
+    return StartCost(len(plan), plan.bins, options.selection.exchanges)
 
 
 def quick(options: Options) -> Options:

@@ -7,6 +7,8 @@ from dataclasses import replace
 import pytest
 
 from simplifier.options.stages import make_options
+from simplifier.progress import Deadline, Stopwatch
+from simplifier.steps.solid import solidify
 from simplifier.steps.time_limit import (
     QUICK,
     StartCost,
@@ -14,7 +16,9 @@ from simplifier.steps.time_limit import (
     fewer_directions,
     leaves_time_for,
     quick,
+    start_in_time,
 )
+from tests.solids import box
 
 
 def test_a_quick_start_is_less_work_on_the_same_solid():
@@ -50,3 +54,32 @@ def test_views_take_a_quarter_of_the_time_or_stay(took, left, views):
 
 def test_no_more_views_than_asked_for():
     assert affordable_views(8, 8, 0.001, 100.0) == 8
+
+
+def test_without_a_limit_the_start_is_made_once_as_it_was_asked_for():
+    options, seen = make_options(1.0, preset="best"), []
+    start_in_time(lambda *told: seen.append(told), None, options, "watch", Deadline.after(None))
+    assert seen == [(options, "watch")]
+
+
+def test_a_fuller_start_that_turns_out_slower_is_dropped_for_the_quick_one():
+    options = make_options(1.0, preset="best", resolution=8)
+    solid = solidify(box(), options.solid, Stopwatch())
+    now = [0.0]
+    deadline = Deadline.after(10.0, lambda: now[0])
+    watch = Stopwatch()
+    watch.timings.update(sections=1e-6, loops=1e-6, chains=1e-6, cut=1e-6)
+    seen = []
+
+    def start(chosen, watch):
+        seen.append(chosen.sections.directions)
+        if len(seen) > 1:
+            now[0] = 5.1  # half of what was left is spent
+            watch.steps("cut")(0.5)
+        return len(seen)
+
+    assert start_in_time(start, solid, options, watch, deadline) == 1
+    assert seen == [QUICK.directions, options.sections.directions]
+    now[0] = 0.0
+    seen.clear()
+    assert start_in_time(lambda *told: len(seen), solid, options, watch, deadline) == 0

@@ -7,6 +7,7 @@ import numpy as np
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.options.stages import ERROR_VOXELS, Options
+from simplifier.pipeline import cut_solid
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.finalists import FineViews, best_of
@@ -14,7 +15,6 @@ from simplifier.refinement.search import pull_into, refine
 from simplifier.refinement.starts import enclosed_start, sheet_start
 from simplifier.refinement.thin import thin_for_pictures
 from simplifier.selection.measure import search_projections, silhouettes
-from simplifier.steps.cut import cut_solid
 from simplifier.steps.solid import solidify
 from simplifier.voxel.morphology import dilate
 

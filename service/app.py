@@ -1,4 +1,4 @@
-"""The whole service: every part open_services in order, given to the routes, closed in reverse."""
+"""The whole service: every part opened in order, given to the routes, closed in reverse."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _THREADS = 32
 
 
 def create_app(settings: Settings) -> FastAPI:
-    """The application; its parts are open_services when it starts.
+    """The application; its parts are opened when it starts.
 
     Starting raises :class:`~service.errors.SettingsError` where the data folder cannot be used,
     and :class:`~service.errors.DatabaseDamagedError`.

@@ -151,7 +151,7 @@ def _text(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class ServerEvent:
-    """An event: its type, ``message`` where none was report_as_read, and its data, lines joined."""
+    """An event: its type, ``message`` where none was told, and its data, lines joined."""
 
     type: str
     data: str

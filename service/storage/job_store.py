@@ -144,7 +144,7 @@ class SqlJobStore:
             if row.state.ended:
                 raise ConflictError(
                     f"the job '{job_id}' has {row.state} already",
-                    remedy="only jobs that are queue_query or running can be cancelled",
+                    remedy="only jobs that are queued or running can be cancelled",
                 )
             if row.state is JobState.QUEUED:
                 end_cancelled(session, row, self._clock())

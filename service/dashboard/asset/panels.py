@@ -181,7 +181,7 @@ def solid_panel(solid: Solid, deviation: float | None, error_bound: float | None
         table = PlainTable("The solid that the occluder stays within", ["What", "Value"])
         rows = [
             ("Voxels", " x ".join(map(str, solid.cells))),
-            ("Voxel file_size", length(solid.cell_size)),
+            ("Voxel size", length(solid.cell_size)),
             ("Inside, of the grid", percent(solid.inside)),
             *((f"Closed by {_CLOSED_BY.get(by, by)}", f"{length(volume)} added")
               for by, volume in solid.closed_by),

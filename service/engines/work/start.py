@@ -1,30 +1,23 @@
-"""What a worker process loads before it says that it is ready, and what it does then: a task by its
-kind, with what the library refuses put into words for the job's owner.
-"""
+"""What a worker process loads before it says that it is ready, and does then: tasks by kind."""
 
 from __future__ import annotations
 
-import errno
 import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 
 import simplifier
-from service.engines.failures import disk_full, too_much_memory
 from service.engines.messages import Task
 from service.engines.work.evaluation import evaluate_mesh
-from service.engines.work.inputs import task_memory, without_paths
 from service.engines.work.occluder import make_occluder
+from service.engines.work.refusals import refusals
 from service.engines.work.scene import make_scene
 from service.engines.work.tradeoff import measure_tradeoff
 from service.engines.worker import (
     Cancel,
     DoTask,
     ReportProgress,
-    TaskCancelledError,
-    TaskFailedError,
 )
-from service.jobs.job import Failure, JobKind, Summary
+from service.jobs.job import JobKind, Summary
 
 _WORKS: Mapping[JobKind, DoTask] = {
     JobKind.OCCLUDER: make_occluder,
@@ -35,14 +28,6 @@ _WORKS: Mapping[JobKind, DoTask] = {
 
 _TETRAHEDRON = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
 _SIDES = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
-
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-_KINDS = {
-    simplifier.MeshError: "unreadable-mesh",
-    simplifier.OptionError: "invalid-options",
-    simplifier.OverridesError: "invalid-overrides",
-    simplifier.BackendUnavailableError: "unavailable",
-}
 
 
 def start() -> DoTask:
@@ -58,42 +43,3 @@ def start() -> DoTask:
 def _work(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     with refusals(task):
         return _WORKS[task.kind](task, tell, cancel)
-
-
-@contextmanager
-def refusals(task: Task) -> Iterator[None]:
-    """Raise what a task may raise; faults of the program pass through."""
-    try:
-        yield
-    except simplifier.CancelledError as error:
-        raise TaskCancelledError from error
-    except simplifier.MemoryLimitError as error:
-        limit = task_memory(task)
-        raise TaskFailedError(too_much_memory(error.what, error.resolution, limit)) from error
-    except tuple(_KINDS) as error:
-        kind = next(kind for of, kind in _KINDS.items() if isinstance(error, of))
-        raise TaskFailedError(_failure(kind, error, task)) from error
-    except (simplifier.OutputError, OSError) as error:
-        if _lacks_room(error):
-            raise TaskFailedError(disk_full("the work")) from error
-        raise
-    except RuntimeError as error:
-        # What a thread's stack has no room for; nothing else that is raised is so.
-        if "can't start new thread" in str(error):
-            raise MemoryError from error
-        raise
-
-
-def _failure(kind: str, error: simplifier.OccluderError, task: Task) -> Failure:
-    where = without_paths(error.where, task)
-    what = without_paths(error.what, task)
-    return Failure(kind, f"{where}: {what}" if where else what, error.remedy)
-
-
-def _lacks_room(error: BaseException | None) -> bool:
-    """Whether the disk was full; the library's own error came while it heard of that."""
-    while error is not None:
-        if isinstance(error, OSError) and error.errno in _NO_ROOM:
-            return True
-        error = error.__context__
-    return False

@@ -9,7 +9,7 @@ import pytest
 
 import simplifier
 from service.engines.messages import Task
-from service.engines.work.start import refusals
+from service.engines.work.refusals import refusals
 from service.engines.worker import TaskCancelledError, TaskFailedError
 from service.jobs.job import JobKind
 

@@ -18,5 +18,6 @@ contracts in ``pyproject.toml`` say:
     access       who may do what
     headers      what headers say, each as its standard has it
     jobs         what a job is, and what storage and engines promise each other
-    settings, errors
+    settings     what the service is told by its surroundings
+    errors       every refusal
 """

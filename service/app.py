@@ -8,26 +8,30 @@ from typing import Any
 
 from anyio.to_thread import current_default_thread_limiter, run_sync
 from fastapi import FastAPI
+from starlette.types import ASGIApp
 
 from service.access.authentication import Authenticator
 from service.access.session import Sessions
 from service.engines.engine import Engine
-from service.jobs.delivery import Delivery
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
+from service.jobs.stores import Delivery
 from service.metrics import Metrics
-from service.middleware.stack import surrounded
+from service.middleware.bodies import LingeringClose, Turnstile
+from service.middleware.host_guard import HostGuard
+from service.middleware.request_log import RequestLog
+from service.middleware.security_headers import SecurityHeaders
 from service.routes.api import make_api
 from service.routes.services import Check, Services
-from service.schemas.job import Job as JobBody
+from service.schemas.job import JobBody
 from service.schemas.job_options import option_tables
 from service.settings import Settings
 from service.storage.asset_store import SqlAssetStore
-from service.storage.blobs.file_blobs import FileBlobs
 from service.storage.cleaning import Cleaner
 from service.storage.data_folder import DataFolder
 from service.storage.database import Database
 from service.storage.delivery_store import SqlDeliveryStore
+from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from service.storage.key_store import SqlKeyStore
 from service.webhooks.address_guard import check_webhook
@@ -50,7 +54,7 @@ def create_app(settings: Settings) -> FastAPI:
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         current_default_thread_limiter().total_tokens = _THREADS
         with ExitStack() as parts:
-            app.state.services = await run_sync(parts.enter_context, opened(settings))
+            app.state.services = await run_sync(parts.enter_context, open_services(settings))
             yield
 
     app = make_api(lifespan)
@@ -61,36 +65,38 @@ def create_app(settings: Settings) -> FastAPI:
         add_dashboard(app)
     inside = app.build_middleware_stack
     # Around all of it: no answer may come without its headers, not even that to a fault of ours.
-    app.build_middleware_stack = lambda: surrounded(inside(), settings)  # type: ignore[method-assign]
+    app.build_middleware_stack = lambda: surround(inside(), settings)  # type: ignore[method-assign]
     return app
 
 
 @contextmanager
-def opened(settings: Settings) -> Iterator[Services]:
+def open_services(settings: Settings) -> Iterator[Services]:
     """Everything that routes work with, running within the block.
 
     Raises as starting does.
     """
     folder = DataFolder(settings.data)
     with ExitStack() as parts:
-        parts.enter_context(folder.owned())
+        parts.enter_context(folder.own())
         database = folder.open_database()
         parts.callback(database.close)
         blobs = FileBlobs(folder.blobs, min_free=settings.min_free)
         jobs, assets = SqlJobStore(database), SqlAssetStore(database)
         board, metrics = ProgressBoard(), Metrics(jobs, assets)
         tenant_secrets = TenantSecrets.open(folder.path)
-        sender = WebhookSender(SqlDeliveryStore(database), _teller(jobs), tenant_secrets, settings)
+        sender = WebhookSender(
+            SqlDeliveryStore(database), _describe_from(jobs), tenant_secrets, settings
+        )
         sessions = Sessions(tenant_secrets.signing_key("sessions"))
 
-        def ended(job: Job) -> None:
+        def on_end(job: Job) -> None:
             metrics.count(job)
             sender.wake()
 
         async def check(address: str) -> None:
             await check_webhook(address, allow_private=settings.webhook_private)
 
-        engine = Engine(jobs, blobs, board, settings, folder.scratch, ended)
+        engine = Engine(jobs, blobs, board, settings, folder.scratch, on_end)
         cleaner = Cleaner(jobs, blobs, settings.keep_days, settings.clean_seconds)
         parts.enter_context(cleaner.running())
         sender.start()
@@ -105,23 +111,23 @@ def opened(settings: Settings) -> Iterator[Services]:
             assets=assets,
             blobs=blobs,
             board=board,
-            work=engine,
+            runner=engine,
             metrics=metrics,
             authenticator=Authenticator(
                 SqlKeyStore(database), sessions, keys_needed=settings.keys_needed
             ),
             check_webhook=check,
             checks=_checks(settings, database, blobs, engine),
-            ended=ended,
+            on_end=on_end,
         )
 
 
-def _teller(jobs: SqlJobStore) -> Describe:
-    def tell(delivery: Delivery) -> Mapping[str, Any]:
+def _describe_from(jobs: SqlJobStore) -> Describe:
+    def describe(delivery: Delivery) -> Mapping[str, Any]:
         job = jobs.job(delivery.tenant, delivery.job_id)
         return JobBody.of(job, whole_webhook=True).model_dump(mode="json")
 
-    return tell
+    return describe
 
 
 def _checks(
@@ -137,3 +143,13 @@ def _checks(
         return f"{free:,} bytes are free, and {settings.min_free:,} are to stay so"
 
     return {"database": of_database, "disk": of_disk, "engine": lambda: engine.problem}
+
+
+def surround(app: ASGIApp, settings: Settings) -> ASGIApp:
+    """The application within its surroundings.
+
+    It goes around the whole of it, the handler of unexpected errors included, so that no answer
+    comes without its headers.
+    """
+    guarded = SecurityHeaders(HostGuard(app, settings), settings)
+    return Turnstile(LingeringClose(RequestLog(guarded)))

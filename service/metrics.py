@@ -49,7 +49,7 @@ class Metrics:
                 self._seconds.labels(job.kind, stage).observe(seconds)
 
     def text(self, tenant: str | None) -> bytes:
-        """All of it as Prometheus reads it, with the assets of a tenant; None for everyone's."""
+        """All metrics as Prometheus reads them, with a tenant's assets; None for everyone's."""
         assets = CollectorRegistry()
         assets.register(_Assets(self._assets, tenant))
         return generate_latest(self._registry) + generate_latest(assets)

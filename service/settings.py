@@ -1,16 +1,28 @@
-"""What the service is told by its surroundings: ``OCCLUDER_*``."""
+"""What the service is told by its surroundings: ``OCCLUDER_*`` and the command line.
+
+``python -m service.settings`` prints the settings as a table of Markdown, for the docs.
+"""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 from ipaddress import ip_address
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationError, field_validator
+from pydantic.fields import FieldInfo
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
+from pydantic_settings import SettingsError as SourceError
+
+from service.errors import SettingsError
 
 _MIB = 1 << 20
+
+_PREFIX = "OCCLUDER_"
+_UNITS = (("GiB", 1 << 30), ("MiB", 1 << 20))
 
 
 def processors() -> int:
@@ -133,3 +145,73 @@ class Settings(BaseSettings):
     def keys_needed(self) -> bool:
         """Whether a request needs an API key."""
         return not self.on_loopback if self.require_keys is None else self.require_keys
+
+
+def read_settings(chosen: Mapping[str, Any]) -> Settings:
+    """``chosen`` on the command line goes before the environment; None leaves it to that.
+
+    Raises :class:`~service.errors.SettingsError`, whose message has a line a setting.
+    """
+    try:
+        return Settings(**{name: value for name, value in chosen.items() if value is not None})
+    except ValidationError as error:
+        raise SettingsError("\n".join(_fault_lines(error))) from None
+    except SourceError as error:
+        raise SettingsError(f"{error}; see docs/service.md") from None
+
+
+def unknown_settings() -> Iterator[str]:
+    """A line for each variable that is no setting but nearly one: a slip of the keyboard."""
+    names = [_variable(name) for name in Settings.model_fields]
+    for variable in sorted(os.environ):
+        if variable.startswith(_PREFIX) and variable not in names:
+            for meant in get_close_matches(variable, names, n=1, cutoff=0.85):
+                yield f"{variable} is no setting and does nothing; did you mean {meant}?"
+
+
+def _fault_lines(error: ValidationError) -> Iterator[str]:
+    for fault in error.errors(include_url=False):
+        name = str(fault["loc"][0]) if fault["loc"] else ""
+        about = Settings.model_fields[name].description or ""
+        message = fault["msg"].removeprefix("Value error, ")
+        yield (
+            f"{_variable(name)} cannot be {fault['input']!r}: "
+            f"{message[:1].lower()}{message[1:]}; it is: {about.rstrip('.')}"
+        )
+
+
+def _variable(name: str) -> str:
+    return f"{_PREFIX}{name.upper()}"
+
+
+def settings_table() -> str:
+    """A row a setting, in the order of :class:`~service.settings.Settings`."""
+    return "\n".join(["| setting | default | meaning |", "|---|---|---|", *_table_rows()])
+
+
+def _table_rows() -> Iterator[str]:
+    for name, field in Settings.model_fields.items():
+        meaning = (field.description or "").replace("|", "\\|")
+        yield f"| `OCCLUDER_{name.upper()}` | {_default(field)} | {meaning} |"
+
+
+def _default(field: FieldInfo) -> str:
+    if field.default_factory is not None:
+        return "one a processor"  # what depends on the machine
+    return _table_cell(field.default)
+
+
+def _table_cell(value: Any) -> str:
+    if value is None or value in ("", ()):
+        return "unset"
+    if isinstance(value, bool):
+        return f"`{str(value).lower()}`"
+    if isinstance(value, int):
+        for unit, size in _UNITS:
+            if value >= size and value % size == 0:
+                return f"`{value}` ({value // size} {unit})"
+    return f"`{value:g}`" if isinstance(value, float) else f"`{value}`"
+
+
+if __name__ == "__main__":
+    print(settings_table())

@@ -1,13 +1,14 @@
-"""From the headers of a request to whoever sent it."""
+"""From the headers of a request to whoever sent it, and how often an address may be wrong."""
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from ipaddress import IPv6Address, IPv6Network, ip_address
 
-from service.access.attempts import FailedAttempts
 from service.access.key import LOCAL, ApiKey, Caller, KeyStore, Scope, hash_of
 from service.access.session import Sessions, token_in
 from service.errors import ForbiddenError, TooManyAttemptsError, UnauthenticatedError
@@ -18,9 +19,11 @@ _MOST_REMEMBERED = 4096
 
 _SEND_A_KEY = "send 'Authorization: Bearer occ_...'; 'occluder keys create' makes a key"
 
+_MOST_ADDRESSES = 10_000
+
 
 @dataclass(frozen=True)
-class _Known:
+class _GoodKey:
     """A key that was good at a time of the clock."""
 
     caller: Caller
@@ -53,15 +56,15 @@ class Authenticator:
         self._time_of_day = time_of_day
         self._failures = FailedAttempts(clock)
         self._lock = threading.Lock()
-        self._known: dict[str, _Known] = {}
+        self._good_keys: dict[str, _GoodKey] = {}
 
-    def known(self, headers: Mapping[str, str]) -> Caller | None:
+    def caller_at_once(self, headers: Mapping[str, str]) -> Caller | None:
         """Whoever can be told at once, without the key store; None where that has to be asked."""
         secret = _sent_key(headers)
         name = hash_of(secret) if secret is not None else self._session_key(headers)
         if name is None:
             return None if self._keys_needed else LOCAL
-        known = self._known_as(name)
+        known = self._good_key(name)
         return known.caller if known and self._is_trusted(known) else None
 
     def caller(self, headers: Mapping[str, str], address: str) -> Caller:
@@ -94,19 +97,19 @@ class Authenticator:
         return None if token is None else self._sessions.key_id(token, self._time_of_day())
 
     def _of_session(self, key_id: str) -> Caller | None:
-        known = self._known_as(key_id)
+        known = self._good_key(key_id)
         if known is not None and self._is_trusted(known):
             return known.caller
-        return self._judged(key_id, self._keys.key(key_id), self._clock())
+        return self._judge(key_id, self._keys.key(key_id), self._clock())
 
     def _of_key(self, secret: str, address: str) -> Caller:
         digest = hash_of(secret)
-        known, now = self._known_as(digest), self._clock()
+        known, now = self._good_key(digest), self._clock()
         if known is not None and self._is_trusted(known):
             return known.caller
         if known is None and (wait := self._failures.seconds_to_wait(address)):
             raise TooManyAttemptsError(wait)
-        caller = self._judged(digest, self._keys.find(secret), now)
+        caller = self._judge(digest, self._keys.find(secret), now)
         if caller is None:
             self._failures.count(address)
             raise UnauthenticatedError(
@@ -115,32 +118,32 @@ class Authenticator:
             )
         return caller
 
-    def _judged(self, name: str, key: ApiKey | None, now: float) -> Caller | None:
+    def _judge(self, name: str, key: ApiKey | None, now: float) -> Caller | None:
         """What the store says of a digest or an id, remembered by that name."""
         if key is None:
             with self._lock:
-                self._known.pop(name, None)
+                self._good_keys.pop(name, None)
             return None
         caller = Caller(key.tenant, key.scope, key.id)
-        self._remember(name, _Known(caller, now))
+        self._remember(name, _GoodKey(caller, now))
         return caller
 
-    def _known_as(self, name: str) -> _Known | None:
+    def _good_key(self, name: str) -> _GoodKey | None:
         with self._lock:
-            return self._known.get(name)
+            return self._good_keys.get(name)
 
-    def _is_trusted(self, known: _Known) -> bool:
+    def _is_trusted(self, known: _GoodKey) -> bool:
         return self._clock() - known.at <= _TRUSTED_SECONDS
 
-    def _remember(self, name: str, known: _Known) -> None:
+    def _remember(self, name: str, known: _GoodKey) -> None:
         with self._lock:
-            self._known.pop(name, None)  # so that the dictionary stays in order of time
-            self._known[name] = known
-            while len(self._known) > _MOST_REMEMBERED or self._oldest_is_stale(known.at):
-                del self._known[next(iter(self._known))]
+            self._good_keys.pop(name, None)  # so that the dictionary stays in order of time
+            self._good_keys[name] = known
+            while len(self._good_keys) > _MOST_REMEMBERED or self._oldest_is_stale(known.at):
+                del self._good_keys[next(iter(self._good_keys))]
 
     def _oldest_is_stale(self, now: float) -> bool:
-        return now - next(iter(self._known.values())).at > _REMEMBERED_SECONDS
+        return now - next(iter(self._good_keys.values())).at > _REMEMBERED_SECONDS
 
 
 def demand(caller: Caller, scope: Scope) -> None:
@@ -165,3 +168,60 @@ def _what_is_missing(headers: Mapping[str, str]) -> str:
     if "authorization" in headers:
         return "the Authorization header holds no 'Bearer' and a key"
     return "the request has no API key"
+
+
+@dataclass(frozen=True)
+class _Bucket:
+    """Failures that weigh at a time of the clock; they fade evenly."""
+
+    level: float
+    at: float
+
+
+class FailedAttempts:
+    """A bucket an address, which leaks.  Safe from any thread; ``clock`` in seconds.
+
+    ``limit`` failures in a row are free, and ``limit`` a ``seconds`` from then on.  IPv6 addresses
+    count by their /64 network, of which one host may have every address.
+    """
+
+    def __init__(self, clock: Callable[[], float], limit: int = 20, seconds: float = 60.0) -> None:
+        self._clock = clock
+        self._limit = limit
+        self._seconds = seconds
+        self._lock = threading.Lock()
+        self._buckets: dict[str, _Bucket] = {}  # by the time of the last failure
+
+    def count(self, address: str) -> None:
+        """Note one more failure of an address."""
+        network = _network(address)
+        with self._lock:
+            now = self._clock()
+            level = self._level(network, now) + 1.0
+            self._buckets.pop(network, None)
+            self._buckets[network] = _Bucket(level, now)
+            if len(self._buckets) > _MOST_ADDRESSES:
+                del self._buckets[next(iter(self._buckets))]
+
+    def seconds_to_wait(self, address: str) -> int:
+        """How long an address has to wait before it may fail again; 0 where it may at once."""
+        with self._lock:
+            level = self._level(_network(address), self._clock())
+        excess = level - self._limit + 1.0
+        return max(0, math.ceil(excess * self._seconds / self._limit))
+
+    def _level(self, network: str, now: float) -> float:
+        bucket = self._buckets.get(network)
+        if bucket is None:
+            return 0.0
+        return max(0.0, bucket.level - (now - bucket.at) * self._limit / self._seconds)
+
+
+def _network(address: str) -> str:
+    try:
+        parsed = ip_address(address)
+    except ValueError:  # a socket without an address
+        return address
+    if isinstance(parsed, IPv6Address) and parsed.ipv4_mapped is None:
+        return str(IPv6Network((int(parsed), 64), strict=False))
+    return address

@@ -79,12 +79,12 @@ class KeyStore(Protocol):
     def keys(self, tenant: str | None = None) -> Sequence[ApiKey]: ...
 
     def revoke(self, key_id: str) -> ApiKey:
-        """By id or hint.  Raises :class:`~service.errors.NotFoundError`."""
+        """End the key of an id or a hint.  Raises :class:`~service.errors.NotFoundError`."""
 
     def find(self, secret: str) -> ApiKey | None:
         """The key of this secret, unless revoked; noted as used (at most once a minute)."""
 
     def key(self, key_id: str) -> ApiKey | None:
-        """By id, unless revoked."""
+        """The key of an id, unless it is revoked."""
 
     def tenants(self) -> Collection[str]: ...

@@ -25,7 +25,7 @@ class Sessions:
     signing_key: bytes
 
     def token(self, key_id: str, now: float) -> str:
-        """For the key of this id; ``now`` in Unix seconds."""
+        """The cookie's value for the key of an id; ``now`` in Unix seconds."""
         told = f"{key_id}.{int(now) + SESSION_SECONDS}"
         return f"{told}.{self._signature(told)}"
 

@@ -1,23 +1,63 @@
-"""Files as answers: whole or in part, or not at all where the asker has them."""
+"""Files as answers: which one answers which ``Accept``, whole or in part, or not at all where the
+asker has it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from typing import BinaryIO
 
 from anyio.to_thread import run_sync
 from fastapi import Request
 from fastapi.responses import Response, StreamingResponse
 
-from service.errors import NotFoundError
-from service.headers.ranges import Part, is_fresh, part_wanted
-from service.jobs.job import JobFile
+from service.errors import NotAcceptableError, NotFoundError
+from service.headers import ByteRange, best_of, is_fresh, wanted_range
+from service.jobs.job import JobFile, JobKind
 from service.jobs.stores import BlobStore
 
 _CHUNK = 1 << 16
 """Bytes that are read and sent at once.  Each slow reader holds twice as many."""
 _FOR_EVER = "private, max-age=31536000, immutable"
 _SHOWN = ("image/", "text/html", "application/json")
+
+JSON = "application/json"
+HTML = "text/html"
+FORMATS: Mapping[JobKind, Mapping[str, str]] = {
+    JobKind.OCCLUDER: {
+        "model/gltf-binary": "occluder.glb",
+        "application/x-occluder": "occluder.occ",
+        "model/obj": "lod0.obj",
+        "model/ply": "lod0.ply",
+        "application/ply": "lod0.ply",
+        "model/stl": "lod0.stl",
+        "model/off": "lod0.off",
+        "application/x-godot-resource": "lod0.tres",
+        HTML: "report.html",
+    },
+    JobKind.EVALUATION: {HTML: "report.html"},
+    JobKind.SCENE: {"application/zip": "scene.zip", "model/gltf-binary": "preview.glb"},
+    JobKind.TRADEOFF: {
+        HTML: "tradeoff.html",
+        "text/csv": "tradeoff.csv",
+        "image/png": "tradeoff.png",
+    },
+}
+"""By kind of job and media type, the file; JSON comes before all of them.
+
+A GLB and an OCC hold all levels of detail, the others the finest.
+"""
+
+
+def chosen_format(accept: str, kind: JobKind) -> str:
+    """The media type to answer in.  Raises :class:`~service.errors.NotAcceptableError`."""
+    offered = [JSON, *FORMATS[kind]]
+    best = best_of(accept, offered)
+    if best is None:
+        raise NotAcceptableError(
+            f"nothing can be given of '{accept}'", remedy=f"accept one of {', '.join(offered)}"
+        )
+    return best
 
 
 def send_file(
@@ -34,8 +74,8 @@ def send_file(
     if request.method in ("GET", "HEAD") and is_fresh(request.headers, etag):
         return Response(status_code=304, headers=headers)
     size = file.blob.size
-    part = part_wanted(request.headers, etag, size) if request.method == "GET" else None
-    sent = part or Part(0, size)
+    part = wanted_range(request.headers, etag, size) if request.method == "GET" else None
+    sent = part or ByteRange(0, size)
     if part:
         headers["Content-Range"] = f"bytes {part.start}-{part.stop - 1}/{size}"
     headers["Content-Length"] = str(sent.stop - sent.start)
@@ -44,11 +84,11 @@ def send_file(
     if request.method == "HEAD":
         return Response(status_code=status, headers=headers, media_type=file.media_type)
     return StreamingResponse(
-        _read(_opened(blobs, file), sent), status, headers, media_type=file.media_type
+        _chunks_of(_open_blob(blobs, file), sent), status, headers, media_type=file.media_type
     )
 
 
-def _opened(blobs: BlobStore, file: JobFile) -> BinaryIO:
+def _open_blob(blobs: BlobStore, file: JobFile) -> BinaryIO:
     try:
         return blobs.open(file.blob)
     except KeyError:
@@ -57,7 +97,7 @@ def _opened(blobs: BlobStore, file: JobFile) -> BinaryIO:
         ) from None
 
 
-async def _read(source: BinaryIO, part: Part) -> AsyncIterator[bytes]:
+async def _chunks_of(source: BinaryIO, part: ByteRange) -> AsyncIterator[bytes]:
     with source:
         source.seek(part.start)
         left = part.stop - part.start

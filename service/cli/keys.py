@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.access.key import LOCAL, ApiKey, Scope
-from service.cli.failures import run_command
+from service.cli.command import run_command
 from simplifier import OptionError
 from simplifier.cli.plugin import Debug, print_line, print_text
 
@@ -142,14 +142,14 @@ def _check_tenant(tenant: str) -> None:
 
 def _folder(data: Path | None) -> DataFolder:
     # Here, not above: 'occluder --help' need not have a database installed.
-    from service.cli.read_settings import read_settings
+    from service.settings import read_settings
     from service.storage.data_folder import DataFolder
 
     return DataFolder(read_settings({"data": data}).data)
 
 
 def _known_folder(data: Path | None) -> DataFolder:
-    """One that a key was made in, or a server has run on: a slip must not make another."""
+    """The folder, if a key was made or a server has run in it: a slip must not make another."""
     folder = _folder(data)
     if not folder.database.exists():
         raise OptionError(

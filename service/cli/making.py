@@ -59,11 +59,11 @@ class RemoteMaker:
         """
         from service.client import ClientError, StoppedError
 
-        asked = _asked(job.options)
+        asked = _options_to_send(job.options)
         _check_plain(job)
         try:
             by_hand = overrides_beside(job.mesh)
-            done = self._ended(self._client.submit(job.mesh, overrides=by_hand, options=asked))
+            done = self._wait(self._client.submit(job.mesh, overrides=by_hand, options=asked))
             report = self._client.result(done.id).report
             for target in job.targets:
                 self._fetch(done.id, target.draft, job.options.levels is not None)
@@ -75,7 +75,7 @@ class RemoteMaker:
             raise OccluderError("the service has made no report", where=str(job.mesh))
         return report
 
-    def _ended(self, job: RemoteJob) -> RemoteJob:
+    def _wait(self, job: RemoteJob) -> RemoteJob:
         from service.client import ClientError, StoppedError
         from service.jobs.job import JobState
 
@@ -106,7 +106,7 @@ class RemoteMaker:
             self._client.fetch(job_id, f"lod{level.level}.{form}", place)
 
 
-def _asked(options: SimplifyOptions) -> dict[str, Any]:
+def _options_to_send(options: SimplifyOptions) -> dict[str, Any]:
     """What differs from the defaults; a single occluder is one level, which a service has to be
     told."""
     chosen = {name: one for name, one in asdict(options).items() if one != _DEFAULTS[name]}

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from service.cli.failures import run_command
+from service.cli.command import run_command
 from simplifier.cli.plugin import Debug, print_line
 
 
@@ -41,8 +41,8 @@ def serve(
 
     def run() -> int:
         # Here, not above: 'occluder --help' need not have a server installed.
-        from service.cli.read_settings import read_settings, unknown_settings
         from service.cli.server import run_server
+        from service.settings import read_settings, unknown_settings
 
         settings = read_settings({"host": host, "port": port, "data": data})
         for line in unknown_settings():

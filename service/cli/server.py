@@ -1,4 +1,4 @@
-"""One process that answers: the socket, the signals and the log around the application."""
+"""One process that answers: socket, signals, protocol and log around the application."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ import socket
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from types import FrameType
+from typing import Any
 
 import uvicorn
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from service.app import create_app
-from service.cli.protocol import HttpProtocol
 from service.errors import SettingsError
 from service.settings import Settings
 from service.storage.data_folder import DataFolder
@@ -28,6 +29,10 @@ _LAST_GRACE = 6  # seconds after which what still goes on is broken off, with a 
 _WAITING = 2048  # connections that the system accepts ahead of us
 _MOST_FILES = 65_536
 
+_HEADER_SECONDS = (
+    20.0  # seconds from the first byte of a request, or the connection, to its last header
+)
+
 
 def run_server(settings: Settings) -> None:
     """Serve until a signal says to end.
@@ -38,7 +43,7 @@ def run_server(settings: Settings) -> None:
     _check_keys(settings)
     _log_plainly()
     _allow_files()
-    listener = _bound(settings)
+    listener = _bind(settings)
     try:
         app = create_app(settings)
         config = uvicorn.Config(
@@ -84,7 +89,7 @@ class _Server(uvicorn.Server):
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """As uvicorn's, but for a signal that was obeyed: it is not raised again at the end."""
+        """Do as uvicorn does, but do not raise a signal again at the end that was obeyed."""
         numbers = (signal.SIGINT, signal.SIGTERM)
         before = {number: signal.signal(number, self.handle_exit) for number in numbers}
         try:
@@ -115,7 +120,7 @@ def _check_keys(settings: Settings) -> None:
             )
 
 
-def _bound(settings: Settings) -> socket.socket:
+def _bind(settings: Settings) -> socket.socket:
     """A socket that has the address, not listening yet: nobody waits for a server that fails."""
     try:
         family, kind, protocol, _, place = socket.getaddrinfo(
@@ -145,7 +150,44 @@ def _log_plainly() -> None:
 
 
 def _allow_files() -> None:
-    """As many open files as may be: each connection is one, and shells allow 1,024 by habit."""
+    """Allow as many open files as may be: each connection is one, and shells allow 1,024."""
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = _MOST_FILES if hard == resource.RLIM_INFINITY else min(hard, _MOST_FILES)
     resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
+
+
+class HttpProtocol(HttpToolsProtocol):
+    """Closes a connection whose request line and headers take too long.
+
+    uvicorn watches the pauses between requests only: whoever opens a connection and sends a header
+    a minute would keep it for ever.
+    """
+
+    def __init__(self, *settings: Any, **more: Any) -> None:
+        super().__init__(*settings, **more)
+        self._patience: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        self._begin_waiting()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._end_waiting()
+        super().connection_lost(exc)
+
+    def on_message_begin(self) -> None:
+        self._begin_waiting()
+        super().on_message_begin()
+
+    def on_headers_complete(self) -> None:
+        self._end_waiting()
+        super().on_headers_complete()
+
+    def _begin_waiting(self) -> None:
+        self._end_waiting()
+        self._patience = self.loop.call_later(_HEADER_SECONDS, self.transport.close)
+
+    def _end_waiting(self) -> None:
+        if self._patience is not None:
+            self._patience.cancel()
+            self._patience = None

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from service.cli.failures import run_command
+from service.cli.command import run_command
 from simplifier import OCCLUDER_SUFFIXES, OptionError, OutputError, SimplifyOptions
 from simplifier.cli.plugin import Debug, overrides_beside, read_values, with_options
 
@@ -56,14 +56,14 @@ def submit(
 
     def run() -> int:
         # Here, not above: 'occluder --help' need not have a client installed.
-        from service.cli.submission import Submission
-        from service.cli.submissions import submit_all
+        from service.cli.batch import submit_all
+        from service.cli.mesh_submission import MeshSubmission
 
-        options = _asked(read_values(_FIELDS, chosen))
+        options = _options_to_send(read_values(_FIELDS, chosen))
         targets = _targets(meshes, output, form)
         names = _asset_names(meshes, asset)
         submissions = [
-            Submission(
+            MeshSubmission(
                 mesh, target, options, name, None if no_overrides else overrides_beside(mesh)
             )
             for mesh, target, name in zip(meshes, targets, names, strict=True)
@@ -73,7 +73,7 @@ def submit(
     run_command(run, debug=debug)
 
 
-def _asked(chosen: Mapping[str, Any]) -> dict[str, Any]:
+def _options_to_send(chosen: Mapping[str, Any]) -> dict[str, Any]:
     """What differs from the defaults, which the server knows, each checked before any upload."""
     for field in _FIELDS:
         field.check(chosen[field.name])
@@ -81,7 +81,7 @@ def _asked(chosen: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _targets(meshes: Sequence[Path], folder: Path | None, form: str) -> list[Path]:
-    """Where each occluder goes; no two to the same file, and none over a mesh."""
+    """The file that each occluder goes to; no two are the same, and none is a mesh."""
     suffix = f".{form}"
     if suffix not in OCCLUDER_SUFFIXES:
         known = ", ".join(one[1:] for one in OCCLUDER_SUFFIXES)

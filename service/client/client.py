@@ -13,7 +13,7 @@ from typing import Any, Self
 import httpx
 
 from service.client.errors import ClientError
-from service.client.upload import Tell, Upload
+from service.client.transfers import ReportShare, Upload
 from service.client.values import (
     RemoteAsset,
     RemoteJob,
@@ -33,8 +33,8 @@ Options = Mapping[str, Any]
 """By the names of ``simplifier.simplify``; what is left out has its default."""
 
 
-def _unheard(share: float) -> None:
-    """For uploads that nobody follows."""
+def _report_to_nobody(share: float) -> None:
+    """Stands in for a listener where nobody follows the upload."""
 
 
 class Client:
@@ -86,7 +86,7 @@ class Client:
         asset: str | None = None,
         webhook: str | None = None,
         overrides: Path | None = None,
-        tell: Tell = _unheard,
+        tell: ReportShare = _report_to_nobody,
     ) -> RemoteJob:
         """Have occluders made of a mesh; ``name`` says the format of bytes by its suffix.
 
@@ -98,9 +98,9 @@ class Client:
         if overrides is not None:
             uploads = {"mesh": upload, "overrides": _overrides(overrides)}
             fields = _in_form(options, asset, webhook)
-            return _submitted(self._wire.post_parts("/v1/occluders", uploads, fields, tell))
+            return _job_in(self._wire.post_parts("/v1/occluders", uploads, fields, tell))
         query = {**_in_address(options), "asset": asset, "webhook": webhook}
-        return _submitted(self._wire.post_body("/v1/occluders", upload, query, tell))
+        return _job_in(self._wire.post_body("/v1/occluders", upload, query, tell))
 
     def submit_scene(
         self,
@@ -110,12 +110,12 @@ class Client:
         options: Options | None = None,
         asset: str | None = None,
         webhook: str | None = None,
-        tell: Tell = _unheard,
+        tell: ReportShare = _report_to_nobody,
     ) -> RemoteJob:
         """Have a tree of occluders made of a scene: a GLB, or a zip of a folder of meshes."""
         query = {**_in_address(options), "asset": asset, "webhook": webhook}
         upload = Upload.of(scene, name)
-        return _submitted(self._wire.post_body("/v1/scenes", upload, query, tell))
+        return _job_in(self._wire.post_body("/v1/scenes", upload, query, tell))
 
     def evaluate(
         self,
@@ -132,7 +132,7 @@ class Client:
         if overrides is not None:
             uploads["overrides"] = _overrides(overrides)
         fields = _in_form(options, asset, webhook)
-        return _submitted(self._wire.post_parts("/v1/evaluations", uploads, fields, _unheard))
+        return _job_in(self._wire.post_parts("/v1/evaluations", uploads, fields, _report_to_nobody))
 
     # Jobs.
 
@@ -146,7 +146,7 @@ class Client:
         kind: JobKind | None = None,
         asset_id: str | None = None,
     ) -> Iterator[RemoteJob]:
-        """Newest first, a page at a time."""
+        """The jobs that there are, newest first, asked for a page at a time."""
         wanted = {"state": states, "kind": kind, "asset": asset_id}
         return map(job_of, self._wire.items("/v1/jobs", wanted))
 
@@ -223,7 +223,7 @@ class Client:
         return next(map(asset_of, self._wire.items("/v1/assets", {"name": name})), None)
 
     def assets(self, *, contains: str | None = None) -> Iterator[RemoteAsset]:
-        """By name, a page at a time; ``contains`` is a part of the name."""
+        """Assets by name, asked for a page at a time; ``contains`` is a part of the name."""
         return map(asset_of, self._wire.items("/v1/assets", {"contains": contains}))
 
     def runs(self, asset_id: str) -> Iterator[Mapping[str, Any]]:
@@ -254,7 +254,7 @@ class Client:
         return asset_of(self._wire.put(f"/v1/assets/{asset_id}/thresholds", asdict(thresholds)))
 
     def remove_asset(self, asset_id: str) -> None:
-        """With its jobs; refused while one has not ended."""
+        """Remove an asset with its jobs; refused while one has not ended."""
         self._wire.delete(f"/v1/assets/{asset_id}")
 
     def _changes(self, job_id: str) -> Iterator[RemoteJob]:
@@ -284,10 +284,10 @@ def _in_form(options: Options | None, asset: str | None, webhook: str | None) ->
 
 
 def _overrides(file: Path) -> Upload:
-    """Whatever the file is called."""
+    """An upload of overrides, known as such whatever the file is called."""
     return Upload.of(file, media_type="application/toml")
 
 
-def _submitted(body: Mapping[str, Any]) -> RemoteJob:
+def _job_in(body: Mapping[str, Any]) -> RemoteJob:
     """The job of an answer: of a result, where that is stored already, or itself."""
     return job_of(body.get("job", body))

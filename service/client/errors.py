@@ -61,14 +61,14 @@ def refusal(response: httpx.Response) -> ClientError:
     )
 
 
-def unreachable(server: str, error: Exception) -> ClientError:
+def no_answer(server: str, error: Exception) -> ClientError:
     """The error of a request that got no answer."""
     detail = f"{server} does not answer ({error or type(error).__name__})"
     remedy = "check the address and whether the service runs there"
     return ClientError(Problem("", "The server cannot be reached", 0, detail, remedy))
 
 
-def spoiled(what: str) -> ClientError:
+def damaged_answer(what: str) -> ClientError:
     """The error of an answer that is not what its server announced."""
     remedy = "try again, and look for proxies on the way"
     return ClientError(Problem("", "The answer is damaged", 0, what, remedy))

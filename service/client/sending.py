@@ -9,8 +9,8 @@ from collections.abc import Callable
 
 import httpx
 
-from service.client.errors import StoppedError, refusal, unreachable
-from service.headers.retry_after import retry_after
+from service.client.errors import StoppedError, no_answer, refusal
+from service.headers import retry_after
 
 _LATER = (429, 503)
 _CONNECTIONS = 6  # tries in a row that get no answer: six seconds
@@ -47,7 +47,7 @@ class Sender:
             except httpx.TransportError as error:
                 lost += 1
                 if lost == _CONNECTIONS:
-                    raise unreachable(str(self._http.base_url), error) from error
+                    raise no_answer(str(self._http.base_url), error) from error
                 self.pause(_backoff(lost))
                 continue
             if response.is_success:

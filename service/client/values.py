@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from service.jobs.asset import Thresholds
-from service.jobs.job import Failure, JobKind, JobState, Summary
+from service.jobs.job import Failure, JobFacts, JobKind, JobState, Summary
 
 
 @dataclass(frozen=True)
@@ -30,34 +30,16 @@ class RemoteProgress:
     picture: str | None = None
 
 
-@dataclass(frozen=True)
-class RemoteJob:
-    """A job as the server tells it.
+@dataclass(frozen=True, kw_only=True)
+class RemoteJob(JobFacts):
+    """A job as the server tells it."""
 
-    ``asset``, ``asset_id``  whose run it is, if any.
-    ``attempt``  how often it was begun; ``attempts`` how often it may be.
-    ``reused``   the job whose stored result it was given, if any.
-    """
-
-    id: str
-    kind: JobKind
-    state: JobState
-    name: str
     created: str
-    version: str
-    options: Mapping[str, Any]
     attempt: int = 0
     attempts: int = 0
-    asset: str | None = None
-    asset_id: str | None = None
     started: str | None = None
     ended: str | None = None
     progress: RemoteProgress | None = None
-    failure: Failure | None = None
-    summary: Summary | None = None
-    reused: str | None = None
-    retry_of: str | None = None
-    webhook: str | None = None
 
 
 @dataclass(frozen=True)
@@ -110,20 +92,22 @@ def job_of(data: Mapping[str, Any]) -> RemoteJob:
     asset = data.get("asset") or {}
     return RemoteJob(
         **{
-            **_known(RemoteJob, data),
+            **_known_members(RemoteJob, data),
             "kind": JobKind(data["kind"]),
             "state": JobState(data["state"]),
             "asset": asset.get("name"),
             "asset_id": asset.get("id"),
             "progress": progress_of(data.get("progress")),
-            "failure": Failure(**_known(Failure, data["failure"])) if data.get("failure") else None,
+            "failure": Failure(**_known_members(Failure, data["failure"]))
+            if data.get("failure")
+            else None,
             "summary": _summary_of(data.get("summary")),
         }
     )
 
 
 def progress_of(data: Mapping[str, Any] | None) -> RemoteProgress | None:
-    return RemoteProgress(**_known(RemoteProgress, data)) if data else None
+    return RemoteProgress(**_known_members(RemoteProgress, data)) if data else None
 
 
 def result_of(data: Mapping[str, Any]) -> RemoteResult:
@@ -131,15 +115,15 @@ def result_of(data: Mapping[str, Any]) -> RemoteResult:
         job=job_of(data["job"]),
         report=data.get("report"),
         levels=tuple(_level_of(level) for level in data["levels"]),
-        files=tuple(RemoteFile(**_known(RemoteFile, file)) for file in data["files"]),
+        files=tuple(RemoteFile(**_known_members(RemoteFile, file)) for file in data["files"]),
     )
 
 
 def asset_of(data: Mapping[str, Any]) -> RemoteAsset:
     return RemoteAsset(
         **{
-            **_known(RemoteAsset, data),
-            "thresholds": Thresholds(**_known(Thresholds, data.get("thresholds") or {})),
+            **_known_members(RemoteAsset, data),
+            "thresholds": Thresholds(**_known_members(Thresholds, data.get("thresholds") or {})),
             "latest": job_of(data["latest"]) if data.get("latest") else None,
         }
     )
@@ -147,15 +131,15 @@ def asset_of(data: Mapping[str, Any]) -> RemoteAsset:
 
 def _level_of(data: Mapping[str, Any]) -> RemoteLevel:
     names = {form: link.rpartition("/files/")[2] for form, link in data["files"].items()}
-    return RemoteLevel(**{**_known(RemoteLevel, data), "files": names})
+    return RemoteLevel(**{**_known_members(RemoteLevel, data), "files": names})
 
 
 def _summary_of(data: Mapping[str, Any] | None) -> Summary | None:
     if not data:
         return None
-    known = _known(Summary, data)
+    known = _known_members(Summary, data)
     return Summary(**{**known, "warnings": tuple(known.get("warnings", ()))})
 
 
-def _known(kind: type[Any], data: Mapping[str, Any]) -> dict[str, Any]:
+def _known_members(kind: type[Any], data: Mapping[str, Any]) -> dict[str, Any]:
     return {one.name: data[one.name] for one in fields(kind) if one.name in data}

@@ -1,20 +1,20 @@
-"""The verbs of HTTP as this API uses them: JSON, files and pages."""
+"""The verbs of HTTP as this API uses them: JSON, files, pages and server-sent events."""
 
 from __future__ import annotations
 
+import re
 import secrets
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
 import httpx
 
-from service.client.download import download
 from service.client.sending import Sender
-from service.client.server_events import ServerEvent, server_events
-from service.client.upload import Tell, Upload, told
+from service.client.transfers import ReportShare, Upload, download, report_as_read
 
 _TIMEOUT = httpx.Timeout(60.0, connect=10.0, pool=None)
 _SILENCE = httpx.Timeout(40.0, connect=10.0)  # a stream without even a comment counts as lost
@@ -22,6 +22,10 @@ _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 
 Query = Mapping[str, Any]
 """Parameters of an address or a form: None is left out, of a list each is given."""
+
+# Not str.splitlines, which would also break lines where a name in the data holds U+2028.  A CR at
+# the end of a chunk may be the first half of CR LF, so it waits for the next.
+_LINE_END = re.compile(rb"\r\n|\n|\r(?!\Z)")
 
 
 class Wire:
@@ -44,7 +48,7 @@ class Wire:
 
     def get(self, path: str, query: Query | None = None) -> Any:
         # None, as an empty mapping takes away what the path itself asks for.
-        return self._json("GET", path, params=_given(query) or None)
+        return self._json("GET", path, params=_as_text(query) or None)
 
     def put(self, path: str, body: Mapping[str, Any]) -> Any:
         return self._json("PUT", path, json=body)
@@ -55,17 +59,17 @@ class Wire:
     def post(self, path: str, body: Mapping[str, Any] | None = None) -> Any:
         return self._json("POST", path, json=body, headers=_fresh_key())
 
-    def post_body(self, path: str, upload: Upload, query: Query, tell: Tell) -> Any:
+    def post_body(self, path: str, upload: Upload, query: Query, tell: ReportShare) -> Any:
         """An upload as it is, read as it goes."""
         headers = {
             "Content-Type": "application/octet-stream",
             "Content-Length": str(upload.size),
             **_fresh_key(),
         }
-        params = _given({**query, "filename": upload.name})
+        params = _as_text({**query, "filename": upload.name})
 
         def build() -> httpx.Request:
-            chunks = told(upload.chunks(), upload.size, self._telling(tell))
+            chunks = report_as_read(upload.chunks(), upload.size, self._checking(tell))
             return self._http.build_request(
                 "POST", path, params=params, content=chunks, headers=headers
             )
@@ -73,9 +77,9 @@ class Wire:
         return self._sender.send(build).json()
 
     def post_parts(
-        self, path: str, uploads: Mapping[str, Upload], fields: Query, tell: Tell
+        self, path: str, uploads: Mapping[str, Upload], fields: Query, tell: ReportShare
     ) -> Any:
-        """Several uploads, read as they go, and fields of text before them."""
+        """Post several uploads, read as they go, and fields of text before them."""
         key = _fresh_key()
         with ExitStack() as opened:
 
@@ -85,10 +89,12 @@ class Wire:
                     for part, one in uploads.items()
                 }
                 form = self._http.build_request(
-                    "POST", path, data=_given(fields), files=files, headers=key
+                    "POST", path, data=_as_text(fields), files=files, headers=key
                 )
                 size = int(form.headers["Content-Length"])
-                chunks = told(cast(Iterable[bytes], form.stream), size, self._telling(tell))
+                chunks = report_as_read(
+                    cast(Iterable[bytes], form.stream), size, self._checking(tell)
+                )
                 return self._http.build_request("POST", path, headers=form.headers, content=chunks)
 
             return self._sender.send(build).json()
@@ -118,19 +124,19 @@ class Wire:
     def _json(self, verb: str, path: str, **more: Any) -> Any:
         return self._sender.send(lambda: self._http.build_request(verb, path, **more)).json()
 
-    def _telling(self, tell: Tell) -> Tell:
-        def checked(share: float) -> None:
+    def _checking(self, tell: ReportShare) -> ReportShare:
+        def report_unless_stopped(share: float) -> None:
             self._sender.check()
             tell(share)
 
-        return checked
+        return report_unless_stopped
 
 
 def _fresh_key() -> dict[str, str]:
     return {"Idempotency-Key": secrets.token_hex(16)}
 
 
-def _given(query: Query | None) -> dict[str, Any]:
+def _as_text(query: Query | None) -> dict[str, Any]:
     """What is not None, as text that addresses and forms hold."""
     return {name: _text(value) for name, value in (query or {}).items() if value is not None}
 
@@ -141,3 +147,36 @@ def _text(value: Any) -> Any:
     if isinstance(value, Sequence) and not isinstance(value, str):
         return [_text(one) for one in value]
     return str(value)
+
+
+@dataclass(frozen=True)
+class ServerEvent:
+    """An event: its type, ``message`` where none was told, and its data, lines joined."""
+
+    type: str
+    data: str
+
+
+def server_events(chunks: Iterable[bytes]) -> Iterator[ServerEvent]:
+    """The events of a stream, however it was cut; one that the end breaks off is left out."""
+    kind, data = "", list[str]()
+    for line in _lines(chunks):
+        if not line:
+            if data:
+                yield ServerEvent(kind or "message", "\n".join(data))
+            kind, data = "", []
+            continue
+        field, _, value = line.partition(":")  # a comment is a field without a name
+        value = value.removeprefix(" ")
+        if field == "event":
+            kind = value
+        elif field == "data":
+            data.append(value)
+
+
+def _lines(chunks: Iterable[bytes]) -> Iterator[str]:
+    rest = b""
+    for chunk in chunks:
+        *whole, rest = _LINE_END.split(rest + chunk)
+        for line in whole:
+            yield line.decode("utf-8", "replace")

@@ -1,19 +1,27 @@
-"""What surrounds every page: where one is, where one can go, and who one is."""
+"""What surrounds every page: where one is, where one can go, who one is, and its colours."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from enum import StrEnum
 
 from nicegui import ui
+from nicegui.events import ValueChangeEventArguments
 
 from service.access.key import Caller
-from service.dashboard.icon import ICON
-from service.dashboard.session import current_caller
 from service.dashboard.sign_in import STYLE
-from service.dashboard.theme import theme_switch
+from service.dashboard.visitor import current_caller
 
 _PLACES = {"Overview": "/", "Submit": "/submit", "Jobs": "/jobs", "API docs": "/docs"}
+
+_THEME_COOKIE = "occluder_theme"
+_THEME_SECONDS = 365 * 86_400
+ICON = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32">'
+    '<path d="M16 2 29 9v14L16 30 3 23V9z" fill="#0b5cad"/>'
+    '<path d="M16 7 24 22H8z" fill="#fff"/></svg>'
+)
 
 
 @contextmanager
@@ -69,3 +77,42 @@ def _whoever(caller: Caller) -> None:
     ui.label(f"{caller.tenant}, {caller.scope}").classes("quiet whoever")
     with ui.element("form").props('method=post action="/sign-out"'):
         ui.button("Sign out").props("flat dense no-caps type=submit").classes("sign-out")
+
+
+class Theme(StrEnum):
+    """What the switch offers."""
+
+    AUTO = "auto"
+    LIGHT = "light"
+    DARK = "dark"
+
+    @property
+    def dark(self) -> bool | None:
+        """The theme as NiceGUI has it: None follows the system."""
+        return {Theme.AUTO: None, Theme.LIGHT: False, Theme.DARK: True}[self]
+
+
+def remembered_theme() -> Theme:
+    """The theme that the browser remembers for which a page is built."""
+    stored = ui.context.client.request.cookies.get(_THEME_COOKIE, "")
+    return Theme(stored) if stored in list(Theme) else Theme.AUTO
+
+
+def theme_switch() -> None:
+    """The control; its page takes on the remembered theme."""
+    theme = remembered_theme()
+    mode = ui.dark_mode(theme.dark)
+
+    def change(event: ValueChangeEventArguments[str]) -> None:
+        chosen = Theme(event.value)
+        mode.value = chosen.dark
+        # From our own words alone, by way of the enumeration.
+        ui.run_javascript(
+            f"document.cookie = '{_THEME_COOKIE}={chosen}; path=/; max-age={_THEME_SECONDS}; "
+            "SameSite=Strict'"
+        )
+
+    names = {Theme.AUTO: "Auto", Theme.LIGHT: "Light", Theme.DARK: "Dark"}
+    ui.select(
+        {str(one): name for one, name in names.items()}, value=str(theme), on_change=change
+    ).props('dense borderless options-dense aria-label="Colours"').classes("theme-switch")

@@ -10,10 +10,10 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.dashboard.session import Visitor
+from service.answers.problems import MEDIA_TYPE, problem_of
+from service.dashboard.visitor import Visitor
 from service.errors import ServiceError, UnauthenticatedError
 from service.routes.services import Services
-from service.schemas.problem import MEDIA_TYPE, problem_of
 
 _OPEN = "/_nicegui/"
 """Scripts and styles, the same for everybody."""
@@ -52,24 +52,24 @@ class Gate:
         address = scope["client"][0] if scope.get("client") else ""
         visitor = Visitor.of(services, Headers(scope=scope), address)
         try:
-            known = services.authenticator.known(visitor.headers)
+            known = services.authenticator.caller_at_once(visitor.headers)
             caller = known or await run_sync(visitor.caller)
         except ServiceError as refusal:
             await _refuse(refusal, scope, receive, send)
             return
         scope.setdefault("state", {}).update(visitor=visitor, caller=caller)
-        await self._pages(scope, receive, _guarded(send))
+        await self._pages(scope, receive, _with_policy(send))
 
 
-def _guarded(send: Send) -> Send:
-    async def guarded(message: Message) -> None:
+def _with_policy(send: Send) -> Send:
+    async def send_with_policy(message: Message) -> None:
         if message["type"] == "http.response.start":
             headers = MutableHeaders(scope=message)
             if headers.get("content-type", "").startswith("text/html"):
                 headers.update(_HEADERS)
         await send(message)
 
-    return guarded
+    return send_with_policy
 
 
 async def _refuse(refusal: ServiceError, scope: Scope, receive: Receive, send: Send) -> None:
@@ -90,7 +90,7 @@ async def _refuse(refusal: ServiceError, scope: Scope, receive: Receive, send: S
 
 
 def sign_in_address(scope: Scope) -> str:
-    """Where to sign in and come back from."""
+    """The address of the form to sign in, which leads back here."""
     query = scope.get("query_string", b"").decode("latin-1")
     wanted = scope["path"] + (f"?{query}" if query else "")
     return f"/sign-in?next={quote(wanted, safe='')}"

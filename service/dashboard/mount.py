@@ -18,18 +18,17 @@ from starlette.routing import BaseRoute, Match
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from service.dashboard import sign_in
-from service.dashboard.asset import page as asset
-from service.dashboard.compare import page as compare
+from service.dashboard.asset import asset_page, compare_page
+from service.dashboard.frame import ICON
 from service.dashboard.gate import Gate
-from service.dashboard.icon import ICON
-from service.dashboard.jobs import one_page as job
-from service.dashboard.jobs import page as jobs
-from service.dashboard.overview import page as overview
-from service.dashboard.overview import rows_route
-from service.dashboard.submit import page as submit
-from service.dashboard.tradeoff import page as tradeoff
+from service.dashboard.jobs import job_page, jobs_page
+from service.dashboard.overview import exports, overview_page
+from service.dashboard.submit import submit_page
+from service.dashboard.tradeoff import tradeoff_page
 
-PAGES = (overview, asset, compare, submit, tradeoff, jobs, job)
+PAGES = (
+    overview_page, asset_page, compare_page, submit_page, tradeoff_page, jobs_page, job_page,
+)  # fmt: skip
 """Modules whose import makes pages."""
 
 _RECONNECT_SECONDS = 30.0
@@ -42,7 +41,7 @@ def add_dashboard(app: FastAPI) -> None:
     ``app.state.services`` has to be there from then on.
     """
     app.include_router(sign_in.router)
-    app.include_router(rows_route.router)
+    app.include_router(exports.router)
     host = _host()
     app.router.routes.append(_Pages(Gate(host, app)))
     inside = app.router.lifespan_context

@@ -1,4 +1,4 @@
-"""Words to whoever has a page open."""
+"""Words to whoever has a page open: what was done, what was not, and what is not there."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from contextlib import contextmanager
 
 from nicegui import ui
 
-from service.errors import ServiceError, UnauthenticatedError
+from service.dashboard.frame import page_frame
+from service.errors import NotFoundError, ServiceError, UnauthenticatedError
 
 
 def tell(text: str) -> None:
@@ -21,7 +22,7 @@ def warn(text: str) -> None:
 
 
 @contextmanager
-def refusals_told() -> Iterator[None]:
+def showing_refusals() -> Iterator[None]:
     """Say what a store refuses, and what to do; who is signed in no more has to sign in again."""
     try:
         yield
@@ -33,3 +34,14 @@ def refusals_told() -> Iterator[None]:
 
 def _capitals(text: str) -> str:
     return text[:1].upper() + text[1:]
+
+
+@contextmanager
+def showing_unknown() -> Iterator[None]:
+    """Around a whole page: says what is not there, or belongs to another tenant."""
+    try:
+        yield
+    except NotFoundError as error:
+        with page_frame("Not found", here=""):
+            ui.label(f"{error.detail}.")
+            ui.link("All assets", "/")

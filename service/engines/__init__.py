@@ -4,6 +4,8 @@
     slot       one place for one job at a time: a warm process and the claims it works at
     attempt    one try at a job, from handing over to what came of it
     recording  what came of it, written to the stores
+    signals    how its threads reach each other: a bell, and orders for attempts
+    trouble    what keeps it from working, and for how long it waits
     process    the server's end of a process
     worker     the other end: what runs in the process
     work/      what is done for each kind of job, by the library

@@ -2,50 +2,19 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from service.engines.failures import out_of_memory, out_of_time, process_died
-from service.engines.messages import Answer, Cancelled, Done, Failed, Task, Told
+from service.engines.messages import Answer, Cancelled, Done, Failed, Task, TaskProgress
 from service.engines.process import ProcessDiedError, WorkerProcess
+from service.engines.signals import Orders
 from service.jobs.job import Failure, Summary
 from service.jobs.progress import JobProgress
 
 _GLANCE = 0.05  # seconds between looks at orders and limits
 _PATIENCE = 0.5  # seconds that a process has to end its task when it is told to
-
-
-class Orders:
-    """What others want of a running attempt.  Safe from any thread; none is ever taken back."""
-
-    def __init__(self) -> None:
-        self._cancel, self._drop, self._stop = (threading.Event() for _ in range(3))
-
-    def cancel(self) -> None:
-        """The job is not wanted any more."""
-        self._cancel.set()
-
-    def drop(self) -> None:
-        """The lease is lost: somebody else has the job, and what comes of this is not heard."""
-        self._drop.set()
-
-    def stop(self) -> None:
-        """The server stops; the job is to be done later."""
-        self._stop.set()
-
-    @property
-    def cancelled(self) -> bool:
-        return self._cancel.is_set()
-
-    @property
-    def dropped(self) -> bool:
-        return self._drop.is_set()
-
-    @property
-    def stopped(self) -> bool:
-        return self._stop.is_set()
 
 
 @dataclass(frozen=True)
@@ -68,7 +37,7 @@ class GivenUp:
     """It was told to end: the orders say why."""
 
 
-Outcome = Succeeded | NotDone | GivenUp
+AttemptOutcome = Succeeded | NotDone | GivenUp
 
 
 def attempt(
@@ -77,7 +46,7 @@ def attempt(
     seconds: float,
     orders: Orders,
     tell: Callable[[JobProgress], None],
-) -> Outcome:
+) -> AttemptOutcome:
     """Have a task done within some seconds and the memory that it says.
 
     A process that cannot be used any more afterwards has been ended.
@@ -87,7 +56,7 @@ def attempt(
     try:
         while True:
             answer = process.receive(_GLANCE)
-            if isinstance(answer, Told):
+            if isinstance(answer, TaskProgress):
                 tell(answer.progress)
             elif answer is not None:
                 return _outcome(process, answer, orders)
@@ -101,7 +70,7 @@ def attempt(
         return NotDone(process_died(str(death)), final=False)
 
 
-def _outcome(process: WorkerProcess, answer: Answer, orders: Orders) -> Outcome:
+def _outcome(process: WorkerProcess, answer: Answer, orders: Orders) -> AttemptOutcome:
     match answer:
         case Done():
             return Succeeded(answer.summary)
@@ -124,7 +93,7 @@ class _Watch:
         self._up = time.monotonic() + seconds
         self._patient_until: float | None = None
 
-    def glance(self) -> Outcome | None:
+    def glance(self) -> AttemptOutcome | None:
         """What the attempt ends with here and now; None while it may go on."""
         now = time.monotonic()
         if self._orders.stopped:

@@ -10,9 +10,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from service.engines.bell import Bell
 from service.engines.failures import server_ended
-from service.engines.running import Running
+from service.engines.signals import Bell, Running
 from service.engines.slot import Shop, Slot
 from service.engines.trouble import StoppedError, Trouble
 from service.errors import NotFoundError
@@ -32,7 +31,7 @@ _RENEWALS = 3.0  # in the time of a lease
 
 
 class Engine:
-    """As many jobs at the same time as the settings say, each under a lease that is renewed.
+    """Does as many jobs at a time as the settings say, each under a lease that is renewed.
 
     A process that dies costs its job one attempt and nothing else.  Where the stores cannot be
     written, work waits and is tried again.
@@ -45,16 +44,16 @@ class Engine:
         board: ProgressBoard,
         settings: Settings,
         scratch: Path,
-        ended: Callable[[Job], None] = lambda job: None,
+        on_end: Callable[[Job], None] = lambda job: None,
         work: str = LIBRARY_WORK,
     ) -> None:
         """``scratch`` is on the disk of the blobs.
 
-        ``ended`` is called with each job that ends, once, in some thread; not if the server is
+        ``on_end`` is called with each job that ends, once, in some thread; not if the server is
         killed just then, so what must not be missed belongs into the stores.
         """
         self._shop = Shop(
-            f"engine-{secrets.token_hex(8)}", jobs, blobs, board, settings, scratch, work, ended,
+            f"engine-{secrets.token_hex(8)}", jobs, blobs, board, settings, scratch, work, on_end,
             Bell(), Running(), Trouble(),
         )  # fmt: skip
         self._look = Bell()
@@ -64,7 +63,7 @@ class Engine:
     @property
     def problem(self) -> str | None:
         """What keeps it from working, in words; None while it works."""
-        return self._shop.trouble.told
+        return self._shop.trouble.in_words
 
     def start(self) -> None:
         """Take back what a killed server left, then begin.  Returns at once."""
@@ -143,6 +142,6 @@ class Engine:
 
     def _recover(self, *, all_leases: bool) -> None:
         for job in self._shop.jobs.recover(server_ended(), all_leases=all_leases):
-            self._shop.board.changed(job.id)
+            self._shop.board.announce(job.id)
             if job.state.ended:
                 self._shop.end(job)

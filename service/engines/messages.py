@@ -59,11 +59,11 @@ class Ready:
 
 
 @dataclass(frozen=True)
-class Told:
+class TaskProgress:
     """How far the task is."""
 
     progress: JobProgress
-    type: Literal["told"] = "told"
+    type: Literal["progress"] = "progress"
 
 
 @dataclass(frozen=True)
@@ -93,28 +93,30 @@ class Cancelled:
     type: Literal["cancelled"] = "cancelled"
 
 
-Order = Task | CancelTask
-Answer = Ready | Told | Done | Failed | Cancelled
+Instruction = Task | CancelTask
+Answer = Ready | TaskProgress | Done | Failed | Cancelled
 
-_ORDERS: TypeAdapter[Order] = TypeAdapter(Annotated[Order, Field(discriminator="type")])
+_INSTRUCTIONS: TypeAdapter[Instruction] = TypeAdapter(
+    Annotated[Instruction, Field(discriminator="type")]
+)
 _ANSWERS: TypeAdapter[Answer] = TypeAdapter(
     Annotated[Answer, Field(discriminator="type")],
     config=ConfigDict(ser_json_bytes="base64", val_json_bytes="base64"),
 )
 
 
-def order_bytes(order: Order) -> bytes:
-    """For :func:`order_of`."""
-    return _ORDERS.dump_json(order)
+def instruction_bytes(instruction: Instruction) -> bytes:
+    """An instruction as :func:`instruction_of` reads it."""
+    return _INSTRUCTIONS.dump_json(instruction)
 
 
-def order_of(data: bytes) -> Order:
+def instruction_of(data: bytes) -> Instruction:
     """Raises ValueError for anything else."""
-    return _ORDERS.validate_json(data)
+    return _INSTRUCTIONS.validate_json(data)
 
 
 def answer_bytes(answer: Answer) -> bytes:
-    """For :func:`answer_of`."""
+    """An answer as :func:`answer_of` reads it."""
     return _ANSWERS.dump_json(answer)
 
 

@@ -21,11 +21,11 @@ from service.engines.messages import (
     LARGEST,
     Answer,
     CancelTask,
-    Order,
+    Instruction,
     Ready,
     Task,
     answer_of,
-    order_bytes,
+    instruction_bytes,
 )
 
 _PAGE = os.sysconf("SC_PAGE_SIZE")
@@ -90,11 +90,11 @@ class WorkerProcess:
         """
         return sum(map(_private_bytes, _tree(self.pid))) - self._base
 
-    def send(self, order: Order) -> None:
+    def send(self, instruction: Instruction) -> None:
         """What a dead process is told is lost: receiving says that it is dead."""
-        self.tasks += isinstance(order, Task)
+        self.tasks += isinstance(instruction, Task)
         with suppress(OSError):
-            self._connection.send_bytes(order_bytes(order))
+            self._connection.send_bytes(instruction_bytes(instruction))
 
     def cancel(self) -> None:
         """Ask it to end its task."""
@@ -127,7 +127,7 @@ class WorkerProcess:
 
 
 def _import_path() -> Iterator[str]:
-    """Where this process finds modules, for the other to find the same ones."""
+    """The folders in which this process finds modules, for the other to find the same ones."""
     for entry in sys.path:
         yield str(Path(entry).resolve())
 

@@ -8,8 +8,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from service.engines.attempt import GivenUp, NotDone, Orders, Outcome, Succeeded
+from service.engines.attempt import AttemptOutcome, GivenUp, NotDone, Succeeded
 from service.engines.failures import disk_full
+from service.engines.signals import Orders
 from service.engines.trouble import Trouble
 from service.errors import DiskFullError
 from service.jobs.job import Claim, JobFile
@@ -29,7 +30,7 @@ class Recorder:
     blobs: BlobStore
     trouble: Trouble
 
-    def record(self, claim: Claim, outcome: Outcome, results: Path, orders: Orders) -> bool:
+    def record(self, claim: Claim, outcome: AttemptOutcome, results: Path, orders: Orders) -> bool:
         """End the attempt; whether its lease still held, so that this is what counts.
 
         Raises :class:`~service.engines.trouble.StoppedError` when the engine stops before that.
@@ -37,36 +38,38 @@ class Recorder:
         if orders.dropped:
             return False
         if orders.cancelled:
-            return self._cancelled(claim)
+            return self._record_end(claim)
         match outcome:
             case Succeeded():
-                return self._succeeded(claim, outcome, results, orders)
+                return self._record_success(claim, outcome, results, orders)
             case NotDone():
-                return self._failed(claim, outcome)
+                return self._record_failure(claim, outcome)
             case GivenUp():
                 return self.trouble.insist(lambda: self.jobs.release(claim))
 
-    def _succeeded(self, claim: Claim, outcome: Succeeded, results: Path, orders: Orders) -> bool:
+    def _record_success(
+        self, claim: Claim, outcome: Succeeded, results: Path, orders: Orders
+    ) -> bool:
         with self.blobs.keeping() as keeping:
             try:
-                files = self._kept(keeping, results)
+                files = self._store_files(keeping, results)
             except DiskFullError:
-                return self._failed(claim, NotDone(disk_full("the result"), final=True))
+                return self._record_failure(claim, NotDone(disk_full("the result"), final=True))
             if orders.cancelled:
-                return self._cancelled(claim)
+                return self._record_end(claim)
             return self.trouble.insist(lambda: self.jobs.succeed(claim, files, outcome.summary))
 
-    def _cancelled(self, claim: Claim) -> bool:
+    def _record_end(self, claim: Claim) -> bool:
         return self.trouble.insist(lambda: self.jobs.end_cancelled(claim))
 
-    def _failed(self, claim: Claim, outcome: NotDone) -> bool:
+    def _record_failure(self, claim: Claim, outcome: NotDone) -> bool:
         state = self.trouble.insist(
             lambda: self.jobs.fail(claim, outcome.failure, final=outcome.final)
         )
         return state is not None
 
-    def _kept(self, keeping: Keeping, results: Path) -> list[JobFile]:
-        """All files of a folder, side by side: most of the time goes to waiting for the disk.
+    def _store_files(self, keeping: Keeping, results: Path) -> list[JobFile]:
+        """Store all files of a folder side by side: most of the time goes to waiting for the disk.
 
         Raises :class:`DiskFullError` when there was no room for a minute.
         """
@@ -87,7 +90,7 @@ class Recorder:
 
 
 def _files(folder: Path) -> Iterator[Path]:
-    """All plain files below, by name; links are none."""
+    """All plain files below a folder, by name; links are none."""
     for path in sorted(folder.rglob("*")):
         if path.is_file() and not path.is_symlink():
             yield path

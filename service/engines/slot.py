@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
 
-from service.engines.attempt import NotDone, Orders, Outcome, attempt
-from service.engines.bell import Bell
+from service.engines.attempt import AttemptOutcome, NotDone, attempt
 from service.engines.failures import program_fault, upload_gone
 from service.engines.messages import Task
 from service.engines.process import ProcessDiedError, WorkerProcess
 from service.engines.recording import Recorder
-from service.engines.running import Running
+from service.engines.signals import Bell, Orders, Running
 from service.engines.trouble import StoppedError, Trouble
 from service.errors import DiskFullError, NotFoundError, ServiceError
 from service.jobs.job import Claim, Job
@@ -38,7 +37,7 @@ class Shop:
     """What all slots share.
 
     ``work``   ``MODULE:FUNCTION`` that a process calls once and that returns what does a task.
-    ``ended``  called with each job that has ended, in a thread of the engine.
+    ``on_end``  called with each job that has ended, in a thread of the engine.
     """
 
     owner: str
@@ -48,7 +47,7 @@ class Shop:
     settings: Settings
     scratch: Path
     work: str
-    ended: Callable[[Job], None]
+    on_end: Callable[[Job], None]
     bell: Bell
     running: Running
     trouble: Trouble
@@ -56,7 +55,7 @@ class Shop:
     def end(self, job: Job) -> None:
         """Say that a job has ended; whoever listens cannot hurt the engine."""
         try:
-            self.ended(job)
+            self.on_end(job)
         except Exception:
             logger.exception("job %s has ended, and somebody failed to hear of it", job.id)
 
@@ -107,7 +106,7 @@ class Slot:
     def _ready_process(self) -> WorkerProcess:
         """A process that can take a task, after however many tries; raises StoppedError."""
         while True:
-            if self._process is not None and self._worn(self._process):
+            if self._process is not None and self._is_worn(self._process):
                 self._discard()
             if self._process is not None:
                 return self._process
@@ -127,7 +126,7 @@ class Slot:
             process.receive(_GLANCE)
             self._shop.trouble.pause(0.0)
 
-    def _worn(self, process: WorkerProcess) -> bool:
+    def _is_worn(self, process: WorkerProcess) -> bool:
         """Whether a process is to be replaced."""
         settings = self._shop.settings
         return (
@@ -142,15 +141,15 @@ class Slot:
             self._process = None
 
     def _do(self, claim: Claim, process: WorkerProcess) -> None:
-        """One attempt, from its claim to its record."""
+        """Make one attempt, from its claim to its record."""
         shop, job = self._shop, claim.job
-        shop.board.changed(job.id)
+        shop.board.announce(job.id)
         recorder = Recorder(shop.jobs, shop.blobs, shop.trouble)
         folder = shop.scratch / f"{job.id}-{job.attempt}"
         results = folder / "results"
-        with shop.running.at(claim) as orders, _removed(folder):
+        with shop.running.at(claim) as orders, _removing(folder):
             try:
-                outcome = self._tried(claim, process, folder, orders)
+                outcome = self._attempt(claim, process, folder, orders)
                 heard = recorder.record(claim, outcome, results, orders)
             except StoppedError:
                 with suppress(ServiceError):  # else the next start takes it back
@@ -168,7 +167,9 @@ class Slot:
                 if now.state.ended:
                     shop.end(now)
 
-    def _tried(self, claim: Claim, process: WorkerProcess, folder: Path, orders: Orders) -> Outcome:
+    def _attempt(
+        self, claim: Claim, process: WorkerProcess, folder: Path, orders: Orders
+    ) -> AttemptOutcome:
         shop = self._shop
         try:
             task = shop.trouble.insist(lambda: self._task(claim, folder))
@@ -185,7 +186,7 @@ class Slot:
         shop, job = self._shop, claim.job
         inputs: dict[str, str] = {}
         labels: dict[str, str] = {}
-        with _told():
+        with _raising_disk_full():
             shutil.rmtree(folder, ignore_errors=True)
             for place in ("results", "scratch", "input"):
                 (folder / place).mkdir(mode=0o700, parents=True)
@@ -203,14 +204,14 @@ class Slot:
         )  # fmt: skip
 
     def _threads(self) -> int:
-        """All processors for a job that is alone, a fair share of them for one of many."""
+        """The threads of a job: one a processor where it is alone, else a fair share of them."""
         if self._shop.running.count == 1:
             return processors()
         return max(1, processors() // self._shop.settings.workers)
 
 
 @contextmanager
-def _removed(folder: Path) -> Iterator[None]:
+def _removing(folder: Path) -> Iterator[None]:
     """The folder goes at the end, with all that is in it."""
     try:
         yield
@@ -219,7 +220,7 @@ def _removed(folder: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _told() -> Iterator[None]:
+def _raising_disk_full() -> Iterator[None]:
     """Turn what the system refuses into :class:`DiskFullError`, which is waited for to end."""
     try:
         yield

@@ -32,8 +32,8 @@ class Trouble:
         self._stopped = threading.Event()
 
     @property
-    def told(self) -> str | None:
-        """All of them in words; None while everything works."""
+    def in_words(self) -> str | None:
+        """All troubles in words; None while everything works."""
         with self._lock:
             return "; ".join(self._troubles.values()) or None
 

@@ -63,7 +63,7 @@ class RunPage:
 
 @dataclass(frozen=True, slots=True)
 class RunNumbers:
-    """Of a run, what a list of thousands of assets shows."""
+    """What a list of thousands of assets shows of a run."""
 
     job_id: str
     created: float
@@ -106,7 +106,7 @@ class AssetStore(Protocol):
         after: str | None = None,
         limit: int = 100,
     ) -> AssetPage:
-        """Those of a name exactly, or with some text in their name, whatever its case."""
+        """Assets of a name exactly, or with some text in their name, whatever its case."""
 
     def asset(self, tenant: str | None, asset_id: str) -> Asset: ...
 
@@ -122,13 +122,16 @@ class AssetStore(Protocol):
     ) -> Asset: ...
 
     def remove(self, tenant: str | None, asset_id: str) -> None:
-        """With its jobs.  Raises :class:`~service.errors.ConflictError` while one has not ended."""
+        """Remove it with its jobs.
+
+        Raises :class:`~service.errors.ConflictError` while one has not ended.
+        """
 
     def standings(self, tenant: str, *, recalls: int = 20) -> tuple[Standing, ...]:
         """How all assets stand, by name; with the recalls of at most so many runs of each."""
 
     def runs_at(self, tenant: str, moment: float) -> Mapping[str, RunNumbers]:
-        """By asset id, the run that was its latest at a time, in Unix seconds."""
+        """The run that was an asset's latest at a time, in Unix seconds, by the asset's id."""
 
     def stamp(self, tenant: str) -> Hashable:
         """Another value once :meth:`standings` says something else; cheap to ask for."""

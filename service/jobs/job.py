@@ -113,44 +113,55 @@ class Summary:
     warnings: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class Submission:
-    """A job as it is asked for.
+@dataclass(frozen=True, kw_only=True)
+class JobTerms:
+    """What is asked for when a job is submitted, and stays with it.
+
+    A field here, or one of the classes that follow, is a column of the table of jobs by the same
+    name: it is stored and read back without further code.
 
     ``name``      of the file as its owner calls it; for people only, never a path here.
     ``options``   by keyword, resolved and checked, only what JSON can hold.
-    ``inputs``    files that are in the blob store already.
     ``asset``     whose run it becomes, if any.
+    ``attempts``  how often it may be begun, since its process may die.
+    """
+
+    kind: JobKind
+    name: str
+    options: Mapping[str, Any]
+    version: str
+    asset: str | None = None
+    webhook: str | None = None
+    attempts: int = 3
+    retry_of: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Submission(JobTerms):
+    """A job as it is asked for.
+
+    ``inputs``    files that are in the blob store already.
     ``idempotency_key``  the same key and ``fingerprint`` give the same job again.
-    ``attempts``  how often it is tried if its process dies.
     ``may_reuse`` whether a stored result of the same work will do.
     """
 
     tenant: str
-    kind: JobKind
-    name: str
-    options: Mapping[str, Any]
     inputs: tuple[JobFile, ...]
-    version: str
-    asset: str | None = None
-    webhook: str | None = None
     idempotency_key: str | None = None
-    attempts: int = 3
     may_reuse: bool = True
-    retry_of: str | None = None
 
     @property
     def work_key(self) -> str:
         """Equal for the same work: kind, inputs, options and version."""
-        return _hash([self.version, self._asked])
+        return _hash([self.version, self._work])
 
     @property
     def fingerprint(self) -> str:
         """Equal for the same request, whatever version it comes to: what is asked, and for whom."""
-        return _hash([self._asked, self.name, self.asset, self.webhook, self.retry_of])
+        return _hash([self._work, self.name, self.asset, self.webhook, self.retry_of])
 
     @property
-    def _asked(self) -> list[object]:
+    def _work(self) -> list[object]:
         inputs = sorted((one.name, one.blob.digest) for one in self.inputs)
         return [self.kind, inputs, dict(self.options)]
 
@@ -160,36 +171,37 @@ def _hash(value: object) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-@dataclass(frozen=True)
-class Job:
-    """A job as it is stored.
+@dataclass(frozen=True, kw_only=True)
+class JobFacts(JobTerms):
+    """What there is to know of a job wherever it is looked at, here or over the wire.
 
-    ``number``   rises with every job, whatever the clock does: the order of lists.
+    ``asset``, ``asset_id``  whose run it is, if any.
     ``attempt``  how often it was begun; ``attempts`` how often it may be.
     ``reused``   the job whose stored result it was given, if any.
     """
 
     id: str
-    number: int
-    tenant: str
-    kind: JobKind
     state: JobState
-    name: str
-    options: Mapping[str, Any]
-    version: str
-    created: float
     attempt: int
-    attempts: int
-    asset: str | None = None
     asset_id: str | None = None
-    webhook: str | None = None
-    started: float | None = None
-    ended: float | None = None
-    cancel_asked: bool = False
     failure: Failure | None = None
     summary: Summary | None = None
     reused: str | None = None
-    retry_of: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job(JobFacts):
+    """A job as it is stored.
+
+    ``number``   rises with every job, whatever the clock does: the order of lists.
+    """
+
+    number: int
+    tenant: str
+    created: float
+    started: float | None = None
+    ended: float | None = None
+    cancel_asked: bool = False
 
 
 @dataclass(frozen=True)

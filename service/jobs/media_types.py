@@ -27,7 +27,7 @@ _MEDIA_TYPES: Mapping[str, tuple[str, ...]] = {
 
 
 def media_type_of(name: str) -> str:
-    """Of a file by its suffix; bytes that nobody should interpret where it is not known."""
+    """The media type by a file's suffix; plain bytes where the suffix is not known."""
     return _MEDIA_TYPES.get(PurePosixPath(name).suffix.lower(), ("application/octet-stream",))[0]
 
 

@@ -41,7 +41,7 @@ class JobProgress:
 
 logger = logging.getLogger(__name__)
 
-Heard = Callable[[str], None]
+OnChange = Callable[[str], None]
 """Called with a job's id, in any thread, when its progress or its state has changed."""
 
 
@@ -54,7 +54,7 @@ class ProgressBoard:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._latest: dict[str, JobProgress] = {}
-        self._listeners: dict[str, set[Heard]] = {}
+        self._listeners: dict[str, set[OnChange]] = {}
 
     def latest(self, job_id: str) -> JobProgress | None:
         with self._lock:
@@ -63,17 +63,17 @@ class ProgressBoard:
     def tell(self, job_id: str, progress: JobProgress) -> None:
         """A running job has come further."""
         with self._lock:
-            self._latest[job_id] = _pictured(progress, self._latest.get(job_id))
-        self.changed(job_id)
+            self._latest[job_id] = _with_picture(progress, self._latest.get(job_id))
+        self.announce(job_id)
 
     def end(self, job_id: str) -> None:
         """An attempt is over, or the job is: its progress counts no more."""
         with self._lock:
             self._latest.pop(job_id, None)
-        self.changed(job_id)
+        self.announce(job_id)
 
-    def changed(self, job_id: str) -> None:
-        """The state of a job is another."""
+    def announce(self, job_id: str) -> None:
+        """Let listeners know that the state of a job is another."""
         with self._lock:
             listeners = list(self._listeners.get(job_id, ()))
         for hear in listeners:
@@ -82,7 +82,7 @@ class ProgressBoard:
             except Exception:  # a listener that has gone must not cost the job
                 logger.exception("somebody failed to hear of job %s", job_id)
 
-    def listen(self, job_id: str, hear: Heard) -> Callable[[], None]:
+    def listen(self, job_id: str, hear: OnChange) -> Callable[[], None]:
         """Hear of a job from now on, until the returned function is called."""
         with self._lock:
             self._listeners.setdefault(job_id, set()).add(hear)
@@ -97,8 +97,8 @@ class ProgressBoard:
         return stop
 
 
-def _pictured(progress: JobProgress, before: JobProgress | None) -> JobProgress:
-    """With its own picture, or else the one that was told before."""
+def _with_picture(progress: JobProgress, before: JobProgress | None) -> JobProgress:
+    """Progress with its own picture, or else with the one that was told before."""
     if progress.picture is not None and len(progress.picture.png) <= LARGEST_PICTURE:
         return progress
     return replace(progress, picture=before.picture if before else None)

@@ -1,4 +1,4 @@
-"""What engines, routes and webhooks need of storage.
+"""What engines, routes and webhooks need of storage: jobs, blobs, and words to others.
 
 Every method is one transaction, safe to call from any thread, and raises
 :class:`~service.errors.DiskFullError` or :class:`~service.errors.DatabaseDamagedError` when the
@@ -24,6 +24,9 @@ from service.jobs.job import (
     Submission,
     Summary,
 )
+
+LONGEST_URL = 2000
+"""Characters of a webhook's address."""
 
 
 @dataclass(frozen=True)
@@ -74,13 +77,13 @@ class JobStore(Protocol):
         """Queued jobs, the next first, each with its place from 1 among those of all tenants."""
 
     def files(self, job_id: str) -> tuple[JobFile, ...]:
-        """Of its inputs and results, by name."""
+        """The files of a job, what was sent and what was made, by name."""
 
     def expire(self, ended_before: float) -> int:
         """Forget jobs that ended before then, except the latest run of each asset; how many."""
 
     def unnamed(self, digests: Collection[str]) -> set[str]:
-        """Those of some thousand digests that no file of any job has."""
+        """Those of up to some thousand digests that no file of any job has."""
 
     def cancel(self, tenant: str | None, job_id: str) -> Job:
         """End a queued job; ask for the end of a running one.
@@ -97,7 +100,7 @@ class JobStore(Protocol):
         """Begin an attempt of the oldest queued job."""
 
     def renew(self, claims: Collection[Claim], lease_seconds: float) -> Mapping[str, bool]:
-        """Of those that are still held, by job id: whether their end was asked for."""
+        """Whether their end was asked for, by job id, of those claims that are still held."""
 
     def succeed(self, claim: Claim, files: Sequence[JobFile], summary: Summary) -> bool:
         """Whether the claim still held; if not, nothing has changed."""
@@ -158,7 +161,7 @@ class BlobStore(Protocol):
         """A file to be read by another process of this machine.  Raises KeyError."""
 
     def digests(self) -> Iterator[str]:
-        """All that are stored, in no order."""
+        """The digests of all that is stored, in no order."""
 
     def sweep(self, unnamed: Callable[[Collection[str]], Collection[str]]) -> int:
         """Remove what is neither named nor kept; how many.
@@ -171,3 +174,33 @@ class BlobStore(Protocol):
 
     def free_bytes(self) -> int:
         """What the disk has left."""
+
+
+@dataclass(frozen=True)
+class Delivery:
+    """One webhook of one job.
+
+    ``id``       goes along, so that a receiver can tell a second try from a second event.
+    ``attempt``  how often it was tried; ``due`` when it is next, Unix seconds.
+    """
+
+    id: str
+    tenant: str
+    job_id: str
+    url: str
+    attempt: int
+    due: float
+
+
+class DeliveryStore(Protocol):
+    """Deliveries that wait.  They are made in the transaction that ends their job."""
+
+    def due(self, limit: int) -> Sequence[Delivery]:
+        """The deliveries whose time has come, oldest first."""
+
+    def confirm(self, delivery: Delivery) -> None: ...
+
+    def postpone(self, delivery: Delivery, seconds: float, reason: str) -> None:
+        """Count the attempt and try again later."""
+
+    def give_up(self, delivery: Delivery, reason: str) -> None: ...

@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from service.answers.failures import ProblemResponse
+from service.answers.problems import ProblemResponse
 from service.errors import ForbiddenError, MisdirectedError, ServiceError
 from service.settings import Settings
 

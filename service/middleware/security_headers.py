@@ -50,12 +50,12 @@ class SecurityHeaders:
         https = self._always_https or scope["scheme"] == "https"
         keyed = scope["path"].startswith(_KEYED)
 
-        async def guarded(message: Message) -> None:
+        async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
                 _complete(MutableHeaders(scope=message), keyed=keyed, https=https)
             await send(message)
 
-        await self._app(scope, receive, guarded)
+        await self._app(scope, receive, send_with_headers)
 
 
 def _complete(headers: MutableHeaders, *, keyed: bool, https: bool) -> None:

@@ -21,15 +21,15 @@ _SWEPT = ("mesh", "overrides")
 def cancel(services: Services, caller: Caller, job_id: str) -> Job:
     """End a job: at once while it waits, soon while it runs.  Conflicts when it has ended."""
     job = services.jobs.cancel(caller.tenant, job_id)
-    services.work.wake()
-    services.board.changed(job_id)
+    services.runner.wake()
+    services.board.announce(job_id)
     if job.state.ended:
-        services.ended(job)
+        services.on_end(job)
     return job
 
 
 def retry(services: Services, caller: Caller, job_id: str, key: str | None = None) -> Job:
-    """The same once more, for a job that failed or was cancelled; conflicts for any other."""
+    """Do a job once more that failed or was cancelled; conflicts for any other."""
     job = services.jobs.job(caller.tenant, job_id)
     if job.state not in (JobState.FAILED, JobState.CANCELLED):
         raise ConflictError(
@@ -46,7 +46,7 @@ def rerun(
     changes: Mapping[str, Any],
     key: str | None = None,
 ) -> Job:
-    """The same inputs with other options; those that are not named stay as they were.
+    """Do other work with the same inputs; options that are not named stay as they were.
 
     Raises :class:`~service.errors.InvalidOptionsError` that names each wrong one.
     """
@@ -108,7 +108,4 @@ def _once_more(
             may_reuse=not sweeps,  # whoever measures again wants the times of today
             retry_of=retry_of,
         )  # fmt: skip
-        again, new = services.jobs.submit(submission, services.settings.queue_limit)
-    if new:
-        services.taken(again)
-    return again
+        return services.submit(submission)

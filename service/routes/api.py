@@ -1,28 +1,30 @@
-"""All routes as one application."""
+"""All routes as one application, and its OpenAPI document."""
 
 from __future__ import annotations
 
+import json
+import re
+from typing import Any
+
 from fastapi import FastAPI
 from fastapi.routing import APIRoute
+from pydantic.json_schema import models_json_schema
 from starlette.types import Lifespan
 
-from service.answers.failures import handle_failures
+from service.answers.problems import MEDIA_TYPE, Problem, handle_failures
 from service.routes import (
     assets,
-    docs,
-    evaluations,
-    events,
+    explanations,
     health,
     jobs,
-    metrics,
-    occluders,
-    pictures,
-    problems,
+    progress,
     results,
-    scenes,
-    tradeoff,
+    submit,
 )
-from service.routes.description import describe
+from service.routes.docs import refusal
+from service.schemas.asset import AssetBody
+from service.schemas.job import JobBody
+from service.schemas.result import Result
 from simplifier import __version__
 
 _TAGS = [
@@ -40,10 +42,11 @@ _DESCRIPTION = (
     "to do. A key is needed as soon as others than the service's own machine can reach it."
 )
 
-_ROUTES = (
-    occluders, evaluations, scenes, tradeoff, jobs, events, pictures, results, assets, health,
-    metrics, problems,
-)  # fmt: skip
+_ROUTES = (submit, jobs, progress, results, assets, health, explanations)
+
+_WRITTEN_BY_ROUTES = (JobBody, Result, AssetBody, Problem)
+_OF_FASTAPI = "HTTPValidationError"
+Document = dict[str, Any]
 
 
 def make_api(lifespan: Lifespan[FastAPI] | None = None) -> FastAPI:
@@ -62,11 +65,72 @@ def make_api(lifespan: Lifespan[FastAPI] | None = None) -> FastAPI:
     handle_failures(app, [route for room in _ROUTES for route in room.router.routes])
     for room in _ROUTES:
         app.include_router(room.router)
-    app.include_router(docs.router)
-    docs.add_swagger(app)
+    explanations.add_swagger(app)
     describe(app)
     return app
 
 
 def _name(route: APIRoute) -> str:
     return route.name
+
+
+def describe(app: FastAPI) -> None:
+    """Let ``app.openapi()`` give the completed document."""
+    plain = app.openapi
+    completed: list[Document] = []
+
+    def openapi() -> Document:
+        if not completed:
+            completed.append(_complete(json.loads(_in_public(json.dumps(plain())))))
+        return completed[0]
+
+    app.openapi = openapi  # type: ignore[method-assign]
+
+
+def _complete(document: Document) -> Document:
+    components = document["components"]
+    components["schemas"] = _schemas(components["schemas"])
+    components["responses"] = {}
+    for path in document["paths"].values():
+        for operation in path.values():
+            _let_open(operation)
+            _name_problems(operation["responses"], components["responses"])
+    components["responses"] = dict(sorted(components["responses"].items()))
+    return document
+
+
+def _in_public(document: str) -> str:
+    """A document, as JSON, with models by the names that they have outside.
+
+    What is a JobBody here, since a Job is a value of ours, is a Job to everybody else.
+    """
+    return re.sub(r'(?<=["/])([A-Z]\w*)Body(?=")', r"\1", document)
+
+
+def _schemas(known: Document) -> Document:
+    """The schemas with those of bodies that routes write, and without FastAPI's own refusal."""
+    models = [(model, "serialization") for model in _WRITTEN_BY_ROUTES]
+    _, more = models_json_schema(models, ref_template="#/components/schemas/{model}")  # type: ignore[arg-type]
+    schemas = {**json.loads(_in_public(json.dumps(more["$defs"]))), **known}
+    return {
+        name: schema
+        for name, schema in sorted(schemas.items())
+        if name not in (_OF_FASTAPI, "ValidationError")
+    }
+
+
+def _let_open(operation: Document) -> None:
+    """A key is needed only where others can reach the service: none is one of the ways."""
+    if "security" in operation:
+        operation["security"] = [{"bearer": []}, {"key": []}, {}]
+
+
+def _name_problems(responses: Document, problems: Document) -> None:
+    """Say each problem once, and refer to it; drop what FastAPI adds and no route answers."""
+    for status in list(responses):
+        content = responses[status].get("content", {})
+        if MEDIA_TYPE in content:
+            problems[f"Problem{status}"] = refusal(int(status))
+            responses[status] = {"$ref": f"#/components/responses/Problem{status}"}
+        elif _OF_FASTAPI in json.dumps(content):
+            del responses[status]

@@ -8,25 +8,23 @@ from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from service.access.key import Caller, Scope
-from service.answers.pages import LARGEST_NUMBER, next_page
 from service.errors import NotFoundError
-from service.jobs.asset import Asset as StoredAsset
-from service.jobs.job import Job as StoredJob
-from service.jobs.job import JobKind
-from service.routes.callers import KEYED, Reader, Writer
-from service.routes.services import Services, TheServices
+from service.jobs.asset import Asset
+from service.jobs.job import Job, JobKind
+from service.routes.docs import EVERYWHERE, header, json_of, refusals
+from service.routes.jobs import LARGEST_NUMBER, next_page
+from service.routes.services import KEYED, Reader, Services, TheServices, Writer
 from service.schemas.asset import (
-    Asset,
-    AssetPage,
+    AssetBody,
+    AssetPageBody,
     Comparison,
     Name,
     NewAsset,
     Run,
-    RunPage,
-    Thresholds,
+    RunPageBody,
+    ThresholdsBody,
 )
-from service.schemas.openapi import EVERYWHERE, header, json_of, refusals
-from service.uploads.small_body import SmallBodyRoute
+from service.uploads.body import SmallBodyRoute
 
 router = APIRouter(prefix="/v1", tags=["assets"], dependencies=KEYED, route_class=SmallBodyRoute)
 
@@ -58,7 +56,7 @@ class WantedRuns(BaseModel):
 @router.get("/assets", responses=refusals(*EVERYWHERE), summary="List assets")
 def list_assets(
     wanted: Annotated[WantedAssets, Query()], services: TheServices, caller: Reader
-) -> AssetPage:
+) -> AssetPageBody:
     """Assets of yours by name, each with its latest run."""
     page = services.assets.assets(
         caller.tenant,
@@ -67,8 +65,8 @@ def list_assets(
         after=wanted.cursor,
         limit=wanted.limit,
     )
-    return AssetPage(
-        items=[_shown(caller, one) for one in page.assets],
+    return AssetPageBody(
+        items=[_asset_body(caller, one) for one in page.assets],
         next=next_page("/v1/assets", wanted, page.cursor),
     )
 
@@ -86,19 +84,21 @@ def list_assets(
     },
     summary="Make an asset, or set its thresholds",
 )
-def put_asset(new: NewAsset, response: Response, services: TheServices, caller: Writer) -> Asset:
+def put_asset(
+    new: NewAsset, response: Response, services: TheServices, caller: Writer
+) -> AssetBody:
     """By name. Submitting with a new `asset` makes it too, without thresholds."""
-    asset, made = services.assets.put(caller.tenant, new.name, new.demanded)
+    asset, made = services.assets.put(caller.tenant, new.name, new.demands)
     if made:
         response.status_code = 201
         response.headers["Location"] = f"/v1/assets/{asset.id}"
-    return _shown(caller, asset)
+    return _asset_body(caller, asset)
 
 
 @router.get("/assets/{asset_id}", responses=refusals(*EVERYWHERE, 404), summary="Look at an asset")
-def get_asset(asset_id: str, services: TheServices, caller: Reader) -> Asset:
+def get_asset(asset_id: str, services: TheServices, caller: Reader) -> AssetBody:
     """The asset, its latest run, and whether that one is good enough."""
-    return _shown(caller, services.assets.asset(caller.tenant, asset_id))
+    return _asset_body(caller, services.assets.asset(caller.tenant, asset_id))
 
 
 @router.delete(
@@ -119,11 +119,11 @@ def delete_asset(asset_id: str, services: TheServices, caller: Writer) -> None:
     summary="Set an asset's thresholds",
 )
 def put_thresholds(
-    asset_id: str, thresholds: Thresholds, services: TheServices, caller: Writer
-) -> Asset:
+    asset_id: str, thresholds: ThresholdsBody, services: TheServices, caller: Writer
+) -> AssetBody:
     """What is demanded from now on; what is left out or null is not."""
-    asset = services.assets.set_thresholds(caller.tenant, asset_id, thresholds.demanded)
-    return _shown(caller, asset)
+    asset = services.assets.set_thresholds(caller.tenant, asset_id, thresholds.demands)
+    return _asset_body(caller, asset)
 
 
 @router.get(
@@ -131,11 +131,11 @@ def put_thresholds(
 )
 def list_runs(
     asset_id: str, wanted: Annotated[WantedRuns, Query()], services: TheServices, caller: Reader
-) -> RunPage:
+) -> RunPageBody:
     """The history of precision and recall, newest first."""
     asset = services.assets.asset(caller.tenant, asset_id)
     page = services.assets.runs(caller.tenant, asset_id, before=wanted.cursor, limit=wanted.limit)
-    return RunPage(
+    return RunPageBody(
         items=[Run.of(job, asset.thresholds) for job in page.runs],
         next=next_page(f"/v1/assets/{asset_id}/runs", wanted, page.cursor),
     )
@@ -178,11 +178,11 @@ def compare_runs(
     )
 
 
-def _shown(caller: Caller, asset: StoredAsset) -> Asset:
-    return Asset.of(asset, whole_webhook=caller.may(Scope.WRITE))
+def _asset_body(caller: Caller, asset: Asset) -> AssetBody:
+    return AssetBody.of(asset, whole_webhook=caller.may(Scope.WRITE))
 
 
-def _run(services: Services, asset: StoredAsset, job_id: str) -> StoredJob:
+def _run(services: Services, asset: Asset, job_id: str) -> Job:
     job = services.jobs.job(asset.tenant, job_id)
     if job.asset_id != asset.id or job.summary is None or job.kind is JobKind.TRADEOFF:
         raise NotFoundError(
@@ -191,7 +191,7 @@ def _run(services: Services, asset: StoredAsset, job_id: str) -> StoredJob:
     return job
 
 
-def _before(services: Services, asset: StoredAsset, run: StoredJob | None) -> StoredJob | None:
+def _before(services: Services, asset: Asset, run: Job | None) -> Job | None:
     if run is None:
         return None
     page = services.assets.runs(asset.tenant, asset.id, before=run.number, limit=1)

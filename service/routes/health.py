@@ -1,15 +1,35 @@
-"""Whether the service is up, and whether it can take jobs."""
+"""How the service is: whether it is up, whether it can take jobs, and numbers for Prometheus."""
 
 from __future__ import annotations
 
+from typing import Literal
+
 from fastapi import APIRouter
+from fastapi.responses import Response
+from prometheus_client import CONTENT_TYPE_LATEST
+from pydantic import BaseModel, Field
 
 from service.errors import NotReadyError
-from service.routes.services import TheServices
-from service.schemas.health import Health, Readiness
-from service.schemas.openapi import refusals
+from service.routes.docs import EVERYWHERE, refusals
+from service.routes.services import KEYED, Reader, TheServices
 
 router = APIRouter(tags=["service"])
+
+
+class Health(BaseModel):
+    """The service answers."""
+
+    status: Literal["ok"] = "ok"
+    version: str = Field(description="Of the library.")
+
+
+class Readiness(BaseModel):
+    """The service can take jobs."""
+
+    status: Literal["ready"] = "ready"
+    checks: list[str] = Field(
+        description="What was looked at.", examples=[["database", "disk", "engine"]]
+    )
 
 
 @router.get("/healthz", responses=refusals(403, 421), summary="Whether the service is up")
@@ -28,3 +48,23 @@ def readyz(services: TheServices) -> Readiness:
             "; ".join(said), remedy="it may pass; if it stays, see the service's log"
         )
     return Readiness(checks=list(faults))
+
+
+@router.get(
+    "/metrics",
+    response_class=Response,
+    dependencies=KEYED,
+    responses={
+        200: {
+            "description": "In Prometheus' text format.",
+            "content": {"text/plain": {"schema": {"type": "string"}}},
+        },
+        **refusals(*EVERYWHERE),
+    },
+    summary="Numbers for Prometheus",
+)
+def metrics(services: TheServices, caller: Reader) -> Response:
+    """Queue, jobs and failures of all; precision and recall of your own assets."""
+    # Without keys there is one owner, who sees all that there is.
+    tenant = caller.tenant if services.settings.keys_needed else None
+    return Response(services.metrics.text(tenant), media_type=CONTENT_TYPE_LATEST)

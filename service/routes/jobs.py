@@ -1,29 +1,27 @@
-"""Jobs: list, one, cancel, retry."""
+"""Jobs: listed page by page, looked at, cancelled, and done again, as they were or otherwise."""
 
 from __future__ import annotations
 
 from typing import Annotated, Any
+from urllib.parse import urlencode
 
 from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from service.access.key import Caller, Scope
-from service.answers.pages import LARGEST_NUMBER, next_page
-from service.headers.idempotency_key import IDEMPOTENCY_KEY, idempotency_key
-from service.jobs.job import Job as StoredJob
-from service.jobs.job import JobKind, JobState
+from service.headers import idempotency_key
+from service.jobs.job import Job, JobKind, JobState
 from service.jobs.stores import JobFilter
 from service.routes import actions
-from service.routes.callers import KEYED, Reader, Writer
-from service.routes.services import Services, TheServices
-from service.schemas.job import Job, JobPage
-from service.schemas.moment import Moment
-from service.schemas.openapi import EVERYWHERE, header, refusals
+from service.routes.docs import EVERYWHERE, IDEMPOTENCY_KEY, NEW_JOB, refusals
+from service.routes.services import KEYED, Reader, Services, TheServices, Writer
+from service.schemas.job import JobBody, JobPageBody, Moment
 
 router = APIRouter(prefix="/v1", tags=["jobs"], dependencies=KEYED)
 
-NEW_JOB = {"headers": {"Location": header("The new job.", required=True)}}
-"""How a job that a job has given is sent, as OpenAPI has it."""
+
+LARGEST_NUMBER = 2**63 - 1
+"""That the database can hold."""
 
 
 class WantedJobs(BaseModel):
@@ -45,7 +43,7 @@ class WantedJobs(BaseModel):
 @router.get("/jobs", responses=refusals(*EVERYWHERE), summary="List jobs")
 def list_jobs(
     wanted: Annotated[WantedJobs, Query()], services: TheServices, caller: Reader
-) -> JobPage:
+) -> JobPageBody:
     """Jobs of yours, newest first."""
     begun, ended = wanted.created_from, wanted.created_before
     page = services.jobs.jobs(
@@ -60,24 +58,24 @@ def list_jobs(
         before=wanted.cursor,
         limit=wanted.limit,
     )
-    return JobPage(
-        items=[shown(services, caller, job) for job in page.jobs],
+    return JobPageBody(
+        items=[job_body(services, caller, job) for job in page.jobs],
         next=next_page("/v1/jobs", wanted, page.cursor),
     )
 
 
 @router.get("/jobs/{job_id}", responses=refusals(*EVERYWHERE, 404), summary="Look at a job")
-def get_job(job_id: str, services: TheServices, caller: Reader) -> Job:
+def get_job(job_id: str, services: TheServices, caller: Reader) -> JobBody:
     """The job, and how far it is while it runs."""
-    return shown(services, caller, services.jobs.job(caller.tenant, job_id))
+    return job_body(services, caller, services.jobs.job(caller.tenant, job_id))
 
 
 @router.post(
     "/jobs/{job_id}/cancel", responses=refusals(*EVERYWHERE, 404, 409), summary="Cancel a job"
 )
-def cancel_job(job_id: str, services: TheServices, caller: Writer) -> Job:
+def cancel_job(job_id: str, services: TheServices, caller: Writer) -> JobBody:
     """End it: at once while it waits, within a second while it runs. 409 when it has ended."""
-    return shown(services, caller, actions.cancel(services, caller, job_id))
+    return job_body(services, caller, actions.cancel(services, caller, job_id))
 
 
 @router.post(
@@ -93,11 +91,11 @@ def cancel_job(job_id: str, services: TheServices, caller: Writer) -> Job:
 )
 def retry_job(
     job_id: str, request: Request, response: Response, services: TheServices, caller: Writer
-) -> Job:
+) -> JobBody:
     """A new job with the same mesh and options, for one that failed or was cancelled."""
     job = actions.retry(services, caller, job_id, idempotency_key(request.headers))
     response.headers["Location"] = f"/v1/jobs/{job.id}"
-    return shown(services, caller, job)
+    return job_body(services, caller, job)
 
 
 class OtherOptions(BaseModel):
@@ -126,15 +124,23 @@ def rerun_job(
     response: Response,
     services: TheServices,
     caller: Writer,
-) -> Job:
+) -> JobBody:
     """A new job with what was sent for this one, and other options."""
     key = idempotency_key(request.headers)
     job = actions.rerun(services, caller, job_id, other.options, key)
     response.headers["Location"] = f"/v1/jobs/{job.id}"
-    return shown(services, caller, job)
+    return job_body(services, caller, job)
 
 
-def shown(services: Services, caller: Caller, job: StoredJob) -> Job:
-    """As it goes over the wire, its progress included."""
+def job_body(services: Services, caller: Caller, job: Job) -> JobBody:
+    """A job as it goes over the wire to whoever asks, its progress included."""
     progress = services.board.latest(job.id)
-    return Job.of(job, progress, whole_webhook=caller.may(Scope.WRITE))
+    return JobBody.of(job, progress, whole_webhook=caller.may(Scope.WRITE))
+
+
+def next_page(path: str, wanted: BaseModel, cursor: int | str | None) -> str | None:
+    """The address of the same list from a cursor on; None where it ends."""
+    if cursor is None:
+        return None
+    asked = wanted.model_dump(mode="json", exclude_unset=True)
+    return f"{path}?{urlencode({**asked, 'cursor': cursor}, doseq=True)}"

@@ -10,18 +10,15 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
 from service.access.key import Caller
-from service.answers.docs import CONDITIONS, FILE, HEAD, PARTS, RESULT
-from service.answers.files import send_file
-from service.answers.formats import FORMATS, JSON, chosen_format
-from service.answers.outcomes import problem_of_state
+from service.answers.files import FORMATS, JSON, chosen_format, send_file
+from service.answers.problems import problem_of_state
 from service.errors import NotAcceptableError, NotFoundError
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobFile, JobState
 from service.jobs.stores import BlobStore
-from service.routes.callers import KEYED, Reader
-from service.routes.jobs import shown
-from service.routes.services import Services, TheServices
-from service.schemas.openapi import EVERYWHERE, refusals
+from service.routes.docs import CONDITIONS, EVERYWHERE, FILE, HEAD, PARTS, RESULT, refusals
+from service.routes.jobs import job_body
+from service.routes.services import KEYED, Reader, Services, TheServices
 from service.schemas.result import FilePage, Result, ResultFile
 
 router = APIRouter(prefix="/v1", tags=["results"], dependencies=KEYED)
@@ -65,7 +62,7 @@ def get_file(
     """Its bytes, whole or, by `Range` and `If-Range`, in part. It never changes; its ETag is the
     SHA-256 of it."""
     job = services.jobs.job(caller.tenant, job_id)
-    file = _named(services.jobs.files(job.id), name)
+    file = _find_file(services.jobs.files(job.id), name)
     if file is None:
         raise NotFoundError(
             f"the job has no file '{name}'",
@@ -94,11 +91,11 @@ def result_answer(
     files = services.jobs.files(job.id)
     if media_type == JSON:
         report = read_report(services.blobs, files)
-        result = Result.of(shown(services, caller, job), report, files)
+        result = Result.of(job_body(services, caller, job), report, files)
         answer = Response(result.model_dump_json(), media_type=JSON)
     else:
         name = FORMATS[job.kind][media_type]
-        file = _named(files, name)
+        file = _find_file(files, name)
         if file is None:
             raise NotAcceptableError(
                 f"this result has no '{name}'",
@@ -110,13 +107,13 @@ def result_answer(
     return answer
 
 
-def _named(files: Sequence[JobFile], name: str) -> JobFile | None:
+def _find_file(files: Sequence[JobFile], name: str) -> JobFile | None:
     return next((file for file in files if file.name == name), None)
 
 
 def read_report(blobs: BlobStore, files: Sequence[JobFile]) -> dict[str, Any] | None:
     """The report among the files of a job; None where its kind has none.  Call it in a thread."""
-    file = _named(files, "report.json")
+    file = _find_file(files, "report.json")
     if file is None:
         return None
     try:

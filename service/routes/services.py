@@ -1,4 +1,4 @@
-"""What routes work with, and how they come by it."""
+"""What routes work with, who asks, and whether they may."""
 
 from __future__ import annotations
 
@@ -7,41 +7,50 @@ from dataclasses import dataclass, field
 from typing import Annotated, Protocol
 
 from anyio import CapacityLimiter
+from anyio.to_thread import run_sync
 from fastapi import Depends, Request
+from fastapi.security import APIKeyHeader, HTTPBearer
 
-from service.access.authentication import Authenticator
+from service.access.authentication import Authenticator, demand
+from service.access.key import Caller, Scope
 from service.jobs.asset import AssetStore
-from service.jobs.job import Job, JobKind
+from service.jobs.job import Job, JobKind, Submission
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
 from service.metrics import Metrics
 from service.schemas.options import OptionTable
 from service.settings import Settings
 
+_SUBMITTING = 8
+"""Threads that submit at once: the database takes one after the other anyway."""
+Check = Callable[[], str | None]
+"""What is wrong with a part of the service, in words; None where nothing is."""
+_BEARER = HTTPBearer(
+    auto_error=False, scheme_name="bearer", description="A key that begins with `occ_`."
+)
+_HEADER = APIKeyHeader(
+    name="X-API-Key", auto_error=False, scheme_name="key", description="The same key."
+)
+KEYED = [Depends(_BEARER), Depends(_HEADER)]
+"""Says in OpenAPI that a key is needed; the callers below see to it."""
 
-class Work(Protocol):
+
+class JobRunner(Protocol):
     """What does the jobs."""
 
     def wake(self) -> None:
         """A job waits, or is to end: look now rather than later."""
 
 
-_SUBMITTING = 8
-"""Threads that submit at once: the database takes one after the other anyway."""
-
-Check = Callable[[], str | None]
-"""What is wrong with a part of the service, in words; None where nothing is."""
-
-
 @dataclass(frozen=True)
 class Services:
-    """All that the routes share.
+    """All parts of the service that the routes share.
 
     ``check_webhook``  raises :class:`~service.errors.ServiceError` for an address that no webhook
                        may go to.
     ``checks``         by name, what has to be well for the service to be ready.
     ``submitting``     limits the threads that submit, so that others need not wait for one.
-    ``ended``          called once for each job that a route, and no work, has brought to its end.
+    ``on_end``         called once for each job that a route, and no runner, has brought to its end.
     """
 
     settings: Settings
@@ -51,20 +60,26 @@ class Services:
     assets: AssetStore
     blobs: BlobStore
     board: ProgressBoard
-    work: Work
+    runner: JobRunner
     metrics: Metrics
     authenticator: Authenticator
     check_webhook: Callable[[str], Awaitable[None]]
     checks: Mapping[str, Check]
-    ended: Callable[[Job], None]
+    on_end: Callable[[Job], None]
     submitting: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(_SUBMITTING))
 
-    def taken(self, job: Job) -> None:
-        """See to a job that was taken in: to be done, or done already by a stored result."""
-        if job.state.ended:
-            self.ended(job)
-        else:
-            self.work.wake()
+    def submit(self, submission: Submission) -> Job:
+        """Take a job in, whatever its kind, and see to it: it is to be done, or done already.
+
+        Waits for the database.  Raises :class:`~service.errors.ServiceError` as
+        :meth:`JobStore.submit <service.jobs.stores.JobStore.submit>` does.
+        """
+        job, new = self.jobs.submit(submission, self.settings.queue_limit)
+        if new and job.state.ended:
+            self.on_end(job)
+        elif new:
+            self.runner.wake()
+        return job
 
 
 def _services(request: Request) -> Services:
@@ -73,3 +88,22 @@ def _services(request: Request) -> Services:
 
 
 TheServices = Annotated[Services, Depends(_services)]
+
+
+def _caller_with(scope: Scope) -> Callable[..., Awaitable[Caller]]:
+    async def caller(request: Request, services: TheServices) -> Caller:
+        authenticator, headers = services.authenticator, request.headers
+        # A thread only where the database has to be asked: status calls are many.
+        one = authenticator.caller_at_once(headers)
+        if one is None:
+            address = request.client.host if request.client else ""
+            one = await run_sync(authenticator.caller, headers, address)
+        request.state.caller = one  # for the log
+        demand(one, scope)
+        return one
+
+    return caller
+
+
+Reader = Annotated[Caller, Depends(_caller_with(Scope.READ))]
+Writer = Annotated[Caller, Depends(_caller_with(Scope.WRITE))]

@@ -1,34 +1,43 @@
-"""From an upload to its job, and to the job's result where it comes in time."""
+"""From an upload to its job, and to the job's result where it comes in time.
+
+Options, the asset and the webhook come along with the upload: by query, or as parts of its form.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from anyio.to_thread import run_sync
 from fastapi import Request
 from fastapi.responses import Response
 
 from service.access.key import Caller
+from service.answers.files import chosen_format
 from service.answers.following import ended_within
-from service.answers.formats import chosen_format
-from service.answers.outcomes import problem_of_job
-from service.errors import QueueFullError
-from service.headers.idempotency_key import idempotency_key
-from service.headers.prefer import wait_seconds
+from service.answers.problems import problem_of_job
+from service.errors import FieldError, InvalidOptionsError, QueueFullError
+from service.headers import idempotency_key, wait_seconds
+from service.jobs.asset import LONGEST_NAME
 from service.jobs.job import Job, JobKind, JobState, Submission
-from service.routes.jobs import shown
+from service.jobs.stores import LONGEST_URL
+from service.routes.jobs import job_body
 from service.routes.results import result_answer
 from service.routes.services import Services
-from service.uploads.forms import read_form
+from service.schemas.options import OptionTable
 from service.uploads.receiving import Uploads, Wanted, receive
 
 _SHORT = 1 << 20  # bytes
 
+_LABELS = ("asset", "webhook")
+_FOR_UPLOADS = "filename"  # which says the format of a raw body
 
-async def take_in(
+
+async def submit_upload(
     request: Request, services: Services, caller: Caller, kind: JobKind, parts: Sequence[Wanted]
 ) -> Response:
-    """Take an upload of some parts in as a job; a raw body is the first and only part.
+    """Make a job of an upload of some parts; a raw body is the first and only part.
 
     200 with the result where it is there within the time that ``Prefer`` says, else 202 with the
     job.  All that can be refused before the body has come is.  Raises
@@ -43,12 +52,7 @@ async def take_in(
     with services.blobs.keeping() as keeping:
         uploads = await receive(request, keeping, parts, services.settings)
         submission = await _submission(request, services, caller, kind, parts, uploads, key)
-        job, new = await run_sync(
-            services.jobs.submit, submission, services.settings.queue_limit,
-            limiter=services.submitting,
-        )  # fmt: skip
-    if new:
-        await run_sync(services.taken, job)
+        job = await run_sync(services.submit, submission, limiter=services.submitting)
     return await _answer(request, services, caller, job, media_type)
 
 
@@ -104,7 +108,7 @@ async def _answer(
         return response
     if job.state.ended:
         raise problem_of_job(job)
-    body = shown(services, caller, job).model_dump_json()
+    body = job_body(services, caller, job).model_dump_json()
     return Response(body, 202, {**place, **applied}, "application/json")
 
 
@@ -117,3 +121,44 @@ def _is_short(request: Request) -> bool:
 def _in_parts(request: Request) -> bool:
     kind = request.headers.get("content-type", "").partition(";")[0]
     return kind.strip().lower() == "multipart/form-data"
+
+
+@dataclass(frozen=True)
+class Form:
+    """What is wanted of an upload, checked.  ``options`` are all of them, by keyword."""
+
+    options: Mapping[str, Any]
+    asset: str | None
+    webhook: str | None
+
+
+def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) -> Form:
+    """A form, from the query and from parts of text; either may say a thing, not both.
+
+    Raises :class:`~service.errors.InvalidOptionsError` that names each wrong field.
+    """
+    asked = [pair for pair in request.query_params.multi_items() if pair[0] != _FOR_UPLOADS]
+    options = table.from_query(pair for pair in asked if pair[0] not in _LABELS)
+    more = table.from_json(parts["options"]) if parts.get("options") else {}
+    labels = [pair for pair in (*asked, *parts.items()) if pair[0] in _LABELS]
+    both = [name for name in options if name in more]
+    both += [name for name in _LABELS if sum(one == name for one, _ in labels) > 1]
+    faults = [FieldError(name, "it is given twice", "give it once") for name in both]
+    said = dict(labels)
+    for name, most in zip(_LABELS, (LONGEST_NAME, LONGEST_URL), strict=True):
+        if name in said and not 1 <= len(said[name]) <= most:
+            remedy = f"give 1 to {most} characters, or leave it out"
+            faults.append(FieldError(name, f"it has {len(said[name])} characters", remedy))
+    resolved = _collect_faults(faults, lambda: table.read({**options, **more}))
+    if faults:
+        raise InvalidOptionsError(faults)
+    return Form(resolved, said.get("asset"), said.get("webhook"))
+
+
+def _collect_faults(faults: list[FieldError], read: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    """What was read; its faults go to the others, so that all are told at once."""
+    try:
+        return read()
+    except InvalidOptionsError as error:
+        faults.extend(error.errors)
+        return {}

@@ -1,1 +1,1 @@
-"""What goes over the wire: bodies of requests and answers, and what OpenAPI says of them."""
+"""What goes over the wire: bodies of requests and answers, and options as requests give them."""

@@ -8,18 +8,15 @@ from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
-from service.jobs import asset as stored
-from service.jobs.asset import LONGEST_NAME
-from service.jobs.job import Job as StoredJob
-from service.jobs.job import JobFile, inputs_by_part
-from service.schemas.job import Job, Summary
-from service.schemas.moment import moment
+from service.jobs.asset import LONGEST_NAME, Asset, Thresholds
+from service.jobs.job import Job, JobFile, inputs_by_part
+from service.schemas.job import JobBody, SummaryBody, moment
 
 Name = Annotated[str, StringConstraints(min_length=1, max_length=LONGEST_NAME)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
-class Thresholds(BaseModel):
+class ThresholdsBody(BaseModel):
     """What is demanded of each run; null demands nothing."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
@@ -28,15 +25,15 @@ class Thresholds(BaseModel):
     min_recall: Share | None = None
 
     @property
-    def demanded(self) -> stored.Thresholds:
-        return stored.Thresholds(self.min_precision, self.min_recall)
+    def demands(self) -> Thresholds:
+        return Thresholds(self.min_precision, self.min_recall)
 
     @classmethod
-    def of(cls, thresholds: stored.Thresholds) -> Self:
+    def of(cls, thresholds: Thresholds) -> Self:
         return cls(min_precision=thresholds.min_precision, min_recall=thresholds.min_recall)
 
 
-class NewAsset(Thresholds):
+class NewAsset(ThresholdsBody):
     """An asset to be made, or what is to be demanded of it from now on."""
 
     name: Name = Field(description="Any text; slashes are welcome.", examples=["props/castle"])
@@ -52,23 +49,23 @@ class AssetLinks(BaseModel):
     jobs: str
 
 
-class Asset(BaseModel):
+class AssetBody(BaseModel):
     """A name and its runs: jobs that succeeded."""
 
     id: str
     name: str = Field(examples=["props/castle"])
     created: datetime
     runs: int = Field(ge=0, description="How many.")
-    thresholds: Thresholds
+    thresholds: ThresholdsBody
     holds: bool | None = Field(
         description="Whether the latest run is good enough; null without a run or a threshold."
     )
-    latest: Job | None = Field(description="The latest run.")
+    latest: JobBody | None = Field(description="The latest run.")
     links: AssetLinks
 
     @classmethod
-    def of(cls, asset: stored.Asset, *, whole_webhook: bool) -> Self:
-        """``whole_webhook`` as :meth:`Job.of` has it."""
+    def of(cls, asset: Asset, *, whole_webhook: bool) -> Self:
+        """``whole_webhook`` as :meth:`JobBody.of` has it."""
         latest = asset.latest
         place = f"/v1/assets/{asset.id}"
         return cls(
@@ -76,9 +73,9 @@ class Asset(BaseModel):
             name=asset.name,
             created=moment(asset.created),
             runs=asset.runs,
-            thresholds=Thresholds.of(asset.thresholds),
+            thresholds=ThresholdsBody.of(asset.thresholds),
             holds=_holds(asset.thresholds, latest),
-            latest=Job.of(latest, whole_webhook=whole_webhook) if latest else None,
+            latest=JobBody.of(latest, whole_webhook=whole_webhook) if latest else None,
             links=AssetLinks(
                 self=place,
                 runs=f"{place}/runs",
@@ -89,10 +86,10 @@ class Asset(BaseModel):
         )
 
 
-class AssetPage(BaseModel):
+class AssetPageBody(BaseModel):
     """Assets by name."""
 
-    items: list[Asset]
+    items: list[AssetBody]
     next: str | None = Field(description="Where the next page is; null on the last.")
 
 
@@ -103,22 +100,22 @@ class Run(BaseModel):
     created: datetime
     version: str
     options: dict[str, Any]
-    summary: Summary | None
+    summary: SummaryBody | None
     holds: bool | None = Field(description="By the thresholds of today; null without any.")
 
     @classmethod
-    def of(cls, job: StoredJob, thresholds: stored.Thresholds) -> Self:
+    def of(cls, job: Job, thresholds: Thresholds) -> Self:
         return cls(
             job_id=job.id,
             created=moment(job.created),
             version=job.version,
             options=dict(job.options),
-            summary=Summary.of(job.summary) if job.summary else None,
+            summary=SummaryBody.of(job.summary) if job.summary else None,
             holds=_holds(thresholds, job),
         )
 
 
-class RunPage(BaseModel):
+class RunPageBody(BaseModel):
     """Runs of an asset, newest first."""
 
     items: list[Run]
@@ -189,5 +186,5 @@ def _differing(a: Mapping[str, Any], b: Mapping[str, Any]) -> dict[str, tuple[An
     }
 
 
-def _holds(thresholds: stored.Thresholds, job: StoredJob | None) -> bool | None:
+def _holds(thresholds: Thresholds, job: Job | None) -> bool | None:
     return thresholds.held_by(job.summary) if job and job.summary else None

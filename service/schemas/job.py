@@ -1,17 +1,20 @@
-"""Jobs on the wire."""
+"""Jobs on the wire; times are ISO 8601, UTC."""
 
 from __future__ import annotations
 
-from datetime import datetime
-from typing import Any, Self
+import math
+import re
+from datetime import UTC, datetime, timedelta
+from fractions import Fraction
+from typing import Annotated, Any, Self
 from urllib.parse import urlsplit
 
-from pydantic import BaseModel, Field
+from pydantic import AwareDatetime, BaseModel, BeforeValidator, Field
 
-from service.jobs import job as stored
-from service.jobs.job import JobKind, JobState
+from service.jobs.job import Job, JobKind, JobState, Summary
 from service.jobs.progress import JobProgress
-from service.schemas.moment import moment, moment_or_none
+
+_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 class AssetName(BaseModel):
@@ -21,7 +24,7 @@ class AssetName(BaseModel):
     name: str = Field(examples=["props/castle"])
 
 
-class Progress(BaseModel):
+class ProgressBody(BaseModel):
     """How far a running job is."""
 
     stage: str = Field(description="What is being done.", examples=["refine"])
@@ -57,7 +60,7 @@ def picture_link(job_id: str, progress: JobProgress) -> str | None:
     return f"/v1/jobs/{job_id}/picture?n={progress.picture.number}"
 
 
-class Failure(BaseModel):
+class FailureBody(BaseModel):
     """Why a job failed."""
 
     kind: str = Field(description="A word that stays the same.", examples=["unreadable-mesh"])
@@ -65,7 +68,7 @@ class Failure(BaseModel):
     remedy: str = Field(description="What to do; may be empty.")
 
 
-class Summary(BaseModel):
+class SummaryBody(BaseModel):
     """The numbers of a result; null where the kind of job has none."""
 
     triangles: int = Field(description="Of the finest occluder; of all, for a scene.")
@@ -81,7 +84,7 @@ class Summary(BaseModel):
     warnings: list[str] = Field(description="What the owner should know, a sentence each.")
 
     @classmethod
-    def of(cls, summary: stored.Summary) -> Self:
+    def of(cls, summary: Summary) -> Self:
         return cls.model_validate(summary, from_attributes=True)
 
 
@@ -110,7 +113,7 @@ class JobLinks(BaseModel):
         )
 
 
-class Job(BaseModel):
+class JobBody(BaseModel):
     """A piece of work: what was asked, how far it is, what came of it."""
 
     id: str
@@ -125,9 +128,9 @@ class Job(BaseModel):
     attempts: int = Field(description="How often it may be.")
     options: dict[str, Any] = Field(description="All of them, defaults included.")
     version: str = Field(description="Of the library that does it.")
-    progress: Progress | None = Field(description="While it runs.")
-    failure: Failure | None = Field(description="When it has failed.")
-    summary: Summary | None = Field(description="When it has succeeded.")
+    progress: ProgressBody | None = Field(description="While it runs.")
+    failure: FailureBody | None = Field(description="When it has failed.")
+    summary: SummaryBody | None = Field(description="When it has succeeded.")
     reused: str | None = Field(description="The job whose stored result it was given.")
     retry_of: str | None = Field(description="The job that it does again.")
     webhook: str | None = Field(
@@ -137,34 +140,29 @@ class Job(BaseModel):
     links: JobLinks
 
     @classmethod
-    def of(
-        cls, job: stored.Job, progress: JobProgress | None = None, *, whole_webhook: bool
-    ) -> Self:
+    def of(cls, job: Job, progress: JobProgress | None = None, *, whole_webhook: bool) -> Self:
         """``progress`` is left out unless the job runs, the path of the webhook unless told."""
         running = job.state is JobState.RUNNING and progress is not None
         named = job.asset_id is not None and job.asset is not None
         failure, summary = job.failure, job.summary
-        return cls(
-            id=job.id,
-            kind=job.kind,
-            state=job.state,
-            name=job.name,
-            asset=AssetName(id=job.asset_id or "", name=job.asset or "") if named else None,
-            created=moment(job.created),
-            started=moment_or_none(job.started),
-            ended=moment_or_none(job.ended),
-            attempt=job.attempt,
-            attempts=job.attempts,
-            options=dict(job.options),
-            version=job.version,
-            progress=Progress.of(job.id, progress) if running and progress else None,
-            failure=Failure.model_validate(failure, from_attributes=True) if failure else None,
-            summary=Summary.of(summary) if summary else None,
-            reused=job.reused,
-            retry_of=job.retry_of,
-            webhook=job.webhook if whole_webhook else _origin(job.webhook),
-            links=JobLinks.of(job.id),
-        )
+        put_otherwise: dict[str, Any] = {
+            "asset": AssetName(id=job.asset_id or "", name=job.asset or "") if named else None,
+            "created": moment(job.created),
+            "started": moment_or_none(job.started),
+            "ended": moment_or_none(job.ended),
+            "options": dict(job.options),
+            "progress": ProgressBody.of(job.id, progress) if running and progress else None,
+            "failure": FailureBody.model_validate(failure, from_attributes=True)
+            if failure
+            else None,
+            "summary": SummaryBody.of(summary) if summary else None,
+            "webhook": job.webhook if whole_webhook else _origin(job.webhook),
+            "links": JobLinks.of(job.id),
+        }
+        by_name = {
+            name: getattr(job, name) for name in cls.model_fields if name not in put_otherwise
+        }
+        return cls(**by_name, **put_otherwise)
 
 
 def _origin(url: str | None) -> str | None:
@@ -175,8 +173,30 @@ def _origin(url: str | None) -> str | None:
     return f"{parts.scheme}://{parts.netloc}"
 
 
-class JobPage(BaseModel):
+class JobPageBody(BaseModel):
     """Jobs, newest first."""
 
-    items: list[Job]
+    items: list[JobBody]
     next: str | None = Field(description="Where the next page is; null on the last.")
+
+
+def moment(seconds: float) -> datetime:
+    """The time of Unix seconds, cut to microseconds.
+
+    Never later than it was, so that a list from the time that a job shows has that job.
+    """
+    return _EPOCH + timedelta(microseconds=math.floor(Fraction(seconds) * 1_000_000))
+
+
+def moment_or_none(seconds: float | None) -> datetime | None:
+    return None if seconds is None else moment(seconds)
+
+
+def _written_out(text: object) -> object:
+    if not isinstance(text, str) or not re.match(r"\d{4}-\d\d-\d\dT", text):
+        raise ValueError("should be a time such as 2026-01-31T12:00:00Z")
+    return text
+
+
+Moment = Annotated[AwareDatetime, BeforeValidator(_written_out)]
+"""A time that a request gives, with its offset from UTC; no count of seconds."""

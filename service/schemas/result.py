@@ -10,7 +10,7 @@ from urllib.parse import quote
 from pydantic import BaseModel, Field
 
 from service.jobs.job import JobFile
-from service.schemas.job import Job
+from service.schemas.job import JobBody
 
 _LEVEL_FILE = re.compile(r"lod(\d+)\.(\w+)")
 
@@ -60,7 +60,7 @@ class Level(BaseModel):
 class Result(BaseModel):
     """What a job has made."""
 
-    job: Job
+    job: JobBody
     report: dict[str, Any] | None = Field(
         description="The whole report, as `docs/report.schema.json` says; null for a scene."
     )
@@ -68,13 +68,13 @@ class Result(BaseModel):
     files: list[ResultFile] = Field(description="All results, and what was sent.")
 
     @classmethod
-    def of(cls, job: Job, report: dict[str, Any] | None, files: Sequence[JobFile]) -> Self:
+    def of(cls, job: JobBody, report: dict[str, Any] | None, files: Sequence[JobFile]) -> Self:
         listed = [ResultFile.of(job.id, file) for file in files]
         return cls(job=job, report=report, levels=_levels(report or {}, listed), files=listed)
 
 
 def _levels(report: Mapping[str, Any], files: Iterable[ResultFile]) -> list[Level]:
-    """Of each level that has files, what the report says of it."""
+    """What the report says of each level that has files."""
     links: dict[int, dict[str, str]] = {}
     for file in files:
         match = _LEVEL_FILE.fullmatch(file.name)

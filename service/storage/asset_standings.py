@@ -14,7 +14,7 @@ from sqlalchemy.orm import aliased
 
 from service.jobs.asset import RunNumbers, Standing, Thresholds
 from service.jobs.job import JobState
-from service.storage.asset_rows import is_run
+from service.storage.rows import is_run
 from service.storage.tables import AssetRow, JobRow
 
 

@@ -11,7 +11,6 @@ from sqlalchemy.orm import Session
 from service.errors import BadRequestError, ConflictError, NotFoundError
 from service.jobs.asset import Asset, AssetPage, RunNumbers, RunPage, Standing, Thresholds
 from service.jobs.job import JobState
-from service.storage.asset_rows import add_asset, asset_named, asset_of, is_run, with_runs
 from service.storage.asset_standings import (
     all_runs_at,
     all_standings,
@@ -20,7 +19,7 @@ from service.storage.asset_standings import (
     standing_of,
 )
 from service.storage.database import Database
-from service.storage.rows import job_of
+from service.storage.rows import add_asset, asset_of, find_asset, is_run, job_of, with_runs
 from service.storage.tables import AssetRow, JobRow
 
 
@@ -55,7 +54,7 @@ class SqlAssetStore:
 
     def asset(self, tenant: str | None, asset_id: str) -> Asset:
         with self._database.reading() as session:
-            return _seen(session, _found(session, tenant, asset_id))
+            return _read_asset(session, _find(session, tenant, asset_id))
 
     def runs(
         self, tenant: str | None, asset_id: str, *, before: int | None = None, limit: int = 100
@@ -64,7 +63,7 @@ class SqlAssetStore:
             query = (
                 select(JobRow)
                 .where(
-                    JobRow.asset_number == _found(session, tenant, asset_id).number,
+                    JobRow.asset_number == _find(session, tenant, asset_id).number,
                     is_run(JobRow),
                 )
                 .order_by(JobRow.number.desc())
@@ -78,22 +77,22 @@ class SqlAssetStore:
 
     def put(self, tenant: str, name: str, thresholds: Thresholds) -> tuple[Asset, bool]:
         with self._database.writing() as session:
-            row = asset_named(session, tenant, name)
+            row = find_asset(session, tenant, name)
             made = row is None
             if row is None:
                 row = add_asset(session, tenant, name, self._clock())
             _demand(row, thresholds)
-            return _seen(session, row), made
+            return _read_asset(session, row), made
 
     def set_thresholds(self, tenant: str | None, asset_id: str, thresholds: Thresholds) -> Asset:
         with self._database.writing() as session:
-            row = _found(session, tenant, asset_id)
+            row = _find(session, tenant, asset_id)
             _demand(row, thresholds)
-            return _seen(session, row)
+            return _read_asset(session, row)
 
     def remove(self, tenant: str | None, asset_id: str) -> None:
         with self._database.writing() as session:
-            row = _found(session, tenant, asset_id)
+            row = _find(session, tenant, asset_id)
             busy = session.scalars(
                 select(JobRow.id)
                 .where(
@@ -124,7 +123,7 @@ class SqlAssetStore:
             return tuple(session.execute(change_stamp(tenant)).one())
 
 
-def _found(session: Session, tenant: str | None, asset_id: str) -> AssetRow:
+def _find(session: Session, tenant: str | None, asset_id: str) -> AssetRow:
     row = session.scalars(select(AssetRow).where(AssetRow.id == asset_id)).first()
     if row is None or tenant not in (None, row.tenant):
         raise NotFoundError(
@@ -133,7 +132,7 @@ def _found(session: Session, tenant: str | None, asset_id: str) -> AssetRow:
     return row
 
 
-def _seen(session: Session, row: AssetRow) -> Asset:
+def _read_asset(session: Session, row: AssetRow) -> Asset:
     """An asset with what its runs say of it."""
     query = with_runs(None).where(AssetRow.number == row.number)
     return asset_of(*session.execute(query).one())

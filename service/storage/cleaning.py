@@ -38,7 +38,7 @@ class Cleaner:
     seconds: float
 
     def clean(self, now: float) -> Cleaned:
-        """One round; ``now`` in Unix seconds.  Raises what the stores raise."""
+        """Do one round; ``now`` in Unix seconds.  Raises what the stores raise."""
         forgotten = self.jobs.expire(now - self.keep_days * _DAY) if self.keep_days else 0
         return Cleaned(forgotten, self.blobs.sweep(self.jobs.unnamed))
 

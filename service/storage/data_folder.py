@@ -47,7 +47,7 @@ class DataFolder:
 
         Raises :class:`SettingsError` where one cannot be made or written to.
         """
-        with self._told():
+        with self._raising_settings_error():
             self.path.parent.mkdir(parents=True, exist_ok=True)
             for folder in (self.path, self.blobs, self.scratch):
                 folder.mkdir(mode=0o700, exist_ok=True)
@@ -63,21 +63,21 @@ class DataFolder:
         return Database.open(self.database, may_be_new=not has_blobs)
 
     @contextmanager
-    def owned(self) -> Iterator[None]:
+    def own(self) -> Iterator[None]:
         """Make the folder and keep other servers out of it; scratch is empty then.
 
         The lock ends with the process, however that ends, and is not handed to its children.
         Raises :class:`SettingsError` where another server runs or the folder cannot be used.
         """
         self.make()
-        with self._told():
+        with self._raising_settings_error():
             lock = self.lock.open("a+")
         with lock:
-            with self._told():
+            with self._raising_settings_error():
                 try:
                     fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 except BlockingIOError:
-                    raise self._taken() from None
+                    raise self._in_use_error() from None
                 lock.truncate(0)
                 lock.write(f"{os.getpid()}\n")
                 lock.flush()
@@ -87,7 +87,7 @@ class DataFolder:
             finally:
                 lock.truncate(0)
 
-    def _taken(self) -> SettingsError:
+    def _in_use_error(self) -> SettingsError:
         pid = self.lock.read_text().strip()
         return SettingsError(
             f"the data folder '{self.path}' is used by another server"
@@ -96,7 +96,7 @@ class DataFolder:
         )
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _raising_settings_error(self) -> Iterator[None]:
         try:
             yield
         except OSError as error:

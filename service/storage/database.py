@@ -17,6 +17,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from alembic import command
+from alembic.config import Config
+from alembic.util import CommandError
 from sqlalchemy import URL, Connection, Engine, create_engine, event, text
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
@@ -30,7 +33,6 @@ from service.errors import (
     ServiceError,
     SettingsError,
 )
-from service.storage.migrate import migrate
 
 _LOCK_SECONDS = 30
 """How long a transaction waits for its turn; each takes milliseconds."""
@@ -50,6 +52,8 @@ _REFUSED = (
     sqlite3.SQLITE_AUTH,
 )
 _PASSING = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_IOERR, *_REFUSED)
+
+_SCRIPTS = Path(__file__).with_name("migrations")
 
 
 class Database:
@@ -82,7 +86,7 @@ class Database:
             file.touch(mode=0o600)
         database = cls(file)
         try:
-            with database._told(at_start=True):
+            with database._raising_service_errors(at_start=True):
                 _prepare(file, may_be_new)
         except BaseException:
             database.close()
@@ -92,13 +96,13 @@ class Database:
     @contextmanager
     def reading(self) -> Iterator[Session]:
         """A transaction that sees one state of things, whatever others write meanwhile."""
-        with self._told(), self._read.begin() as session:
+        with self._raising_service_errors(), self._read.begin() as session:
             yield session
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
         """A transaction that no other writes beside; an error undoes all of it."""
-        with self._told(), self._write.begin() as session:
+        with self._raising_service_errors(), self._write.begin() as session:
             yield session
 
     def is_sound(self) -> bool:
@@ -113,7 +117,7 @@ class Database:
         self._writer.dispose()
 
     @contextmanager
-    def _told(self, *, at_start: bool = False) -> Iterator[None]:
+    def _raising_service_errors(self, *, at_start: bool = False) -> Iterator[None]:
         """Turn what SQLite refuses into errors of the service; faults of ours pass through."""
         try:
             yield
@@ -123,14 +127,16 @@ class Database:
             ) from None
         except UnicodeDecodeError as error:  # of a name in the schema, within SQLite's own words
             self._damaged = True
-            raise damaged(self._file, "a name is not UTF-8") from error
+            raise damage_error(self._file, "a name is not UTF-8") from error
         except DBAPIError as error:
             code = _code(error)
             kind = code & 0xFF  # the rest says more closely what went wrong
             self._damaged |= kind in _DAMAGE
             if kind in _DAMAGE:
                 # Not the text that is none: it may be of another tenant.
-                raise damaged(self._file, str(error.orig).partition(" with text")[0]) from error
+                raise damage_error(
+                    self._file, str(error.orig).partition(" with text")[0]
+                ) from error
             if kind in _FULL or code in _FULL:
                 raise DiskFullError(
                     "there is no room for the database",
@@ -157,7 +163,7 @@ def _code(error: DBAPIError) -> int:
     return getattr(error.orig, "sqlite_errorcode", own)
 
 
-def damaged(file: Path, what: str) -> DatabaseDamagedError:
+def damage_error(file: Path, what: str) -> DatabaseDamagedError:
     return DatabaseDamagedError(
         f"the database '{file}' is damaged ({what})",
         remedy="stop the service, keep a copy of the file, and put back a backup or what "
@@ -165,7 +171,7 @@ def damaged(file: Path, what: str) -> DatabaseDamagedError:
     )
 
 
-def _lost(file: Path) -> DatabaseDamagedError:
+def _loss_error(file: Path) -> DatabaseDamagedError:
     return DatabaseDamagedError(
         f"the database '{file}' is gone, and blobs that it named are there",
         remedy="put back a backup of it; or, if nothing of them is wanted, remove the whole folder",
@@ -212,12 +218,34 @@ def _prepare(file: Path, may_be_new: bool) -> None:
             )
         found = connection.exec_driver_sql("PRAGMA quick_check(1)").scalar_one()
         if found != "ok":
-            raise damaged(file, found.splitlines()[-1])
+            raise damage_error(file, found.splitlines()[-1])
         if (
             not may_be_new
             and connection.exec_driver_sql("SELECT 1 FROM sqlite_master").first() is None
         ):
-            raise _lost(file)
+            raise _loss_error(file)
         migrate(connection)
         if connection.exec_driver_sql("PRAGMA foreign_key_check").first() is not None:
-            raise damaged(file, "a row names another that is not there")
+            raise damage_error(file, "a row names another that is not there")
+
+
+def migrate(connection: Connection) -> None:
+    """Within the connection's transaction: all of it, or nothing.
+
+    Raises :class:`~service.errors.SettingsError` when a newer version has been here.
+    """
+    try:
+        command.upgrade(alembic_config(connection), "head")
+    except CommandError as error:
+        raise SettingsError(
+            f"the database is not of this version ({error}); "
+            "start the version that it was last used with, or a newer one"
+        ) from error
+
+
+def alembic_config(connection: Connection) -> Config:
+    """The configuration of Alembic's commands on an open connection."""
+    config = Config()
+    config.set_main_option("script_location", str(_SCRIPTS).replace("%", "%%"))
+    config.attributes["connection"] = connection
+    return config

@@ -1,4 +1,4 @@
-"""Webhooks that wait; see :class:`service.jobs.delivery.DeliveryStore` for what is promised."""
+"""Webhooks that wait; see :class:`service.jobs.stores.DeliveryStore` for what is promised."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from sqlalchemy import or_, select
 
-from service.jobs.delivery import Delivery
+from service.jobs.stores import Delivery
 from service.storage.database import Database
 from service.storage.tables import DeliveryRow, DeliveryState
 
@@ -37,16 +37,16 @@ class SqlDeliveryStore:
         with self._database.reading() as session:
             return [_delivery_of(row) for row in session.scalars(query)]
 
-    def delivered(self, delivery: Delivery) -> None:
-        self._tried(delivery, DeliveryState.DELIVERED, None)
+    def confirm(self, delivery: Delivery) -> None:
+        self._count_attempt(delivery, DeliveryState.DELIVERED, None)
 
     def postpone(self, delivery: Delivery, seconds: float, reason: str) -> None:
-        self._tried(delivery, DeliveryState.WAITING, reason, seconds)
+        self._count_attempt(delivery, DeliveryState.WAITING, reason, seconds)
 
     def give_up(self, delivery: Delivery, reason: str) -> None:
-        self._tried(delivery, DeliveryState.GIVEN_UP, reason)
+        self._count_attempt(delivery, DeliveryState.GIVEN_UP, reason)
 
-    def _tried(
+    def _count_attempt(
         self, delivery: Delivery, state: DeliveryState, reason: str | None, seconds: float = 0.0
     ) -> None:
         """Count an attempt; nothing where the job has been forgotten meanwhile."""

@@ -20,18 +20,27 @@ from service.jobs.job import (
     Summary,
 )
 from service.jobs.stores import JobFilter, JobPage
-from service.storage.asset_rows import is_run
 from service.storage.database import Database
-from service.storage.ending import end_attempt, end_cancelled, end_succeeded, release
-from service.storage.leases import Beat, LeaseWatch
-from service.storage.listing import listed, queued
-from service.storage.rows import add_files, files_of, job_of, summary_of
-from service.storage.submitting import (
+from service.storage.job_life import (
     add_job,
     check_room,
     earlier_job,
-    key_known,
+    end_attempt,
+    end_cancelled,
+    end_succeeded,
+    has_key,
+    release,
     same_work,
+)
+from service.storage.leases import Beat, LeaseWatch
+from service.storage.rows import (
+    add_files,
+    files_of,
+    is_run,
+    job_of,
+    list_query,
+    queue_query,
+    summary_of,
 )
 from service.storage.tables import JobFileRow, JobRow
 
@@ -76,7 +85,7 @@ class SqlJobStore:
 
     def check_room(self, tenant: str, idempotency_key: str | None, queue_limit: int) -> None:
         with self._database.reading() as session:
-            if idempotency_key is None or not key_known(session, tenant, idempotency_key):
+            if idempotency_key is None or not has_key(session, tenant, idempotency_key):
                 check_room(session, queue_limit)
 
     def _reuse(self, session: Session, row: JobRow, done: JobRow) -> None:
@@ -88,19 +97,21 @@ class SqlJobStore:
 
     def job(self, tenant: str | None, job_id: str) -> Job:
         with self._database.reading() as session:
-            return job_of(_found(session, tenant, job_id))
+            return job_of(_find(session, tenant, job_id))
 
     def jobs(
         self, tenant: str | None, wanted: JobFilter, *, before: int | None, limit: int
     ) -> JobPage:
         with self._database.reading() as session:
-            found = [job_of(row) for row in session.scalars(listed(tenant, wanted, before, limit))]
+            found = [
+                job_of(row) for row in session.scalars(list_query(tenant, wanted, before, limit))
+            ]
         page = tuple(found[:limit])
         return JobPage(page, page[-1].number if len(found) > limit else None)
 
     def queue(self, tenant: str | None, limit: int) -> tuple[tuple[int, Job], ...]:
         with self._database.reading() as session:
-            found = [job_of(row) for row in session.scalars(queued(tenant, limit))]
+            found = [job_of(row) for row in session.scalars(queue_query(tenant, limit))]
             line = session.scalars(
                 select(JobRow.number).where(JobRow.state == JobState.QUEUED).order_by(JobRow.number)
             ).all()
@@ -112,7 +123,7 @@ class SqlJobStore:
             return () if number is None else files_of(session, number)
 
     def expire(self, ended_before: float) -> int:
-        """In several transactions; each forgets some, and together all."""
+        """Forget old jobs, some in each of several transactions."""
         expired = 0
         while True:
             with self._database.writing() as session:
@@ -129,7 +140,7 @@ class SqlJobStore:
 
     def cancel(self, tenant: str | None, job_id: str) -> Job:
         with self._database.writing() as session:
-            row = _found(session, tenant, job_id)
+            row = _find(session, tenant, job_id)
             if row.state.ended:
                 raise ConflictError(
                     f"the job '{job_id}' has {row.state} already",
@@ -185,7 +196,7 @@ class SqlJobStore:
 
     def succeed(self, claim: Claim, files: Sequence[JobFile], summary: Summary) -> bool:
         with self._database.writing() as session:
-            row = _held(session, claim)
+            row = _claimed_row(session, claim)
             if row is None:
                 return False
             add_files(session, row.number, files)
@@ -194,7 +205,7 @@ class SqlJobStore:
 
     def fail(self, claim: Claim, failure: Failure, *, final: bool) -> JobState | None:
         with self._database.writing() as session:
-            row = _held(session, claim)
+            row = _claimed_row(session, claim)
             if row is None:
                 return None
             end_attempt(session, row, failure, self._clock(), final=final)
@@ -202,7 +213,7 @@ class SqlJobStore:
 
     def end_cancelled(self, claim: Claim) -> bool:
         with self._database.writing() as session:
-            row = _held(session, claim)
+            row = _claimed_row(session, claim)
             if row is None:
                 return False
             end_cancelled(session, row, self._clock())
@@ -210,7 +221,7 @@ class SqlJobStore:
 
     def release(self, claim: Claim) -> bool:
         with self._database.writing() as session:
-            row = _held(session, claim)
+            row = _claimed_row(session, claim)
             if row is None:
                 return False
             release(session, row, self._clock())
@@ -233,7 +244,7 @@ class SqlJobStore:
             return [job_of(row) for row in silent]
 
 
-def _found(session: Session, tenant: str | None, job_id: str) -> JobRow:
+def _find(session: Session, tenant: str | None, job_id: str) -> JobRow:
     row = session.scalars(select(JobRow).where(JobRow.id == job_id)).first()
     if row is None or tenant not in (None, row.tenant):
         raise NotFoundError(
@@ -242,7 +253,7 @@ def _found(session: Session, tenant: str | None, job_id: str) -> JobRow:
     return row
 
 
-def _held(session: Session, claim: Claim) -> JobRow | None:
+def _claimed_row(session: Session, claim: Claim) -> JobRow | None:
     """The job of a claim, unless it was ended or taken back since."""
     row = session.get(JobRow, claim.job.number)
     return row if row is not None and _holds(claim, row) else None

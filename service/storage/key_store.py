@@ -11,7 +11,7 @@ from sqlalchemy import or_, select, update
 from service.access.key import ApiKey, Scope, hash_of, hint_of, new_secret
 from service.errors import ConflictError, DiskFullError, NotFoundError
 from service.storage.database import Database
-from service.storage.rows import new_id
+from service.storage.rows import by_name, new_id
 from service.storage.tables import ApiKeyRow
 
 _NOTED_EVERY = 60.0
@@ -42,7 +42,7 @@ class SqlKeyStore:
             return _key_of(row), secret
 
     def keys(self, tenant: str | None = None) -> Sequence[ApiKey]:
-        """Those that were revoked too, in the order in which they were made."""
+        """All keys, also those that were revoked, in the order in which they were made."""
         query = select(ApiKeyRow).order_by(ApiKeyRow.number)
         if tenant is not None:
             query = query.where(ApiKeyRow.tenant == tenant)
@@ -105,13 +105,4 @@ class SqlKeyStore:
 
 
 def _key_of(row: ApiKeyRow) -> ApiKey:
-    return ApiKey(
-        id=row.id,
-        tenant=row.tenant,
-        name=row.name,
-        scope=row.scope,
-        hint=row.hint,
-        created=row.created,
-        last_used=row.last_used,
-        revoked=row.revoked,
-    )
+    return ApiKey(**by_name(row, ApiKey))

@@ -1,17 +1,19 @@
-"""From rows to values and back."""
+"""Rows of jobs, files and assets: found, listed, made, and turned into values."""
 
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterable
-from dataclasses import asdict
+from collections.abc import Collection, Iterable
+from dataclasses import asdict, fields
 from typing import Any
 
-from sqlalchemy import select
-from sqlalchemy.orm import Session
+from sqlalchemy import ColumnElement, ScalarSelect, Select, and_, func, select
+from sqlalchemy.orm import Session, aliased
 
-from service.jobs.job import Blob, Failure, Job, JobFile, Summary
-from service.storage.tables import JobFileRow, JobRow
+from service.jobs.asset import Asset, Thresholds
+from service.jobs.job import Blob, Failure, Job, JobFile, JobKind, JobState, Submission, Summary
+from service.jobs.stores import JobFilter
+from service.storage.tables import AssetRow, Base, JobFileRow, JobRow
 
 
 def new_id() -> str:
@@ -19,30 +21,29 @@ def new_id() -> str:
     return secrets.token_hex(16)
 
 
+def by_name(row: Base, kind: type[Any], *, but: Collection[str] = ()) -> dict[str, Any]:
+    """What a row has in columns that are named as the fields of a dataclass, but for some fields.
+
+    So a new field needs a column of its name and no code here.
+    """
+    return {one.name: getattr(row, one.name) for one in fields(kind) if one.name not in but}
+
+
 def job_of(row: JobRow) -> Job:
-    return Job(
-        id=row.id,
-        number=row.number,
-        tenant=row.tenant,
-        kind=row.kind,
-        state=row.state,
-        name=row.name,
-        options=row.options,
-        version=row.version,
-        created=row.created,
-        attempt=row.attempt,
-        attempts=row.attempts,
-        asset=row.asset.name if row.asset else None,
-        asset_id=row.asset.id if row.asset else None,
-        webhook=row.webhook,
-        started=row.started,
-        ended=row.ended,
-        cancel_asked=row.cancel_asked,
-        failure=None if row.failure is None else Failure(**row.failure),
-        summary=None if row.summary is None else summary_of(row.summary),
-        reused=row.reused,
-        retry_of=row.retry_of,
-    )
+    kept_otherwise: dict[str, Any] = {
+        "asset": row.asset.name if row.asset else None,
+        "asset_id": row.asset.id if row.asset else None,
+        "failure": None if row.failure is None else Failure(**row.failure),
+        "summary": None if row.summary is None else summary_of(row.summary),
+    }
+    return Job(**by_name(row, Job, but=kept_otherwise), **kept_otherwise)
+
+
+def submitted_columns(submission: Submission) -> dict[str, Any]:
+    """The columns of a job that are as they were asked for."""
+    asked = {one.name for one in fields(submission)} & set(JobRow.__table__.columns.keys())
+    columns = {name: getattr(submission, name) for name in asked}
+    return {**columns, "options": dict(submission.options)}
 
 
 def failure_columns(failure: Failure) -> dict[str, Any]:
@@ -59,12 +60,12 @@ def summary_of(stored: dict[str, Any]) -> Summary:
 
 
 def files_of(session: Session, job_number: int) -> tuple[JobFile, ...]:
-    """By name."""
+    """The files of a job, by name."""
     rows = session.scalars(
         select(JobFileRow).where(JobFileRow.job_number == job_number).order_by(JobFileRow.name)
     )
     return tuple(
-        JobFile(row.name, Blob(row.digest, row.size), row.media_type, row.is_input, row.label)
+        JobFile(blob=Blob(row.digest, row.size), **by_name(row, JobFile, but=("blob",)))
         for row in rows
     )
 
@@ -72,13 +73,88 @@ def files_of(session: Session, job_number: int) -> tuple[JobFile, ...]:
 def add_files(session: Session, job_number: int, files: Iterable[JobFile]) -> None:
     session.add_all(
         JobFileRow(
-            job_number=job_number,
-            name=file.name,
-            digest=file.blob.digest,
-            size=file.blob.size,
-            media_type=file.media_type,
-            is_input=file.is_input,
-            label=file.label,
+            job_number=job_number, digest=file.blob.digest, size=file.blob.size,
+            **{name: value for name, value in vars(file).items() if name != "blob"},
         )
         for file in files
+    )  # fmt: skip
+
+
+def find_asset(session: Session, tenant: str, name: str) -> AssetRow | None:
+    query = select(AssetRow).where(AssetRow.tenant == tenant, AssetRow.name == name)
+    return session.scalars(query).first()
+
+
+def add_asset(session: Session, tenant: str, name: str, now: float) -> AssetRow:
+    row = AssetRow(id=new_id(), tenant=tenant, name=name, folded=name.casefold(), created=now)
+    session.add(row)
+    session.flush()
+    return row
+
+
+def is_run(job: type[JobRow]) -> ColumnElement[bool]:
+    """Whether a job is a run of its asset, as :class:`~service.jobs.asset.AssetStore` says."""
+    return and_(job.state == JobState.SUCCEEDED, job.kind != JobKind.TRADEOFF)
+
+
+def with_runs(tenant: str | None) -> Select[AssetRow, JobRow | None, int]:
+    """Assets, the latest of the runs of each, and how many they are."""
+    run = aliased(JobRow)
+    runs_of_it = (run.asset_number == AssetRow.number, is_run(run))
+    newest = select(func.max(run.number)).where(*runs_of_it).scalar_subquery()
+    count = select(func.count()).select_from(run).where(*runs_of_it).scalar_subquery()
+    query = select(AssetRow, JobRow, count).outerjoin(JobRow, JobRow.number == newest)
+    return query if tenant is None else query.where(AssetRow.tenant == tenant)
+
+
+def asset_of(row: AssetRow, latest: JobRow | None, runs: int) -> Asset:
+    return Asset(
+        id=row.id,
+        tenant=row.tenant,
+        name=row.name,
+        created=row.created,
+        thresholds=Thresholds(row.min_precision, row.min_recall),
+        runs=runs,
+        latest=None if latest is None else job_of(latest),
     )
+
+
+def list_query(
+    tenant: str | None, wanted: JobFilter, before: int | None, limit: int
+) -> Select[JobRow]:
+    """The jobs of a page, newest first, and one more, which tells whether there is another page."""
+    query = select(JobRow).order_by(JobRow.number.desc()).limit(limit + 1)
+    if before is not None:
+        query = query.where(JobRow.number < before)
+    if len(wanted.states) == 1:
+        query = query.where(JobRow.state == min(wanted.states))
+    elif wanted.states:
+        # "In" would gather and sort all of them by the states' index; this goes from the newest on.
+        query = query.where(JobRow.state.not_in(sorted(set(JobState) - wanted.states)))
+    if wanted.kinds:
+        query = query.where(JobRow.kind.in_(sorted(wanted.kinds)))
+    if wanted.asset_id is not None:
+        query = query.where(JobRow.asset_number == _asset_number(tenant, wanted.asset_id))
+    elif tenant is not None:
+        query = query.where(JobRow.tenant == tenant)
+    if wanted.created_from is not None:
+        query = query.where(JobRow.created >= wanted.created_from)
+    if wanted.created_before is not None:
+        query = query.where(JobRow.created < wanted.created_before)
+    return query
+
+
+def queue_query(tenant: str | None, limit: int) -> Select[JobRow]:
+    """The jobs that wait, the next first."""
+    query = (
+        select(JobRow).where(JobRow.state == JobState.QUEUED).order_by(JobRow.number).limit(limit)
+    )
+    return query if tenant is None else query.where(JobRow.tenant == tenant)
+
+
+def _asset_number(tenant: str | None, asset_id: str) -> ScalarSelect[int]:
+    """Its jobs are of the same tenant, so that they need not be asked for theirs."""
+    query = select(AssetRow.number).where(AssetRow.id == asset_id)
+    if tenant is not None:
+        query = query.where(AssetRow.tenant == tenant)
+    return query.scalar_subquery()

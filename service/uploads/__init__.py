@@ -1,1 +1,1 @@
-"""What requests bring, read as it comes: files into blobs, and the few fields beside them."""
+"""What requests bring, read as it comes: files into blobs, and texts beside them."""

@@ -1,12 +1,19 @@
-"""The body of a request as it comes, within limits on its size and on the client's slowness."""
+"""The body of a request as it comes, within limits on its size and on the client's slowness.
+
+Uploads are read in chunks; JSON bodies are read into memory, and so must be small.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable, Coroutine
+from typing import Any
 
+from fastapi import Response
+from fastapi.routing import APIRoute
 from starlette.requests import Request
+from starlette.types import Message
 
 from service.errors import TooLargeError, UnsupportedMediaTypeError, UploadTimeoutError
 from service.settings import Settings
@@ -14,9 +21,11 @@ from service.settings import Settings
 _GRACE = 60.0
 """Seconds before the rate of an upload counts."""
 
+_SMALL = 64 << 10
+
 
 class Body:
-    """To be read once.  ``ended`` says whether all of it was."""
+    """A body, to be read once.  ``ended`` says whether all of it was."""
 
     def __init__(self, request: Request, settings: Settings) -> None:
         """Look at what is told beforehand.
@@ -77,3 +86,38 @@ class Body:
                 f"{size:,} bytes came in {waited:.0f} seconds, less than {rate:,} a second",
                 remedy="send again over a faster line",
             )
+
+
+class SmallBodyRoute(APIRoute):
+    """Reads no more of a body than a form of a few fields needs, however long it is said to be.
+
+    Raises :class:`~service.errors.TooLargeError`.
+    """
+
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        handle = super().get_route_handler()
+
+        async def handle_small_body(request: Request) -> Response:
+            return await handle(_request_with(request, await _short_body(request)))
+
+        return handle_small_body
+
+
+async def _short_body(request: Request) -> bytes:
+    body = bytearray()
+    async for chunk in request.stream():
+        body += chunk
+        if len(body) > _SMALL:
+            raise TooLargeError(
+                f"the body has more than {_SMALL:,} bytes",
+                remedy="send only what /docs says",
+                headers={"Connection": "close"},
+            )
+    return bytes(body)
+
+
+def _request_with(request: Request, body: bytes) -> Request:
+    async def receive() -> Message:
+        return {"type": "http.request", "body": body, "more_body": False}
+
+    return Request(request.scope, receive)

@@ -22,7 +22,7 @@ _REMEDY = "send multipart/form-data as RFC 7578 has it"
 
 @dataclass(frozen=True)
 class Part:
-    """One part; ``filename`` and ``media_type`` as its sender says, empty where it does not.
+    """One part; ``filename`` and ``media_type`` are as its sender says, and may be empty.
 
     ``chunks`` must be read before the next part is asked for; what is left is skipped.
     """
@@ -95,7 +95,7 @@ class _Events:
         self._found: deque[_Event] = deque()
         self._headers: _Headers = {}
         self._field = self._value = b""
-        with _refused():
+        with _refusing_malformed():
             self._parser = MultipartParser(
                 boundary,
                 {
@@ -117,12 +117,12 @@ class _Events:
                 raise BadRequestError(
                     "the body ends before the boundary that closes it", remedy="send all of it"
                 )
-            with _refused():
+            with _refusing_malformed():
                 self._parser.write(chunk)
         return self._found.popleft()
 
     async def data(self) -> AsyncIterator[bytes]:
-        """Of the part whose headers came last."""
+        """The data of the part whose headers came last."""
         while isinstance(event := await self.next(), bytes):
             yield event
 
@@ -141,7 +141,7 @@ class _Events:
 
 
 @contextmanager
-def _refused() -> Iterator[None]:
+def _refusing_malformed() -> Iterator[None]:
     """Turn what the parser does not understand into :class:`BadRequestError`."""
     try:
         yield

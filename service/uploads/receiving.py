@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import unicodedata
 from collections.abc import AsyncIterator, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
@@ -22,12 +24,16 @@ from service.jobs.media_types import media_type_of, suffix_of
 from service.jobs.stores import Keeping
 from service.settings import Settings
 from service.uploads.body import Body
-from service.uploads.file_labels import file_label
 from service.uploads.multipart import Part, boundary_of, read_parts
 
 TEXTS = ("options", "asset", "webhook")
 """Parts that are text."""
 _LONGEST_TEXT = 64 << 10
+
+_LONGEST_LABEL = 200
+_LONGEST_SUFFIX = 20
+# Control, format (bidirectional controls among them), surrogate, line and paragraph separators.
+_UNSEEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 
 
 @dataclass(frozen=True)
@@ -50,7 +56,7 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class Upload:
+class UploadedFile:
     """A file that came.
 
     ``name``    of its part.
@@ -65,7 +71,7 @@ class Upload:
 
     @property
     def job_file(self) -> JobFile:
-        """As an input of a job, by a name of ours."""
+        """The file as an input of a job, by a name of ours."""
         name = f"input/{self.name}{self.suffix}"
         return JobFile(name, self.blob, media_type_of(name), is_input=True, label=self.label)
 
@@ -74,7 +80,7 @@ class Upload:
 class Uploads:
     """What a request brought: all files that it had to and others that it may, and texts."""
 
-    files: Mapping[str, Upload]
+    files: Mapping[str, UploadedFile]
     texts: Mapping[str, str]
 
 
@@ -116,20 +122,20 @@ async def _one_file(
         request.headers.get("content-type", ""),
         body.chunks(),
     )
-    return Uploads({part.name: await _stored(part, needed[0], keeping)}, {})
+    return Uploads({part.name: await _store(part, needed[0], keeping)}, {})
 
 
 async def _parts(
     boundary: bytes, body: Body, keeping: Keeping, wanted: Sequence[Wanted]
 ) -> Uploads:
     by_name = {one.name: one for one in wanted}
-    files: dict[str, Upload] = {}
+    files: dict[str, UploadedFile] = {}
     texts: dict[str, str] = {}
     async for part in read_parts(boundary, body.chunks()):
         if part.name in files or part.name in texts:
             raise BadRequestError(f"the part '{part.name}' comes twice", remedy="send it once")
         if part.name in by_name:
-            files[part.name] = await _stored(part, by_name[part.name], keeping)
+            files[part.name] = await _store(part, by_name[part.name], keeping)
         elif part.name in TEXTS:
             texts[part.name] = await _text(part)
         else:
@@ -145,16 +151,16 @@ async def _parts(
     return Uploads(files, texts)
 
 
-async def _stored(part: Part, wanted: Wanted, keeping: Keeping) -> Upload:
+async def _store(part: Part, wanted: Wanted, keeping: Keeping) -> UploadedFile:
     label = file_label(part.filename)
     suffix = _suffix(label, part.media_type, wanted.suffixes)
-    blob = await keeping.put_stream(_limited(part, wanted))
+    blob = await keeping.put_stream(_chunks_within_limit(part, wanted))
     if not blob.size:
         raise wanted.fault(f"the {part.name} file is empty", remedy="send a file with bytes in it")
-    return Upload(part.name, label or f"{part.name}{suffix}", suffix, blob)
+    return UploadedFile(part.name, label or f"{part.name}{suffix}", suffix, blob)
 
 
-async def _limited(part: Part, wanted: Wanted) -> AsyncIterator[bytes]:
+async def _chunks_within_limit(part: Part, wanted: Wanted) -> AsyncIterator[bytes]:
     """Its bytes; raises :class:`TooLargeError`."""
     size = 0
     async for chunk in part.chunks:
@@ -168,7 +174,7 @@ async def _limited(part: Part, wanted: Wanted) -> AsyncIterator[bytes]:
 
 
 def _suffix(label: str, media_type: str, suffixes: Collection[str]) -> str:
-    """Of the format; raises :class:`UnsupportedMediaTypeError`."""
+    """The suffix of the format; raises :class:`UnsupportedMediaTypeError`."""
     by_label = PurePosixPath(label).suffix.lower()
     suffix = by_label if by_label in suffixes else suffix_of(media_type, suffixes)
     if suffix is None:
@@ -197,3 +203,18 @@ async def _text(part: Part) -> str:
         raise BadRequestError(
             f"the part '{part.name}' is not UTF-8", remedy="encode it so"
         ) from None
+
+
+def file_label(name: str) -> str:
+    """The last step of a path of any system, without what cannot be seen, at most 200 characters.
+
+    What is too long loses the end of its stem.  Empty where nothing is left.
+    """
+    last = re.split(r"[/\\]", name)[-1]
+    label = "".join(one for one in last if unicodedata.category(one) not in _UNSEEN).strip()
+    if not label.strip("."):
+        return ""
+    suffix = PurePosixPath(label).suffix
+    if len(label) <= _LONGEST_LABEL or len(suffix) > _LONGEST_SUFFIX:
+        return label[:_LONGEST_LABEL]
+    return label[: _LONGEST_LABEL - len(suffix)] + suffix

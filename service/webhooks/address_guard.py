@@ -4,7 +4,7 @@ The service runs where its users often cannot reach: beside databases, dashboard
 of a cloud.  A webhook must not be their way in (server-side request forgery).  What counts is the
 address that is connected to, however the URL spells it, so names are resolved here, every address
 must be allowed, and the connection is made to an address that was judged
-(:mod:`service.webhooks.pinned_transport`), never to the name again, whose answer may change.
+(:mod:`service.webhooks.posting`), never to the name again, whose answer may change.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ipaddress import IPv4Address, IPv4Network, IPv6Address, IPv6Network, ip_add
 import httpx
 
 from service.errors import FieldError, InvalidOptionsError
-from service.jobs.delivery import LONGEST_URL
+from service.jobs.stores import LONGEST_URL
 
 Address = IPv4Address | IPv6Address
 Resolve = Callable[[str, int], Awaitable[list[Address]]]
@@ -63,7 +63,7 @@ class UnsafeAddressError(Exception):
 
 @dataclass(frozen=True)
 class Target:
-    """Where a URL leads, by its spelling: ``host`` as the resolver is asked, in ASCII."""
+    """The place that a URL leads to by its spelling; ``host`` in ASCII, for the resolver."""
 
     url: httpx.URL
     host: str
@@ -149,7 +149,7 @@ def fault_of(address: Address, *, allow_private: bool) -> str | None:
     addresses and what else serves the secrets of a cloud stay out.
     """
     if isinstance(address, IPv6Address):
-        inner = _embedded(address)
+        inner = _inner_address(address)
         if inner is not None:
             return fault_of(inner, allow_private=allow_private)
     if address in _METADATA:
@@ -165,7 +165,7 @@ def fault_of(address: Address, *, allow_private: bool) -> str | None:
     return "which is not public" if special else None
 
 
-def _embedded(address: IPv6Address) -> IPv4Address | None:
+def _inner_address(address: IPv6Address) -> IPv4Address | None:
     """The IPv4 address that an IPv6 one stands for: mapped, 6to4 or NAT64."""
     if address in _NAT64:
         return IPv4Address(int(address) & 0xFFFFFFFF)

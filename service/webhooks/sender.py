@@ -20,12 +20,10 @@ from typing import Any
 import httpx
 
 from service.errors import NotFoundError, ServiceError
-from service.jobs.delivery import Delivery, DeliveryStore
+from service.jobs.stores import Delivery, DeliveryStore
 from service.settings import Settings
 from service.webhooks.address_guard import Resolve
-from service.webhooks.attempt import Outcome, attempt
-from service.webhooks.backoff import seconds_until_retry
-from service.webhooks.pinned_transport import PinnedTransport
+from service.webhooks.posting import PinnedTransport, PostOutcome, post_webhook, seconds_until_retry
 from service.webhooks.signing import (
     DELIVERY_HEADER,
     EVENT_HEADER,
@@ -124,7 +122,7 @@ class WebhookSender:
                 await asyncio.sleep(_BREATH)
 
     def _next(self) -> Iterator[Delivery]:
-        """Those that are due, and have a place."""
+        """The deliveries that are due and have a place."""
         try:
             due = self._deliveries.due(_LOOK_AHEAD)
         except Exception as error:
@@ -149,25 +147,25 @@ class WebhookSender:
         try:
             outcome = await self._tell(transport, delivery)
             # What was heard must not be told again because the disk is full.
-            while not self._is_settled(delivery, outcome):
+            while not self._try_to_settle(delivery, outcome):
                 await asyncio.sleep(_STORE_PAUSE)
         finally:
             del self._under_way[delivery.id]
             self._woken.set()
 
-    async def _tell(self, transport: httpx.AsyncBaseTransport, delivery: Delivery) -> Outcome:
+    async def _tell(self, transport: httpx.AsyncBaseTransport, delivery: Delivery) -> PostOutcome:
         try:
             body = _body(delivery, self._describe(delivery))
             headers = _headers(delivery, self._secrets.of(delivery.tenant), body)
             seconds = self._settings.webhook_seconds
-            return await attempt(transport, delivery.url, headers, body, seconds)
+            return await post_webhook(transport, delivery.url, headers, body, seconds)
         except NotFoundError:
-            return Outcome("the job is there no more", gone=True)
+            return PostOutcome("the job is there no more", gone=True)
         except Exception as error:
             _complain(error)
-            return Outcome(f"unexpected {type(error).__name__}")
+            return PostOutcome(f"unexpected {type(error).__name__}")
 
-    def _is_settled(self, delivery: Delivery, outcome: Outcome) -> bool:
+    def _try_to_settle(self, delivery: Delivery, outcome: PostOutcome) -> bool:
         try:
             self._settle(delivery, outcome)
         except Exception as error:
@@ -175,12 +173,12 @@ class WebhookSender:
             return False
         return True
 
-    def _settle(self, delivery: Delivery, outcome: Outcome) -> None:
+    def _settle(self, delivery: Delivery, outcome: PostOutcome) -> None:
         tried = delivery.attempt + 1
         # The URL is the receiver's secret, but for the host.
         about = f"webhook {delivery.id} of job {delivery.job_id} to {_host(delivery)}"
         if outcome.heard:
-            self._deliveries.delivered(delivery)
+            self._deliveries.confirm(delivery)
             _log.info("%s was heard", about)
         elif outcome.gone or tried >= self._settings.webhook_attempts:
             self._deliveries.give_up(delivery, outcome.reason)
@@ -197,7 +195,7 @@ def _complain(error: Exception) -> None:
 
 
 def _body(delivery: Delivery, job: Mapping[str, Any]) -> bytes:
-    """The same for every try, but for what the job has lost meanwhile."""
+    """The body of a webhook: the same for every try, but for what the job has lost meanwhile."""
     word = {"event": EVENT, "id": delivery.id, "created": job["ended"], "job": job}
     return json.dumps(word, allow_nan=False).encode()
 
@@ -215,6 +213,6 @@ def _headers(delivery: Delivery, secret: str, body: bytes) -> dict[str, str]:
 
 
 def _host(delivery: Delivery) -> str:
-    """With the port, as it is spelled; for counting and for the log."""
+    """The host with its port, as it is spelled; for counting and for the log."""
     authority = re.split(r"[/?#]", delivery.url.partition("://")[2], maxsplit=1)[0]
     return authority.rpartition("@")[2].lower()

@@ -22,7 +22,7 @@ import typer
 
 import simplifier
 from service.errors import ServiceError
-from service.routes.problems import ADVICE, kinds
+from service.routes.explanations import ADVICE, kinds
 from simplifier import errors
 from simplifier.builds.manifest import read_manifest
 from simplifier.cli.main import _load_command

@@ -11,7 +11,8 @@ import signal
 import time
 from pathlib import Path
 
-from service.engines.work.refusals import input_path, refusals
+from service.engines.work.inputs import input_path
+from service.engines.work.refusals import refusals
 from service.engines.worker import TaskCancelledError
 from service.jobs.job import Summary
 from service.jobs.progress import JobProgress

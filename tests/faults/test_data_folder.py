@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from alembic import command
 from sqlalchemy import create_engine
 
-from service.storage.migrate import alembic_config
+from service.storage.database import alembic_config
 from tests.faults.remains import assert_folder_is_clean
 from tests.service.real import BOX
 from tests.waiting import until

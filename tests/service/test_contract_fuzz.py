@@ -15,8 +15,9 @@ from hypothesis import HealthCheck, settings
 from schemathesis.checks import load_all_checks
 from schemathesis.specs.openapi.checks import positive_data_acceptance
 
+from service.jobs.job import JobKind
 from service.openapi import FILE
-from service.routes.occluders import MESHES
+from service.routes.submit import RAW
 from tests.service.routes.serving import served
 
 load_all_checks()
@@ -26,7 +27,7 @@ BOUNDED = settings(
 )
 
 
-@schemathesis.serializer("application/zip", *MESHES)
+@schemathesis.serializer("application/zip", *RAW[JobKind.OCCLUDER])
 def as_it_is(context, value):
     return value if isinstance(value, bytes) else str(value).encode("utf-8", "replace")
 

@@ -66,7 +66,7 @@ def failure_title(failure: Failure) -> str:
 
 
 def sentence(text: str) -> str:
-    """With a full stop, and a capital unless it begins with a name; empty stays empty."""
+    """Text with a full stop, and a capital unless it begins with a name; empty stays empty."""
     if not text:
         return ""
     named = text.partition(" ")[0].endswith(":")

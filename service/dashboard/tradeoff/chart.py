@@ -1,4 +1,4 @@
-"""Time against recall, drawn: runs as dots, a front a budget as a line."""
+"""Time against recall, drawn and as a table: runs as dots, a front a budget as a line."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Any
 
 from nicegui import ui
 
-from service.dashboard.tradeoff.rows import Point, Tradeoff
-from service.dashboard.wording import percent, seconds
+from service.dashboard.plain_table import PlainTable
+from service.dashboard.tradeoff.points import Point, Tradeoff
+from service.dashboard.wording import percent, seconds, whole
 
 _SYMBOLS = ("rect", "diamond", "roundRect", "pin", "arrow")
 _COLOURS = ("#3b82c4", "#c0742a", "#2f8f6b", "#8a63c9", "#b0506a", "#6b7a2f")
@@ -19,6 +20,13 @@ _IMPRECISE = "#c2453c"
 _TEXT = {"color": "currentColor"}
 _AXIS = {"nameLocation": "middle", "axisLabel": _TEXT, "nameTextStyle": _TEXT,
          "splitLine": {"lineStyle": {"color": "rgba(128,128,128,0.25)"}}}  # fmt: skip
+
+_STANDINGS = {
+    "front": "on the front",
+    "dominated": "another is better",
+    "imprecise": "not precise enough",
+}
+_COLUMNS = ("Setting", "#Budget", "#Time", "#Recall", "#Precision", "#Triangles", "Standing")
 
 
 class TradeoffChart:
@@ -36,7 +44,7 @@ class TradeoffChart:
 
 
 def chart_options(known: Tradeoff) -> dict[str, Any]:
-    """As ECharts takes them.  Names are drawn as text, never as HTML."""
+    """The chart as ECharts takes it.  Names are drawn as text, never as HTML."""
     return {
         "animation": False,
         "grid": {"left": 64, "right": 24, "top": 48, "bottom": 52},
@@ -58,7 +66,7 @@ def _reach(known: Tradeoff) -> dict[str, float]:
 
 
 def _series(known: Tradeoff) -> list[dict[str, Any]]:
-    """Those that are not precise enough are apart: they are on no front."""
+    """The series of points; those that are not precise enough are apart, being on no front."""
     imprecise = [one for one in (*known.runs, *known.swept) if one.precision < known.precision]
     name = f"below {100.0 * known.precision:g} % precision"
     series = [
@@ -108,3 +116,29 @@ def _words(point: Point) -> str:
 
 def _place(point: Point) -> list[float]:
     return [max(point.seconds, 1e-3), round(100.0 * point.recall, 3)]
+
+
+def show_points(caption: str, points: Sequence[Point], precision: float, *, linked: bool) -> None:
+    """``linked``: each is a job of its own."""
+    with ui.element("div").classes("wide-table"):
+        table = PlainTable(caption, _COLUMNS)
+    for one in sorted(points, key=lambda one: (one.budget, one.seconds)):
+        with table.row():
+            if linked:
+                table.link(one.name, f"/jobs/{one.job_id}")
+            else:
+                table.text(one.name)
+            table.number(whole(one.budget))
+            table.number(seconds(one.seconds))
+            table.number(percent(one.recall))
+            table.number(percent(one.precision, 2))
+            table.number(whole(one.triangles))
+            table.text(_standing(one, precision), "good" if one.front else "quiet")
+
+
+def _standing(point: Point, precision: float) -> str:
+    if point.standing:
+        return _STANDINGS.get(point.standing, point.standing)
+    if point.precision < precision:
+        return _STANDINGS["imprecise"]
+    return _STANDINGS["front" if point.front else "dominated"]

@@ -11,7 +11,6 @@ import zlib
 from pathlib import Path, PurePosixPath
 
 import simplifier
-from service.engines.messages import Task
 
 _MOST_ENTRIES = 20_000
 _CHUNK = 1 << 20
@@ -28,11 +27,6 @@ _BY_ENTRIES = (
 _DRIVE = re.compile(r"[A-Za-z]:")
 
 
-def unpacked_folder(task: Task) -> Path:
-    """Where the archive of a task is unpacked."""
-    return Path(task.scratch) / "unpacked"
-
-
 def unpack(archive: Path, folder: Path, limit: int) -> None:
     """Write the files of an archive below an empty folder.
 
@@ -44,33 +38,33 @@ def unpack(archive: Path, folder: Path, limit: int) -> None:
         with zipfile.ZipFile(archive) as opened:
             entries = opened.infolist()
             if len(entries) > _MOST_ENTRIES:
-                raise _refused(
+                raise _refusal(
                     archive, f"it has {len(entries):,} entries", f"send at most {_MOST_ENTRIES:,}"
                 )
             for entry in entries:
                 limit -= _unpack_entry(opened, entry, _place(archive, entry, folder), limit)
     except _DAMAGE as error:
-        raise _refused(archive, f"it is no zip that can be read ({error})", _REMEDY) from None
+        raise _refusal(archive, f"it is no zip that can be read ({error})", _REMEDY) from None
     except OSError as error:
         if error.errno not in _BY_ENTRIES:
             raise
         reason = f"its entries cannot be unpacked ({error.strerror or error})"
-        raise _refused(archive, reason, _REMEDY) from None
+        raise _refusal(archive, reason, _REMEDY) from None
 
 
 def _place(archive: Path, entry: zipfile.ZipInfo, folder: Path) -> Path:
-    """Where an entry goes, below the folder."""
+    """The place below the folder where an entry goes."""
     name = entry.filename.replace("\\", "/")
     parts = PurePosixPath(name).parts
     if name.startswith("/") or ".." in parts or _DRIVE.match(name) or not parts:
-        raise _refused(
+        raise _refusal(
             archive, f"its entry '{name[:80]}' lies outside of it", "use names within the folder"
         )
     kind = stat.S_IFMT(entry.external_attr >> 16)
     if kind not in (0, stat.S_IFREG, stat.S_IFDIR):
-        raise _refused(archive, f"its entry '{name[:80]}' is a link or a device", "send files only")
+        raise _refusal(archive, f"its entry '{name[:80]}' is a link or a device", "send files only")
     if entry.flag_bits & 1:
-        raise _refused(archive, f"its entry '{name[:80]}' is encrypted", "send it without password")
+        raise _refusal(archive, f"its entry '{name[:80]}' is encrypted", "send it without password")
     return folder.joinpath(*parts)
 
 
@@ -85,7 +79,7 @@ def _unpack_entry(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, place: Path,
         while chunk := source.read(_CHUNK):
             size += len(chunk)
             if size > limit:
-                raise _refused(
+                raise _refusal(
                     Path(str(archive.filename)), "it unpacks to more than may be sent",
                     "leave out textures, or send fewer objects",
                 )  # fmt: skip
@@ -93,5 +87,5 @@ def _unpack_entry(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, place: Path,
     return size
 
 
-def _refused(archive: Path, what: str, remedy: str) -> simplifier.UnreadableMeshError:
+def _refusal(archive: Path, what: str, remedy: str) -> simplifier.UnreadableMeshError:
     return simplifier.UnreadableMeshError(what, where=str(archive), remedy=remedy)

@@ -6,24 +6,21 @@ from pathlib import Path
 
 import simplifier
 from service.engines.messages import Task
-from service.engines.work.allowance import allowed_options
-from service.engines.work.input_mesh import read_mesh
+from service.engines.work.inputs import input_path, options_within_memory, read_mesh
 from service.engines.work.meter import JUDGING, Meter
-from service.engines.work.numbers import summary_of
-from service.engines.work.pages import write_pages
-from service.engines.work.refusals import input_path
-from service.engines.worker import Cancel, TaskCancelledError, Tell
+from service.engines.work.report_files import summary_of, write_pages
+from service.engines.worker import Cancel, ReportProgress, TaskCancelledError
 from service.jobs.job import Summary
 
 
-def evaluate_mesh(task: Task, tell: Tell, cancel: Cancel) -> Summary:
+def evaluate_mesh(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     """Results: a report, its page and pictures; both meshes to look at, ``original.glb`` and
     ``lod0.glb``.
 
-    Raises as :data:`~service.engines.worker.Work` says, and :class:`simplifier.OccluderError`.
+    Raises as :data:`~service.engines.worker.DoTask` says, and :class:`simplifier.OccluderError`.
     """
     meter = Meter(tell)
-    options = simplifier.EvaluateOptions.of(allowed_options(task))
+    options = simplifier.EvaluateOptions.of(options_within_memory(task))
     meter.at("load", 0.0)
     simplifier.check_file(input_path(task, "mesh"), options, pictures=True, viewing=True)
     mesh, overrides = read_mesh(task, options)

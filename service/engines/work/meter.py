@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import simplifier
-from service.engines.worker import Tell
+from service.engines.worker import ReportProgress
 from service.jobs.progress import JobProgress, Snapshot
 
 MAKING = {
@@ -27,7 +27,7 @@ Draw = Callable[[simplifier.Progress], Snapshot | None]
 class Meter:
     """Turns progress of parts into progress of the job; its fraction never falls."""
 
-    def __init__(self, tell: Tell) -> None:
+    def __init__(self, tell: ReportProgress) -> None:
         self._tell = tell
         self._begin = time.perf_counter()
         self._fraction = 0.0
@@ -41,8 +41,8 @@ class Meter:
         """The job is at a stage and so far."""
         self._say(JobProgress(stage, fraction))
 
-    def counted(self, stage: str, fraction: float, done: int, of: int) -> None:
-        """The same, where the stage is so many pieces."""
+    def at_count(self, stage: str, fraction: float, done: int, of: int) -> None:
+        """The job is at a stage of so many pieces, and some of them are done."""
         self._say(JobProgress(stage, fraction, None, done, of))
 
     def part(
@@ -70,7 +70,7 @@ class _Part:
         self._shares, self._draw = shares, draw
 
     def __call__(self, progress: simplifier.Progress) -> None:
-        share = _done(progress, self._shares)
+        share = _share_done(progress, self._shares)
         fraction = self._begin + (self._end - self._begin) * share
         self._meter._say(
             JobProgress(
@@ -80,7 +80,7 @@ class _Part:
         )  # fmt: skip
 
 
-def _done(progress: simplifier.Progress, shares: Mapping[str, float]) -> float:
+def _share_done(progress: simplifier.Progress, shares: Mapping[str, float]) -> float:
     """The share of the whole call, 0 to 1."""
     before = 0.0
     for stage, share in shares.items():

@@ -1,32 +1,35 @@
-"""A mesh to occluders by level, judged and drawn."""
+"""A mesh to occluders by level, judged and drawn; pictures of the best one so far on the way."""
 
 from __future__ import annotations
 
 import shutil
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import simplifier
 from service.engines.messages import Task
-from service.engines.work.allowance import allowed_options
-from service.engines.work.best_so_far import BestSoFar
-from service.engines.work.input_mesh import read_mesh
+from service.engines.work.inputs import input_path, options_within_memory, read_mesh
 from service.engines.work.meter import MAKING, Meter
-from service.engines.work.numbers import summary_of
-from service.engines.work.pages import write_pages
-from service.engines.work.refusals import input_path
-from service.engines.worker import Cancel, TaskCancelledError, Tell
+from service.engines.work.report_files import summary_of, write_pages
+from service.engines.worker import Cancel, ReportProgress, TaskCancelledError
 from service.jobs.job import Summary
+from service.jobs.progress import Snapshot
+
+_PICTURE_SIZE = 160  # pixels a side: some 6 KiB
+_PICTURE_PAUSE = 1.0  # seconds before the first and between two
+_DRAWING_SHARE = 0.05  # of the time that drawing may take
 
 
-def make_occluder(task: Task, tell: Tell, cancel: Cancel) -> Summary:
+def make_occluder(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     """Results: ``occluder.glb`` with all levels, ``lod0.glb``, ``lod0.obj``... of each, a report,
     and ``original.glb`` to look at beside them.
 
-    Raises as :data:`~service.engines.worker.Work` says, and :class:`simplifier.OccluderError`.
+    Raises as :data:`~service.engines.worker.DoTask` says, and :class:`simplifier.OccluderError`.
     """
     meter, results = Meter(tell), Path(task.results)
-    options = simplifier.SimplifyOptions.of(allowed_options(task))
+    options = simplifier.SimplifyOptions.of(options_within_memory(task))
     meter.at("load", 0.0)
     simplifier.check_file(input_path(task, "mesh"), options, pictures=True, viewing=True)
     mesh, overrides = read_mesh(task, options)
@@ -52,10 +55,42 @@ def make_occluder(task: Task, tell: Tell, cancel: Cancel) -> Summary:
 
 
 def _save(made: simplifier.SimplifyResult, scratch: Path, results: Path) -> tuple[Path, ...]:
-    """Every level in every format, a GLB and an OCC with all; the own GLBs, finest first."""
+    """Save each level in each format, a GLB and an OCC with all; the single GLBs, finest first."""
     for suffix in simplifier.OCCLUDER_SUFFIXES:
         for level, path in enumerate(made.save(scratch / f"occluder{suffix}")):
             shutil.copyfile(path, results / f"lod{level}{suffix}")
     for name in ("occluder.glb", "occluder.occ"):
         (scratch / name).replace(results / name)
     return tuple(sorted(results.glob("lod*.glb"), key=lambda path: int(path.stem[3:])))
+
+
+class BestSoFar:
+    """Draws once a second at most, from above; rather later than at a loss of time.
+
+    The first one draws the mesh too, which takes longest; a job that is done within a second draws
+    nothing.
+    """
+
+    def __init__(
+        self,
+        mesh: simplifier.TriangleMesh,
+        up: Literal["x", "y", "z"],
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        self._mesh, self._up, self._clock = mesh, up, clock
+        self._view: simplifier.Viewpoint | None = None
+        self._number = 0
+        self._due = clock() + _PICTURE_PAUSE
+
+    def __call__(self, progress: simplifier.Progress) -> Snapshot | None:
+        """A picture, where one is due."""
+        begin = self._clock()
+        if progress.best is None or begin < self._due:
+            return None
+        if self._view is None:
+            self._view = simplifier.Viewpoint(self._mesh, size=_PICTURE_SIZE, up=self._up)
+        png = self._view.picture(progress.best())
+        end = self._clock()
+        self._due = end + max(_PICTURE_PAUSE, (end - begin) / _DRAWING_SHARE)
+        self._number += 1
+        return Snapshot(self._number, png)

@@ -1,17 +1,18 @@
-"""What the library refuses, in words for the job's owner: no path of this machine among them."""
+"""What the library refuses, in words for the job's owner: no path of this machine among them.
+
+Whatever does tasks in place of the library's work has to refuse as it does.
+"""
 
 from __future__ import annotations
 
 import errno
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 import simplifier
 from service.engines.failures import disk_full, too_much_memory
 from service.engines.messages import Task
-from service.engines.work.allowance import memory_of
-from service.engines.work.archive import unpacked_folder
+from service.engines.work.inputs import task_memory, without_paths
 from service.engines.worker import TaskCancelledError, TaskFailedError
 from service.jobs.job import Failure
 
@@ -32,7 +33,7 @@ def refusals(task: Task) -> Iterator[None]:
     except simplifier.CancelledError as error:
         raise TaskCancelledError from error
     except simplifier.MemoryLimitError as error:
-        limit = memory_of(task)
+        limit = task_memory(task)
         raise TaskFailedError(too_much_memory(error.what, error.resolution, limit)) from error
     except tuple(_KINDS) as error:
         kind = next(kind for of, kind in _KINDS.items() if isinstance(error, of))
@@ -54,24 +55,6 @@ def _failure(kind: str, error: simplifier.OccluderError, task: Task) -> Failure:
     return Failure(kind, f"{where}: {what}" if where else what, error.remedy)
 
 
-def without_paths(text: str, task: Task) -> str:
-    """Files by the names that their owner knows."""
-    for name, path in task.inputs.items():
-        text = text.replace(path, input_label(task, name))
-    return text.replace(str(unpacked_folder(task)), task.name)
-
-
-def input_label(task: Task, name: str) -> str:
-    """What messages call an input: an occluder may be called as its mesh is."""
-    match name:
-        case "occluder":
-            return name
-        case "overrides":
-            return task.labels.get(name, "overrides.toml")
-        case _:
-            return task.name
-
-
 def _lacks_room(error: BaseException | None) -> bool:
     """Whether the disk was full; the library's own error came while it heard of that."""
     while error is not None:
@@ -79,10 +62,3 @@ def _lacks_room(error: BaseException | None) -> bool:
             return True
         error = error.__context__
     return False
-
-
-def input_path(task: Task, name: str) -> Path:
-    """Of an input of the task; raises :class:`TaskFailedError` when there is none."""
-    if name not in task.inputs:
-        raise TaskFailedError(Failure("unreadable-mesh", f"no {name} was given", f"send a {name}"))
-    return Path(task.inputs[name])

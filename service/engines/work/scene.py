@@ -9,30 +9,35 @@ from pathlib import Path
 
 import simplifier
 from service.engines.messages import Task
-from service.engines.work.allowance import allowed, allowed_options
-from service.engines.work.archive import unpack, unpacked_folder
+from service.engines.work.archive import unpack
+from service.engines.work.inputs import (
+    input_path,
+    options_within_memory,
+    unpacked_folder,
+    whole_memory,
+    without_paths,
+)
 from service.engines.work.meter import Meter
-from service.engines.work.refusals import input_path, without_paths
-from service.engines.worker import Cancel, TaskCancelledError, Tell
+from service.engines.worker import Cancel, ReportProgress, TaskCancelledError
 from service.jobs.job import Summary
 
 
-def make_scene(task: Task, tell: Tell, cancel: Cancel) -> Summary:
+def make_scene(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     """Results: ``scene.json``, ``preview.glb``, and ``scene.zip`` with both and all occluders.
 
     Of these there may be thousands, too many for each to be a file of the job.  Raises as
-    :data:`~service.engines.worker.Work` says, and :class:`simplifier.OccluderError`.
+    :data:`~service.engines.worker.DoTask` says, and :class:`simplifier.OccluderError`.
     """
     meter, results = Meter(tell), Path(task.results)
     folder = Path(task.scratch) / "scene"
-    options = simplifier.SceneOptions.of({**allowed_options(task), "preview": True})
+    options = simplifier.SceneOptions.of({**options_within_memory(task), "preview": True})
     meter.at("load", 0.0)
     scene = _load(task)
 
-    def told(done: int, total: int) -> None:
+    def report_objects(done: int, total: int) -> None:
         meter.at("occluders", 0.1 + 0.8 * done / max(total, 1))
 
-    simplifier.simplify_scene(scene, folder, options, tell=told, cancel=cancel)
+    simplifier.simplify_scene(scene, folder, options, tell=report_objects, cancel=cancel)
     if cancel.is_set():
         raise TaskCancelledError
     meter.at("write", 0.9)
@@ -51,15 +56,15 @@ def make_scene(task: Task, tell: Tell, cancel: Cancel) -> Summary:
 
 
 def _load(task: Task) -> simplifier.Scene:
-    """Of one file, which may not refer to others, or of an archive, within which files may."""
+    """The scene of one file, which may refer to no other, or of an archive, whose files may."""
     path = input_path(task, "scene")
     if path.suffix.lower() == ".zip":
         folder = unpacked_folder(task)
         folder.mkdir()
         unpack(path, folder, task.unpacked)
-        scene = simplifier.load_scene(folder, memory_limit=allowed(task))
+        scene = simplifier.load_scene(folder, memory_limit=whole_memory(task))
     else:
-        scene = simplifier.load_scene(path, allow_external=False, memory_limit=allowed(task))
+        scene = simplifier.load_scene(path, allow_external=False, memory_limit=whole_memory(task))
     return replace(scene, warnings=tuple(without_paths(one, task) for one in scene.warnings))
 
 

@@ -1,4 +1,4 @@
-"""What a worker process loads before it says that it is ready."""
+"""What a worker process loads before it says that it is ready, and does then: tasks by kind."""
 
 from __future__ import annotations
 
@@ -12,10 +12,14 @@ from service.engines.work.occluder import make_occluder
 from service.engines.work.refusals import refusals
 from service.engines.work.scene import make_scene
 from service.engines.work.tradeoff import measure_tradeoff
-from service.engines.worker import Cancel, Tell, Work
+from service.engines.worker import (
+    Cancel,
+    DoTask,
+    ReportProgress,
+)
 from service.jobs.job import JobKind, Summary
 
-_WORKS: Mapping[JobKind, Work] = {
+_WORKS: Mapping[JobKind, DoTask] = {
     JobKind.OCCLUDER: make_occluder,
     JobKind.EVALUATION: evaluate_mesh,
     JobKind.SCENE: make_scene,
@@ -26,7 +30,7 @@ _TETRAHEDRON = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.
 _SIDES = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
 
 
-def start() -> Work:
+def start() -> DoTask:
     """Compile or load every kernel and draw once, so that no job has to wait for that."""
     simplifier.warm_up()
     mesh = simplifier.TriangleMesh.from_soup(_TETRAHEDRON, _SIDES)
@@ -36,6 +40,6 @@ def start() -> Work:
     return _work
 
 
-def _work(task: Task, tell: Tell, cancel: Cancel) -> Summary:
+def _work(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     with refusals(task):
         return _WORKS[task.kind](task, tell, cancel)

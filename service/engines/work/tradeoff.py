@@ -6,30 +6,29 @@ from pathlib import Path
 
 import simplifier
 from service.engines.messages import Task
-from service.engines.work.allowance import allowed_options
-from service.engines.work.input_mesh import read_mesh
+from service.engines.work.inputs import options_within_memory, read_mesh
 from service.engines.work.meter import Meter
-from service.engines.worker import Cancel, TaskCancelledError, TaskFailedError, Tell
+from service.engines.worker import Cancel, ReportProgress, TaskCancelledError, TaskFailedError
 from service.jobs.job import Failure, Summary
 
 _MEASURED = 0.95  # of the job: the rest is pictures
 
 
-def measure_tradeoff(task: Task, tell: Tell, cancel: Cancel) -> Summary:
+def measure_tradeoff(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     """Results: ``tradeoff.csv``, ``.json``, ``.png`` and ``.html``.
 
-    Raises as :data:`~service.engines.worker.Work` says, and :class:`simplifier.OccluderError`.
+    Raises as :data:`~service.engines.worker.DoTask` says, and :class:`simplifier.OccluderError`.
     """
     meter, results = Meter(tell), Path(task.results)
-    options = simplifier.TradeoffOptions.of(allowed_options(task))
+    options = simplifier.TradeoffOptions.of(options_within_memory(task))
     meter.at("load", 0.0)
     mesh, overrides = read_mesh(task, options)
 
-    def told(done: int, runs: int, now: str) -> None:
-        meter.counted("runs", _MEASURED * done / runs, done, runs)
+    def report_runs(done: int, runs: int, now: str) -> None:
+        meter.at_count("runs", _MEASURED * done / runs, done, runs)
 
     study = simplifier.sweep_tradeoff(
-        mesh, options, name=task.name, tell=told, cancel=cancel, overrides=overrides
+        mesh, options, name=task.name, tell=report_runs, cancel=cancel, overrides=overrides
     )
     for name, data in study.files():
         if cancel.is_set():
@@ -39,7 +38,7 @@ def measure_tradeoff(task: Task, tell: Tell, cancel: Cancel) -> Summary:
 
 
 def _summary(study: simplifier.Study, input_triangles: int, seconds: float) -> Summary:
-    """Of the setting that recalls most; raises :class:`TaskFailedError` where all have failed."""
+    """The numbers of the setting that recalls most; raises :class:`TaskFailedError` without any."""
     measured = [row for row in study.rows if row["standing"] != "failed"]
     if not measured:
         raise TaskFailedError(

@@ -1,4 +1,4 @@
-"""Run by Alembic: the scripts, on the connection that :mod:`service.storage.migrate` gives."""
+"""Run by Alembic: the scripts, on the connection that :mod:`service.storage.database` gives."""
 
 from __future__ import annotations
 

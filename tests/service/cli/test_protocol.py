@@ -7,7 +7,7 @@ import asyncio
 import pytest
 import uvicorn
 
-from service.cli import protocol
+from service.cli import server as protocol
 
 
 async def hello(scope, receive, send):
@@ -18,7 +18,7 @@ async def hello(scope, receive, send):
 @pytest.fixture
 def talk(monkeypatch):
     """``talk(*pieces)``: what is answered to pieces of a request sent 0.1 seconds apart."""
-    monkeypatch.setattr(protocol, "_HEADERS", 0.25)
+    monkeypatch.setattr(protocol, "_HEADER_SECONDS", 0.25)
 
     async def exchange(pieces):
         config = uvicorn.Config(

@@ -6,10 +6,8 @@ import re
 
 import pytest
 
-from service.cli.read_settings import read_settings, unknown_settings
-from service.cli.settings_table import settings_table
 from service.errors import SettingsError
-from service.settings import Settings
+from service.settings import Settings, read_settings, settings_table, unknown_settings
 from tests.acceptance.command import ROOT
 
 
@@ -21,7 +19,7 @@ def nothing_set(monkeypatch):
 
 def test_the_table_in_the_docs_is_current():
     assert settings_table() in (ROOT / "docs" / "service.md").read_text(), (
-        "write what `python -m service.cli.settings_table` prints to the end of docs/service.md"
+        "write what `python -m service.settings` prints to the end of docs/service.md"
     )
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.client.server_events import ServerEvent, server_events
+from service.client.wire import ServerEvent, server_events
 
 STREAM = (
     b": hello\n\nevent: state\ndata: {1}\r\n\r\ndata:a\rdata: b\r\rid: 7\nevent: x\n\n"

@@ -12,8 +12,8 @@ from nicegui import app as pages
 from nicegui import ui
 
 import service.dashboard
-from service.dashboard.view_map.view_map import ViewMap
-from service.dashboard.viewer.viewer import MeshViewer, Mode, Shares
+from service.dashboard.view_map import ViewMap
+from service.dashboard.viewer import MeshViewer, Mode, Shares
 from service.dashboard.views import views_of
 
 FOLDER = "PARTS_FOLDER"

@@ -15,9 +15,9 @@ from service.jobs.media_types import media_type_of
 from service.schemas.job_options import option_tables
 from service.schemas.options import OptionTable
 from service.storage.asset_store import SqlAssetStore
-from service.storage.blobs.file_blobs import FileBlobs
 from service.storage.data_folder import DataFolder
 from service.storage.database import Database
+from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from simplifier import __version__
 from tests.service.dashboard.results import JobResult
@@ -83,8 +83,8 @@ class Stock:
                 )
             job, _ = self.jobs.submit(
                 Submission(
-                    TENANT, JobKind.OCCLUDER, "castle.ply", resolved, tuple(inputs), __version__,
-                    asset=asset, may_reuse=False,
+                    tenant=TENANT, kind=JobKind.OCCLUDER, name="castle.ply", options=resolved,
+                    inputs=tuple(inputs), version=__version__, asset=asset, may_reuse=False,
                 ),
                 queue_limit=1000,
             )  # fmt: skip

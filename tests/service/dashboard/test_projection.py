@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.dashboard.view_map.projection import Axis, graticule, mollweide, place
+from service.dashboard.view_map import Axis, graticule, mollweide, place
 
 ANGLES = st.floats(-math.pi, math.pi)
 

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 import simplifier
-from service.dashboard.palette import BOTH, MISSED, NEITHER, WRONG
+from service.dashboard.colours import BOTH, MISSED, NEITHER, WRONG
 from simplifier.accuracy.accuracy import view_masks
 from simplifier.report.gallery import COLOURS
 from simplifier.report.silhouettes import WHITE, silhouette

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from playwright.sync_api import Locator, Page
 
-from service.dashboard.palette import BOTH, MISSED, NEITHER, WRONG
+from service.dashboard.colours import BOTH, MISSED, NEITHER, WRONG
 
 Pixels = NDArray[np.int64]
 """(rows, columns, 3), 0 to 255."""

@@ -13,11 +13,11 @@ from service.engines.messages import (
     Failed,
     Ready,
     Task,
-    Told,
+    TaskProgress,
     answer_bytes,
     answer_of,
-    order_bytes,
-    order_of,
+    instruction_bytes,
+    instruction_of,
 )
 from service.jobs.job import Failure, JobKind, Summary
 from service.jobs.progress import JobProgress, Snapshot
@@ -37,16 +37,16 @@ options = st.dictionaries(
 @given(st.text(), options)
 def test_orders_arrive_as_they_were_sent(name, options):
     task = Task(JobKind.SCENE, name, options, {"scene": "/a/b"}, "r", "s", 2, 3, 4, {"scene": name})
-    assert order_of(order_bytes(task)) == task
-    assert order_of(order_bytes(CancelTask())) == CancelTask()
+    assert instruction_of(instruction_bytes(task)) == task
+    assert instruction_of(instruction_bytes(CancelTask())) == CancelTask()
 
 
 @pytest.mark.parametrize(
     "answer",
     [
         Ready(),
-        Told(JobProgress("cut", 0.5, 0.25, 1, 3, 2.0)),
-        Told(JobProgress("refine", 0.5, picture=Snapshot(2, bytes(range(256))))),
+        TaskProgress(JobProgress("cut", 0.5, 0.25, 1, 3, 2.0)),
+        TaskProgress(JobProgress("refine", 0.5, picture=Snapshot(2, bytes(range(256))))),
         Done(SUMMARY),
         Failed(Failure("out-of-time", "a", "b"), odd=True),
         Cancelled(),

@@ -9,7 +9,7 @@ from multiprocessing import Pipe
 import pytest
 
 from service.engines import worker
-from service.engines.messages import Task, Told, answer_of, order_bytes
+from service.engines.messages import Task, TaskProgress, answer_of, instruction_bytes
 from service.jobs.job import JobKind
 from service.jobs.progress import JobProgress
 
@@ -32,11 +32,11 @@ def wire(monkeypatch):
 def test_the_first_word_of_a_job_goes_at_once_and_others_soon_after_are_left_out(wire):
     ours, server = wire
     for stage in ("load", "cut"):
-        server.send_bytes(order_bytes(TASK))
+        server.send_bytes(instruction_bytes(TASK))
         assert ours.next_task() == TASK
         ours.tell(JobProgress(stage, 0.25))
         ours.tell(JobProgress("refine", 0.5))
         told = answer_of(server.recv_bytes())
-        assert isinstance(told, Told)
+        assert isinstance(told, TaskProgress)
         assert told.progress.stage == stage
         assert not server.poll()

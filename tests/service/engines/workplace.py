@@ -53,7 +53,10 @@ class Workplace:
             JobFile(path, self.blobs.put(io.BytesIO(data)), "x/y", True, called.get(path))
             for path, data in files.items()
         )
-        submission = Submission("me", kind, name, options, inputs, "1", attempts=attempts)
+        submission = Submission(
+            tenant="me", kind=kind, name=name, options=options, inputs=inputs, version="1",
+            attempts=attempts,
+        )  # fmt: skip
         job, _ = self.jobs.submit(submission, 1000)
         if wake:
             self.engine.wake()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from service.middleware.stack import surrounded
+from service.app import surround
 from service.settings import Settings
 from tests.service.middleware.asgi import Echo, ask
 
 
 def test_refusals_have_a_name_and_the_headers_too() -> None:
-    answer = ask(surrounded(Echo(), Settings()), headers={"host": "evil.example"})
+    answer = ask(surround(Echo(), Settings()), headers={"host": "evil.example"})
     assert answer.status == 421
     assert answer.headers["x-request-id"]
     assert answer.headers["x-content-type-options"] == "nosniff"
@@ -16,12 +16,12 @@ def test_refusals_have_a_name_and_the_headers_too() -> None:
 
 def test_a_request_goes_through() -> None:
     inside = Echo()
-    answer = ask(surrounded(inside, Settings()))
+    answer = ask(surround(inside, Settings()))
     assert (answer.status, answer.body) == (200, b"done")
     assert inside.scopes[0]["state"]["request_id"] == answer.headers["x-request-id"]
 
 
 def test_the_start_and_the_end_of_the_application_pass_through() -> None:
     inside = Echo()
-    ask(surrounded(inside, Settings()), type="lifespan")
+    ask(surround(inside, Settings()), type="lifespan")
     assert inside.scopes[0]["type"] == "lifespan"

@@ -26,8 +26,8 @@ from service.routes.services import Services
 from service.schemas.job_options import option_tables
 from service.settings import Settings
 from service.storage.asset_store import SqlAssetStore
-from service.storage.blobs.file_blobs import FileBlobs
 from service.storage.database import Database
+from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from service.storage.key_store import SqlKeyStore
 from tests.waiting import until
@@ -79,7 +79,7 @@ class ByHand:
         if claim is None:
             return False
         self.claim = claim
-        self.board.changed(claim.job.id)
+        self.board.announce(claim.job.id)
         return True
 
     def succeed(self, *, recall: float = 0.8, seconds: float = 1.5) -> Job:
@@ -156,10 +156,10 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
     services = Services(
         settings=settings, version="1.0",
         tables=option_tables(settings.job_seconds, settings.job_memory), jobs=jobs,
-        assets=assets, blobs=blobs, board=board, work=hand, metrics=metrics,
+        assets=assets, blobs=blobs, board=board, runner=hand, metrics=metrics,
         authenticator=Authenticator(keys, sessions, keys_needed=settings.keys_needed),
         check_webhook=check_webhook, checks={"engine": lambda: faults.get("engine")},
-        ended=metrics.count,
+        on_end=metrics.count,
     )  # fmt: skip
 
     @asynccontextmanager

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from service.schemas.moment import Moment, moment
+from service.schemas.job import Moment, moment
 
 MOMENT = TypeAdapter(Moment)
 

@@ -6,13 +6,13 @@ import json
 
 import simplifier
 from service.jobs.job import Blob, Job, JobFile, JobKind, JobState
-from service.schemas.job import Job as JobBody
+from service.schemas.job import JobBody
 from service.schemas.result import Result
 from tests.solids import box
 
 JOB = Job(
-    "j1", 1, "local", JobKind.OCCLUDER, JobState.SUCCEEDED, "box.obj", {}, "1.0", 0.0, 1, 3,
-    ended=1.0,
+    id="j1", number=1, tenant="local", kind=JobKind.OCCLUDER, state=JobState.SUCCEEDED,
+    name="box.obj", options={}, version="1.0", created=0.0, attempt=1, attempts=3, ended=1.0,
 )  # fmt: skip
 QUICK = {"resolution": 12, "budget": 12, "preset": "draft", "views": 4, "image": 32, "quads": 100}
 

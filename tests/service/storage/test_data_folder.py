@@ -15,7 +15,7 @@ OWN = """
 import sys
 from pathlib import Path
 from service.storage.data_folder import DataFolder
-with DataFolder(Path(sys.argv[1])).owned():
+with DataFolder(Path(sys.argv[1])).own():
     print("owned", flush=True)
     sys.stdin.read()
 """
@@ -38,7 +38,7 @@ def server(folder):
 
 
 def test_it_is_made_for_nobody_else_to_look_into(folder):
-    with folder.owned():
+    with folder.own():
         for made in (folder.path, folder.blobs, folder.scratch):
             assert made.stat().st_mode & 0o777 == 0o700
         assert folder.lock.read_text() == f"{os.getpid()}\n"
@@ -46,7 +46,7 @@ def test_it_is_made_for_nobody_else_to_look_into(folder):
 
 def test_a_second_server_is_told_which_is_the_first(folder, server):
     with pytest.raises(SettingsError, match=rf"process {server.pid}\).*OCCLUDER_DATA"):
-        folder.owned().__enter__()
+        folder.own().__enter__()
     assert folder.lock.read_text() == f"{server.pid}\n"
 
 
@@ -69,15 +69,15 @@ def test_no_database_is_made_where_blobs_tell_of_another(folder, emptied):
 def test_a_killed_server_keeps_nobody_out(folder, server):
     server.kill()
     server.wait()
-    with folder.owned():
+    with folder.own():
         assert folder.lock.read_text() == f"{os.getpid()}\n"
-    with folder.owned():
+    with folder.own():
         pass
 
 
 def test_the_folder_is_free_again_after_an_error(folder):
     for _ in range(2):
-        with pytest.raises(ZeroDivisionError), folder.owned():
+        with pytest.raises(ZeroDivisionError), folder.own():
             raise ZeroDivisionError
 
 
@@ -95,7 +95,7 @@ def test_scratch_is_empty_at_the_start_and_links_are_not_followed(folder, tmp_pa
     (folder.scratch / "stray").write_text("")
     (folder.scratch / "link").symlink_to(tmp_path / "elsewhere")
     (folder.blobs / "kept").write_text("kept")
-    with folder.owned():
+    with folder.own():
         assert list(folder.scratch.iterdir()) == []
     assert (tmp_path / "elsewhere" / "file").exists()
     assert (folder.blobs / "kept").exists()
@@ -104,7 +104,7 @@ def test_scratch_is_empty_at_the_start_and_links_are_not_followed(folder, tmp_pa
 def test_a_second_server_does_not_empty_the_scratch_of_the_first(folder, server):
     (folder.scratch / "work").write_text("under way")
     with pytest.raises(SettingsError):
-        folder.owned().__enter__()
+        folder.own().__enter__()
     assert (folder.scratch / "work").exists()
 
 

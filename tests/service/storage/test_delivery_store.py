@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from service.jobs.delivery import Delivery
 from service.jobs.job import Claim, JobState
+from service.jobs.stores import Delivery
 from service.storage.delivery_store import SqlDeliveryStore
 from service.storage.job_store import SqlJobStore
 from tests.service.storage.samples import DIED, Clock, results, submission, summary
@@ -81,7 +81,7 @@ def delivery(jobs: SqlJobStore, deliveries: SqlDeliveryStore) -> Delivery:
 
 
 def test_what_was_heard_is_not_due_again(deliveries: SqlDeliveryStore, delivery: Delivery) -> None:
-    deliveries.delivered(delivery)
+    deliveries.confirm(delivery)
     assert deliveries.due(10) == []
 
 

@@ -13,8 +13,8 @@ from contextlib import contextmanager
 import pytest
 
 from service.errors import DiskFullError, SettingsError
-from service.storage.blobs import file_blobs
-from service.storage.blobs.file_blobs import FileBlobs
+from service.storage import file_blobs
+from service.storage.file_blobs import FileBlobs
 from tests.service.storage.blob_store_contract import (
     BlobStoreContract,
     all_but,

@@ -11,8 +11,7 @@ import pytest
 from alembic import command
 from sqlalchemy import Connection, create_engine, inspect
 
-from service.storage.database import Database
-from service.storage.migrate import alembic_config, migrate
+from service.storage.database import Database, alembic_config, migrate
 from service.storage.tables import Base
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.uploads.file_labels import file_label
+from service.uploads.receiving import file_label
 
 
 @pytest.mark.parametrize(

@@ -22,9 +22,9 @@ from service.errors import (
 )
 from service.jobs.job import JobFile
 from service.settings import Settings
-from service.storage.blobs.file_blobs import FileBlobs
+from service.storage.file_blobs import FileBlobs
 from service.uploads import body as body_module
-from service.uploads.receiving import Upload, Uploads, Wanted, receive
+from service.uploads.receiving import UploadedFile, Uploads, Wanted, receive
 from tests.service.storage.blob_store_contract import blob_of
 
 MESH = Wanted("mesh", (".glb", ".obj", ".ply", ".stl"))
@@ -83,7 +83,7 @@ def test_a_body_is_stored_as_it_is(store):
     request = request_of([b"o cas", b"tle"], "filename=props%2Fcastle.OBJ")
     uploads = received(store, request)
     assert uploads == Uploads(
-        {"mesh": Upload("mesh", "castle.OBJ", ".obj", blob_of(b"o castle"))}, {}
+        {"mesh": UploadedFile("mesh", "castle.OBJ", ".obj", blob_of(b"o castle"))}, {}
     )
     assert uploads.files["mesh"].job_file == JobFile(
         "input/mesh.obj", blob_of(b"o castle"), "model/obj", is_input=True, label="castle.OBJ"
@@ -132,8 +132,8 @@ def test_parts_go_where_they_belong(store):
     uploads = received(store, request, (MESH, OCCLUDER))
     assert uploads.texts == {"options": '{"budget": 32}', "asset": "Schloß"}
     assert uploads.files == {
-        "mesh": Upload("mesh", "castle.glb", ".glb", blob_of(b"mesh\r\n--a-bound")),
-        "occluder": Upload("occluder", "occluder.obj", ".obj", blob_of(b"occluder")),
+        "mesh": UploadedFile("mesh", "castle.glb", ".glb", blob_of(b"mesh\r\n--a-bound")),
+        "occluder": UploadedFile("occluder", "occluder.obj", ".obj", blob_of(b"occluder")),
     }
 
 

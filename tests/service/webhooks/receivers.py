@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from ipaddress import ip_address
 
-from service.jobs.delivery import Delivery
+from service.jobs.stores import Delivery
 from service.webhooks.address_guard import Address
 
 
@@ -111,7 +111,7 @@ class Deliveries:
             waiting = sorted(self._waiting.values(), key=lambda one: one.due)
             return [one for one in waiting if one.due <= self.now][:limit]
 
-    def delivered(self, delivery: Delivery) -> None:
+    def confirm(self, delivery: Delivery) -> None:
         with self._lock:
             self._fail()
             del self._waiting[delivery.id]

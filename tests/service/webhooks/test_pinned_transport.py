@@ -12,7 +12,7 @@ import httpx
 import pytest
 
 from service.webhooks.address_guard import Resolve, UnsafeAddressError
-from service.webhooks.pinned_transport import PinnedTransport
+from service.webhooks.posting import PinnedTransport
 from tests.service.webhooks.receivers import Names, receiving
 
 

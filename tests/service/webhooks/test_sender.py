@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from service.errors import DiskFullError, NotFoundError
-from service.jobs.delivery import Delivery
+from service.jobs.stores import Delivery
 from service.settings import Settings
 from service.webhooks.sender import WebhookSender
 from service.webhooks.signing import SignatureError, verify
@@ -197,7 +197,7 @@ def test_a_receiver_that_does_not_answer_in_time_is_left() -> None:
 
 
 def test_an_answer_that_never_ends_is_not_read_to_its_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.webhooks.attempt._READ_SECONDS", 1000.0)
+    monkeypatch.setattr("service.webhooks.posting._READ_SECONDS", 1000.0)
     deliveries = Deliveries()
     with receiving((200, {}), endless=True) as receiver:
         deliveries.add(receiver.url)

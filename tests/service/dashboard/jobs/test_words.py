@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from service.dashboard.jobs.measure_line import polyline
-from service.dashboard.jobs.rows import line_of, progress_words
+from service.dashboard.jobs.best_so_far import polyline
+from service.dashboard.jobs.job_lines import line_of, progress_words
 from service.dashboard.jobs.words import KINDS, STATE_CLASSES, STATES, sentence, stage_words
 from service.jobs.job import Failure, Job, JobKind, JobState
 from service.jobs.progress import JobProgress

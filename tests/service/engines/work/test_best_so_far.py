@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from service.engines.work.best_so_far import BestSoFar
+from service.engines.work.occluder import BestSoFar
 from simplifier import Progress, picture_of
 from tests.solids import box
 

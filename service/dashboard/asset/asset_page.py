@@ -1,0 +1,146 @@
+"""The page of one asset: its latest run, or another, and the history of all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+from urllib.parse import urlencode
+
+from anyio.to_thread import run_sync
+from nicegui import ui
+
+from service.access.key import Scope
+from service.dashboard.asset.details import AssetDetail, RunLine, read_asset
+from service.dashboard.asset.panels import run_panels
+from service.dashboard.frame import page_frame, panel
+from service.dashboard.notices import showing_unknown
+from service.dashboard.overview.thresholds_dialog import open_demand
+from service.dashboard.visitor import Visitor, current_caller, current_visitor
+from service.dashboard.wording import percent, seconds, whole
+from service.jobs.asset import Asset, Thresholds
+
+_COLUMNS: list[dict[str, Any]] = [
+    {"name": "when", "label": "Run (UTC)", "field": "when", "align": "left", "sortable": True},
+    {"name": "recall", "label": "Recall", "field": "recall"},
+    {"name": "precision", "label": "Precision", "field": "precision"},
+    {"name": "worst", "label": "Worst view", "field": "worst"},
+    {"name": "triangles", "label": "Triangles", "field": "triangles"},
+    {"name": "time", "label": "Time", "field": "time"},
+    {"name": "holds", "label": "Thresholds", "field": "holds", "align": "left"},
+    {"name": "options", "label": "Options", "field": "options", "align": "left"},
+    {"name": "version", "label": "Version", "field": "version", "align": "left"},
+]
+_VERDICT_WORDS = {True: "held", False: "missed", None: ""}
+# Ours; what comes from outside is filled in as text by Vue.
+_WHEN_CELL = """<q-td :props="props"><a :href="props.row.address"
+    :aria-current="props.row.shown ? 'true' : null">{{ props.value }}</a></q-td>"""
+_VERDICT_CELL = """<q-td :props="props"><span
+    :class="{ good: props.value === 'held', bad: props.value === 'missed' }">{{ props.value
+    }}</span></q-td>"""
+_OPTIONS_CELL = """<q-td :props="props" class="wrapping">{{ props.value }}</q-td>"""
+
+
+@ui.page("/assets/{asset_id}")
+async def asset_page(asset_id: str, run: str | None = None) -> None:
+    """``run`` is the job to show in place of the latest run."""
+    visitor = current_visitor()
+    with showing_unknown():
+        detail = await _read(visitor, asset_id, run)
+        with page_frame(detail.asset.name, here="/"), ui.element("div").classes("detail"):
+            _show(visitor, detail)
+
+
+async def _read(visitor: Visitor, asset_id: str, job_id: str | None) -> AssetDetail:
+    def read() -> AssetDetail:
+        return read_asset(visitor.services, visitor.caller().tenant, asset_id, job_id)
+
+    return await run_sync(read)
+
+
+def _show(visitor: Visitor, detail: AssetDetail) -> None:
+    if detail.run is None:
+        ui.label("No run of this asset has succeeded yet. Submit a mesh under its name.")
+        _demand(visitor, detail.asset)
+        return
+    shown = detail.run.job.id
+    holds = next((line.holds for line in detail.history if line.job_id == shown), None)
+
+    def beside() -> None:
+        _demand(visitor, detail.asset, shown)
+
+    run_panels(detail.run, holds, beside=beside)
+    history_panel(detail.asset.id, detail.history, shown)
+
+
+def _demand(visitor: Visitor, asset: Asset, job_id: str | None = None) -> None:
+    """What is demanded, a way to change it for those who may, and where to go on from a run."""
+    with ui.element("div").classes("row-of-controls"):
+        ui.label(_words(asset.thresholds)).classes("quiet")
+        if current_caller().may(Scope.WRITE):
+            ui.button("Thresholds", on_click=lambda: open_demand(visitor, asset, _reload)).props(
+                "no-caps outline dense"
+            )
+        if job_id is not None:
+            ui.link("Speed against accuracy", f"/tradeoff/{asset.id}")
+            ui.link("Run again with other settings", f"/submit?from={job_id}")
+
+
+def _words(thresholds: Thresholds) -> str:
+    pairs = [("precision", thresholds.min_precision), ("recall", thresholds.min_recall)]
+    asked = [f"{name} {percent(least, 2)}" for name, least in pairs if least is not None]
+    return f"Demanded: {' and '.join(asked)}." if asked else "Nothing is demanded."
+
+
+async def _reload() -> None:
+    ui.navigate.reload()
+
+
+def history_panel(asset_id: str, history: Sequence[RunLine], shown: str) -> None:
+    """Show the runs, newest first; ``shown`` is the one that the page is about."""
+    with panel("History"):
+        table = ui.table(
+            rows=[_row(asset_id, line, shown) for line in history],
+            columns=_COLUMNS,
+            row_key="id",
+            selection="multiple",
+            pagination=10,
+        ).props("dense flat")
+        table.classes("history")
+        table.add_slot("body-cell-when", _WHEN_CELL)
+        table.add_slot("body-cell-holds", _VERDICT_CELL)
+        table.add_slot("body-cell-options", _OPTIONS_CELL)
+        words = ui.label().classes("quiet")
+        compare = ui.button("Compare the two").props("no-caps unelevated")
+
+        def choose() -> None:
+            count = len(table.selected)
+            compare.set_enabled(count == 2)
+            words.set_text("" if count == 2 else "Choose two runs to compare them.")
+
+        table.on_select(lambda _: choose())
+        compare.on_click(lambda: ui.navigate.to(_comparison(history, table.selected)))
+        choose()
+
+
+def _comparison(history: Sequence[RunLine], selected: Sequence[dict[str, Any]]) -> str:
+    """The older one first."""
+    chosen = {row["id"] for row in selected}
+    newer, older = (line.job_id for line in history if line.job_id in chosen)
+    return f"/compare?{urlencode({'a': older, 'b': newer})}"
+
+
+def _row(asset_id: str, line: RunLine, shown: str) -> dict[str, Any]:
+    return {
+        "id": line.job_id,
+        "address": f"/assets/{asset_id}?{urlencode({'run': line.job_id})}",
+        "shown": line.job_id == shown,
+        "when": f"{line.created:%Y-%m-%d %H:%M:%S}",
+        "recall": percent(line.recall),
+        "precision": percent(line.precision, 2),
+        "worst": percent(line.worst_recall),
+        "triangles": whole(line.triangles),
+        "time": seconds(line.seconds),
+        "holds": _VERDICT_WORDS[line.holds],
+        "options": line.options,
+        "version": line.version,
+    }

@@ -1,0 +1,142 @@
+"""How good an occluder is from where: in 3D, on a map, and the worst views in a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import get_args
+
+from nicegui import ui
+from nicegui.events import ValueChangeEventArguments
+
+from service.dashboard.asset.details import RunDetail
+from service.dashboard.frame import panel
+from service.dashboard.plain_table import PlainTable
+from service.dashboard.view_map import Axis, ViewMap
+from service.dashboard.viewer import MeshViewer, Mode
+from service.dashboard.views import Measure, View, worst_first
+from service.dashboard.wording import along, percent, whole
+
+ShowView = Callable[[View], None]
+
+_MODES: dict[Mode, str] = {
+    "overlay": "Overlay",
+    "transparent": "See-through",
+    "side": "Side by side",
+    "silhouette": "Silhouettes",
+}
+
+_LISTED = 6
+
+
+def viewer_panel(
+    run: RunDetail,
+    *,
+    title: str = "3D view",
+    mode: Mode = "overlay",
+    group: str | None = None,
+) -> ShowView:
+    """The panel of a run; what it returns shows one of the report's views there.
+
+    ``group``  panels of one name on a page look from the same place.
+    """
+    with panel(title):
+        if run.original is None or not run.levels:
+            ui.label("This job has no mesh to look at. Run it again to see it here.")
+            return lambda view: None
+        return _ControlledViewer(run, run.original, mode, group).show_view
+
+
+class _ControlledViewer:
+    """A viewer and its controls."""
+
+    def __init__(self, run: RunDetail, original: str, mode: Mode, group: str | None) -> None:
+        with ui.element("div").classes("row-of-controls"):
+            self._modes = ui.toggle(dict(_MODES), value=mode, on_change=self._show_mode)
+            self._modes.props('dense no-caps unelevated role=group aria-label="What is shown"')
+            levels = {
+                level.level: f"Level {level.level}, {whole(level.triangles)} triangles"
+                for level in run.levels
+            }
+            ui.select(levels, value=0, label="Level of detail", on_change=self._show_level).props(
+                "dense outlined options-dense"
+            ).classes("level-choice")
+            ui.switch("Wireframe", on_change=self._show_wireframe).props("dense")
+        self._viewer = MeshViewer(
+            original,
+            [level.files["glb"] for level in run.levels],
+            label=f"{run.job.name}, original and occluder",
+            up=run.up,
+            mode=mode,
+            group=group,
+        )
+        self._said = ui.label().classes("quiet one-line").props("aria-live=polite")
+
+    def show_view(self, view: View) -> None:
+        """Show silhouettes from one of the report's directions."""
+        self._modes.value = "silhouette"
+        self._viewer.look_along(view.direction)
+        self._said.set_text(
+            f"View {view.index}: recall {percent(view.recall)}, "
+            f"precision {percent(view.precision, 2)}, by the finest level."
+        )
+
+    def _show_mode(self, event: ValueChangeEventArguments[Mode]) -> None:
+        self._viewer.show_mode(event.value)
+        self._said.set_text("")
+
+    def _show_level(self, event: ValueChangeEventArguments[int]) -> None:
+        self._viewer.show_level(event.value)
+
+    def _show_wireframe(self, event: ValueChangeEventArguments[bool | None]) -> None:
+        self._viewer.show_wireframe(bool(event.value))
+
+
+def views_panel(views: Sequence[View], up: Axis, show: ShowView) -> None:
+    """Show the views, as the report orders them, at least one; ``show`` gets the chosen one."""
+    with panel("By direction"):
+        _ViewsPanel(views, up, show)
+
+
+class _ViewsPanel:
+    """Map and table speak of the same measure and mark the same view."""
+
+    def __init__(self, views: Sequence[View], up: Axis, show: ShowView) -> None:
+        self._views = views
+        self._show = show
+        self._measure: Measure = "recall"
+        choice = ui.toggle(
+            {one: one.capitalize() for one in get_args(Measure)},
+            value=self._measure,
+            on_change=lambda event: self._show_measure(event.value),
+        )
+        choice.props('dense no-caps unelevated role=group aria-label="What colours stand for"')
+        self._map = ViewMap(views, up=up, measure=self._measure)
+        self._map.on_choose(self._choose)
+        self._list_worst()
+
+    def _show_measure(self, measure: Measure) -> None:
+        self._measure = measure
+        self._map.show_measure(measure)
+        self._list_worst.refresh()
+
+    def _choose(self, index: int) -> None:
+        # The index comes from the browser.
+        if 0 <= index < len(self._views):
+            self._map.show_chosen(index)
+            self._show(self._views[index])
+
+    @ui.refreshable_method
+    def _list_worst(self) -> None:
+        table = PlainTable(
+            f"Views of the worst {self._measure}",
+            ["Worst views", "Line of sight", "#Recall", "#Precision"],
+        )
+        for view in worst_first(self._views, self._measure)[:_LISTED]:
+            with table.row():
+                with table.cell():
+                    button = ui.button(f"View {view.index}")
+                    button.on_click(lambda _, index=view.index: self._choose(index))
+                    button.props("flat dense no-caps size=sm")
+                table.text(along(view.direction)).classes("number-text")
+                table.number(percent(view.recall))
+                table.number(percent(view.precision, 2))

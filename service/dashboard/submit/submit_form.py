@@ -1,0 +1,139 @@
+"""New meshes with their settings, and the jobs that come of them.
+
+The browser has the files, sends them, and keeps the settings from one visit to the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from nicegui import ui
+from nicegui.element import Element
+from nicegui.events import GenericEventArguments
+
+from service.dashboard.asset.panels import file_size
+from service.dashboard.jobs.live_job import LiveJob
+from service.dashboard.notices import warn
+from service.dashboard.submit.option_form import OptionForm
+from service.dashboard.submit.typed import asset_names, remembered_options
+from service.dashboard.visitor import Visitor
+from service.jobs.job import JobKind
+from simplifier import MESH_SUFFIXES
+
+COMMON = (
+    "budget", "preset", "ground", "up", "viewers", "resolution", "error_bound", "lods",
+)  # fmt: skip
+"""Settings that most people need, in this order."""
+
+_LONGEST_NAME = 300
+
+
+class SubmitForm:
+    """The panel of a submission, and below it a panel a job."""
+
+    def __init__(self, visitor: Visitor, asset: str) -> None:
+        self._visitor = visitor
+        self._files: list[str] = []
+        self._table = visitor.services.tables[JobKind.OCCLUDER]
+        with ui.element("section").classes("panel"):
+            self._uploader = Uploader(
+                visitor.services.settings.max_upload,
+                on_chosen=self._hear_chosen, on_sent=self._hear_sent, on_done=self._hear_done,
+            )  # fmt: skip
+            self._asset = ui.input("Asset", value=asset[:_LONGEST_NAME]).classes("asset-name")
+            self._asset.props(f"dense outlined maxlength={_LONGEST_NAME} autocomplete=off")
+            self._asset.props["hint"] = (
+                "Whose run it becomes, such as props/castle; may stay empty. Several files become "
+                "assets of their own below it."
+            )
+            self._form = OptionForm(self._table, COMMON)
+            with ui.element("div").classes("row-of-controls"):
+                self._button = ui.button("Submit", on_click=self._submit)
+                self._button.props("no-caps unelevated")
+                ui.button("Defaults", on_click=self._reset).props("no-caps flat")
+                self._words = ui.label("Choose a mesh first.").classes("quiet").props("role=status")
+            self._button.disable()
+        self._remembered = Remembered("submit", self._hear_kept)
+        self._jobs = ui.element("div").classes("live-jobs")
+
+    def _hear_chosen(self, names: list[str]) -> None:
+        self._files = names
+        self._button.set_enabled(bool(names))
+        count = len(names)
+        self._words.text = "" if count == 1 else f"{count} files" if count else ""
+
+    def _submit(self) -> None:
+        form = self._form.read()
+        if form.faults:
+            self._form.show_faults(form)
+            warn("Some settings are wrong; see beside them")
+            return
+        self._remembered.keep(self._form.typed)
+        self._button.disable()
+        self._words.text = "Sending"
+        self._uploader.send(form.given, asset_names(self._asset.value or "", self._files))
+
+    def _hear_sent(self, job_id: str) -> None:
+        with self._jobs:
+            panel = LiveJob(self._visitor, job_id).panel
+        panel.move(target_index=0)
+
+    def _hear_done(self) -> None:
+        self._button.set_enabled(bool(self._files))
+        refused = len(self._files)
+        self._words.text = "Not all could be sent; see above" if refused else "Sent"
+
+    def _hear_kept(self, told: object) -> None:
+        self._form.fill(remembered_options(self._table, told))
+
+    def _reset(self) -> None:
+        self._form.reset()
+
+
+class Uploader(Element, component="uploader.js"):
+    """Meshes that wait to be sent are named by ``on_chosen``, each job that came of one by
+    ``on_sent``; ``on_done`` follows the last."""
+
+    def __init__(
+        self,
+        largest: int,
+        *,
+        on_chosen: Callable[[list[str]], object],
+        on_sent: Callable[[str], object],
+        on_done: Callable[[], object],
+    ) -> None:
+        super().__init__()
+        self.props["address"] = "/v1/occluders"
+        self.props["accept"] = ",".join([*sorted(MESH_SUFFIXES), ".toml"])
+        formats = ", ".join(one.removeprefix(".") for one in sorted(MESH_SUFFIXES))
+        self.props["help"] = (
+            f"Choose or drop {formats}; each at most {file_size(largest)}. "
+            "castle.overrides.toml goes along with castle.glb."
+        )
+
+        def hear_chosen(event: GenericEventArguments) -> None:
+            on_chosen([str(name) for name in event.args])
+
+        def hear_sent(event: GenericEventArguments) -> None:
+            on_sent(str(event.args["job"]))
+
+        self.on("chosen", hear_chosen)
+        self.on("sent", hear_sent)
+        self.on("done", lambda: on_done())
+
+    def send(self, settings: Sequence[tuple[str, str]], assets: Sequence[str]) -> None:
+        """Send all that wait, each with the same settings and its asset's name."""
+        self.run_method("send", [list(pair) for pair in settings], list(assets))
+
+
+class Remembered(Element, component="remembered.js"):
+    """``on_kept`` is told what was kept before, whatever it is; None for nothing."""
+
+    def __init__(self, name: str, on_kept: Callable[[object], object]) -> None:
+        super().__init__()
+        self.props["name"] = f"occluder.{name}"
+        self.on("kept", lambda event: on_kept(event.args))
+
+    def keep(self, values: Mapping[str, str]) -> None:
+        """Remember these values in place of those before."""
+        self.run_method("keep", dict(values))

@@ -1,1 +1,0 @@
-"""How good an occluder is by direction: a sphere of views, unrolled."""

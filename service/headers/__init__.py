@@ -1,1 +1,0 @@
-"""Headers, each as its standard has it: text in, values out."""

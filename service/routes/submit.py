@@ -1,0 +1,141 @@
+"""The four kinds of job, each by the route that takes it in.
+
+Three bring what they are about as an upload, the fourth has it already: the mesh of an asset's
+latest run.  Whichever it is, it goes on as a :class:`~service.jobs.job.Submission` by
+:meth:`Services.submit <service.routes.services.Services.submit>`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Request
+from fastapi.responses import Response
+
+from service.errors import InvalidOverridesError
+from service.headers import idempotency_key
+from service.jobs.job import JobKind
+from service.routes import actions
+from service.routes.docs import (
+    EVERYWHERE,
+    IDEMPOTENCY_KEY,
+    NEW_JOB,
+    RESULT_OR_JOB,
+    refusals,
+    upload_docs,
+)
+from service.routes.jobs import job_body
+from service.routes.services import KEYED, TheServices, Writer
+from service.routes.submission import submit_upload
+from service.schemas.job import JobBody
+from service.schemas.job_options import option_tables
+from service.uploads.receiving import Wanted
+from simplifier import MESH_SUFFIXES
+
+router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
+
+_MESH = Wanted("mesh", MESH_SUFFIXES, "The mesh, with a file name.")
+_OVERRIDES = Wanted(
+    "overrides",
+    (".toml",),
+    "Parts drawn by hand, regions to leave open and what to ignore of the mesh, as TOML; at most "
+    "1 MiB.",
+    needed=False,
+    largest=1 << 20,  # a thousand times what people write
+    fault=InvalidOverridesError,
+)
+_PARTS: Mapping[JobKind, tuple[Wanted, ...]] = {
+    JobKind.OCCLUDER: (_MESH, _OVERRIDES),
+    JobKind.EVALUATION: (
+        _MESH,
+        Wanted("occluder", MESH_SUFFIXES, "What is to hide as much as the mesh, with a file name."),
+        _OVERRIDES,
+    ),
+    JobKind.SCENE: (
+        Wanted(
+            "scene",
+            (".glb", ".zip"),
+            "A GLB, or a zip of a folder with a scene, with a file name.",
+        ),
+    ),
+}
+"""The files that an upload brings."""
+
+RAW: Mapping[JobKind, tuple[str, ...]] = {
+    JobKind.OCCLUDER: (
+        "model/gltf-binary", "model/gltf+json", "model/obj", "model/ply", "model/stl", "model/off",
+        "application/octet-stream",
+    ),
+    JobKind.SCENE: ("model/gltf-binary", "application/zip", "application/octet-stream"),
+}  # fmt: skip
+"""Media types of bodies that are the first file as it is; for the last, ``filename`` says the
+format."""
+
+_SWEEP_SCHEMA = option_tables(math.inf, math.inf)[JobKind.TRADEOFF].schema()
+
+
+def _upload_route(kind: JobKind) -> dict[str, Any]:
+    """What a route that takes an upload says of its body and its answers."""
+    return {
+        "response_class": Response,
+        "responses": RESULT_OR_JOB,
+        "openapi_extra": upload_docs(kind, _PARTS[kind], RAW.get(kind, ())),
+    }
+
+
+@router.post("/occluders", summary="Make occluders of a mesh", **_upload_route(JobKind.OCCLUDER))
+async def make_occluders(request: Request, services: TheServices, caller: Writer) -> Response:
+    """Levels of detail, each judged for precision and recall.
+
+    The body is the mesh, options are in the query; or a form with the parts `mesh` and `options`,
+    and `overrides` where there are some.  The same files, options and version give the stored
+    result at once.
+    """
+    kind = JobKind.OCCLUDER
+    return await submit_upload(request, services, caller, kind, _PARTS[kind])
+
+
+@router.post("/evaluations", summary="Judge an occluder", **_upload_route(JobKind.EVALUATION))
+async def judge_occluder(request: Request, services: TheServices, caller: Writer) -> Response:
+    """Precision and recall of any occluder against its mesh: a form with the two as parts,
+    and `overrides` of the mesh where there are some.
+    """
+    kind = JobKind.EVALUATION
+    return await submit_upload(request, services, caller, kind, _PARTS[kind])
+
+
+@router.post("/scenes", summary="Make occluders of a scene", **_upload_route(JobKind.SCENE))
+async def make_scene(request: Request, services: TheServices, caller: Writer) -> Response:
+    """A tree of occluders: one an object, and others above for what is far away."""
+    kind = JobKind.SCENE
+    return await submit_upload(request, services, caller, kind, _PARTS[kind])
+
+
+@router.post(
+    "/assets/{asset_id}/tradeoff",
+    status_code=202,
+    response_description="The job.",
+    responses={202: NEW_JOB, **refusals(*EVERYWHERE, 404, 409, 507)},
+    openapi_extra={
+        "parameters": [IDEMPOTENCY_KEY],
+        "requestBody": {"content": {"application/json": {"schema": _SWEEP_SCHEMA}}},
+    },
+    summary="Measure speed against accuracy",
+)
+def measure_tradeoff(
+    asset_id: str,
+    options: Annotated[dict[str, Any], Body(description="What to measure.")],
+    request: Request,
+    response: Response,
+    services: TheServices,
+    caller: Writer,
+) -> JobBody:
+    """Many settings on the mesh of the asset's latest run, each timed and judged.
+
+    Results are `tradeoff.html` to read, and the rows as `tradeoff.csv` and `tradeoff.json`.
+    """
+    job = actions.sweep(services, caller, asset_id, options, idempotency_key(request.headers))
+    response.headers["Location"] = f"/v1/jobs/{job.id}"
+    return job_body(services, caller, job)

@@ -1,1 +1,0 @@
-"""Bytes by their SHA-256, in files."""

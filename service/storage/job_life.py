@@ -1,0 +1,148 @@
+"""How a job begins and how it ends, each step within the transaction of the caller.
+
+This is the one place where a job gets a last state and its webhook is put down, so that a delivery
+is there exactly when its job has ended.
+"""
+
+from __future__ import annotations
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from service.errors import ConflictError, QueueFullError
+from service.jobs.job import Failure, JobState, Submission, Summary
+from service.storage.rows import (
+    add_asset,
+    failure_columns,
+    find_asset,
+    new_id,
+    submitted_columns,
+    summary_columns,
+)
+from service.storage.tables import DeliveryRow, DeliveryState, IdempotencyKeyRow, JobRow
+
+_RETRY_SECONDS = 5
+"""When a queue that is full is worth another try: most jobs take less."""
+
+
+def earlier_job(session: Session, submission: Submission) -> JobRow | None:
+    """The job that the same idempotency key gave before.
+
+    Raises :class:`~service.errors.ConflictError` where the request was another.
+    """
+    if submission.idempotency_key is None:
+        return None
+    key = session.get(IdempotencyKeyRow, (submission.tenant, submission.idempotency_key))
+    if key is None:
+        return None
+    if key.fingerprint != submission.fingerprint:
+        raise ConflictError(
+            f"the idempotency key '{submission.idempotency_key}' was used for another request",
+            remedy="choose a new key for a new request",
+        )
+    return session.get_one(JobRow, key.job_number)
+
+
+def has_key(session: Session, tenant: str, key: str) -> bool:
+    """Whether an idempotency key has given a job before."""
+    return session.get(IdempotencyKeyRow, (tenant, key)) is not None
+
+
+def same_work(session: Session, submission: Submission) -> JobRow | None:
+    """The first job of the tenant that has done the same work with success."""
+    return session.scalars(
+        select(JobRow)
+        .where(
+            JobRow.work_key == submission.work_key,
+            JobRow.tenant == submission.tenant,
+            JobRow.state == JobState.SUCCEEDED,
+        )
+        .order_by(JobRow.number)
+        .limit(1)
+    ).first()
+
+
+def check_room(session: Session, queue_limit: int) -> None:
+    """Raises :class:`~service.errors.QueueFullError`."""
+    waiting = session.scalars(
+        select(func.count()).select_from(JobRow).where(JobRow.state == JobState.QUEUED)
+    ).one()
+    if waiting >= queue_limit:
+        raise QueueFullError(waiting, _RETRY_SECONDS)
+
+
+def add_job(session: Session, submission: Submission, now: float) -> JobRow:
+    """A queued job, and the key that will give it again."""
+    tenant, name = submission.tenant, submission.asset
+    asset = None
+    if name is not None:
+        asset = find_asset(session, tenant, name) or add_asset(session, tenant, name, now)
+    row = JobRow(
+        id=new_id(), state=JobState.QUEUED, work_key=submission.work_key, created=now, asset=asset,
+        **submitted_columns(submission),
+    )  # fmt: skip
+    session.add(row)
+    session.flush()
+    if submission.idempotency_key is not None:
+        session.add(
+            IdempotencyKeyRow(
+                tenant=submission.tenant,
+                key=submission.idempotency_key,
+                fingerprint=submission.fingerprint,
+                job_number=row.number,
+            )
+        )
+    return row
+
+
+def end_succeeded(session: Session, row: JobRow, summary: Summary, now: float) -> None:
+    row.summary = summary_columns(summary)
+    _end(session, row, JobState.SUCCEEDED, now)
+
+
+def end_cancelled(session: Session, row: JobRow, now: float) -> None:
+    _end(session, row, JobState.CANCELLED, now)
+
+
+def end_attempt(
+    session: Session, row: JobRow, failure: Failure, now: float, *, final: bool
+) -> None:
+    """Settle an attempt that came to nothing: fail, try again, or do as was asked meanwhile.
+
+    Another attempt keeps the job's number, so it is the next to be claimed.
+    """
+    if row.cancel_asked and not final:
+        end_cancelled(session, row, now)
+    elif row.attempt < row.attempts and not final:
+        _queue_again(row)
+    else:
+        row.failure = failure_columns(failure)
+        _end(session, row, JobState.FAILED, now)
+
+
+def release(session: Session, row: JobRow, now: float) -> None:
+    """Queue a job again after an attempt that is not to count: as many are left as before it."""
+    if row.cancel_asked:
+        end_cancelled(session, row, now)
+    else:
+        row.attempts += 1
+        _queue_again(row)
+
+
+def _queue_again(row: JobRow) -> None:
+    row.state, row.owner, row.started = JobState.QUEUED, None, None
+
+
+def _end(session: Session, row: JobRow, state: JobState, now: float) -> None:
+    row.state, row.owner, row.ended = state, None, now
+    if row.webhook is not None:
+        session.add(
+            DeliveryRow(
+                id=new_id(),
+                job_number=row.number,
+                state=DeliveryState.WAITING,
+                url=row.webhook,
+                since=now,
+                due=now,
+            )
+        )

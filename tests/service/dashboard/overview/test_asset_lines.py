@@ -1,0 +1,108 @@
+"""What the page of all assets says, without a browser."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from service.dashboard.overview.asset_lines import (
+    AssetLine,
+    Overview,
+    Verdict,
+    falls_since,
+    midnight,
+    summary,
+)
+from service.dashboard.overview.exports import csv_of, harmless, rows_of
+from service.jobs.asset import RunNumbers, Standing, Thresholds
+
+RUN = RunNumbers("job1", 1.7e9, 64, 5000, 1.5, 0.999, 0.8, 0.6, 17)
+
+
+def line(
+    name: str = "castle", run: RunNumbers | None = RUN, thresholds: Thresholds | None = None
+) -> AssetLine:
+    standing = Standing(f"id of {name}", name, thresholds or Thresholds(), run, (0.7, 0.8))
+    return AssetLine.of(standing)
+
+
+def overview(*lines: AssetLine) -> Overview:
+    return Overview(lines, (), datetime(2024, 5, 1, tzinfo=UTC), None)
+
+
+@pytest.mark.parametrize(
+    ("thresholds", "verdict"),
+    [
+        (Thresholds(), Verdict.OPEN),
+        (Thresholds(0.999, 0.8), Verdict.HELD),
+        (Thresholds(0.9991, None), Verdict.MISSED),
+        (Thresholds(None, 0.81), Verdict.MISSED),
+    ],
+)
+def test_a_verdict_follows_the_thresholds(thresholds: Thresholds, verdict: Verdict) -> None:
+    assert line(thresholds=thresholds).verdict is verdict
+
+
+def test_an_asset_without_a_run_has_no_verdict() -> None:
+    assert line(run=None, thresholds=Thresholds(0.9, 0.9)).verdict is Verdict.NEVER_RUN
+
+
+def test_what_fell_is_told_with_the_largest_fall_first() -> None:
+    a = line("a", replace(RUN, job_id="new", recall=0.75))
+    b = line("b", replace(RUN, job_id="new", precision=0.9, recall=0.9))
+    found = falls_since((a, b), {a.id: RUN, b.id: RUN})
+    assert [change.line.name for change in found] == ["b", "a"]
+    assert (found[0].precision, found[0].recall) == ((0.999, 0.9), None)
+    assert (found[1].precision, found[1].recall) == (None, (0.8, 0.75))
+
+
+def test_what_rose_stayed_or_began_later_is_not_worse() -> None:
+    risen = line("a", replace(RUN, job_id="new", recall=0.9))
+    same = line("b")
+    hardly = line("c", replace(RUN, job_id="new", recall=0.7996))
+    fresh = line("d", replace(RUN, recall=0.1))
+    before = {one.id: RUN for one in (risen, same, hardly)}
+    assert falls_since((risen, same, hardly, fresh), before) == ()
+
+
+def test_the_summary_counts_in_words() -> None:
+    missed = line(thresholds=Thresholds(1.0, 1.0))
+    assert summary(overview(line())) == (
+        "1 asset. Below thresholds: none. Worse since 1 May 2024: none."
+    )
+    assert summary(overview(line(), missed)) == (
+        "2 assets. Below thresholds: 1. Worse since 1 May 2024: none."
+    )
+
+
+def test_half_a_date_is_none() -> None:
+    assert midnight("2024-05-01") == datetime(2024, 5, 1, tzinfo=UTC)
+    with pytest.raises(ValueError):
+        midnight("2024-05")
+
+
+@given(st.text(min_size=1, max_size=60))
+def test_no_name_in_the_csv_begins_a_formula_or_another_row(name: str) -> None:
+    rows = list(csv.DictReader(io.StringIO(csv_of([line(name)]), newline="")))
+    assert len(rows) == 1
+    read = rows[0]["asset"]
+    assert read[:1] not in tuple("=+-@\t\r\n")
+    assert read == harmless(name)
+    assert rows[0]["recall"] == "0.8"
+
+
+@pytest.mark.parametrize("name", ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1"])
+def test_a_formula_is_quoted(name: str) -> None:
+    assert harmless(name) == f"'{name}"
+    assert harmless("props/castle") == "props/castle"
+
+
+def test_those_that_miss_their_thresholds_come_first() -> None:
+    missed = line("z", thresholds=Thresholds(1.0, 1.0))
+    assert [row["name"] for row in rows_of(overview(line("a"), missed))] == ["z", "a"]

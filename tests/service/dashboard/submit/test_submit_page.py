@@ -1,0 +1,291 @@
+"""Meshes submitted in a real browser to a service that works."""
+
+from __future__ import annotations
+
+import io
+import re
+from base64 import b64decode
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from service.dashboard.colours import BOTH
+from tests.service.dashboard.chromium import DESKTOP, TABLET, Watch
+from tests.service.dashboard.legibility import faint_texts, overflows
+from tests.service.dashboard.meshes import broken_file, castle_file
+from tests.service.dashboard.screenshots import keep_picture
+
+PATIENCE = 60_000.0  # ms: the first job waits until the worker is ready
+QUICK = {"Resolution": "16", "Levels of detail": "1"}
+HOSTILE = "<img src=x onerror='window.hit = 1'>{{ 7 * 7 }} $(id) ‮é.obj"
+
+
+@pytest.fixture(scope="module")
+def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return castle_file(tmp_path_factory.mktemp("mesh"))
+
+
+def fill(page: Page, **more: str) -> None:
+    for label, text in {**QUICK, **more}.items():
+        page.get_by_label(label, exact=True).fill(text)
+    page.get_by_label("Preset").click()
+    page.get_by_role("option", name="draft").click()
+
+
+def jobs_of(page: Page) -> Locator:
+    return page.get_by_role("region", name="Job")
+
+
+def submit(page: Page, address: str, path: Path | list[Path], **more: str) -> Locator:
+    """The panel of the job that comes of it."""
+    page.goto(f"{address}/submit")
+    page.get_by_label("Meshes").set_input_files(path)
+    fill(page, **more)
+    page.get_by_role("button", name="Submit").click()
+    return jobs_of(page).first
+
+
+@pytest.mark.vital
+def test_a_mesh_is_submitted_watched_and_run_again(
+    page: Page, working: str, mesh: Path, tmp_path: Path
+) -> None:
+    job = submit(page, working, mesh, Asset="props/castle", Budget="12")
+    expect(job.get_by_role("status")).to_have_text("succeeded", timeout=PATIENCE)
+    expect(job.get_by_text("recall")).to_be_visible()
+    expect(page.get_by_text("castle.obj", exact=True).first).to_be_visible()
+    keep_picture(page, "dashboard_submit", tmp_path)
+    job.get_by_role("link", name="Run again with other settings").click()
+    expect(page.get_by_label("Budget", exact=True)).to_have_value("12")
+    expect(page.get_by_label("Resolution", exact=True)).to_have_value("16")
+    page.get_by_label("Budget", exact=True).fill("16")
+    page.get_by_role("button", name="Run again").click()
+    again = jobs_of(page).first
+    expect(again.get_by_role("status")).to_have_text("succeeded", timeout=PATIENCE)
+    again.get_by_role("link", name="See the asset").click()
+    page.wait_for_url("**/assets/*")
+    expect(page.get_by_role("heading", name="props/castle")).to_be_visible()
+
+
+def test_settings_are_remembered_by_the_browser(page: Page, working: str, mesh: Path) -> None:
+    submit(page, working, mesh, Budget="17")
+    expect(jobs_of(page)).to_have_count(1)
+    page.goto(f"{working}/submit")
+    expect(page.get_by_label("Budget", exact=True)).to_have_value("17")
+    page.get_by_role("button", name="Defaults").click()
+    expect(page.get_by_label("Budget", exact=True)).to_have_value("64")
+
+
+def test_a_job_is_cancelled_while_it_runs(page: Page, working: str, mesh: Path) -> None:
+    page.goto(f"{working}/submit")
+    page.get_by_label("Meshes").set_input_files(mesh)
+    fill(page)
+    page.get_by_text("More settings").click()
+    page.get_by_label("Time limit").fill("600")
+    page.get_by_role("button", name="Submit").click()
+    job = jobs_of(page).first
+    expect(job.get_by_text("refining")).to_be_visible(timeout=PATIENCE)
+    expect(job.locator("polyline")).to_have_attribute("points", re.compile(r"[\d.]+,"))
+    job.get_by_role("button", name="Cancel").click()
+    expect(job.get_by_role("status")).to_have_text("cancelled")
+
+
+def test_the_best_so_far_is_shown_while_a_job_refines(
+    page: Page, working: str, mesh: Path, tmp_path: Path
+) -> None:
+    page.goto(f"{working}/submit")
+    page.get_by_label("Meshes").set_input_files(mesh)
+    page.get_by_label("Budget", exact=True).fill("48")
+    page.get_by_role("checkbox", name="Ground").click()
+    page.get_by_label("Preset").click()
+    page.get_by_role("option", name="best").click()
+    page.get_by_text("More settings").click()
+    page.get_by_label("Time limit").fill("600")
+    page.get_by_role("button", name="Submit").click()
+    job = jobs_of(page).first
+    picture = job.get_by_role("img", name=re.compile("best so far after .* s: hides .* %"))
+    expect(picture).to_be_visible(timeout=PATIENCE)
+    first = picture.get_attribute("src")
+    assert yellow_of(picture) > 0.1
+    expect(picture).not_to_have_attribute("src", first or "")
+    assert yellow_of(picture) > 0.1
+    assert picture.evaluate("one => [one.width, one.height]") == [160, 160]
+    assert faint_texts(page) == []
+    job.scroll_into_view_if_needed()
+    keep_picture(job, "dashboard_best_so_far", tmp_path)
+    page.set_viewport_size(TABLET)
+    assert not overflows(page)
+    page.set_viewport_size(DESKTOP)
+    job.get_by_role("link", name="castle.obj").click()
+    expect(page.get_by_role("img", name=re.compile("best so far after"))).to_be_visible()
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.get_by_text("It was cancelled")).to_be_visible()
+    expect(page.get_by_role("img", name=re.compile("best so far after"))).to_have_count(0)
+
+
+def yellow_of(picture: Locator) -> float:
+    """The share of a picture's pixels that have the colour of what is hidden rightly."""
+    data = b64decode((picture.get_attribute("src") or "").partition(",")[2])
+    pixels = np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+    return float((pixels == BOTH).all(axis=-1).mean())
+
+
+def test_a_broken_mesh_explains_itself(page: Page, working: str, tmp_path: Path) -> None:
+    job = submit(page, working, broken_file(tmp_path))
+    fault = job.get_by_role("alert")
+    expect(fault).to_contain_text("The mesh cannot be read", timeout=PATIENCE)
+    expect(fault).to_contain_text("broken.glb: the file is truncated: 16 of 65535 bytes are there.")
+    expect(fault).to_contain_text("What to do: Copy or export it again.")
+
+
+KEEP = '[[open]]\nname = "gate"\ncenter = [0, 2.4, 28]\nsize = [4.2, 4.8, 11]\n'
+
+
+@pytest.mark.vital
+def test_overrides_go_along_with_their_mesh_and_are_kept(
+    page: Page, working: str, mesh: Path, tmp_path: Path
+) -> None:
+    keep = tmp_path / "castle.overrides.toml"
+    keep.write_text(KEEP)
+    job = submit(page, working, [keep, mesh], Budget="13")
+    expect(page.get_by_role("row", name="castle.overrides.toml")).to_contain_text("sent")
+    expect(job.get_by_role("status")).to_have_text("succeeded", timeout=PATIENCE)
+    job.get_by_role("link", name="See the job").click()
+    with page.expect_download() as download:
+        page.get_by_role("link", name="with overrides").click()
+    assert download.value.path().read_text() == KEEP
+    expect(page.get_by_role("link", name="input/overrides.toml")).to_be_visible()
+    page.get_by_role("link", name="Run again with other settings").click()
+    expect(page.get_by_role("link", name="its overrides")).to_be_visible()
+    page.get_by_label("Budget", exact=True).fill("15")
+    page.get_by_role("button", name="Run again").click()
+    again = jobs_of(page).first
+    expect(again.get_by_role("status")).to_have_text("succeeded", timeout=PATIENCE)
+    again.get_by_role("link", name="See the job").click()
+    expect(page.get_by_role("link", name="with overrides")).to_be_visible()
+
+
+def test_overrides_without_their_mesh_are_told(page: Page, working: str, tmp_path: Path) -> None:
+    for name in ("tower.obj", "tower.ply", "tower.overrides.toml", "keep.toml"):
+        (tmp_path / name).write_text(KEEP)
+    page.goto(f"{working}/submit")
+    row = page.get_by_role("row", name="tower.overrides.toml")
+    chooser, send = page.get_by_label("Meshes"), page.get_by_role("button", name="Submit")
+    chooser.set_input_files([tmp_path / "tower.overrides.toml", tmp_path / "keep.toml"])
+    lone = "Its mesh is not here. Choose tower.glb, or tower in another format, as well."
+    expect(row.get_by_role("alert")).to_have_text(lone)
+    expect(page.get_by_role("row", name="keep.toml").get_by_role("alert")).to_have_text(
+        "Overrides are named after their mesh: castle.overrides.toml for castle.glb."
+    )
+    expect(send).to_be_disabled()
+    page.get_by_role("button", name="Remove keep.toml").click()
+    chooser.set_input_files([tmp_path / "tower.obj", tmp_path / "tower.ply"])
+    expect(row).to_contain_text("goes with tower.obj, tower.ply")
+    expect(send).to_be_enabled()
+    chooser.set_input_files(tmp_path / "tower.overrides.toml")  # anew, in place of the first
+    expect(row).to_have_count(1)
+    page.get_by_role("button", name="Remove tower.obj").click()
+    expect(row).to_contain_text("goes with tower.ply")
+    page.get_by_role("button", name="Remove tower.ply").click()
+    expect(row.get_by_role("alert")).to_have_text(lone)
+    for size in (DESKTOP, TABLET):
+        page.set_viewport_size(size)
+        assert faint_texts(page) == []
+        assert not overflows(page)
+
+
+def test_broken_overrides_explain_themselves(
+    page: Page, working: str, mesh: Path, tmp_path: Path
+) -> None:
+    keep = tmp_path / "castle.overrides.toml"
+    keep.write_text(f"{KEEP}\n[[box]]\ncentre = [0, 0, 0]\n")
+    fault = submit(page, working, [mesh, keep]).get_by_role("alert")
+    expect(fault).to_contain_text("The overrides cannot be used", timeout=PATIENCE)
+    expect(fault).to_contain_text("castle.overrides.toml:7: there is no key 'centre' in [[box]].")
+    expect(fault).to_contain_text("What to do: Choose from name, center, size")
+
+
+def test_a_fault_stands_beside_its_setting_as_one_types(
+    page: Page, working: str, mesh: Path
+) -> None:
+    page.goto(f"{working}/submit")
+    page.get_by_label("Meshes").set_input_files(mesh)
+    page.get_by_label("Budget", exact=True).fill("0")
+    expect(page.get_by_text("0 is out of range. Choose 1 to 100,000.")).to_be_visible()
+    page.get_by_role("button", name="Submit").click()
+    expect(page.get_by_label("Budget", exact=True)).to_be_focused()
+    expect(jobs_of(page)).to_have_count(0)
+    page.get_by_label("Budget", exact=True).fill("9")
+    expect(page.get_by_text("0 is out of range")).to_have_count(0)
+
+
+def test_a_refused_upload_says_why_and_can_be_sent_again(
+    page: Page, working: str, watch: Watch, tmp_path: Path
+) -> None:
+    watch.expect("413")
+    large = tmp_path / "large.obj"
+    large.write_bytes(b"#" * 1_100_000)
+    page.goto(f"{working}/submit")
+    page.get_by_label("Meshes").set_input_files(large)
+    page.get_by_role("button", name="Submit").click()
+    expect(
+        page.get_by_role("alert").filter(has_text="An upload may have 1,000,000")
+    ).to_be_visible()
+    expect(page.get_by_role("button", name="Submit")).to_be_enabled()
+    page.get_by_role("button", name="Remove large.obj").click()
+    expect(page.get_by_role("button", name="Submit")).to_be_disabled()
+
+
+def test_hostile_names_are_but_text(page: Page, working: str, tmp_path: Path) -> None:
+    path = castle_file(tmp_path, HOSTILE.replace("/", ":"))
+    job = submit(page, working, path, Asset=HOSTILE)
+    expect(job.get_by_role("link", name="{{ 7 * 7 }}")).to_be_visible()
+    expect(job.get_by_role("status")).to_have_text("succeeded", timeout=PATIENCE)
+    for place in ("/jobs", job.get_by_role("link").first.get_attribute("href")):
+        page.goto(f"{working}{place}")
+        expect(page.get_by_text("{{ 7 * 7 }}").first).to_be_visible()
+    assert page.evaluate("window.hit === undefined")
+
+
+def test_the_keyboard_is_enough(page: Page, working: str, mesh: Path) -> None:
+    page.goto(f"{working}/submit")
+    expect(page.get_by_label("Budget", exact=True)).to_be_visible()
+    tab_to(page, page.get_by_label("Meshes"))
+    with page.expect_file_chooser() as chooser:
+        page.keyboard.press("Space")
+    chooser.value.set_files(mesh)
+    expect(page.get_by_role("button", name="Submit")).to_be_enabled()
+    tab_to(page, page.get_by_label("Resolution", exact=True))
+    page.keyboard.type("16")
+    tab_to(page, page.get_by_role("button", name="Submit"))
+    page.keyboard.press("Enter")
+    job = jobs_of(page).first
+    expect(job).to_be_visible()
+    tab_to(page, job.get_by_role("button", name="Cancel"))
+    page.keyboard.press("Enter")
+    expect(job.get_by_role("status")).to_have_text("cancelled", timeout=PATIENCE)
+
+
+def tab_to(page: Page, wanted: Locator) -> None:
+    for _ in range(40):
+        page.keyboard.press("Tab")
+        if wanted.evaluate("one => one === document.activeElement"):
+            return
+    raise AssertionError(f"the keyboard does not reach {wanted}")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_it_can_be_read_on_a_tablet(
+    browser: Browser, working: str, scheme: str, tmp_path: Path
+) -> None:
+    context = browser.new_context(viewport=TABLET, color_scheme=scheme)  # type: ignore[arg-type]
+    page = context.new_page()
+    page.goto(f"{working}/submit")
+    page.get_by_text("More settings").click()
+    expect(page.get_by_label("Seed")).to_be_visible()
+    assert faint_texts(page) == []
+    assert not overflows(page)
+    keep_picture(page, f"dashboard_submit_{scheme}", tmp_path)
+    context.close()

@@ -11,7 +11,7 @@ from itertools import groupby
 
 from numba.core import event
 
-from simplifier.cli.main import main as cli
+from simplifier.cli.main import main
 
 
 class Compilations(event.Listener):
@@ -35,7 +35,7 @@ def main():
             continue
         sys.argv = ["occluder", *words]
         try:
-            cli.main()
+            main()
         except SystemExit as end:
             if end.code:
                 raise

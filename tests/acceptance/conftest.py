@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from simplifier.cli.main import main as cli
+from simplifier.cli.main import main
 
 
 @pytest.fixture
@@ -17,7 +17,7 @@ def command(monkeypatch, capfd):
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["occluder", *map(os.fspath, arguments)])
         with pytest.raises(SystemExit) as end:
-            cli.main()
+            main()
         shown = capfd.readouterr()
         return end.value.code or 0, shown.out, shown.err
 

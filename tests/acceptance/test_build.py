@@ -83,9 +83,9 @@ def test_it_builds_checks_and_reports(folder):
 def test_a_check_loads_nothing_that_makes_occluders(folder):
     assert occluder("build", cwd=folder).returncode == 0
     code = (
-        "import sys\nfrom simplifier import cli\nsys.argv = ['occluder', 'build', '--check',"
+        "import sys\nfrom simplifier.cli import main\nsys.argv = ['occluder', 'build', '--check',"
         " '--junit', 'j.xml', '--markdown', 'm.md', '--json', 'j.json']\n"
-        "try:\n    cli.main()\nexcept SystemExit as end:\n    assert not end.code\n"
+        "try:\n    main.main()\nexcept SystemExit as end:\n    assert not end.code\n"
         "print({'numpy', 'numba', 'scipy', 'watchfiles'} & set(sys.modules))"
     )
     done = subprocess.run(

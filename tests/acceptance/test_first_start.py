@@ -13,7 +13,7 @@ import pytest
 
 import simplifier
 from simplifier import kernels
-from simplifier.cli.main import main as cli
+from simplifier.cli.main import main
 from simplifier.io.formats import writable_suffixes
 from simplifier.warmup import warm_up
 from tests.acceptance.command import environment, occluder
@@ -127,7 +127,7 @@ def check_signatures(folder):
     for words in commands(paths, target):
         sys.argv = ["occluder", *words]
         with pytest.raises(SystemExit) as end:
-            cli.main()
+            main()
         assert not end.value.code, words
         new = {name: found - warm[name] for name, found in signatures().items()}
         assert not any(new.values()), (words, {name: found for name, found in new.items() if found})

@@ -130,7 +130,7 @@ def test_at_any_moment(interrupted, tmp_path, after):
 
 LOADING = """
 import signal, sys
-from simplifier import cli
+from simplifier.cli import main
 
 class Interrupting:
     def find_spec(self, name, path=None, target=None):
@@ -139,7 +139,7 @@ class Interrupting:
 
 sys.meta_path.insert(0, Interrupting())
 sys.argv = ["occluder", "simplify", "mesh.ply", "-o", "out.glb"]
-cli.main()
+main.main()
 """
 
 

@@ -28,7 +28,7 @@ def produced(mesh, **options):
 
 def check(product):
     """What no extreme may break: finite numbers, the budget, the error bound, a valid report."""
-    options, report = product.made.options, product.report()
+    options, report = product.result.options, product.report()
     for level in product.levels:
         assert np.isfinite(level.occluder.vertices).all()
         assert level.triangles <= options.budget
@@ -52,7 +52,7 @@ def test_a_hole_narrower_than_a_voxel_is_closed_and_one_of_two_leaks_and_says_so
     """In between it depends on where the hole lies in the grid."""
     product = produced(SHAPES[f"hole of {width} voxels"](), resolution=VOXELS, **DRAFT)
     assert product.accuracies[0].precision > 0.99
-    inside = product.made.result.solid.enclosed_fraction
+    inside = product.result.made.solid.enclosed_fraction
     says = [line for line in product.warnings if "the surface is open" in line]
     if width <= 1.0:
         assert inside > 0.5
@@ -67,7 +67,7 @@ def test_a_hole_narrower_than_a_voxel_is_closed_and_one_of_two_leaks_and_says_so
 def test_the_advised_hole_closes_the_box():
     mesh = SHAPES["hole of 3.0 voxels"]()
     closed = produced(mesh, smallest_hole=2.0, resolution=VOXELS, **DRAFT)
-    assert closed.made.result.solid.enclosed_fraction > 0.5
+    assert closed.result.made.solid.enclosed_fraction > 0.5
     assert closed.warnings == ()
 
 
@@ -134,7 +134,7 @@ def test_options_on_every_shape(name, options):
         if key in ("smallest_hole", "shrink")
     }
     product = produced(mesh, **{"resolution": 16, "views": 8} | DRAFT | options | lengths)
-    if product.made.resolved.solid.wholly_inside:
+    if product.result.stages.solid.wholly_inside:
         assert product.levels[0].error_bound == 0.0
         if name in CLOSED:
             assert product.accuracies[0].precision == 1.0

@@ -41,7 +41,7 @@ def check_simplify(case: Case, folder: Path) -> None:
     check_soup(mesh.vertices, mesh.faces)
     options = SimplifyOptions.of(case["options"])
     product = simplify(mesh, options).measure()
-    solid = product.made.result.solid
+    solid = product.result.made.solid
     for level, budget in zip(product.levels, _budgets(product), strict=True):
         _check_made(level, mesh, budget)
     _check_reach(product.levels[0], mesh, solid)
@@ -72,7 +72,7 @@ def check_evaluate(case: Case) -> None:
 
 
 def _budgets(product: MeasuredResult) -> list[int]:
-    result, budget = product.made.result, product.made.options.budget
+    result, budget = product.result.made, product.result.options.budget
     if isinstance(result, Levels):
         return [budget] * len(product.levels)
     return [budget]
@@ -146,7 +146,7 @@ def _check_files(product: MeasuredResult, folder: Path) -> None:
             promise("32-bit" in error.what and suffix == ".glb", "anything can be saved as .ply")
             continue
         promise(load_occluder(written[0]).error_bound >= 0.0, "an occluder has an error bound")
-    if isinstance(product.made.result, Levels):
+    if isinstance(product.result.made, Levels):
         check_levels(product.chain)
     save(product.occluder, folder / "made.obj")
 

@@ -11,7 +11,7 @@ from itertools import groupby
 
 from numba.core import event
 
-from simplifier.cli.main import main
+from simplifier.cli.main import main as occluder
 
 
 class Compilations(event.Listener):
@@ -35,7 +35,7 @@ def main():
             continue
         sys.argv = ["occluder", *words]
         try:
-            main()
+            occluder()
         except SystemExit as end:
             if end.code:
                 raise

@@ -27,7 +27,7 @@ from simplifier.tradeoff.study import Study, study_of
 from simplifier.tradeoff.sweep import sweep
 from simplifier.tradeoff.table import tradeoff_csv
 from simplifier.warmup import warm_up
-from simplifier.wording import percent
+from simplifier.wording import median_points, percent, short_seconds
 
 RESULTS, DOCS = ROOT / "bench" / "results", ROOT / "docs"
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
@@ -109,7 +109,7 @@ def _knob_table(advice: Advice) -> Iterator[str]:
 
 def _spread(values: Sequence[float]) -> str:
     steps = f"{len(values)} step{'' if len(values) == 1 else 's'}"
-    return f"{words.spread(values)}, {steps}" if values else ""
+    return f"{median_points(values)}, {steps}" if values else ""
 
 
 def _pay_table(advice: Advice) -> Iterator[str]:
@@ -139,7 +139,7 @@ def _cell(case: Case, name: str) -> str:
     item = next((item for item in case.judged if item.setting.name == name), None)
     if item is None or item.verdict == "failed":
         return "no result"
-    told = f"{words.seconds(item.seconds)}, {percent(item.recall)}"
+    told = f"{short_seconds(item.seconds)}, {percent(item.recall)}"
     if item.verdict == "imprecise":
         return f"*{told} at {percent(item.precision, 2)}*"
     return f"**{told}**" if item.verdict == "front" else told

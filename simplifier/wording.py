@@ -1,21 +1,75 @@
-"""How figures read in pictures and pages."""
+"""How figures read: the same one alike in the terminal, on pages, in pictures and in reports.
+
+Shares are rounded down wherever they are percentages, so that what falls short of a bar never reads
+as if it reached it.  Differences, times and lengths are rounded to the nearest.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+import statistics
+from collections.abc import Iterable, Sequence
+
+_ROUNDING = 1e-9  # 0.29 * 100 is 28.999999999999996
 
 
 def percent(share: float, digits: int = 1) -> str:
-    """``"83.5 %"`` for 0.8359: rounded down, so that "100 %" means all of it."""
-    # A hair is added first: 0.29 * 100 is 28.999999999999996.
+    """``"83.5 %"`` for 0.8359: rounded down, so that "100 %" means all of it.
+
+    What is more than nothing never reads as nothing: ``"< 0.1 %"``.
+    """
     scale = 10.0**digits
-    value = math.floor(share * 100.0 * scale + 1e-7) / scale
-    return f"{value:.{digits}f} %"
+    steps = math.floor(share * 100.0 * scale + _ROUNDING)
+    if steps == 0 and share > 0.0:
+        return f"< {1.0 / scale:.{digits}f} %"
+    return f"{steps / scale:.{digits}f} %"
 
 
-def number(value: float | None, digits: int = 4) -> str:
-    """A length or a measure with that many significant digits; None is "no promise"."""
+def exact_percent(share: float) -> str:
+    """``"99 %"``, ``"99.95 %"``: a bar as it was typed."""
+    return f"{100.0 * share:.6g} %"
+
+
+def small_percent(share: float) -> str:
+    """``"0.000093 %"``: two digits of a share that may be tiny."""
+    hundred = 100.0 * share
+    before = math.floor(math.log10(hundred)) if hundred > 0.0 else 1
+    return f"{hundred:.{max(0, 1 - before)}f} %"
+
+
+def signed_points(difference: float) -> str:
+    """``"+3.2"`` for a difference of shares of 0.032: percentage points."""
+    rounded = round(difference * 100.0, 1)
+    return f"{rounded:+.1f}" if rounded else "0.0"
+
+
+def points(difference: float) -> str:
+    """``"+3.2 points"``, ``"+1.0 point"`` for a difference of shares."""
+    one = abs(round(difference * 100.0, 1)) == 1.0
+    return f"{signed_points(difference)} {'point' if one else 'points'}"
+
+
+def median_points(differences: Sequence[float]) -> str:
+    """``"+3.2 (-0.1 to +4.0)"``: the median in points, with the range where there is one."""
+    middle = signed_points(statistics.median(differences))
+    low, high = signed_points(min(differences)), signed_points(max(differences))
+    return middle if low == high else f"{middle} ({low} to {high})"
+
+
+def seconds(time: float) -> str:
+    """``"500 ms"``, ``"1.25 s"``: milliseconds below a second, hundredths from there on."""
+    return f"{time * 1000.0:,.0f} ms" if time < 1.0 else f"{time:,.2f} s"
+
+
+def short_seconds(time: float) -> str:
+    """``"80 ms"``, ``"0.50 s"``, ``"12.5 s"``: three significant digits, for times side by side."""
+    if time < 0.0995:
+        return f"{time * 1000.0:.0f} ms"
+    return f"{time:.2f} s" if time < 9.995 else f"{time:.1f} s" if time < 99.95 else f"{time:.0f} s"
+
+
+def length(value: float | None, digits: int = 4) -> str:
+    """A length, an area or a volume with that many significant digits; None is "no promise"."""
     if value is None:
         return "no promise"
     value += 0.0  # -0.0 would read "-0.000"
@@ -31,7 +85,20 @@ def direction(vector: Iterable[float]) -> str:
     return "(" + ", ".join(f"{round(float(x), 2) + 0.0:.2f}" for x in vector) + ")"
 
 
-def plain(text: str) -> str:
-    """For a picture: file names hold any byte, and matplotlib takes dollar signs for formulas."""
+def grid_size(cells: Iterable[int]) -> str:
+    """``"64 x 63 x 50"``."""
+    return " x ".join(map(str, cells))
+
+
+def count(number: int, what: str) -> str:
+    """``"1 part"``, ``"1,234 parts"``."""
+    return f"{number:,} {what}{'' if number == 1 else 's'}"
+
+
+def picture_line(text: str) -> str:
+    """One short line that can be drawn: no character that does not print, no formula.
+
+    File names hold any byte, and matplotlib takes dollar signs for formulas.
+    """
     line = "".join(c if c.isprintable() else "?" for c in text)
     return (line if len(line) <= 48 else f"{line[:45]}...").replace("$", r"\$")

@@ -6,7 +6,9 @@ from collections.abc import Collection, Mapping
 from pathlib import PurePosixPath
 
 _MEDIA_TYPES: Mapping[str, tuple[str, ...]] = {
+    ".3mf": ("model/3mf", "application/vnd.ms-package.3dmanufacturing-3dmodel+xml"),
     ".csv": ("text/csv; charset=utf-8", "text/csv"),
+    ".dae": ("model/vnd.collada+xml",),
     ".glb": ("model/gltf-binary",),
     ".gltf": ("model/gltf+json",),
     ".html": ("text/html; charset=utf-8",),

@@ -22,7 +22,7 @@ from rich.table import Table
 from rich.text import Text
 
 from simplifier.progress import STAGES, Listener, Progress
-from simplifier.wording import percent
+from simplifier.wording import grid_size, length, percent, seconds
 
 _UNBROKEN = 1000  # columns
 
@@ -170,16 +170,12 @@ def _print_levels(report: dict[str, Any]) -> None:
     for level in report["levels"]:
         table.add_row(
             str(level["level"]), f"{level['triangles']:,}", percent(level["recall"], 2),
-            percent(level["precision"], 2), _length(level["error_bound"], "none"),
-            str(level["resolution"]), _length(level["switch_distance"], "none"),
+            percent(level["precision"], 2), length(level["error_bound"]),
+            f"{level['resolution']:,}", length(level["switch_distance"]),
         )  # fmt: skip
     Console(soft_wrap=True).print(table)
     for one in report["left_out"]:
-        print_text(f"left out: {one['resolution']} voxels: {one['reason']}")
-
-
-def _length(value: float | None, missing: str) -> str:
-    return missing if value is None else f"{value:.6g}"
+        print_text(f"left out: {one['resolution']:,} voxels: {one['reason']}")
 
 
 def print_line(message: str) -> None:
@@ -210,10 +206,10 @@ def _rows(report: dict[str, Any]) -> list[tuple[str, str]]:
             f"recall {percent(worst['recall'], 2)}, precision {percent(worst['precision'], 2)}",
         ),
         ("occlusion measure kept", percent(report["occlusion_measure"]["ratio"], 2)),
-        ("error bound", _length(report["error_bound"], "none promised")),
-        ("deviation", f"{report['deviation']:.6g}"),
-        ("solid", " x ".join(str(n) for n in report["solid"]["resolution"]) + " voxels"),
+        ("error bound", length(report["error_bound"])),
+        ("deviation", length(report["deviation"])),
+        ("solid", f"{grid_size(report['solid']['resolution'])} voxels"),
     ]
     timings = {stage: time for stage, time in report["timings"].items() if time > 0.0}
-    rows += [(f"time: {stage}", f"{1000.0 * time:,.0f} ms") for stage, time in timings.items()]
+    rows += [(f"time: {stage}", seconds(time)) for stage, time in timings.items()]
     return rows

@@ -15,7 +15,7 @@ from simplifier.errors import OptionError
 from simplifier.options.fields import OptionField, OptionSet, SomeOptions
 from simplifier.options.simplify import Transparent
 
-Mesh = Annotated[Path, typer.Argument(help="The mesh: glb, gltf, obj, ply, stl or off.")]
+Mesh = Annotated[Path, typer.Argument(help="The mesh: glb, gltf, obj, ply, stl, off, 3mf or dae.")]
 SceneArgument = Annotated[
     Path, typer.Argument(help="The scene: a mesh file, objects by its nodes, or a folder of them.")
 ]

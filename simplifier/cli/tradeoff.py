@@ -23,7 +23,7 @@ from simplifier.warmup import warm_up
 @with_options(TradeoffOptions)
 def tradeoff(
     meshes: Annotated[
-        list[Path], typer.Argument(help="The meshes: glb, gltf, obj, ply, stl, off.")
+        list[Path], typer.Argument(help="The meshes: glb, gltf, obj, ply, stl, off, 3mf, dae.")
     ],
     output: Annotated[
         Path, typer.Option("-o", "--output", help="Folder for tradeoff.csv, .json, .png and .html.")

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from simplifier.culling.fate import Fate
 from simplifier.culling.flythrough import Flythrough
-from simplifier.culling.flythrough_rows import count_phrase, pixel_words, recall_words, share
+from simplifier.culling.flythrough_rows import pixel_words, recall_words
 from simplifier.culling.frame import FrameFigures
 from simplifier.culling.shot import RED, Shot
 from simplifier.culling.top_view import COLOURS, plan_picture, up_axis
 from simplifier.report.png import RgbImage, figure_image, png_bytes
-from simplifier.wording import percent, plain
+from simplifier.wording import count, percent, picture_line, small_percent
 
 # Pixels.
 _PICTURE, _PLAN = (384, 216), (270, 216)
@@ -64,12 +64,12 @@ def contact_sheet(flown: Flythrough, scene_name: str) -> bytes:
 
 def _write_head(figure: Figure, flown: Flythrough, scene_name: str, height: int) -> None:
     whole = flown.total
-    title = f"{plain(scene_name)}, path '{plain(flown.path.name)}'"
+    title = f"{picture_line(scene_name)}, path '{picture_line(flown.path.name)}'"
     lines = (
         f"Parts: {recall_words(whole.parts)}. Objects: {recall_words(whole.objects)}. "
-        f"Wrong pixels: {pixel_words(whole)}.\nOccluder triangles: {share(whole.triangle_share)} "
-        f"of the scene's.  Each frame: the view, the occluders' depth buffer, the parts' boxes "
-        f"from above around the camera."
+        f"Wrong pixels: {pixel_words(whole)}.\nOccluder triangles: "
+        f"{small_percent(whole.triangle_share)} of the scene's.  Each frame: the view, "
+        f"the occluders' depth buffer, the parts' boxes from above around the camera."
     )
     figure.text(_MARGIN, height - 14, title, va="top", fontsize=15, fontweight="bold", **_IN_PIXELS)
     figure.text(
@@ -85,11 +85,11 @@ def _write_caption(figure: Figure, index: int, figures: FrameFigures, left: int,
     wrong = (
         ""
         if not parts.wrong
-        else f", {parts.wrong:,} WRONG ({count_phrase(figures.wrong_pixels, 'pixel')})"
+        else f", {parts.wrong:,} WRONG ({count(figures.wrong_pixels, 'pixel')})"
     )
-    occluders = count_phrase(figures.occluder_triangles, "occluder triangle")
+    occluders = count(figures.occluder_triangles, "occluder triangle")
     words = (
-        f"{count_phrase(parts.in_view, 'part')} in view, {parts.hidden:,} hidden, {recall}, "
+        f"{count(parts.in_view, 'part')} in view, {parts.hidden:,} hidden, {recall}, "
         f"{parts.missed:,} missed{wrong}; {occluders}"
     )
     colour = "#b3202a" if parts.wrong else "#333333"

@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from simplifier.culling.flythrough import Flythrough
-from simplifier.culling.flythrough_rows import count_phrase, pixel_words, recall_words, share
+from simplifier.culling.flythrough_rows import pixel_words, recall_words
 from simplifier.culling.frame import FrameFigures
 from simplifier.report.png import figure_image, png_bytes
-from simplifier.wording import plain
+from simplifier.wording import count, picture_line, small_percent
 
 _INK, _SOFT, _LINE = "#1b1b1a", "#6a6a66", "#e4e4e0"
 _PARTS, _OBJECTS, _WRONG, _COST = "#1d5fc4", "#c77b0a", "#c80028", "#00795c"
@@ -25,8 +25,8 @@ _LEAST_WRONG = 1e-4  # of the axis: a hole of one pixel is not blown up to a mou
 def flythrough_plot(flown: Flythrough, scene_name: str) -> bytes:
     """PNG of three panels, one over the other, with the sums in their titles; 1500 pixels wide."""
     figure = Figure(figsize=_SIZE, dpi=150, facecolor="white")
-    frames = f"{len(flown.frames):,} frames of path '{plain(flown.path.name)}'"
-    title = f"{plain(scene_name)}: what its occluders hide, {frames}"
+    frames = f"{len(flown.frames):,} frames of path '{picture_line(flown.path.name)}'"
+    title = f"{picture_line(scene_name)}: what its occluders hide, {frames}"
     figure.text(0.02, 0.955, title, fontsize=14, fontweight="bold", color=_INK)
     axes = [figure.add_axes(place) for place in _PANELS]
     _draw_recall(axes[0], flown)
@@ -55,7 +55,7 @@ def _draw_recall(axes: Any, flown: Flythrough) -> None:
 def _draw_wrong(axes: Any, flown: Flythrough) -> None:
     _line(axes, flown, lambda f: f.wrong_share, _WRONG, "wrong", width=1.6)
     whole = flown.total
-    culled = count_phrase(whole.parts.wrong, "part")
+    culled = count(whole.parts.wrong, "part")
     words = f"{pixel_words(whole)}, by {culled} culled although visible"
     _title(axes, "Wrong pixels", words)
     most = flown.worst_picture.figures.wrong_share
@@ -66,7 +66,7 @@ def _draw_cost(axes: Any, flown: Flythrough) -> None:
     _line(axes, flown, lambda f: f.triangle_share or None, _COST, "triangles", width=1.6)
     whole, count = flown.total, len(flown.frames)
     drawn_each, there = whole.occluder_triangles / count, whole.scene_triangles // count
-    words = f"{drawn_each:,.0f} a frame for {there:,}: {share(whole.triangle_share)}"
+    words = f"{drawn_each:,.0f} a frame for {there:,}: {small_percent(whole.triangle_share)}"
     _title(axes, "Occluder triangles drawn, of the scene's", words)
     shares = [f.figures.triangle_share for f in flown.frames if f.figures.occluder_triangles]
     low, high = min(shares, default=0.01), max(shares, default=0.01)

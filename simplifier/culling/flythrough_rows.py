@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 import statistics
 
 from simplifier.culling.fate import Counts
 from simplifier.culling.flythrough import Flythrough
 from simplifier.culling.frame import FrameFigures
-from simplifier.wording import percent
+from simplifier.wording import count, percent, small_percent
 
 _COUNTS = ("in_view", "hidden", "culled", "missed", "wrong", "lost", "recall")
 
@@ -72,9 +71,10 @@ COUNTED = (
 
 def summary_rows(flown: Flythrough) -> list[tuple[str, str]]:
     """Named values for the terminal."""
-    whole, count = flown.total, len(flown.frames)
+    whole, frames = flown.total, len(flown.frames)
     recall, wrong = worst_words(flown)
-    triangles = f"{whole.occluder_triangles / count:,.0f} a frame"
+    triangles = f"{whole.occluder_triangles / frames:,.0f} a frame"
+    of_all = small_percent(whole.triangle_share)
     return [
         ("frames", _frames(flown)),
         ("parts", recall_words(whole.parts)),
@@ -84,8 +84,11 @@ def summary_rows(flown: Flythrough) -> list[tuple[str, str]]:
         *_rows_of_losses(whole),
         ("wrong pixels", pixel_words(whole)),
         ("most wrong", wrong),
-        ("occluder triangles", f"{triangles}, {share(whole.triangle_share)} of the scene's"),
-        ("occluders", f"{whole.occluders / count:,.0f} a frame"),
+        (
+            "occluder triangles",
+            f"{triangles}, {of_all} of the scene's",
+        ),
+        ("occluders", f"{whole.occluders / frames:,.0f} a frame"),
         ("time to cull", f"{median_milliseconds(flown):.2f} ms a frame (median)"),
     ]
 
@@ -99,7 +102,7 @@ def recall_words(counts: Counts) -> str:
 
 def pixel_words(figures: FrameFigures) -> str:
     """``"14 of 15,035,282 (0.000093 %)"``."""
-    shown = f" ({share(figures.wrong_share)})" if figures.wrong_pixels else ""
+    shown = f" ({small_percent(figures.wrong_share)})" if figures.wrong_pixels else ""
     return f"{figures.wrong_pixels:,} of {figures.covered_pixels:,}{shown}"
 
 
@@ -110,24 +113,12 @@ def worst_words(flown: Flythrough) -> tuple[str, str]:
     if least is not None:
         recall = f"{percent(least.figures.parts.recall or 0.0)} culled, in frame {least.index}"
     if holes.figures.wrong_pixels:
-        wrong = f"{share(holes.figures.wrong_share)} of pixels, in frame {holes.index}"
+        wrong = f"{small_percent(holes.figures.wrong_share)} of pixels, in frame {holes.index}"
     return recall, wrong
 
 
 def median_milliseconds(flown: Flythrough) -> float:
     return statistics.median(frame.figures.milliseconds for frame in flown.frames)
-
-
-def share(value: float) -> str:
-    """A percentage of two digits, for shares that may be small: ``"0.000093 %"``."""
-    hundred = 100.0 * value
-    before = math.floor(math.log10(hundred)) if hundred > 0.0 else 1
-    return f"{hundred:.{max(0, 1 - before)}f} %"
-
-
-def count_phrase(number: int, what: str) -> str:
-    """``"1 part"``, ``"1,234 parts"``."""
-    return f"{number:,} {what}{'' if number == 1 else 's'}"
 
 
 def _frames(flown: Flythrough) -> str:
@@ -138,7 +129,7 @@ def _frames(flown: Flythrough) -> str:
 
 
 def _wrong_words(parts: Counts) -> str:
-    return f"{count_phrase(parts.wrong, 'part')} of {parts.in_view - parts.hidden:,} visible"
+    return f"{count(parts.wrong, 'part')} of {parts.in_view - parts.hidden:,} visible"
 
 
 def _rows_of_losses(whole: FrameFigures) -> list[tuple[str, str]]:

@@ -9,7 +9,21 @@ from pathlib import Path
 from simplifier.errors import UnknownFormatError
 from simplifier.geometry.mesh import FloatArray, IndexArray, IntArray
 from simplifier.geometry.occluder import LodChain, Occluder
-from simplifier.io import glb_writer, gltf, gltf_lods, obj, occ, off, ply, stl, tres
+from simplifier.io import (
+    collada,
+    collada_claim,
+    glb_writer,
+    gltf,
+    gltf_lods,
+    obj,
+    occ,
+    off,
+    ply,
+    stl,
+    threemf,
+    threemf_claim,
+    tres,
+)
 from simplifier.io import gltf as gltf_claim
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.gltf_container import check_container
@@ -62,6 +76,22 @@ class Codec:
 
 
 CODECS: dict[str, Codec] = {
+    ".3mf": Codec(
+        "3MF",
+        threemf.decode,
+        threemf_claim.claim,
+        objects=threemf.objects,
+        labelled=threemf.decode_labelled,
+        check_start=threemf.check_start,
+    ),
+    ".dae": Codec(
+        "COLLADA",
+        collada.decode,
+        collada_claim.claim,
+        objects=collada.objects,
+        labelled=collada.decode_labelled,
+        check_start=collada.check_start,
+    ),
     ".glb": Codec(
         "binary glTF",
         gltf.decode,

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray, IndexArray
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.gltf_buffers import Buffers, claimed_bytes, external_uris
@@ -27,13 +26,11 @@ from simplifier.io.gltf_scene import (
 )
 from simplifier.io.labels import Label, Labelled
 from simplifier.io.objects import Objects
+from simplifier.io.placing import MOST_TRIANGLES, place_instances
 
 GENERATOR = "planar-occluder"
 BEFORE = "before"
 """In the extras of an occluder that stands behind its original: what there was without it."""
-
-# Instances can multiply a small file beyond any memory.
-MOST_VERTICES = MOST_TRIANGLES = 100_000_000
 
 
 def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
@@ -75,7 +72,9 @@ def decode_labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
         meshes[mesh] = join_primitives(primitives)
         kinds[mesh] = [(one.material, one.see_through, len(one.faces)) for one in primitives]
         del primitives  # not to be held beside the joined mesh
-    vertices, faces = _place_instances(meshes, instances, str(path))
+    vertices, faces = place_instances(
+        meshes, instances.mesh_of.tolist(), instances.transforms, str(path)
+    )
     names = {mesh: mesh_name(buffers.document.root, mesh) for mesh in meshes}
     labels, counts = [], []
     for owner, mesh, is_occluder in zip(
@@ -95,33 +94,12 @@ def read_instances(
     meshes = {
         mesh: join_primitives(read_gltf_mesh(buffers, mesh)) for mesh in _meshes_in_use(instances)
     }
-    return _place_instances(meshes, instances, where)
+    return place_instances(meshes, instances.mesh_of.tolist(), instances.transforms, where)
 
 
 def _meshes_in_use(instances: Instances) -> list[int]:
     """The meshes that have a place."""
     return list(np.unique(instances.mesh_of).tolist())
-
-
-def _place_instances(
-    meshes: dict[int, tuple[FloatArray, IndexArray]], instances: Instances, where: str
-) -> tuple[FloatArray, IndexArray]:
-    """Each mesh at each of its places, in the order of the instances."""
-    _check_size(instances, meshes, where)
-    vertices, faces = [np.empty((0, 3))], [np.empty((0, 3), dtype=np.int64)]
-    count = 0
-    with np.errstate(invalid="ignore"):
-        signs, _ = np.linalg.slogdet(instances.transforms[:, :3, :3])  # a plain one overflows
-    for mesh, transform, sign in zip(
-        instances.mesh_of.tolist(), instances.transforms, signs.tolist(), strict=True
-    ):
-        points, triangles = meshes[mesh]
-        if sign < 0.0:
-            triangles = triangles[:, ::-1]
-        vertices.append(_to_world(points, transform))
-        faces.append(triangles + count)
-        count += len(points)
-    return np.concatenate(vertices), np.concatenate(faces)
 
 
 def objects(data: bytes, path: Path, see_through: bool) -> Objects:
@@ -151,29 +129,6 @@ def objects(data: bytes, path: Path, see_through: bool) -> Objects:
 def external(data: bytes, path: Path) -> list[str]:
     """The files that :func:`decode` and :func:`objects` may open beside this one."""
     return external_uris(open_document(data, str(path)).root)
-
-
-def _check_size(
-    instances: Instances, meshes: dict[int, tuple[FloatArray, IndexArray]], where: str
-) -> None:
-    order = instances.mesh_of.tolist()
-    vertices = sum(len(meshes[mesh][0]) for mesh in order)
-    triangles = sum(len(meshes[mesh][1]) for mesh in order)
-    if vertices > MOST_VERTICES or triangles > MOST_TRIANGLES:
-        raise UnreadableMeshError(
-            f"its {len(order)} instances add up to {triangles} triangles and {vertices}"
-            f" vertices, more than {MOST_TRIANGLES}",
-            where=where,
-            remedy="split the scene",
-        )
-
-
-def _to_world(points: FloatArray, transform: FloatArray) -> FloatArray:
-    linear, offset = transform[:3, :3], transform[:3, 3]
-    with np.errstate(invalid="ignore", over="ignore"):
-        if (linear == np.eye(3)).all():
-            return np.asarray(points + offset)
-        return np.asarray(points @ linear.T + offset)
 
 
 def error_bound(data: bytes, path: Path) -> float:

@@ -204,7 +204,7 @@ _SIGNATURES: tuple[tuple[re.Pattern[bytes], str, tuple[str, ...]], ...] = tuple(
         (rb"(\xef\xbb\xbf)?\s*\{.{0,4096}\"asset\"", "a glTF (JSON) file", (".gltf", ".glb")),
         (rb"(ST)?C?N?4?n?OFF\s", "an OFF file", (".off",)),
         (rb"solid\b[^\r\n]*[\r\n]+\s*facet\b", "a text STL file", (".stl",)),
-        (rb"PK\x03\x04", "a ZIP archive (3MF, USDZ, …)", ()),
+        (rb"PK\x03\x04", "a ZIP archive (3MF, USDZ, …)", (".3mf",)),
         (rb"\x1f\x8b", "a gzip archive", ()),
         (rb"Kaydara FBX Binary", "a binary FBX file", ()),
         (rb"BLENDER", "a Blender file", ()),
@@ -215,7 +215,7 @@ _SIGNATURES: tuple[tuple[re.Pattern[bytes], str, tuple[str, ...]], ...] = tuple(
         (rb"([\t\n\r -~]\0){8}|(\0[\t\n\r -~]){8}", "UTF-16 text (save it as UTF-8)", (".stl",)),
         (rb"version https://git-lfs", "a Git LFS pointer (run 'git lfs pull')", ()),
         (rb"(?i)\s*<(!doctype )?html\b", "a web page", ()),
-        (rb"(\xef\xbb\xbf)?\s*<\?xml", "an XML file (COLLADA, X3D, …)", ()),
+        (rb"(\xef\xbb\xbf)?\s*<\?xml", "an XML file (COLLADA, X3D, …)", (".dae",)),
     )
 )
 

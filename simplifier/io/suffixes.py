@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".occ", ".off", ".ply", ".stl", ".tres")
+MESH_SUFFIXES = (".3mf", ".dae", ".glb", ".gltf", ".obj", ".occ", ".off", ".ply", ".stl", ".tres")
 """Files that a mesh is read from, with the dot, in lower case."""
 
 OCCLUDER_SUFFIXES = (".glb", ".obj", ".occ", ".off", ".ply", ".stl", ".tres")

@@ -1,15 +1,13 @@
 """One self-contained HTML page about one occluder: nothing is fetched, nothing is executed.
 
-Pictures are data URIs and the page's own security policy forbids all else.  Every word that comes
-from outside (the mesh's name, warnings, options) is escaped.
+Pictures are data URIs and the page's own security policy forbids all else.  This module makes words
+of the figures; the markup is in ``page.html``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from html import escape
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from string import Template
 from typing import TYPE_CHECKING, Any
 
 from simplifier.accuracy.accuracy import AccuracyReport
@@ -17,13 +15,19 @@ from simplifier.checks import as_path
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.files import make_folder, write_whole
-from simplifier.report import page_parts as parts
-from simplifier.report.page_levels import levels
+from simplifier.wording import direction, grid_size, length, percent, seconds
 
 if TYPE_CHECKING:
     from simplifier.report.gallery import Gallery
+    from simplifier.report.silhouettes import ViewPicture
 
 Report = Mapping[str, Any]
+Rows = Sequence[tuple[str, str]]
+
+_LEVEL_COLUMNS = (
+    "Level", "Triangles", "Recall", "Precision", "Error bound", "Deviation", "Voxels",
+    "From distance", "File",
+)  # fmt: skip
 
 
 def write_pictures(
@@ -66,23 +70,148 @@ def write_page(path: str | Path, report: Report, gallery: Gallery, *, name: str 
 
 def page_text(report: Report, gallery: Gallery, *, name: str = "mesh") -> str:
     """The page as HTML text; ``report`` has the keys of :func:`~.report.build_report`."""
+    # Here, not above: a run that writes no page loads neither.
     from simplifier.report.gallery import COLOURS
+    from simplifier.report.templates import page_html, png_address
 
-    template = Template((Path(__file__).parent / "page.html").read_text("utf-8"))
-    colours = {word: "#{:02x}{:02x}{:02x}".format(*rgb) for word, rgb in COLOURS.items()}
-    return template.substitute(
-        colours,
-        name=escape(name),
-        summary=escape(parts.summary(report)),
-        warnings=parts.warnings(report["warnings"]),
-        tiles=parts.tiles(report),
-        levels=levels(report),
-        views="".join(map(parts.view, gallery.views, gallery.view_files)),
-        histograms=parts.histograms(report, gallery.recall, gallery.precision),
-        timings=parts.timings(report["timings"]),
-        facts="".join(parts.facts(report)),
-        colophon=escape(
+    both = {"recall": gallery.recall, "precision": gallery.precision}
+    return page_html(
+        "report/page.html",
+        heading="Occluder of",
+        name=name,
+        summary=_summary(report),
+        warnings=report["warnings"],
+        tiles=_tiles(report),
+        levels=[_level_cells(level) for level in report.get("levels", ())],
+        level_columns=_LEVEL_COLUMNS,
+        left_out=[
+            f"{one['resolution']:,} voxels: {one['reason']}" for one in report.get("left_out", ())
+        ],
+        colours={word: "#{:02x}{:02x}{:02x}".format(*rgb) for word, rgb in COLOURS.items()},
+        views=[
+            {"address": png_address(data), **_view_words(view)}
+            for view, data in zip(gallery.views, gallery.view_files, strict=True)
+        ],
+        histograms=[(png_address(data), _spread(report, key)) for key, data in both.items()],
+        timings=list(_timing_rows(report["timings"])),
+        total_time=seconds(sum(report["timings"].values())),
+        facts=[
+            ("Input", _input_rows(report["input"])),
+            ("Solid", _solid_rows(report["solid"])),
+            ("Options", list(_option_rows(report["options"]))),
+        ],
+        colophon=(
             f"planar-occluder {report['version']}, seed {report['seed']}, "
             f"report schema {report['schema_version']}"
         ),
     )
+
+
+def _summary(report: Report) -> str:
+    """One line: what came of what, and how sure that is."""
+    bound = report["error_bound"]
+    within = "" if bound is None else f", at most {length(bound)} units from the original"
+    return (
+        f"{report['input']['triangles']:,} triangles in, {report['triangles']:,} out{within}. "
+        f"Judged from {len(report['by_view']):,} directions."
+    )
+
+
+def _tiles(report: Report) -> list[tuple[str, str, str]]:
+    """The headline figures: what each is, its value and a note."""
+    worst = report["worst_view"]
+    return [
+        ("Recall", percent(report["recall"]), "of what could be hidden is hidden"),
+        ("Precision", percent(report["precision"], 2), "of what is hidden is hidden rightly"),
+        ("Worst view", percent(worst["recall"]), f"recall along {direction(worst['direction'])}"),
+        ("Triangles", f"{report['triangles']:,}", f"from {report['input']['triangles']:,}"),
+        ("Occlusion kept", percent(report["occlusion_measure"]["ratio"]), "of the total measure"),
+        ("Error bound", length(report["error_bound"]), "units, the most that is allowed"),
+        ("Deviation", length(report["deviation"]), "units, the most that was found"),
+    ]
+
+
+def _level_cells(level: Report) -> tuple[str, ...]:
+    """As :data:`_LEVEL_COLUMNS` has them."""
+    return (
+        str(level["level"]),
+        f"{level['triangles']:,}",
+        percent(level["recall"]),
+        percent(level["precision"], 2),
+        length(level["error_bound"]),
+        length(level["deviation"]),
+        f"{level['resolution']:,}",
+        length(level["switch_distance"]),
+        level["file"] or "not written",
+    )
+
+
+def _view_words(view: ViewPicture) -> dict[str, Any]:
+    return {
+        "name": view.name,
+        "title": view.name.capitalize(),
+        "is_worst": view.name.startswith("worst"),
+        "figures": f"recall {percent(view.recall)}, precision {percent(view.precision, 2)}",
+        "along": f"seen along {direction(view.direction)}",
+    }
+
+
+def _spread(report: Report, key: str) -> str:
+    """A histogram's range in words, for who cannot see it."""
+    values = [view[key] for view in report["by_view"]]
+    return f"Histogram of {key} by view, from {percent(min(values))} to {percent(max(values))}"
+
+
+def _timing_rows(timings: Mapping[str, float]) -> Iterator[tuple[str, str, str]]:
+    """Stage, time, and its bar in percent of the longest; stages that did not run are left out."""
+    longest = max([*timings.values(), 1e-9])
+    for stage, time in timings.items():
+        if time > 0.0:
+            yield stage, seconds(time), f"{100.0 * time / longest:.2f}"
+
+
+def _input_rows(facts: Report) -> Rows:
+    low, high = facts["bounds"]
+    dropped = [
+        f"{count:,} {reason.replace('_', ' ')}"
+        for reason, count in facts["dropped"].items()
+        if count
+    ]
+    omitted = [f"{one['triangles']:,} of {one['name']}" for one in facts["omitted"]]
+    return [
+        ("triangles", f"{facts['triangles']:,}"),
+        ("vertices", f"{facts['vertices']:,}"),
+        ("lowest corner", ", ".join(map(length, low))),
+        ("highest corner", ", ".join(map(length, high))),
+        ("left out", ", ".join([*dropped, *omitted]) or "none"),
+    ]
+
+
+def _solid_rows(facts: Report) -> Rows:
+    closed = [
+        f"{item['by']} (added {length(item['volume'])} cubic units)" for item in facts["closed_by"]
+    ]
+    return [
+        ("resolution", f"{grid_size(facts['resolution'])} voxels"),
+        ("cell size", f"{length(facts['cell_size'])} units"),
+        ("inside", percent(facts["inside_fraction"])),
+        ("closed by", ", ".join(closed) or "nothing but its own surface"),
+    ]
+
+
+def _option_rows(options: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Those of a group each with the group's name before its own."""
+    for name, value in options.items():
+        words = name.replace("_", " ")
+        if isinstance(value, Mapping):
+            yield from ((f"{words}: {own}", text) for own, text in _option_rows(value))
+        else:
+            yield words, _value_words(value)
+
+
+def _value_words(value: object) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list | tuple):
+        return ", ".join(map(_value_words, value)) or "none"
+    return "default" if value is None else str(value)

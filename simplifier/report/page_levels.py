@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
-from simplifier.wording import number, percent
+from simplifier.wording import length, percent
 
 Report = Mapping[str, Any]
 
@@ -34,10 +34,10 @@ def _row(level: Report) -> str:
         f"{level['triangles']:,}",
         percent(level["recall"]),
         percent(level["precision"], 2),
-        number(level["error_bound"]),
-        number(level["deviation"]),
+        length(level["error_bound"]),
+        length(level["deviation"]),
         f"{level['resolution']:,}",
-        number(level["switch_distance"]),
+        length(level["switch_distance"]),
         level["file"] or "not written",
     )
     shown = "".join(f"<td>{escape(str(cell))}</td>" for cell in cells)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from simplifier.wording import direction, number, percent
+from simplifier.wording import direction, length, percent, seconds
 
 if TYPE_CHECKING:
     from simplifier.report.silhouettes import ViewPicture
@@ -19,7 +19,7 @@ Rows = Sequence[tuple[str, str]]
 def summary(report: Report) -> str:
     """One line: what came of what, and how sure that is."""
     bound = report["error_bound"]
-    within = "" if bound is None else f", at most {number(bound)} units from the original"
+    within = "" if bound is None else f", at most {length(bound)} units from the original"
     return (
         f"{report['input']['triangles']:,} triangles in, {report['triangles']:,} out{within}. "
         f"Judged from {len(report['by_view']):,} directions."
@@ -43,8 +43,8 @@ def tiles(report: Report) -> str:
         ("Worst view", percent(worst["recall"]), f"recall along {direction(worst['direction'])}"),
         ("Triangles", f"{report['triangles']:,}", f"from {report['input']['triangles']:,}"),
         ("Occlusion kept", percent(report["occlusion_measure"]["ratio"]), "of the total measure"),
-        ("Error bound", number(report["error_bound"]), "units, the most that is allowed"),
-        ("Deviation", number(report["deviation"]), "units, the most that was found"),
+        ("Error bound", length(report["error_bound"]), "units, the most that is allowed"),
+        ("Deviation", length(report["deviation"]), "units, the most that was found"),
     ]
     return "".join(
         f"<div><dt>{escape(label)}</dt><dd>{escape(value)}<small>{escape(note)}</small></dd></div>"
@@ -82,17 +82,13 @@ def timings(timings: Mapping[str, float]) -> str:
     """Seconds by stage, with bars; stages that did not run are left out."""
     longest = max([*timings.values(), 1e-9])
     rows = [
-        f"<tr><th scope=row>{escape(stage)}</th><td>{_seconds(time)}</td>"
+        f"<tr><th scope=row>{escape(stage)}</th><td>{seconds(time)}</td>"
         f'<td><span class="bar" style="width: {100.0 * time / longest:.2f}%"></span></td></tr>'
         for stage, time in timings.items()
         if time > 0.0
     ]
-    total = f"<th scope=row>total</th><td>{_seconds(sum(timings.values()))}</td><td></td>"
+    total = f"<th scope=row>total</th><td>{seconds(sum(timings.values()))}</td><td></td>"
     return f'<table class="timings">{"".join(rows)}<tr class="total">{total}</tr></table>'
-
-
-def _seconds(time: float) -> str:
-    return f"{time * 1000.0:,.0f} ms" if time < 1.0 else f"{time:,.2f} s"
 
 
 def facts(report: Report) -> list[str]:
@@ -115,19 +111,19 @@ def _input_rows(facts: Report) -> Rows:
     return [
         ("triangles", f"{facts['triangles']:,}"),
         ("vertices", f"{facts['vertices']:,}"),
-        ("lowest corner", ", ".join(map(number, low))),
-        ("highest corner", ", ".join(map(number, high))),
+        ("lowest corner", ", ".join(map(length, low))),
+        ("highest corner", ", ".join(map(length, high))),
         ("left out", ", ".join([*dropped, *omitted]) or "none"),
     ]
 
 
 def _solid_rows(facts: Report) -> Rows:
     closed = [
-        f"{item['by']} (added {number(item['volume'])} cubic units)" for item in facts["closed_by"]
+        f"{item['by']} (added {length(item['volume'])} cubic units)" for item in facts["closed_by"]
     ]
     return [
         ("resolution", " x ".join(map(str, facts["resolution"])) + " voxels"),
-        ("cell size", f"{number(facts['cell_size'])} units"),
+        ("cell size", f"{length(facts['cell_size'])} units"),
         ("inside", percent(facts["inside_fraction"])),
         ("closed by", ", ".join(closed) or "nothing but its own surface"),
     ]

@@ -10,7 +10,7 @@ from html import escape
 from simplifier.tradeoff import words
 from simplifier.tradeoff.advice import STEP, Advice, KnobAdvice, Pay, Step
 from simplifier.tradeoff.cases import Case, Judged
-from simplifier.wording import percent
+from simplifier.wording import count, exact_percent, median_points, percent, points, short_seconds
 
 Pictures = tuple[bytes, bytes]
 """PNG for light and for dark pages."""
@@ -95,7 +95,7 @@ def reading(precision: float) -> str:
         "Time runs from the mesh in memory to the triangles, kernels warm, the median of the "
         "runs. A setting called time has a time limit: less shortens the preset's work, more goes "
         "on refining.",
-        f"A setting is dominated when another one of at least {words.share(precision)} precision "
+        f"A setting is dominated when another one of at least {exact_percent(precision)} precision "
         "takes no more time and recalls no less; the front is what is left. The dominating setting "
         "that is named is the one of most recall.",
         "The gain of a knob is taken from the default, balanced: the recall that the next slower "
@@ -110,7 +110,7 @@ def _more_tile(advice: Advice) -> tuple[str, str, str]:
     first = next((item for item in advice.by_gain if item.slower), None)
     if first is None or first.gain <= 0.0:
         return "For more recall", "no knob", "slower settings recall no more"
-    gain = f"{words.points(first.gain)} of recall a doubling of time"
+    gain = f"{points(first.gain)} of recall a doubling of time"
     return "For more recall, turn first", first.knob, gain
 
 
@@ -118,7 +118,7 @@ def _less_tile(advice: Advice) -> tuple[str, str, str]:
     first = next((item for item in advice.by_loss if item.faster), None)
     if first is None:
         return "For less time", "no knob", "no setting is faster by a quarter"
-    loss = f"{words.points(-first.loss)} of recall a halving of time"
+    loss = f"{points(-first.loss)} of recall a halving of time"
     return "For less time, turn first", first.knob, loss
 
 
@@ -137,7 +137,7 @@ def _size_tile(cases: Sequence[Case]) -> tuple[str, str, str]:
 
 def _knob_row(item: KnobAdvice, cases: int) -> str:
     level = [step.gain for step in item.level]
-    same = f"{words.spread(level)} in {words.settings(len(level))}" if level else "-"
+    same = f"{median_points(level)} in {count(len(level), 'setting')}" if level else "-"
     cells = (_steps(item.slower, 1.0, cases), _steps(item.faster, -1.0, cases), same)
     return _row("", _knob_word(item.knob), *map(escape, cells))
 
@@ -145,7 +145,7 @@ def _knob_row(item: KnobAdvice, cases: int) -> str:
 def _steps(steps: Sequence[Step], sign: float, cases: int) -> str:
     if not steps:
         return "-"
-    told = words.spread([sign * step.per_doubling for step in steps])
+    told = median_points([sign * step.per_doubling for step in steps])
     return told if len(steps) == cases else f"{told} in {len(steps)} of {cases}"
 
 
@@ -177,7 +177,7 @@ def _setting_row(item: Judged, precision: float) -> str:
     told = _unbroken(words.standing(item, precision))
     if item.verdict == "failed":
         return _row("failed", name, "-", "-", "-", told)
-    figures = (words.seconds(item.seconds), percent(item.recall), percent(item.precision, 2))
+    figures = (short_seconds(item.seconds), percent(item.recall), percent(item.precision, 2))
     return _row(item.verdict, name, *map(escape, figures), told, numbers=3)
 
 
@@ -192,7 +192,7 @@ def _picture(case: Case, pictures: Pictures) -> str:
 
 def _spoken(case: Case) -> str:
     """The front in words, for who cannot see it."""
-    steps = [f"{i.setting.name} {words.seconds(i.seconds)} {percent(i.recall)}" for i in case.front]
+    steps = [f"{i.setting.name} {short_seconds(i.seconds)} {percent(i.recall)}" for i in case.front]
     return "Time against recall. The front: " + ("; ".join(steps) or "empty")
 
 

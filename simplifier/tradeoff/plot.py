@@ -20,7 +20,7 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.report.png import figure_image, png_bytes
 from simplifier.tradeoff.cases import Case, Judged
 from simplifier.tradeoff.sweep import KNOBS, Knob, Setting
-from simplifier.wording import percent, plain
+from simplifier.wording import percent, picture_line
 
 _PANEL = (6.4, 4.4)  # inches
 _LETTERS = 9.0  # typographic points
@@ -78,7 +78,7 @@ def overview_picture(cases: Sequence[Case], precision: float, footer: str) -> by
         row, column = meshes.index(case.mesh), budgets.index(case.budget)
         panel = _panel(row, column, columns, height)
         axes = figure.add_axes(panel)
-        title = f"{plain(case.mesh)}, budget {case.budget:,}"
+        title = f"{picture_line(case.mesh)}, budget {case.budget:,}"
         axes.set_title(title, loc="left", fontsize=11, weight="bold", color=theme.ink, pad=20.0)
         _draw_case(axes, case, theme)
     return png_bytes(figure_image(figure))

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from simplifier.tradeoff.advice import STEP, Advice, KnobAdvice, Pay, Step
 from simplifier.tradeoff.cases import Judged
 from simplifier.tradeoff.sweep import Outcome
+from simplifier.wording import count, exact_percent, median_points, points
 
 
 def advice_lines(advice: Advice) -> list[str]:
@@ -21,7 +22,7 @@ def never_lines(advice: Advice, precision: float) -> list[str]:
     for pay in advice.pays:
         if pay.cases == 0:
             where = _in_all(pay.imprecise)
-            lines.append(f"{_subject(pay)} below {share(precision)} precision {where}.")
+            lines.append(f"{_subject(pay)} below {exact_percent(precision)} precision {where}.")
         elif pay.paid == 0:
             rivals = _or(pay.rivals[:2])
             lines.append(
@@ -60,53 +61,13 @@ def standing(item: Judged, precision: float) -> str:
     if item.verdict == "failed":
         return f"failed: {item.outcome.trial.failure}"
     if item.verdict == "imprecise" or item.dominator is None:
-        return f"below {share(precision)} precision: not compared"
+        return f"below {exact_percent(precision)} precision: not compared"
     other = item.dominator.trial
     name = "" if other.setting is None else other.setting.name
     return (
         f"dominated by {name}: {_faster(item.seconds / other.seconds)}, "
         f"{_more_points(other.recall - item.recall)}"
     )
-
-
-def share(value: float) -> str:
-    """``"99 %"``, ``"99.95 %"``: a bar as it was typed."""
-    return f"{100.0 * value:.6g} %"
-
-
-def points(value: float) -> str:
-    """``"+3.2 points"`` for a difference of shares."""
-    return f"{signed(value)} {'point' if abs(round(value * 100.0, 1)) == 1.0 else 'points'}"
-
-
-def signed(value: float) -> str:
-    """``"+3.2"`` for a difference of 0.032: percentage points."""
-    rounded = round(value * 100.0, 1)
-    return f"{rounded:+.1f}" if rounded else "0.0"
-
-
-def seconds(time: float) -> str:
-    """Three significant digits, milliseconds below a tenth."""
-    if time < 0.0995:
-        return f"{time * 1000.0:.0f} ms"
-    return f"{time:.2f} s" if time < 9.995 else f"{time:.1f} s" if time < 99.95 else f"{time:.0f} s"
-
-
-def spread(values: Sequence[float]) -> str:
-    """The median of shares as points, with the range where there is one."""
-    middle = signed(statistics.median(values))
-    low, high = signed(min(values)), signed(max(values))
-    return middle if low == high else f"{middle} ({low} to {high})"
-
-
-def settings(count: int) -> str:
-    """``"1 setting"``, ``"9 settings"``."""
-    return f"{count} setting{'' if count == 1 else 's'}"
-
-
-def cases(count: int) -> str:
-    """``"1 case"``, ``"9 cases"``: meshes times budgets."""
-    return f"{count} case{'' if count == 1 else 's'}"
 
 
 def _more(advice: Advice) -> list[str]:
@@ -120,7 +81,7 @@ def _more(advice: Advice) -> list[str]:
         ]
     lead = (
         f"For more recall, turn {_knob(first)} first: {points(first.gain)} a doubling of time "
-        f"(median of {cases(len(first.slower))}; {_example(first.slower)})."
+        f"(median of {count(len(first.slower), 'case')}; {_example(first.slower)})."
     )
     return [lead, *_then([(item.knob, item.gain, item.slower) for item in rest])]
 
@@ -132,7 +93,7 @@ def _less(advice: Advice) -> list[str]:
     first, *rest = losses
     lead = (
         f"For less time, turn {_knob(first)} first: {points(-first.loss)} a halving of time "
-        f"(median of {cases(len(first.faster))}; {_example(first.faster)})."
+        f"(median of {count(len(first.faster), 'case')}; {_example(first.faster)})."
     )
     return [lead, *_then([(item.knob, -item.loss, item.faster) for item in rest])]
 
@@ -140,7 +101,7 @@ def _less(advice: Advice) -> list[str]:
 def _then(knobs: Sequence[tuple[str, float, Sequence[Step]]]) -> list[str]:
     if not knobs:
         return []
-    told = [f"{knob} {points(gain)} ({cases(len(steps))})" for knob, gain, steps in knobs]
+    told = [f"{knob} {points(gain)} ({count(len(steps), 'case')})" for knob, gain, steps in knobs]
     return [f"Then: {', '.join(told)}."]
 
 
@@ -148,8 +109,8 @@ def _triangles(advice: Advice) -> list[str]:
     if not advice.triangles:
         return []
     return [
-        f"A doubling of the budget brings {spread(advice.triangles)} points by default, but those "
-        "triangles are drawn in every frame."
+        f"A doubling of the budget brings {median_points(advice.triangles)} points by default, but "
+        "those triangles are drawn in every frame."
     ]
 
 

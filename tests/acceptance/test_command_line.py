@@ -104,7 +104,7 @@ def test_evaluate_an_obj_made_elsewhere(folder, tmp_path):
         "--resolution", "16", "--report", tmp_path / "report.json",
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
-    assert "none promised" in done.stdout
+    assert "no promise" in done.stdout
     report = json.loads((tmp_path / "report.json").read_text())
     check_report(report)
     assert report["error_bound"] is None

@@ -10,7 +10,8 @@ def test_figures_of_a_small_package(tmp_path):
         "pack/__init__.py": '"""Only words."""\n',
         "pack/top.py": "from pack.inner.step import run\n\n\ndef go():\n    return run()\n",
         "pack/inner/__init__.py": "",
-        "pack/inner/step.py": "from pack.inner import helper\n\n\ndef run():\n    return helper.X\n",
+        "pack/inner/step.py": "from pack.inner import helper\n\n\n"
+        "def run():\n    return helper.X\n",
         "pack/inner/helper.py": "X = 1\n",
         "README.md": "five words of plain text\n",
         "CONTRIBUTING.md": "one\n",

@@ -28,7 +28,7 @@ def test_the_table_has_the_headline_figures(capsys):
     shown = capsys.readouterr()
     for words in (
         "castle.obj", "1,234,567 -> 53", "99.87 %", "83.54 %", "recall 50.00 %, precision 75.00 %",
-        "90.00 %", "0.0537", "64 x 32 x 16 voxels", "1,500 ms",
+        "90.00 %", "0.05370", "64 x 32 x 16 voxels", "12 ms", "1.50 s",
     ):  # fmt: skip
         assert words in shown.out
     assert "surface" not in shown.out
@@ -43,19 +43,19 @@ LEVEL = {
 
 def test_levels_and_what_was_left_out(capsys):
     coarse = {**LEVEL, "level": 1, "triangles": 8, "error_bound": None, "switch_distance": None}
-    left_out = [{"resolution": 16, "reason": "it hides nothing"}]
+    left_out = [{"resolution": 1024, "reason": "it hides nothing"}]
     print_report({**REPORT, "levels": [LEVEL, coarse], "left_out": left_out}, "castle.obj")
     shown = capsys.readouterr().out
     assert "levels of detail" in shown
-    assert "50.2" in shown
-    assert shown.count("none ") == 2
-    assert shown.endswith("left out: 16 voxels: it hides nothing\n")
+    assert "50.20" in shown
+    assert shown.count("no promise ") == 2
+    assert shown.endswith("left out: 1,024 voxels: it hides nothing\n")
 
 
 def test_no_promise_is_told(capsys):
     print_report({**REPORT, "error_bound": None, "warnings": []}, "x")
     shown = capsys.readouterr()
-    assert "none promised" in shown.out
+    assert "no promise" in shown.out
     assert shown.err == ""
 
 

@@ -11,8 +11,9 @@ from jsonschema import Draft202012Validator
 
 from simplifier.culling.flythrough import fly
 from simplifier.culling.flythrough_report import flythrough_files, summary
-from simplifier.culling.flythrough_rows import share, summary_rows
+from simplifier.culling.flythrough_rows import summary_rows
 from simplifier.geometry.camera import CameraPath
+from simplifier.wording import small_percent
 from tests.culling.occluded import (
     SMALL,
     WALL,
@@ -101,4 +102,4 @@ def test_an_interrupted_run_says_so():
      (9.31e-7, "0.000093 %"), (1.5, "150 %")],
 )  # fmt: skip
 def test_small_shares_keep_two_digits(value, words):
-    assert share(value) == words
+    assert small_percent(value) == words

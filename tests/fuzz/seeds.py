@@ -35,10 +35,15 @@ from tests.hierarchy.scenes import QUICK, fine_box, moved, street, turned
 from tests.io.builders import (
     FACE_LIST,
     FAN,
+    MODEL_3MF,
     TETRAHEDRON_FACES,
     TETRAHEDRON_POINTS,
     XYZ,
     GltfBuilder,
+    collada,
+    geometry_dae,
+    mesh_3mf,
+    package_3mf,
     ply,
     tetrahedron,
     valid_files,
@@ -119,6 +124,7 @@ def _inputs() -> Iterator[tuple[str, str, bytes]]:
         yield suffix[1:], "written_empty", occluder_bytes(_empty(), Path(f"x{suffix}"))
     yield from _gltf()
     yield from _text()
+    yield from _xml()
     yield from _made_files()
     yield from _decided_files()
     yield "manifest", "built", (BUILT / "scene.json").read_bytes()
@@ -218,6 +224,52 @@ def _text() -> Iterator[tuple[str, str, bytes]]:
             b"indices = PackedInt32Array(0, 1, 2)\r\n"
         ),
     )
+
+
+def _xml() -> Iterator[tuple[str, str, bytes]]:
+    mesh = mesh_3mf(TETRAHEDRON_POINTS, TETRAHEDRON_FACES)
+    painted = mesh.replace('v3="1"/>', 'v3="1" pid="2" p1="1"/>', 1)
+    resources = (
+        '<basematerials id="2"><base name="wood" displaycolor="#804020"/>'
+        '<base name="glass" displaycolor="#80A0FF40"/></basematerials>\n'
+        f'<object id="3" name="leg" pid="2" pindex="0">{painted}</object>\n'
+        '<object id="4" name="pair"><components><component objectid="3"/>'
+        '<component objectid="3" transform="1 0 0 0 1 0 0 0 1 5 0 0"/>'
+        '<component objectid="1" p:path="/3D/other.model"/></components></object>\n'
+    )
+    build = '<item objectid="4"/><item objectid="3" transform="-2 0 0 0 1 0 0 0 1 0 9 0"/>\n'
+    other = MODEL_3MF.format(resources=f'<object id="1">{mesh}</object>', build="")
+    yield "3mf", "components", package_3mf(resources, build, other=other)
+    inputs = (
+        '<input semantic="VERTEX" source="#fan-vertices" offset="0"/>'
+        '<input semantic="NORMAL" source="#fan-positions" offset="1"/>'
+    )
+    polygons = (
+        f'<polylist count="2" material="glass">{inputs}<vcount>5 3</vcount>'
+        "<p>0 0 1 0 2 0 3 0 4 0 0 0 1 0 2 0</p></polylist>"
+        f"<polygons>{inputs}<p>0 0 1 0 2 0 3 0</p></polygons>"
+        f"<tristrips>{inputs}<p>0 0 1 0 2 0 3 0</p></tristrips>"
+        f"<trifans>{inputs}<p>0 0 1 0 2 0 3 0</p></trifans><lines>{inputs}<p>0 0 1 0</p></lines>"
+    )
+    nodes = (
+        '<node id="a" name="top"><translate>1 2 3</translate><rotate>0 0 1 90</rotate>'
+        "<scale>1 -1 2</scale><node><matrix>1 0 0 0 0 1 0 0 0 0 1 5 0 0 0 1</matrix>"
+        '<instance_geometry url="#fan"><bind_material><technique_common>'
+        '<instance_material symbol="glass" target="#pane"/></technique_common></bind_material>'
+        "</instance_geometry></node></node><node><lookat>0 0 9 0 0 0 0 1 0</lookat>"
+        '<instance_node url="#kept"/><instance_controller url="#skin"/></node>\n'
+    )
+    libraries = (
+        '<library_nodes><node id="kept"><instance_geometry url="#fan"/></node></library_nodes>\n'
+        '<library_controllers><controller id="skin"><skin source="#fan"><bind_shape_matrix>'
+        "1 0 0 4 0 1 0 0 0 0 1 0 0 0 0 1</bind_shape_matrix></skin></controller>"
+        '</library_controllers>\n<library_materials><material id="pane" name="pane">'
+        '<instance_effect url="#clear"/></material></library_materials>\n<library_effects>'
+        '<effect id="clear"><profile_COMMON><technique><phong><transparent opaque="A_ONE">'
+        "<color>1 1 1 0.5</color></transparent><transparency><float>1</float></transparency>"
+        "</phong></technique></profile_COMMON></effect></library_effects>\n"
+    )
+    yield "dae", "everything", collada(geometry_dae("fan", FAN, polygons), nodes, libraries)
 
 
 def _made_files() -> Iterator[tuple[str, str, bytes]]:

@@ -14,6 +14,7 @@ from random import Random
 
 from simplifier.errors import OccluderError
 from tests.fuzz.cases import read_case
+from tests.fuzz.mutation.archives import reword_parts
 from tests.fuzz.mutation.documents import edit, edit_glb
 from tests.fuzz.mutation.flips import flip
 from tests.fuzz.mutation.words import reword
@@ -104,6 +105,8 @@ def _scene(data: bytes, folder: Path) -> None:
 _TEXT = (flip, reword, reword)
 
 READERS = (
+    Target("3mf", _mesh_file(".3mf"), (flip, reword_parts, reword_parts)),
+    Target("dae", _mesh_file(".dae"), _TEXT),
     Target("glb", _mesh_file(".glb"), (flip, edit_glb, edit_glb)),
     Target("gltf", _mesh_file(".gltf"), (flip, reword, edit, edit)),
     Target("obj", _mesh_file(".obj"), _TEXT),

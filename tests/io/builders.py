@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import struct
+import zipfile
 from base64 import b64encode
 from typing import Any
 
@@ -175,6 +177,102 @@ def binary_occ() -> bytes:
     return header + level + points + indices.ljust(32, b"\0")
 
 
+MODEL_3MF = (
+    '<?xml version="1.0" encoding="UTF-8"?>\n'
+    '<model unit="millimeter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02"\n'
+    ' xmlns:p="http://schemas.microsoft.com/3dmanufacturing/production/2015/06">\n'
+    "<resources>\n{resources}</resources>\n<build>\n{build}</build>\n</model>\n"
+)
+_RELATIONSHIPS = (
+    '<?xml version="1.0" encoding="UTF-8"?>\n'
+    '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+    '<Relationship Target="/3D/3dmodel.model" Id="rel0"'
+    ' Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>'
+)
+
+
+def mesh_3mf(points: Any, faces: Any) -> str:
+    """The element of a 3MF object with such triangles."""
+    vertices = "".join(f'<vertex x="{x!r}" y="{y!r}" z="{z!r}"/>\n' for x, y, z in points)
+    triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>\n' for a, b, c in faces)
+    return (
+        f"<mesh>\n<vertices>\n{vertices}</vertices>\n"
+        f"<triangles>\n{triangles}</triangles>\n</mesh>\n"
+    )
+
+
+def zipped(parts: dict[str, str | bytes], method: int = zipfile.ZIP_DEFLATED) -> bytes:
+    """A ZIP archive, the same bytes every time."""
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", method) as archive:
+        for name, content in parts.items():
+            info = zipfile.ZipInfo(name)
+            info.compress_type = method
+            archive.writestr(info, content)
+    return file.getvalue()
+
+
+def package_3mf(resources: str, build: str, **others: str) -> bytes:
+    """A 3MF file; ``others`` are models beside the main one, by their names."""
+    parts: dict[str, str | bytes] = {
+        "_rels/.rels": _RELATIONSHIPS,
+        "3D/3dmodel.model": MODEL_3MF.format(resources=resources, build=build),
+    }
+    parts |= {f"3D/{name}.model": content for name, content in others.items()}
+    return zipped(parts)
+
+
+def tetrahedron_3mf() -> bytes:
+    mesh = mesh_3mf(TETRAHEDRON_POINTS, TETRAHEDRON_FACES)
+    body = f'<object id="1" name="body" type="model">{mesh}</object>\n'
+    return package_3mf(body, '<item objectid="1"/>\n')
+
+
+def collada(geometries: str, nodes: str, libraries: str = "") -> bytes:
+    """A COLLADA file with one scene."""
+    return (
+        '<?xml version="1.0" encoding="utf-8"?>\n'
+        '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">\n'
+        '<asset><unit meter="0.01" name="centimeter"/><up_axis>Z_UP</up_axis></asset>\n'
+        f"<library_geometries>\n{geometries}</library_geometries>\n{libraries}"
+        f'<library_visual_scenes><visual_scene id="scene">\n{nodes}</visual_scene>\n'
+        "</library_visual_scenes>\n"
+        '<scene><instance_visual_scene url="#scene"/></scene>\n</COLLADA>\n'
+    ).encode()
+
+
+def geometry_dae(name: str, points: Any, primitives: str) -> str:
+    """A geometry with positions alone, whose primitives name ``#NAME-vertices``."""
+    numbers = " ".join(repr(float(value)) for point in points for value in point)
+    return (
+        f'<geometry id="{name}" name="{name}"><mesh>\n<source id="{name}-positions">\n'
+        f'<float_array id="{name}-array" count="{3 * len(points)}">{numbers}</float_array>\n'
+        f'<technique_common><accessor source="#{name}-array" count="{len(points)}" stride="3">'
+        '<param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>'
+        f'</accessor></technique_common>\n</source>\n<vertices id="{name}-vertices">'
+        f'<input semantic="POSITION" source="#{name}-positions"/></vertices>\n'
+        f"{primitives}\n</mesh></geometry>\n"
+    )
+
+
+def triangles_dae(name: str, faces: Any) -> str:
+    """Triangles of a geometry."""
+    corners = " ".join(str(index) for face in faces for index in face)
+    return (
+        f'<triangles count="{len(faces)}" material="stone">'
+        f'<input semantic="VERTEX" source="#{name}-vertices" offset="0"/>\n'
+        f"<p>{corners}</p></triangles>"
+    )
+
+
+def tetrahedron_dae() -> bytes:
+    body = triangles_dae("body", TETRAHEDRON_FACES)
+    return collada(
+        geometry_dae("body", TETRAHEDRON_POINTS, body),
+        '<node id="node"><instance_geometry url="#body"/></node>\n',
+    )
+
+
 def valid_files() -> dict[str, tuple[str, bytes]]:
     """Name to (suffix, content): one tetrahedron in every kind of file that can be read."""
     gltf = tetrahedron_gltf()
@@ -191,4 +289,6 @@ def valid_files() -> dict[str, tuple[str, bytes]]:
         "stl binary": (".stl", binary_stl()),
         "tres": (".tres", text_tres()),
         "occ": (".occ", binary_occ()),
+        "3mf": (".3mf", tetrahedron_3mf()),
+        "dae": (".dae", tetrahedron_dae()),
     }

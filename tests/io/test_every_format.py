@@ -22,7 +22,9 @@ from simplifier.io.scene import load_scene
 from tests.io.builders import TETRAHEDRON_FACES, TETRAHEDRON_POINTS, binary_ply, valid_files
 
 FILES = valid_files()
-TEXT = [name for name in FILES if name in ("gltf", "obj", "off", "tres") or name.endswith("text")]
+TEXT = [
+    name for name in FILES if name in ("dae", "gltf", "obj", "off", "tres") or name.endswith("text")
+]
 EXPECTED = np.array(TETRAHEDRON_POINTS)[np.array(TETRAHEDRON_FACES)]
 
 
@@ -178,7 +180,7 @@ def test_impossible_names() -> None:
 def test_unknown_suffix_lists_the_readable_ones(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_bytes(b"x")
     with pytest.raises(
-        UnknownFormatError, match=r"\.glb \.gltf \.obj \.occ \.off \.ply \.stl \.tres"
+        UnknownFormatError, match=r"\.3mf \.dae \.glb \.gltf \.obj \.occ \.off \.ply \.stl \.tres"
     ):
         load(tmp_path / name)
 

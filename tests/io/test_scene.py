@@ -358,7 +358,8 @@ def test_every_format_gives_one_object(tmp_path, name):
     found = load_scene(path)
     assert found.triangle_counts.tolist() == [4]
     np.testing.assert_array_equal(found.transforms, np.eye(4)[None])
-    assert found.names == (("node 0",) if "gl" in suffix else ("rock.v2",))
+    own = {".glb": "node 0", ".gltf": "node 0", ".3mf": "body", ".dae": "node"}
+    assert found.names == (own.get(suffix, "rock.v2"),)
 
 
 def test_an_absent_and_an_unknown_file(tmp_path):

@@ -22,7 +22,7 @@ from simplifier.progress import STAGES
 from simplifier.report.gallery import draw_gallery
 from simplifier.report.page import page_text, write_page, write_pictures
 
-HOSTILE = "\"><script>alert('1')</script> & $name <img src=x onerror=1>"
+HOSTILE = "\"><script>alert('1')</script> & {{ 7 * 7 }} {% raw %} <img src=x onerror=1>"
 VOID = {"meta", "img", "br", "source"}
 
 

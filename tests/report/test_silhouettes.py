@@ -25,7 +25,7 @@ from simplifier.report.silhouettes import (
     silhouette_sheet,
     view_pictures,
 )
-from simplifier.wording import direction, number, percent
+from simplifier.wording import direction, length, percent
 
 
 def report(directions, precision=None, recall=None) -> AccuracyReport:
@@ -239,7 +239,7 @@ def test_percent_rounds_down(share, digits, text):
     ],
 )
 def test_number_has_four_digits(value, text):
-    assert number(value) == text
+    assert length(value) == text
 
 
 def test_direction_has_no_minus_zero():

@@ -6,7 +6,7 @@ from simplifier.options.tradeoff import TradeoffOptions
 from simplifier.tradeoff.study import study_of
 from simplifier.tradeoff.sweep import Setting, Trial
 
-HOSTILE = "\"><script>alert('1')</script> & $name <img src=x onerror=1>,\n=1+1.obj"
+HOSTILE = "\"><script>alert('1')</script> & {{ 7 * 7 }} {% raw %} <img src=x onerror=1>,\n=1+1.obj"
 
 SMALL = TradeoffOptions(
     resolutions=(32, 128), directions=(16,), budgets=(16,), times=(1.0, 2.0), repeats=1

@@ -12,6 +12,7 @@ from simplifier.tradeoff import words
 from simplifier.tradeoff.advice import advise
 from simplifier.tradeoff.cases import judge_cases
 from simplifier.tradeoff.sweep import Setting, Trial, outcomes
+from simplifier.wording import short_seconds
 from tests.tradeoff.sweeps import plain_trials, study, trial
 
 
@@ -198,4 +199,4 @@ def test_warnings_are_told_once_with_the_settings_that_they_are_about():
     [(0.0123, "12 ms"), (0.0996, "0.10 s"), (1.234, "1.23 s"), (12.34, "12.3 s"), (120.4, "120 s")],
 )
 def test_seconds(time, text):
-    assert words.seconds(time) == text
+    assert short_seconds(time) == text

@@ -29,7 +29,7 @@ def check_mesh_file(path: Path) -> None:
     occluder = load_occluder(path)
     check_occluder(occluder)
     try:
-        mesh = load(path)
+        mesh = load(path, transparent="keep")
     except EmptyMeshError:
         promise(len(occluder.faces) == 0, "a mesh is empty where its occluder is")
         raise
@@ -38,6 +38,9 @@ def check_mesh_file(path: Path) -> None:
         and np.array_equal(mesh.faces, occluder.faces),
         "a mesh and an occluder of the same file are the same",
     )
+    with suppress(EmptyMeshError):
+        opaque = load(path)
+        promise(len(opaque.faces) <= len(mesh.faces), "leaving out adds nothing")
     check_round_trips(occluder)
     _check_alone(path, mesh)
     _check_scene(path, mesh)
@@ -81,7 +84,7 @@ def check_round_trips(occluder: Occluder) -> None:
 def _check_alone(path: Path, mesh: TriangleMesh) -> None:
     """Other files may be refused; what is read without them is the same."""
     try:
-        alone = load(path, allow_external=False)
+        alone = load(path, allow_external=False, transparent="keep")
     except UnreadableMeshError as error:
         promise("another file" in error.what, "only other files are refused")
         return
@@ -90,7 +93,7 @@ def _check_alone(path: Path, mesh: TriangleMesh) -> None:
 
 def _check_scene(path: Path, mesh: TriangleMesh) -> None:
     try:
-        scene = load_scene(path)
+        scene = load_scene(path, transparent="keep")
     except EmptyMeshError:
         return
     check_scene(scene)

@@ -12,7 +12,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.io.glb_embed import embed_occluder
 from simplifier.io.gltf import BEFORE
 from simplifier.io.load import load
-from simplifier.io.style import Embedding
+from simplifier.options.simplify import Embedding
 from tests.fuzz.promises import promise
 from tests.solids import box
 

@@ -1,0 +1,125 @@
+"""3MF: what the model in the archive builds, in world coordinates, float64.
+
+Objects are meshes, or components that place other objects, also of other models in the archive; the
+items of the build place objects in the world.  What the build does not place is not there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+
+from simplifier.errors import UnreadableMeshError
+from simplifier.geometry.mesh import FloatArray, IndexArray
+from simplifier.io.labels import Labelled
+from simplifier.io.objects import Objects
+from simplifier.io.placing import Material, NamedMesh, Placed
+from simplifier.io.polygons import triangulate_polygons
+from simplifier.io.threemf_archive import Archive
+from simplifier.io.threemf_model import DEEPEST, Model, Place, Reference, Resource, read_model
+
+_MOST_PLACES = 100_000
+_EXPORT = "copy or export it again"
+
+
+def check_start(start: bytes, size: int, where: str) -> None:
+    """Raises :class:`UnreadableMeshError` for what is no ZIP archive."""
+    if not start.startswith(b"PK\x03\x04"):
+        raise UnreadableMeshError(
+            "this is no ZIP archive, which a 3MF file is", where=where, remedy=_EXPORT
+        )
+
+
+def decode(data: bytes, path: Path) -> tuple[FloatArray, IndexArray]:
+    """Vertices (n, 3) float64 and faces (m, 3) int64, in the order of the build.
+
+    The numbers are taken as they are, whatever unit the model names.  Raises
+    :class:`UnreadableMeshError`.
+    """
+    found = decode_labelled(data, path, allow_external=False)
+    return found.vertices, found.faces
+
+
+def decode_labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
+    """As :func:`decode`, with the names of objects and materials; no other file is ever opened."""
+    return _read(data, str(path)).labelled(str(path))
+
+
+def objects(data: bytes, path: Path, see_through: bool) -> Objects:
+    """An object for every mesh at every place; ``see_through`` says whether such is taken."""
+    return _read(data, str(path)).objects(see_through)
+
+
+def _read(data: bytes, where: str) -> Placed:
+    archive = Archive(BytesIO(data), where)
+    main = archive.main_model()
+    models = {main: read_model(archive, main)}
+    meshes: dict[Place, int] = {}
+    found: list[NamedMesh] = []
+    mesh_of: list[int] = []
+    transforms: list[FloatArray] = []
+    names: list[tuple[str, ...]] = []
+    for place, transform, owners in _placed(archive, models, main):
+        if place not in meshes:
+            meshes[place] = len(found)
+            found.append(_named_mesh(models[place[0]], models[place[0]].objects[place[1]], where))
+        mesh_of.append(meshes[place])
+        transforms.append(transform)
+        names.append(owners)
+    return Placed(found, mesh_of, transforms, names)
+
+
+def _placed(
+    archive: Archive, models: dict[str, Model], main: str
+) -> Iterator[tuple[Place, FloatArray, tuple[str, ...]]]:
+    """Meshes with their transforms and the names of what they belong to, the nearest first.
+
+    Models that components refer to are read when they are met, and put into ``models``.
+    """
+    visits = 0
+    stack: list[tuple[Reference, FloatArray, tuple[str, ...]]] = [
+        (item, np.eye(4), ()) for item in reversed(models[main].items)
+    ]
+    while stack:
+        reference, outer, owners = stack.pop()
+        visits += 1
+        if visits > _MOST_PLACES or len(owners) > DEEPEST:
+            raise UnreadableMeshError(
+                f"its objects are nested in a circle, deeper than {DEEPEST}, or placed more than"
+                f" {_MOST_PLACES} times",
+                where=archive.where,
+                remedy="export the model as a single mesh",
+            )
+        model, number = reference.place
+        if model not in models:
+            models[model] = read_model(archive, model)
+        one = models[model].objects.get(number)
+        if one is None:
+            raise UnreadableMeshError(
+                f"there is no object {number[:40]!r} in '{model[:60]}', which is to be placed",
+                where=archive.where,
+                remedy=_EXPORT,
+            )
+        with np.errstate(invalid="ignore", over="ignore"):
+            transform = outer @ reference.transform
+        inner = (one.name, *owners)
+        if one.triangles:
+            yield reference.place, transform, tuple(dict.fromkeys(inner))
+        stack += [(each, transform, inner) for each in reversed(one.components)]
+
+
+def _named_mesh(model: Model, one: Resource, where: str) -> NamedMesh:
+    points = np.array(one.corners, dtype=np.float64).reshape(-1, 3)
+    corners = np.array(one.triangles, dtype=np.int64)
+    sizes = np.full(len(corners) // 3, 3, dtype=np.int64)
+    faces = triangulate_polygons(points, sizes, corners, where=where)
+    runs = [(_material(model, group, place), count) for group, place, count in one.runs]
+    return NamedMesh((points, faces), runs)
+
+
+def _material(model: Model, group: str, place: str) -> Material:
+    found = model.materials.get(group, [])
+    return found[int(place)] if place.isdecimal() and int(place) < len(found) else Material()

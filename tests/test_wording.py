@@ -1,0 +1,94 @@
+"""Figures in words: what falls short never reads as if it did not."""
+
+from __future__ import annotations
+
+import pytest
+
+from simplifier.wording import (
+    count,
+    direction,
+    exact_percent,
+    grid_size,
+    length,
+    median_points,
+    percent,
+    picture_line,
+    points,
+    seconds,
+    signed_points,
+)
+
+
+@pytest.mark.parametrize(
+    ("share", "digits", "text"),
+    [
+        (0.8359, 1, "83.5 %"),
+        (0.29, 1, "29.0 %"),
+        (0.9999999, 2, "99.99 %"),
+        (1.0 - 1e-11, 1, "99.9 %"),
+        (1.0, 2, "100.00 %"),
+        (0.0, 1, "0.0 %"),
+        (0.0004, 1, "< 0.1 %"),
+        (0.0004, 2, "0.04 %"),
+        (1e-12, 2, "< 0.01 %"),
+        (0.001, 1, "0.1 %"),
+    ],
+)
+def test_percentages_are_rounded_down_and_never_to_nothing(share, digits, text):
+    assert percent(share, digits) == text
+
+
+@pytest.mark.parametrize(
+    ("share", "text"), [(0.99, "99 %"), (0.9995, "99.95 %"), (1.0, "100 %"), (0.0, "0 %")]
+)
+def test_a_bar_reads_as_it_was_typed(share, text):
+    assert exact_percent(share) == text
+
+
+@pytest.mark.parametrize(
+    ("difference", "signed", "words"),
+    [
+        (0.032, "+3.2", "+3.2 points"),
+        (-0.01, "-1.0", "-1.0 point"),
+        (0.01, "+1.0", "+1.0 point"),
+        (0.0104, "+1.0", "+1.0 point"),
+        (-0.0004, "0.0", "0.0 points"),
+    ],
+)
+def test_differences_of_shares_are_signed_points(difference, signed, words):
+    assert (signed_points(difference), points(difference)) == (signed, words)
+
+
+def test_a_median_has_its_range_only_where_there_is_one():
+    assert median_points([0.032]) == "+3.2"
+    assert median_points([0.0321, 0.0322]) == "+3.2"
+    assert median_points([-0.01, 0.02, 0.04]) == "+2.0 (-1.0 to +4.0)"
+
+
+@pytest.mark.parametrize(
+    ("time", "text"),
+    [(0.0, "0 ms"), (0.0004, "0 ms"), (0.5, "500 ms"), (1.0, "1.00 s"), (1234.5, "1,234.50 s")],
+)
+def test_times_are_milliseconds_below_a_second(time, text):
+    assert seconds(time) == text
+
+
+def test_a_length_that_nobody_promises():
+    assert length(None) == "no promise"
+    assert length(-0.0) == "0.000"
+
+
+def test_counts_agree_with_their_noun():
+    words = [count(number, "part") for number in (0, 1, 2, 1234)]
+    assert words == ["0 parts", "1 part", "2 parts", "1,234 parts"]
+
+
+def test_directions_and_grids():
+    assert direction((0.267, -0.8, -0.001)) == "(0.27, -0.80, 0.00)"
+    assert grid_size([64, 1024, 5]) == "64 x 1024 x 5"
+
+
+def test_a_line_in_a_picture_is_short_and_prints():
+    assert picture_line("a\n$b$\u202e") == r"a?\$b\$?"
+    assert picture_line("x" * 49) == "x" * 45 + "..."
+    assert picture_line("x" * 48) == "x" * 48

@@ -3,6 +3,7 @@
 # make test-slow  what takes minutes: a start with an empty kernel cache
 # make test-faults  kills, a full disk, damage, wrong clocks, slow clients, in their long form (minutes)
 # make fuzz   ten minutes of broken files and strange meshes (FUZZ_SECONDS, FUZZ_ENGINE=guided, …)
+# make mutants  small mistakes in what promises safety: which do the tests near them miss (minutes)
 # make test-pages  every look at the dashboard in a browser (minutes); `make test` takes the vital ones
 # make test-blender  the Blender add-on in Blender's own module, bpy (Python 3.11)
 # make serve  the HTTP service at http://127.0.0.1:8000
@@ -15,7 +16,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test test-slow test-faults test-pages test-blender fuzz check serve docker-check openapi bench clean
+.PHONY: demo test test-slow test-faults mutants test-pages test-blender fuzz check serve docker-check openapi bench clean
 
 demo: $(READY)
 	mkdir -p out/demo
@@ -34,6 +35,12 @@ test-slow: $(READY)
 # Real servers under faults, one after the other; the figures come at the end.
 test-faults: $(READY)
 	$(BIN)/python -m pytest -m faults -rP tests/faults
+
+# MUTANTS_ONLY="leases core": the files whose names hold one of these.
+MUTANTS_ONLY ?= /
+
+mutants: $(READY)
+	$(BIN)/python -m tests.mutants --only $(MUTANTS_ONLY)
 
 test-pages: $(READY)
 	$(BIN)/python -m pytest -m pages -n 2 --dist loadfile tests/service/dashboard

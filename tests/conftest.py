@@ -1,7 +1,8 @@
 """What all tests share: where the real assets are, and how properties are searched.
 
 Properties are tried on the same examples in every run, so that a red run says something about the
-change and not about luck.  ``HYPOTHESIS_PROFILE=search`` looks at new ones each time.
+change and not about luck.  ``HYPOTHESIS_PROFILE=search`` looks at new ones each time, and
+``mutants`` seeks no smaller example once one fails.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import Phase, settings
 
 from simplifier.kernels.threads import thread_count
 
@@ -23,6 +24,13 @@ ASSETS = Path(os.environ.get("OCCLUDER_ASSETS", Path(__file__).parents[2] / "sha
 
 settings.register_profile("steady", derandomize=True, deadline=None)
 settings.register_profile("search", deadline=None)
+settings.register_profile(
+    "mutants",
+    derandomize=True,
+    deadline=None,
+    database=None,
+    phases=[Phase.explicit, Phase.generate],
+)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "steady"))
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from hypothesis import strategies as st
+from scipy.spatial import Delaunay
 
 from simplifier.geometry.camera import Camera, Lens
 
@@ -47,6 +49,31 @@ def nearest(triangles, camera, rows, columns, per_pixel=1):
         values, unsure = hits(triangle, camera, directions)
         depth, doubt = np.maximum(depth, values), doubt | unsure
     return depth, doubt
+
+
+LATTICE = 16
+"""Rows and columns of the screen on whose centres the corners of lattice meshes lie."""
+
+lattice_places = st.lists(
+    st.tuples(st.integers(0, LATTICE - 1), st.integers(0, LATTICE - 1)), min_size=4, max_size=30
+)
+
+
+def lattice_mesh(places):
+    """(places, vertices, faces, camera) of triangles that share edges, or None without an area.
+
+    At depth 1 with this lens a unit is a pixel, so corners lie on centres: all ties are at work.
+    The picture shows ``places``, (x, y) in pixels, turned by half: world x runs to the left of it
+    and y upwards.
+    """
+    points = np.unique(np.array(places), axis=0) + 0.5
+    if np.linalg.matrix_rank(points - points[0]) < 2:
+        return None
+    half = LATTICE / 2.0
+    fov = float(np.degrees(2.0 * np.arctan(half)))
+    camera = Camera.looking(np.zeros(3), np.array([0, 0, 1.0]), np.array([0, 1.0, 0]), fov, 0.5)
+    vertices = np.column_stack([points - half, np.ones(len(points))])
+    return points, vertices, Delaunay(points).simplices.astype(np.int32), camera
 
 
 def looking_ahead(position=(0.0, 0.0, 0.0), fov=70.0, near=0.25):

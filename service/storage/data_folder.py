@@ -71,7 +71,7 @@ class DataFolder:
         """
         self.make()
         with self._raising_settings_error():
-            lock = self.lock.open("a+")
+            lock = self.lock.open("ab", buffering=0)  # so that closing it writes nothing
         with lock:
             with self._raising_settings_error():
                 try:
@@ -79,8 +79,7 @@ class DataFolder:
                 except BlockingIOError:
                     raise self._in_use_error() from None
                 lock.truncate(0)
-                lock.write(f"{os.getpid()}\n")
-                lock.flush()
+                lock.write(f"{os.getpid()}\n".encode())
                 _empty(self.scratch)
             try:
                 yield

@@ -172,7 +172,7 @@ def mark_triangles(vertices, faces, origin, scale, begin, end, touched):
             flat[x0 * strides[0] + y0 * strides[1] + z0] = True
             continue
         low, high = (x0, y0, z0), (x1, y1, z1)
-        if (x0 == x1) + (y0 == y1) + (z0 == z1) == 2:
+        if int(x0 == x1) + int(y0 == y1) + int(z0 == z1) == 2:
             # One row of voxels: a connected set that spans the row's ends touches all of it.
             _mark_all(low, high, strides, flat)
         elif (x1 - x0 + 1) * (y1 - y0 + 1) * (z1 - z0 + 1) > 8 or not _all_marked(
@@ -204,7 +204,7 @@ def is_contained(p, q, r, voxels):
     y0, y1 = _span(p[1], q[1], r[1], sizes[1])
     z0, z1 = _span(p[2], q[2], r[2], sizes[2])
     low, high = (x0, y0, z0), (x1, y1, z1)
-    if (x0 == x1) + (y0 == y1) + (z0 == z1) >= 2:
+    if int(x0 == x1) + int(y0 == y1) + int(z0 == z1) >= 2:
         return _all_marked(low, high, strides, flat)
     w = _dominant(p, q, r)
     return _visit_footprint(

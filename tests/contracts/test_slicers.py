@@ -14,7 +14,6 @@ import pytest
 
 from simplifier.errors import BackendUnavailableError
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.geometry.section import ImageFrame
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.geometry.views import image_axes, random_directions
 from simplifier.options.stages import SectionOptions
@@ -25,6 +24,7 @@ from simplifier.slicing.stencil import StencilSlicer
 from simplifier.voxel.fill import fill
 from simplifier.voxel.surface import voxel_mesh
 from simplifier.voxel.voxelize import voxelize
+from tests.slicing.frames import every_depth_plan
 
 CLEARANCE = 0.01  # voxels from a voxel face within which a pixel may go either way
 
@@ -151,19 +151,6 @@ def test_every_plane_of_a_plan(slicer_of, solid, step):
     check_slicer(slicer_of(grid), grid, plan_sections(grid, options))
 
 
-def plan_of(axes, corner, rows, columns, pixel, depths):
-    """Every frame cut at every depth, off the planner's beaten track."""
-    frames = tuple(ImageFrame(a, np.array(corner), rows, columns, pixel) for a in axes)
-    n = len(frames) * len(depths)
-    return SamplingPlan(
-        frames,
-        np.repeat(np.arange(len(frames)), len(depths)).astype(np.int32),
-        np.zeros(n, dtype=np.int32),
-        np.tile(np.array(depths, dtype=np.float64), len(frames)),
-        1,
-    )
-
-
 @pytest.mark.parametrize("pixel", [0.21, 1.0, 3.0])
 def test_directions_all_around_and_pixels_of_any_size(slicer_of, pixel):
     """Depths out of order, repeated, and beyond the solid; pictures that cut it off."""
@@ -172,7 +159,7 @@ def test_directions_all_around_and_pixels_of_any_size(slicer_of, pixel):
     slicer = slicer_of(grid)
     depths = (3.37, -8.61, 99.0, 0.52, -99.0, 6.43, 3.37)
     for corner, rows, columns in (((-20.0, -20.0), 45, 40), ((1.3, -2.7), 6, 80)):
-        check_slicer(slicer, grid, plan_of(axes, corner, rows, columns, pixel, depths))
+        check_slicer(slicer, grid, every_depth_plan(axes, corner, rows, columns, pixel, depths))
 
 
 def test_more_walls_behind_a_pixel_than_a_stencil_byte_counts(slicer_of):
@@ -180,7 +167,9 @@ def test_more_walls_behind_a_pixel_than_a_stencil_byte_counts(slicer_of):
     grid = grid_of(np.indices((600, 3, 4))[0] % 2 == 0)
     directions = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.9999, 0.01, 0.0]])
     axes = image_axes(directions / np.linalg.norm(directions, axis=1, keepdims=True))
-    plan = plan_of(axes, (-20.31, -20.27), 40, 40, 1.0, (0.47, -300.5, 300.52, 599.1, -0.51))
+    plan = every_depth_plan(
+        axes, (-20.31, -20.27), 40, 40, 1.0, (0.47, -300.5, 300.52, 599.1, -0.51)
+    )
     check_slicer(slicer_of(grid), grid, plan)
 
 
@@ -190,7 +179,9 @@ def test_directions_almost_along_an_axis(slicer_of):
     tilts = np.array([[t, s, 1.0] for t in (0.0, 1e-9, -1e-5, 1e-3) for s in (0.0, -1e-7, 1e-2)])
     directions = tilts / np.linalg.norm(tilts, axis=1, keepdims=True)
     turned = np.concatenate([directions, directions[:, [2, 0, 1]], directions[:, [1, 2, 0]]])
-    plan = plan_of(image_axes(turned), (-30.31, -30.27), 90, 90, 1.0, (2.31, 6.52, 11.47, 20.5))
+    plan = every_depth_plan(
+        image_axes(turned), (-30.31, -30.27), 90, 90, 1.0, (2.31, 6.52, 11.47, 20.5)
+    )
     check_slicer(slicer_of(grid), grid, plan)
 
 
@@ -213,7 +204,7 @@ def test_plans_of_different_picture_sizes_in_turn(slicer_of):
     slicer = slicer_of(grid)
     axes = image_axes(random_directions(2, 8))
     for size in (9, 70, 30):
-        plan = plan_of(axes, (-15.0, -15.0), size, size + 13, 0.9, (1.23, 9.87))
+        plan = every_depth_plan(axes, (-15.0, -15.0), size, size + 13, 0.9, (1.23, 9.87))
         check_slicer(slicer, grid, plan)
 
 

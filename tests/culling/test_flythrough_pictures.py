@@ -30,6 +30,7 @@ from tests.culling.occluded import (
 from tests.solids import box
 from tests.walkable import scene_of
 
+PARTS, COST = (0x1D, 0x5F, 0xC4), (0x00, 0x79, 0x5C)  # of the plot's lines
 LEGEND = 48  # rows at the bottom, where all colours are
 
 
@@ -45,6 +46,12 @@ def decoded(data):
 
 def has(picture, colour):
     return bool((picture == colour).all(axis=-1).any())
+
+
+def count_areas(mask, least):
+    """Connected areas of so many pixels at least, by the boxes around them."""
+    _, _, boxes, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
+    return int((boxes[1:, cv2.CC_STAT_AREA] >= least).sum())
 
 
 def sheet(found):
@@ -84,11 +91,21 @@ def test_one_wrong_pixel_of_a_large_view_is_seen():
 
 
 @pytest.mark.parametrize("frames", [1, 2, 5])
-def test_any_number_of_frames(frames):
+def test_each_frame_has_its_place_in_the_plot_and_its_pictures_in_the_sheet(frames):
     found = flown(WALL, None, *[looking((x, -10.0, 3.0)) for x in range(frames)])
-    assert sheet(found).shape[1] > (2000 if frames > 1 else 1000)
     picture = decoded(flythrough_plot(found, "a $scene\udcff"))
-    assert picture.shape == (1260, 1500, 3)
+    # Frames stand in the middles of equal parts of the axis, which has room for two at least.
+    left, width = 0.085 * picture.shape[1], 0.89 * picture.shape[1]
+    parts = max(frames, 2)
+    for colour, panel in ((PARTS, slice(190, 435)), (COST, slice(930, 1166))):
+        rows, columns = np.nonzero((picture[panel] == colour).all(axis=-1))
+        assert abs(columns.min() - (left + 0.5 / parts * width)) < 6
+        assert abs(columns.max() - (left + (frames - 0.5) / parts * width)) < 6
+        assert len(np.unique(rows)) > 3
+    # As many pictures of depth as shots: the wall in it is the brightest.
+    whites = (sheet(found) == found.shots[0].occluders.max()).all(axis=-1)
+    assert len(found.shots) == frames
+    assert count_areas(whites, least=200) == frames
 
 
 def test_nothing_in_view_and_no_shots():

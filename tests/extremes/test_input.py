@@ -120,7 +120,7 @@ LARGE = {".ply": large_ply, ".stl": large_stl, ".glb": large_glb, ".off": large_
 
 @pytest.mark.parametrize("suffix", LARGE)
 def test_a_large_file_cut_anywhere_is_refused(tmp_path: Path, suffix: str) -> None:
-    """Small ones are cut at every byte in ``tests/io/test_every_format.py``.
+    """Small ones are cut at every byte in ``tests/io/test_formats.py``.
 
     Who loses a digit of the last number of a text cannot be told from who has written it so.
     """

@@ -6,13 +6,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial import Delaunay
 from shapely import MultiPoint, contains_xy
 
 from simplifier.culling.depth_buffer import DepthBuffer
-from simplifier.geometry.camera import Camera, Lens
+from simplifier.geometry.camera import Lens
 from simplifier.kernels.depth_buffer import ERROR, FARTHEST, STALE, TILE
-from tests.rasters import hits, looking_ahead, nearest, random_camera, rays
+from tests.rasters import (
+    LATTICE,
+    hits,
+    lattice_mesh,
+    lattice_places,
+    looking_ahead,
+    nearest,
+    random_camera,
+    rays,
+)
 
 ROWS, COLUMNS = 21, 35
 
@@ -86,22 +94,17 @@ def test_tiles_know_who_wrote_to_them(seed):
 
 
 @settings(max_examples=40)
-@given(st.lists(st.tuples(st.integers(0, 15), st.integers(0, 15)), min_size=4, max_size=30))
+@given(lattice_places)
 def test_no_pinhole_between_triangles_that_share_edges(places):
-    # At depth 1 with this lens a unit is a pixel, so corners lie on centres: all ties are at work.
-    points = np.unique(np.array(places), axis=0) + 0.5
-    if np.linalg.matrix_rank(points - points[0]) < 2:
+    mesh = lattice_mesh(places)
+    if mesh is None:
         return
-    fov = float(np.degrees(2.0 * np.arctan(8.0)))
-    camera = Camera.looking(np.zeros(3), np.array([0, 0, 1.0]), np.array([0, 1.0, 0]), fov, 0.5)
-    mesh = Delaunay(points)
-    vertices = np.column_stack([points - 8.0, np.ones(len(points))])
-    buffer = DepthBuffer(16, 16)
-    buffer.draw_mesh(vertices, mesh.simplices.astype(np.int32), camera)
-    x, y = np.meshgrid(np.arange(16) + 0.5, np.arange(16) + 0.5)
-    # World x runs to the left of the picture, y upwards.
+    points, vertices, faces, camera = mesh
+    buffer = DepthBuffer(LATTICE, LATTICE)
+    buffer.draw_mesh(vertices, faces, camera)
+    x, y = np.meshgrid(np.arange(LATTICE) + 0.5, np.arange(LATTICE) + 0.5)
     hull = MultiPoint(points).convex_hull
-    inside = contains_xy(hull.buffer(-1e-9), 16.0 - x, 16.0 - y)
+    inside = contains_xy(hull.buffer(-1e-9), LATTICE - x, LATTICE - y)
     assert (screen(buffer)[inside] > 0.0).all()
 
 

@@ -6,12 +6,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial import Delaunay
 
 from simplifier.culling.item_buffer import ItemBuffer, Part
-from simplifier.geometry.camera import Camera
 from simplifier.geometry.mesh import TriangleMesh
-from tests.rasters import hits, looking_ahead, random_camera, rays
+from tests.rasters import (
+    LATTICE,
+    hits,
+    lattice_mesh,
+    lattice_places,
+    looking_ahead,
+    random_camera,
+    rays,
+)
 
 ROWS, COLUMNS = 23, 31
 
@@ -47,17 +53,13 @@ def test_holds_the_item_that_a_ray_meets_first(seed):
 
 
 @settings(max_examples=40)
-@given(st.lists(st.tuples(st.integers(0, 15), st.integers(0, 15)), min_size=4, max_size=30))
+@given(lattice_places)
 def test_triangles_that_share_edges_cover_each_centre_once(places):
-    # At depth 1 with this lens a unit is a pixel, so corners lie on centres: all ties are at work.
-    points = np.unique(np.array(places), axis=0) + 0.5
-    if np.linalg.matrix_rank(points - points[0]) < 2:
+    mesh = lattice_mesh(places)
+    if mesh is None:
         return
-    fov = float(np.degrees(2.0 * np.arctan(8.0)))
-    camera = Camera.looking(np.zeros(3), np.array([0, 0, 1.0]), np.array([0, 1.0, 0]), fov, 0.5)
-    faces = Delaunay(points).simplices.astype(np.int32)
-    vertices = np.column_stack([points - 8.0, np.ones(len(points))])
-    buffer = ItemBuffer(16, 16)
+    _, vertices, faces, camera = mesh
+    buffer = ItemBuffer(LATTICE, LATTICE)
     buffer.draw_parts([Part(TriangleMesh(vertices, faces), np.eye(4), 0)], camera)
     assert buffer.fragments[0] == np.count_nonzero(buffer.items == 0)
 

@@ -144,5 +144,16 @@ def test_settings_that_are_no_count_are_passed_over(monkeypatch, setting):
 def test_the_setting_counts(monkeypatch):
     monkeypatch.setenv("OCCLUDER_THREADS", "7")
     assert thread_count() == 7
-    monkeypatch.delenv("OCCLUDER_THREADS")
-    assert thread_count() >= 1
+
+
+def test_without_a_setting_there_are_as_many_as_processors_that_may_be_used(monkeypatch):
+    """Those of the process, where the system tells, and else the machine's."""
+    monkeypatch.delenv("OCCLUDER_THREADS", raising=False)
+    assert thread_count() == len(os.sched_getaffinity(0))
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {1, 4, 6})
+    assert thread_count() == 3
+    monkeypatch.delattr(os, "sched_getaffinity")
+    monkeypatch.setattr(os, "cpu_count", lambda: 5)
+    assert thread_count() == 5
+    monkeypatch.setattr(os, "cpu_count", lambda: None)
+    assert thread_count() == 1

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from simplifier.geometry.section import Plane, Polygon, Section
+from simplifier.polygon.simplify import simplify_polygon
 from simplifier.slicing.loops import edge_loops
 
 PLANE = Plane(np.eye(3), 0.0)
@@ -87,6 +88,14 @@ def blobs(seed: int, size: int = 32) -> np.ndarray:
     noise = rng.normal(size=rng.integers(3, size, 2))
     field = gaussian_filter(noise, blur) if blur else noise
     return np.asarray(field > np.quantile(field, rng.uniform(0.15, 0.85)))
+
+
+def simplified_blobs(seed: int, tolerance: float) -> Iterator[Polygon]:
+    """The polygons of a random mask, as far as simplification leaves them."""
+    for piece in pieces(blobs(seed, 24)):
+        polygon = simplify_polygon(piece, tolerance)
+        if polygon is not None:
+            yield polygon
 
 
 def maze(seed: int, cells: int) -> np.ndarray:

@@ -23,6 +23,7 @@ from tests.polygon.corpus import (
     maze,
     pieces,
     random_star,
+    simplified_blobs,
     square,
     variants,
 )
@@ -83,10 +84,8 @@ def test_stars(seed, count, holes):
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.5, 1.0]))
 @settings(max_examples=60, deadline=None)
 def test_masks(seed, tolerance):
-    for piece in pieces(blobs(seed, 24)):
-        polygon = simplify_polygon(piece, tolerance)
-        if polygon is not None:
-            assert_chain(chain_of(polygon), region(polygon), every=17)
+    for polygon in simplified_blobs(seed, tolerance):
+        assert_chain(chain_of(polygon), region(polygon), every=17)
 
 
 @given(st.integers(0, 2**32 - 1))

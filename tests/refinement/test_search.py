@@ -7,61 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.kernels.annealing import TRIES
-from simplifier.kernels.coverage import coverage_masks
-from simplifier.kernels.soup_views import UNIT, block_count, draw_soup, score_unions
+from simplifier.kernels.soup_views import UNIT, score_unions
 from simplifier.kernels.voxelize import is_contained, mark_triangles
 from simplifier.options.stages import RefineOptions
 from simplifier.progress import Deadline
-from simplifier.refinement.annealing import Annealing, RefineViews, Room
-from simplifier.refinement.search import _by_time, _Price, pull_into, refine
-from tests.pictures import sphere_projections
-
-SIZE = 24  # voxels a side
-
-
-def ball(radius=9.0):
-    """A ball of voxels in the middle of the grid."""
-    centres = np.indices((SIZE,) * 3) + 0.5 - SIZE / 2
-    return np.ascontiguousarray((centres**2).sum(axis=0) < radius**2)
-
-
-def views_of(voxels, count=16):
-    """Search views whose originals are the pictures of a ball of the solid's volume."""
-    projections = sphere_projections(
-        image_axes(hemisphere_directions(count)), np.full(3, SIZE / 2), SIZE / 2
-    )
-    rng = np.random.default_rng(5)
-    points = rng.normal(size=(4000, 3))
-    radius = np.cbrt(3.0 * voxels.sum() / (4.0 * np.pi))
-    points = SIZE / 2 + radius * points / np.linalg.norm(points, axis=1, keepdims=True)
-    faces = np.array([[i, i + 1, i + 2] for i in range(0, 3999, 3)], dtype=np.int32)
-    return RefineViews(
-        projections, coverage_masks(points, faces, projections, 64, 64)[:, :, 0].copy()
-    )
-
-
-def crossed_quads(half=4.0):
-    """Three squares through the centre: (6, 3, 3)."""
-    square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * half
-    triangles = []
-    for axis in range(3):
-        corners = np.insert(square, axis, 0.0, axis=1) + SIZE / 2 + 0.25
-        triangles += [corners[[0, 1, 2]], corners[[0, 2, 3]]]
-    return np.array(triangles)
-
-
-def score(triangles, views, overcover=0.5):
-    """The objective, drawn afresh."""
-    count = len(views.projections)
-    images = np.zeros((len(triangles), count, 64), np.uint64)
-    blocks = np.zeros((block_count(len(triangles)), count, 64), np.uint64)
-    draw_soup(np.ascontiguousarray(triangles), views.projections, images, blocks)
-    return score_unions(
-        np.bitwise_or.reduce(blocks, axis=0), views.originals, round(UNIT * overcover),
-        np.zeros(count, np.int64),
-    )  # fmt: skip
+from simplifier.refinement.annealing import Annealing, Room
+from simplifier.refinement.search import _by_time, _Price, refine
+from tests.refinement.soups import SIZE, ball, crossed_quads, score, views_of
 
 
 def score_of_original(views):
@@ -287,14 +240,6 @@ def test_slices_fit_what_a_move_costs(cost):
     assert clock.now <= 2.0 + max(aim, TRIES * cost)
 
 
-def test_triangles_outside_are_pulled_in_or_left_out():
-    far = np.array([[[1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [1.0, 2.0, 1.0]]])
-    start = np.concatenate([crossed_quads(half=9.0), far])  # the corners stick out
-    inside = pull_into(start, ball())
-    assert len(inside) == len(start) - 1
-    assert not (voxels_touched(inside) & ~ball()).any()
-
-
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32), st.floats(0.3, 12.0))
 def test_containment_is_that_of_the_voxelizer(seed, size):
@@ -306,25 +251,3 @@ def test_containment_is_that_of_the_voxelizer(seed, size):
     strays = (triangle.min() <= 0.0) or (triangle.max() >= SIZE)
     expected = not strays and not (touched & ~voxels).any()
     assert is_contained(*corners, voxels) == expected
-
-
-def test_a_drawn_part_that_sticks_out_does_not_change_what_is_right():
-    """It is the user's will: the search must not hide less to make up for it."""
-    views = views_of(ball())
-    wide = np.array([[[2.0, 2.0, 8.0], [14.0, 2.0, 8.0], [8.0, 14.0, 8.0]]])
-    corners = np.arange(3, dtype=np.int32).reshape(1, 3)
-    also = views.originals | coverage_masks(wide[0], corners, views.projections, 64, 64)[:, :, 0]
-    search = Annealing(
-        crossed_quads(), Room.of(ball()), RefineViews(views.projections, also, wide), UNIT, 0
-    )
-    alone = Annealing(crossed_quads(), Room.of(ball()), views, UNIT, 0)
-    assert search.precision() >= alone.precision()
-    assert search.score > alone.score
-    search.run(10 * TRIES, (0.0, 0.1))
-    assert search.score == search._fresh(search.best())
-
-
-def test_a_search_keeps_nothing_behind_what_is_drawn():
-    views, quads = views_of(ball()), crossed_quads()
-    behind = RefineViews(views.projections, views.originals, quads)
-    assert len(Annealing(quads, Room.of(ball()), behind, UNIT, 0).result()) == 0

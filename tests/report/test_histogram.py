@@ -84,9 +84,16 @@ def test_zoom_examples(worst, low):
 @pytest.mark.parametrize("draw", [recall_histogram, precision_histogram])
 @pytest.mark.parametrize("values", [[0.5], [0.0], [1.0], [0.0, 1.0]])
 def test_few_views_and_extreme_values_are_drawn(draw, values):
-    picture = decoded(draw(np.array(values)))
-    assert picture.shape == (360, 720, 3)
-    assert len(columns_of(picture, BAR)) > 0
+    """A bar at each value, none anywhere else, and nothing past the ends of the axis."""
+    columns = columns_of(decoded(draw(np.array(values))), BAR)
+    low = zoomed_axis_start(min(values)) if draw is precision_histogram else 0.0
+    found = share_of(columns, low, 1.0)
+    bar = (1.0 - low) / 20.0
+    for value in values:
+        assert np.abs(found - value).min() < bar
+    for place in found:
+        assert min(abs(place - value) for value in values) < bar
+    assert LEFT - 1 <= columns.min() <= columns.max() <= RIGHT + 1
 
 
 def test_same_values_same_bytes():

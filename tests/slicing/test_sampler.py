@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.section import ImageFrame
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.geometry.views import image_axes, random_directions
 from simplifier.options.stages import SectionOptions
-from simplifier.slicing.planes import SamplingPlan, plan_sections
+from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler
+from tests.slicing.frames import every_depth_plan
 
 
 def grid_of(inside):
@@ -59,28 +59,12 @@ def test_random_solids(shape, density, step, seed):
     check_plan(grid, plan_sections(grid, SectionOptions(directions=4, depths=3, depth_step=step)))
 
 
-def single_frame_plan(directions, corner, rows, columns, pixel, depths):
-    """Every direction cut at every depth, in frames that the planner would not make."""
-    axes = image_axes(np.asarray(directions, dtype=np.float64))
-    frames = tuple(ImageFrame(a, np.array(corner), rows, columns, pixel) for a in axes)
-    n = len(frames) * len(depths)
-    return SamplingPlan(
-        frames,
-        np.repeat(np.arange(len(frames)), len(depths)).astype(np.int32),
-        np.zeros(n, dtype=np.int32),
-        np.tile(np.array(depths, dtype=np.float64), len(frames)),
-        1,
-    )
-
-
 @pytest.mark.parametrize("pixel", [0.37, 1.0, 2.5])
 def test_frames_of_any_pixel_size_that_miss_or_pass_the_grid(pixel):
     grid = grid_of(np.random.default_rng(4).random((7, 9, 5)) < 0.6)
-    directions = np.concatenate([random_directions(6, 0), np.eye(3), -np.eye(3)])
+    axes = image_axes(np.concatenate([random_directions(6, 0), np.eye(3), -np.eye(3)]))
     for corner in ((-12.3, -11.7), (2.1, 1.3), (40.0, 0.0)):
-        check_plan(
-            grid, single_frame_plan(directions, corner, 23, 31, pixel, (-20.0, -1.3, 2.2, 5.7))
-        )
+        check_plan(grid, every_depth_plan(axes, corner, 23, 31, pixel, (-20.0, -1.3, 2.2, 5.7)))
 
 
 def test_directions_almost_parallel_to_an_axis():
@@ -90,7 +74,8 @@ def test_directions_almost_parallel_to_an_axis():
     directions = tilts / np.linalg.norm(tilts, axis=1, keepdims=True)
     for turned in (directions, directions[:, [2, 0, 1]], directions[:, [1, 2, 0]]):
         check_plan(
-            grid, single_frame_plan(turned, (-20.25, -20.25), 41, 41, 1.0, (-7.5, 0.5, 7.25))
+            grid,
+            every_depth_plan(image_axes(turned), (-20.25, -20.25), 41, 41, 1.0, (-7.5, 0.5, 7.25)),
         )
 
 

@@ -10,9 +10,17 @@ from hypothesis import strategies as st
 
 from simplifier.geometry.section import Polygon, signed_area
 from simplifier.polygon.chain import triangulate
-from simplifier.polygon.simplify import bridge_holes, simplify_polygon
+from simplifier.polygon.simplify import bridge_holes
 from tests.polygon.checks import assert_triangulated
-from tests.polygon.corpus import POLYGONS, blobs, box, loop, pieces, random_star, square, variants
+from tests.polygon.corpus import (
+    POLYGONS,
+    box,
+    loop,
+    random_star,
+    simplified_blobs,
+    square,
+    variants,
+)
 
 ALL = [
     pytest.param(changed, id=f"{name}, {change}")
@@ -66,10 +74,8 @@ def test_stars(seed, count, holes):
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.5, 1.0]))
 @settings(max_examples=60, deadline=None)
 def test_masks(seed, tolerance):
-    for piece in pieces(blobs(seed, 24)):
-        polygon = simplify_polygon(piece, tolerance)
-        if polygon is not None:
-            assert_bridged(polygon)
+    for polygon in simplified_blobs(seed, tolerance):
+        assert_bridged(polygon)
 
 
 def test_without_holes_the_ring_is_the_outer_loop():

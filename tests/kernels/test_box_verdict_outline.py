@@ -10,8 +10,10 @@ import shapely
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
-from simplifier.culling.depth_buffer import screen_view
-from simplifier.kernels.box_verdict import EDGES, PLANES, is_outline_hidden
+from simplifier.culling.depth_buffer import Verdict, screen_view
+from simplifier.geometry.camera import Camera
+from simplifier.kernels.box_verdict import EDGES, PLANES, is_outline_hidden, judge_boxes
+from simplifier.kernels.depth_buffer import STALE, TILE
 from tests.rasters import looking_ahead, random_camera
 
 ROWS, COLUMNS = 24, 32
@@ -148,6 +150,13 @@ def test_a_long_wall_behind_one_that_runs_along_is_hidden():
     assert not (depth[top:bottom, left:right] > 1.0 / depths.min()).all()
     before = behind + np.array([0.9, 0.0, 0.0])
     assert not hidden(before, camera, depth)
+    tiles, verdicts = (
+        np.zeros((3, ROWS // TILE, COLUMNS // TILE), np.float32),
+        np.empty(2, np.uint8),
+    )
+    tiles[STALE] = 1.0
+    judge_boxes(np.stack([behind, before]), view, depth, tiles, 0.0, verdicts)
+    assert verdicts.tolist() == [Verdict.HIDDEN, Verdict.VISIBLE]
 
 
 @pytest.mark.parametrize("axis", range(3))
@@ -158,3 +167,19 @@ def test_a_flat_box(axis):
     depth = np.full((ROWS, COLUMNS), 0.3, dtype=np.float32)
     assert hidden(box, camera, depth)
     assert not hidden(box, camera, np.full((ROWS, COLUMNS), 0.1, dtype=np.float32))
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("side", [0, 1])
+@pytest.mark.parametrize("turn", [-1.0, 1.0])
+def test_a_side_whose_plane_the_camera_is_in_says_nothing_of_the_front(axis, side, turn):
+    """However it is turned: a reciprocal depth there would be without bounds."""
+    forward = np.array([0.3 * turn, 0.2 * turn, 1.0])
+    camera = Camera.looking(np.zeros(3), forward, np.array([0.05, 1.0, 0.0]), 70.0, 0.25)
+    box = np.array([[-0.4, -0.4, 3.0], [0.4, 0.4, 4.0]])
+    box[side, axis] = 0.0
+    meets = outline_pixels(box, camera, 0.0) >= 0
+    assert meets.any()
+    for share, expected in ((1.0 + 1e-5, True), (0.9, False)):
+        depth = np.where(meets, front_bound(box, camera) * share, 0.0).astype(np.float32)
+        assert hidden(box, camera, depth) == expected

@@ -1,7 +1,7 @@
 """All GLBs that are written, under Khronos's validator where node and npm's gltf-validator are.
 
 npm install --prefix DIR gltf-validator
-NODE_PATH=DIR/node_modules pytest tests/io/test_validator.py
+NODE_PATH=DIR/node_modules pytest tests/io/test_glb_writer_validator.py
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from tests.io.builders import (
     tetrahedron,
     text_ply,
 )
-from tests.io.test_lods import chain
+from tests.io.test_gltf_lods import chain
 from tests.solids import blob, box, torus
 
 NODE = shutil.which("node")

@@ -1,0 +1,163 @@
+"""A triangle keeps to voxels exactly when it touches none but those, and not the grid's border."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from simplifier.kernels.soup_views import all_contained
+from simplifier.kernels.voxelize import is_contained, mark_triangles
+
+SIZE, PARTS = 4, 8
+NEAR, OFF = 5e-10, 1e-7  # voxels: less than what counts as touching, and more
+
+
+def touched(triangle):
+    """(SIZE,) * 3 bool: whether closed sets meet, by separating axes in whole numbers.
+
+    ``triangle`` (3, 3) int, in parts of a voxel.
+    """
+    corners = np.asarray(triangle, dtype=np.int64)
+    edges = corners[[1, 2, 0]] - corners
+    units = np.eye(3, dtype=np.int64)
+    axes = [*units, np.cross(edges[0], edges[1])]
+    axes += [np.cross(edge, unit) for edge in edges for unit in units]
+    low = np.indices((SIZE,) * 3).reshape(3, -1).T * PARTS
+    meets = np.ones(len(low), dtype=bool)
+    for axis in axes:
+        ends = corners @ axis
+        begin = low @ axis + PARTS * np.minimum(axis, 0).sum()
+        end = low @ axis + PARTS * np.maximum(axis, 0).sum()
+        meets &= (begin <= ends.max()) & (end >= ends.min())
+    return meets.reshape((SIZE,) * 3)
+
+
+def contained(triangle, voxels):
+    """``triangle`` in voxels."""
+    return is_contained(*(tuple(map(float, corner)) for corner in triangle), voxels)
+
+
+def marked(triangles):
+    found = np.zeros((SIZE,) * 3, dtype=np.bool_)
+    faces = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    points = np.ascontiguousarray(np.reshape(triangles, (-1, 3)), dtype=np.float64)
+    mark_triangles(points, faces, np.zeros(3), 1.0, 0, len(faces), found)
+    return found
+
+
+def triangles(least, most):
+    place = st.tuples(*[st.integers(least, most)] * 3)
+    return st.tuples(place, place, place)
+
+
+inner = triangles(1, SIZE * PARTS - 1)
+anywhere = triangles(-2, SIZE * PARTS + 2)
+on_corners = triangles(0, SIZE).map(lambda t: tuple(tuple(PARTS * x for x in p) for p in t))
+
+
+@settings(max_examples=80)
+@given(inner)
+@example(((8, 8, 8), (24, 8, 8), (8, 24, 8)))  # in the faces between voxels
+@example(((1, 1, 1), (31, 31, 31), (16, 16, 16)))  # a segment through corners
+@example(((9, 9, 9), (10, 9, 11), (9, 12, 9)))  # within a voxel
+@example(((9, 9, 1), (10, 9, 31), (9, 12, 17)))  # within a row
+@example(((9, 8, 1), (9, 8, 31), (9, 8, 17)))  # along the face between two rows
+def test_every_voxel_that_it_touches_is_asked_for_and_no_other(corners):
+    triangle, expected = np.array(corners) / PARTS, touched(corners)
+    assert np.array_equal(marked([triangle]), expected)
+    assert contained(triangle, expected)
+    for voxel in np.argwhere(expected):
+        missing = np.ones((SIZE,) * 3, dtype=np.bool_)
+        missing[tuple(voxel)] = False
+        assert not contained(triangle, missing)
+
+
+@settings(max_examples=80)
+@given(anywhere | on_corners)
+@example(((0, 8, 8), (16, 9, 8), (8, 16, 9)))
+@example(((9, 9, 32), (16, 9, 8), (8, 16, 9)))
+def test_a_grid_is_as_good_as_one_with_a_layer_of_nothing_around_it(corners):
+    triangle = np.array(corners) / PARTS
+    full = np.ones((SIZE,) * 3, dtype=np.bool_)
+    assert contained(triangle, full) == contained(triangle + 1.0, np.pad(full, 1))
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("place", [0, SIZE * PARTS])
+def test_what_lies_in_the_border_touches_the_outer_voxels(axis, place):
+    flat = np.array([[3, 5, 9], [21, 11, 4], [7, 27, 30]])
+    flat[:, axis] = place
+    assert np.array_equal(marked([flat / PARTS]), touched(flat))
+
+
+@pytest.mark.parametrize("axes", [(0, 1, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)])
+@pytest.mark.parametrize("short", [1e-12, 1e-35])
+def test_a_side_without_length_says_nothing_and_the_others_say_all(axes, short):
+    """Its direction is noise, and its corners are as good as one."""
+    for ends in (((1, 0, 1), (0, 0, 0)), ((1, 1, 1), (0, 0, 0)), ((3, 1, 2), (1, 2, 0))):
+        triangle = np.array([*ends, ends[1]], dtype=np.float64)
+        triangle[2, 2 if short < 1e-30 else 1] += short
+        segment = np.array([*ends, ends[1]])[:, axes] * PARTS
+        assert np.array_equal(marked([triangle[:, axes]]), touched(segment))
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("corner", range(3))
+def test_what_touches_the_border_leaves_the_grid(axis, corner):
+    full = np.ones((3, 4, 5), dtype=np.bool_)
+    inside = np.array([[1.2, 1.4, 1.3], [1.7, 1.1, 2.6], [1.5, 2.3, 1.9]])
+    assert contained(inside, full)
+    end = full.shape[axis]
+    for place, expected in (
+        (-9.0, False), (-OFF, False), (0.0, False), (NEAR, False), (OFF, True), (end - OFF, True),
+        (end - NEAR, False), (end, False), (end + OFF, False), (end + 9.0, False),
+    ):  # fmt: skip
+        moved = inside.copy()
+        moved[corner, axis] = place
+        assert contained(moved, full) == expected
+
+
+@settings(max_examples=60)
+@given(inner | on_corners, st.integers(0, 2**32 - 1))
+def test_rounding_makes_no_voxel_untouched(corners, seed):
+    """Corners that lie on a face of a voxel are moved off it by less than counts."""
+    expected = touched(corners)
+    shift = np.random.default_rng(seed).choice([-0.1 * NEAR, 0.0, 0.1 * NEAR], 3)
+    moved = np.clip(np.array(corners) / PARTS + shift, 0.0, SIZE)
+    assert np.array_equal(marked([moved]), expected)
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_within_rounding_of_a_face_is_on_both_sides_and_further_off_is_not(axis, side):
+    flat = np.array([[1.3, 1.2, 1.4], [2.6, 1.7, 1.5], [1.6, 2.7, 2.4]])
+    for off, both in ((NEAR, True), (OFF, False)):
+        flat[:, axis] = 2.0 + side * off
+        layers = marked([flat]).any(axis=tuple(k for k in range(3) if k != axis))
+        assert layers.sum() == (2 if both else 1)
+        assert layers[2 if side > 0.0 else 1]
+
+
+@settings(max_examples=40)
+@given(st.lists(inner, min_size=1, max_size=5), st.integers(0, 2**32 - 1))
+def test_each_triangle_of_a_soup_is_judged_alone(soup, seed):
+    rng = np.random.default_rng(seed)
+    voxels = rng.random((SIZE,) * 3) < 0.97
+    inside = rng.random(len(soup)) < 0.5
+    all_contained(np.array(soup) / PARTS, voxels, inside)
+    assert inside.tolist() == [not (touched(one) & ~voxels).any() for one in soup]
+
+
+@settings(max_examples=40)
+@given(st.lists(inner, min_size=3, max_size=3), st.sampled_from([0.5, 1.0, 4.0]))
+def test_marks_are_those_of_the_faces_asked_for_where_the_grid_lies(soup, scale):
+    origin = np.array([5.0, -7.0, 11.0])
+    found = np.zeros((SIZE,) * 3, dtype=np.bool_)
+    points = (np.array(soup) / PARTS).reshape(-1, 3) / scale + origin
+    faces = np.arange(9, dtype=np.int32).reshape(3, 3)[::-1]
+    mark_triangles(
+        np.ascontiguousarray(points), np.ascontiguousarray(faces), origin, scale, 0, 2, found
+    )
+    assert np.array_equal(found, touched(soup[2]) | touched(soup[1]))

@@ -1,0 +1,125 @@
+"""One search: what it keeps as its best, and what a price or another search changes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simplifier.kernels.annealing import TRIES
+from simplifier.kernels.coverage import coverage_masks
+from simplifier.kernels.soup_views import UNIT
+from simplifier.refinement.annealing import Annealing, RefineViews, Room
+from tests.refinement.soups import ball, crossed_quads, score, views_of
+
+SMALL = ball(4.0)  # the original, smaller than where triangles may be: all that moves out costs
+
+
+def at_price(triangles, views, price):
+    return score(triangles, views, price / UNIT)
+
+
+def hot(seed, price=1, moves=40):
+    """A search that is young enough to be on something worse than its best."""
+    search = Annealing(crossed_quads(), Room.of(ball()), views_of(SMALL), price, seed)
+    search.run(moves * TRIES, (0.0, 0.2))
+    return search
+
+
+def current(search):
+    return search._triangles.copy()
+
+
+def test_a_new_price_keeps_the_better_of_the_best_and_where_the_search_is():
+    """Judged afresh at that price, whichever it was at the old one."""
+    views, better = views_of(SMALL), []
+    for seed in range(12):
+        for price in (3 * UNIT, 40 * UNIT):
+            search = hot(seed)
+            best, now = search.best(), current(search)
+            worth = at_price(best, views, price), at_price(now, views, price)
+            search.reprice(price)
+            assert search.score == max(worth)
+            assert at_price(search.best(), views, price) == search.score
+            assert np.array_equal(current(search), now)
+            better.append(np.sign(worth[1] - worth[0]))
+    assert {-1, 1} <= set(better)
+
+
+def test_a_search_goes_on_at_the_new_price():
+    """What it then finds is judged by it: what is hidden wrongly goes."""
+    search = hot(1)
+    search.reprice(50 * UNIT)
+    before = search.score
+    for step in range(5):
+        search.run(100 * TRIES, (0.5 + 0.1 * step, 0.6 + 0.1 * step))
+        assert search.score == at_price(search.best(), views_of(SMALL), 50 * UNIT) >= before
+        before = search.score
+    assert search.precision() > hot(1, moves=540).precision()
+
+
+def test_the_same_price_changes_nothing():
+    search = hot(3)
+    best, worth = search.best(), search.score
+    search.reprice(1)
+    assert np.array_equal(search.best(), best)
+    assert search.score == worth == at_price(best, views_of(SMALL), 1)
+
+
+def test_a_search_that_adopts_another_goes_on_as_it_would():
+    """Best, state and pictures: with the same numbers drawn, both are the same from there on."""
+    one, other = hot(4), hot(5)
+    other.adopt(one)
+    assert np.array_equal(other.best(), one.best())
+    assert np.array_equal(current(other), current(one))
+    assert other.score == one.score
+    assert other.precision() == one.precision()
+    other._state[:] = one._state
+    for search in (one, other):
+        search.run(60 * TRIES, (0.4, 0.6))
+    assert np.array_equal(current(other), current(one))
+    assert np.array_equal(other.best(), one.best())
+    assert other.score == one.score
+
+
+def test_a_measure_is_a_share_of_the_originals_own():
+    views = views_of(ball())
+    search = Annealing(crossed_quads(), Room.of(ball()), views, UNIT, 0)
+    whole = sum(Annealing._score(search, views.originals, np.zeros(16, np.int64)) for _ in "a")
+    assert search.measure == pytest.approx(search.score / whole)
+    assert 0.0 < search.measure < 1.0
+    poor = Annealing(crossed_quads(9.0), Room.of(ball()), views_of(SMALL), 100 * UNIT, 0)
+    assert poor.score < 0 == poor.measure
+
+
+def test_no_result_scores_less_than_the_start():
+    """A start that is better than all that was found is the result; and at the price of the end."""
+    start, views = crossed_quads(2.0), views_of(SMALL)
+    search = Annealing(start, Room.of(ball()), views, 1, 0)
+    search.run(40 * TRIES, (0.0, 0.1))
+    search._triangles[:], search._best[:] = crossed_quads(6.0), crossed_quads(6.0)
+    search._draw()
+    search.reprice(100 * UNIT)
+    assert at_price(start, views, 100 * UNIT) > search.score
+    assert at_price(search.result(), views, 100 * UNIT) >= at_price(start, views, 100 * UNIT)
+
+
+def test_a_drawn_part_that_sticks_out_does_not_change_what_is_right():
+    """It is the user's will: the search must not hide less to make up for it."""
+    views = views_of(ball())
+    wide = np.array([[[2.0, 2.0, 8.0], [14.0, 2.0, 8.0], [8.0, 14.0, 8.0]]])
+    corners = np.arange(3, dtype=np.int32).reshape(1, 3)
+    also = views.originals | coverage_masks(wide[0], corners, views.projections, 64, 64)[:, :, 0]
+    search = Annealing(
+        crossed_quads(), Room.of(ball()), RefineViews(views.projections, also, wide), UNIT, 0
+    )
+    alone = Annealing(crossed_quads(), Room.of(ball()), views, UNIT, 0)
+    assert search.precision() >= alone.precision()
+    assert search.score > alone.score
+    search.run(10 * TRIES, (0.0, 0.1))
+    assert search.score == search._fresh(search.best())
+
+
+def test_a_search_keeps_nothing_behind_what_is_drawn():
+    views, quads = views_of(ball()), crossed_quads()
+    behind = RefineViews(views.projections, views.originals, quads)
+    assert len(Annealing(quads, Room.of(ball()), behind, UNIT, 0).result()) == 0

@@ -1,4 +1,4 @@
-"""Numbers as people read them."""
+"""Figures as the terminal and the reports word them, and a dash for what is not known."""
 
 from __future__ import annotations
 
@@ -6,39 +6,34 @@ import math
 from datetime import UTC, datetime
 
 from service.dashboard.views import Direction
+from simplifier import wording
 
 _UNKNOWN = "-"
-_ROUNDING = 1e-9  # 0.29 times 100 is 28.999999999999996
 
 
 def percent(share: float | None, digits: int = 1) -> str:
     """A share of 0 to 1, never more than it is: 98.99 % does not reach 99, nor 99.99 all."""
-    if share is None:
-        return _UNKNOWN
-    step = 10.0**-digits
-    steps = math.floor(100.0 * share / step + _ROUNDING)
-    if steps == 0 and share > 0.0:
-        return f"< {step:.{digits}f} %"
-    return f"{steps * step:.{digits}f} %"
+    return _UNKNOWN if share is None else wording.percent(share, digits)
 
 
 def length(value: float | None) -> str:
-    """In the mesh's units, three digits or more."""
-    if value is None or not math.isfinite(value):
-        return _UNKNOWN
-    return f"{value:,.0f}" if 1000.0 <= abs(value) < 1e9 else f"{value:.3g}"
+    """In the mesh's units."""
+    return _UNKNOWN if value is None or not math.isfinite(value) else wording.length(value)
 
 
 def whole(value: int | None) -> str:
+    """A number of things."""
     return _UNKNOWN if value is None else f"{value:,}"
 
 
 def seconds(value: float | None) -> str:
-    if value is None:
-        return _UNKNOWN
-    if value < 1.0:
-        return f"{1000.0 * value:.0f} ms"
-    return f"{value:.1f} s" if value < 100.0 else f"{value:,.0f} s"
+    """A span of time."""
+    return _UNKNOWN if value is None else wording.seconds(value)
+
+
+def side_by_side(value: float | None) -> str:
+    """A span of time among others to compare it with."""
+    return _UNKNOWN if value is None else wording.short_seconds(value)
 
 
 def points(shares: float) -> str:
@@ -48,7 +43,7 @@ def points(shares: float) -> str:
 
 def along(direction: Direction) -> str:
     """A line of sight by its components."""
-    return "({})".format(", ".join(f"{round(x, 2) + 0.0:.2f}" for x in direction))
+    return wording.direction(direction)
 
 
 def moment(unix: float) -> str:

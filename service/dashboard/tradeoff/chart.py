@@ -10,7 +10,7 @@ from nicegui import ui
 
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.tradeoff.points import Point, Tradeoff
-from service.dashboard.wording import percent, seconds, whole
+from service.dashboard.wording import percent, side_by_side, whole
 
 _SYMBOLS = ("rect", "diamond", "roundRect", "pin", "arrow")
 _COLOURS = ("#3b82c4", "#c0742a", "#2f8f6b", "#8a63c9", "#b0506a", "#6b7a2f")
@@ -109,7 +109,7 @@ def _scatter(name: str, points: Sequence[Point], colour: str, symbol: str) -> di
 
 def _words(point: Point) -> str:
     return (
-        f"{point.name}\n{seconds(point.seconds)}, recall {percent(point.recall)}, "
+        f"{point.name}\n{side_by_side(point.seconds)}, recall {percent(point.recall)}, "
         f"precision {percent(point.precision, 2)}, {point.triangles:,} triangles"
     )
 
@@ -129,7 +129,7 @@ def show_points(caption: str, points: Sequence[Point], precision: float, *, link
             else:
                 table.text(one.name)
             table.number(whole(one.budget))
-            table.number(seconds(one.seconds))
+            table.number(side_by_side(one.seconds))
             table.number(percent(one.recall))
             table.number(percent(one.precision, 2))
             table.number(whole(one.triangles))

@@ -40,7 +40,7 @@ def test_whole_hundredths_stay_what_they_are() -> None:
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(None, "-"), (0.0123, "12 ms"), (1.25, "1.2 s"), (99.0, "99.0 s"), (3600.0, "3,600 s")],
+    [(None, "-"), (0.0123, "12 ms"), (1.25, "1.25 s"), (99.0, "99.00 s"), (3600.0, "3,600.00 s")],
 )
 def test_seconds(value: float | None, text: str) -> None:
     assert seconds(value) == text
@@ -48,5 +48,5 @@ def test_seconds(value: float | None, text: str) -> None:
 
 def test_lengths_and_directions() -> None:
     assert length(1234.5) == "1,234"
-    assert length(0.04567) == "0.0457"
+    assert length(0.04567) == "0.04567"
     assert along((-0.001, 0.5, -0.8660254)) == "(0.00, 0.50, -0.87)"

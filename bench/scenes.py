@@ -32,7 +32,7 @@ from simplifier.culling.flythrough import Flythrough, fly
 from simplifier.culling.flythrough_rows import flythrough_csv
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.scene import Scene
-from simplifier.hierarchy.manifest import load_occluder_tree
+from simplifier.hierarchy.scene_file import load_occluder_tree
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_writer import write_scene
 from simplifier.options.scene import CullOptions, PathKind, PathOptions

@@ -31,8 +31,8 @@ from .geometry.overrides import Ignore as Ignore
 from .geometry.overrides import Overrides as Overrides
 from .geometry.overrides import Pattern as Pattern
 from .geometry.scene import Scene as Scene
-from .hierarchy.manifest import load_occluder_tree as load_occluder_tree
 from .hierarchy.occluder_tree import OccluderTree as OccluderTree
+from .hierarchy.scene_file import load_occluder_tree as load_occluder_tree
 from .io.camera_path import load_camera_path as load_camera_path
 from .io.load import load as load
 from .io.load import load_lods as load_lods

@@ -15,14 +15,14 @@ from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.geometry.scene import Scene
-from simplifier.hierarchy.build import build_occluders
-from simplifier.hierarchy.manifest import (
+from simplifier.hierarchy.occluder_tree import OccluderTree, leaf_occluders
+from simplifier.hierarchy.scene_build import build_occluders
+from simplifier.hierarchy.scene_file import (
     load_occluder_tree,
     occluder_store,
     read_summaries,
     write_manifest,
 )
-from simplifier.hierarchy.occluder_tree import OccluderTree, leaf_occluders
 from simplifier.io.save import save_lods, save_occluder
 from simplifier.io.scene_writer import write_scene
 from simplifier.io.style import Style

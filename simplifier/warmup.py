@@ -21,8 +21,8 @@ from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
-from simplifier.hierarchy.build import build_occluders
-from simplifier.hierarchy.manifest import load_occluder_tree, occluder_store, write_manifest
+from simplifier.hierarchy.scene_build import build_occluders
+from simplifier.hierarchy.scene_file import load_occluder_tree, occluder_store, write_manifest
 from simplifier.io.formats import writable_suffixes
 from simplifier.io.load import load, load_occluder
 from simplifier.io.save import save_occluder

@@ -15,8 +15,8 @@ from simplifier.culling.flythrough_report import flythrough_files
 from simplifier.culling.flythrough_rows import COUNTED, summary_rows
 from simplifier.geometry.camera import CameraPath
 from simplifier.geometry.scene import Scene
-from simplifier.hierarchy.manifest import load_occluder_tree
 from simplifier.hierarchy.occluder_tree import OccluderTree
+from simplifier.hierarchy.scene_file import load_occluder_tree
 from simplifier.io.camera_path import load_camera_path
 from simplifier.io.files import make_folder, write_whole
 from simplifier.io.scene import load_scene

@@ -11,14 +11,14 @@ from simplifier.cli.console import count_bar, print_rows
 from simplifier.cli.options import SceneArgument, TransparentScene, read_options, with_options
 from simplifier.cli.running import Debug, interrupts, run_guarded
 from simplifier.geometry import scene as scenes
-from simplifier.hierarchy.build import Build, build_occluders
-from simplifier.hierarchy.manifest import (
+from simplifier.hierarchy.occluder_tree import leaf_occluders
+from simplifier.hierarchy.scene_build import Build, build_occluders
+from simplifier.hierarchy.scene_file import (
     load_occluder_tree,
     occluder_store,
     read_summaries,
     write_manifest,
 )
-from simplifier.hierarchy.occluder_tree import leaf_occluders
 from simplifier.io.files import make_folder
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_writer import write_scene

@@ -14,8 +14,8 @@ import pytest
 
 from simplifier.culling.flythrough_rows import COLUMNS
 from simplifier.geometry.camera import CameraPath
-from simplifier.hierarchy.build import build_occluders
-from simplifier.hierarchy.manifest import occluder_store, write_manifest
+from simplifier.hierarchy.scene_build import build_occluders
+from simplifier.hierarchy.scene_file import occluder_store, write_manifest
 from simplifier.io.camera_path import save_camera_path
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_writer import write_scene

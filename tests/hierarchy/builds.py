@@ -6,8 +6,8 @@ import os
 import sys
 from pathlib import Path
 
-from simplifier.hierarchy.build import build_occluders
-from simplifier.hierarchy.manifest import occluder_store, read_summaries, write_manifest
+from simplifier.hierarchy.scene_build import build_occluders
+from simplifier.hierarchy.scene_file import occluder_store, read_summaries, write_manifest
 from simplifier.options.scene import SceneOptions
 from tests.hierarchy.scenes import QUICK, street
 

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.geometry.camera import Camera, Lens
-from simplifier.hierarchy.manifest import load_occluder_tree
 from simplifier.hierarchy.occluder_tree import FAR, NEAR
+from simplifier.hierarchy.scene_file import load_occluder_tree
 from simplifier.hierarchy.tree import build_tree
 from simplifier.hierarchy.visible_nodes import CutFinder
 from tests.hierarchy.builds import built

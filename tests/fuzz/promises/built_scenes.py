@@ -11,7 +11,7 @@ from simplifier import simplify_scene
 from simplifier.culling.cull import Culler
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
 from simplifier.geometry.camera import Camera
-from simplifier.hierarchy.manifest import load_occluder_tree
+from simplifier.hierarchy.scene_file import load_occluder_tree
 from simplifier.io.objects import Objects
 from simplifier.io.scene import usable_scene
 from simplifier.io.scene_writer import write_scene

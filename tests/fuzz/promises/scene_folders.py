@@ -12,8 +12,8 @@ import numpy as np
 from simplifier.culling.cull import Culler
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
 from simplifier.geometry.camera import Camera
-from simplifier.hierarchy.manifest import load_occluder_tree, occluder_store, read_summaries
 from simplifier.hierarchy.occluder_tree import OccluderTree
+from simplifier.hierarchy.scene_file import load_occluder_tree, occluder_store, read_summaries
 from tests.fuzz.promises import promise
 from tests.fuzz.promises.mesh_files import check_occluder
 

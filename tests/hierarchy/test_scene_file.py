@@ -12,8 +12,8 @@ from jsonschema import Draft202012Validator
 
 from simplifier.errors import SceneError
 from simplifier.geometry.scene import Scene
-from simplifier.hierarchy.manifest import load_occluder_tree, occluder_store, read_summaries
 from simplifier.hierarchy.occluder_tree import FAR, NEAR
+from simplifier.hierarchy.scene_file import load_occluder_tree, occluder_store, read_summaries
 from tests.hierarchy.builds import built, files
 from tests.hierarchy.scenes import QUICK, fine_box, moved, scene_of, street, turned
 

@@ -26,9 +26,9 @@ from simplifier.errors import MeshError, OptionError, SceneError
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
-from simplifier.hierarchy.build import Build
 from simplifier.hierarchy.node_plan import is_key
 from simplifier.hierarchy.occluder_tree import LEVELS, OccluderTree
+from simplifier.hierarchy.scene_build import Build
 from simplifier.hierarchy.store import OccluderStore, Summary
 from simplifier.hierarchy.tree import Tree
 from simplifier.io.files import make_folder, read_bytes, write_whole

@@ -15,10 +15,10 @@ import pytest
 from examples.city import city
 from simplifier.errors import CancelledError, EmptyMeshError, OutputError
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.hierarchy import build as building
-from simplifier.hierarchy.build import build_occluders
-from simplifier.hierarchy.manifest import load_occluder_tree, occluder_store
+from simplifier.hierarchy import scene_build as building
 from simplifier.hierarchy.node_plan import plan_occluders
+from simplifier.hierarchy.scene_build import build_occluders
+from simplifier.hierarchy.scene_file import load_occluder_tree, occluder_store
 from simplifier.options.scene import SceneOptions
 from tests.acceptance.command import environment
 from tests.hierarchy.builds import SLOW, built, files

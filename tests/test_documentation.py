@@ -12,11 +12,6 @@ import pytest
 
 from tests.acceptance.command import ROOT
 
-NOT_YET = ("CONTRIBUTING.md", "docs/architecture.md", "docs/service.md")
-"""Pages that are still to be written anew for the layout."""
-PATHS_NOT_YET = ("service/", "service.")
-"""Beginnings of the paths and modules that are still to be moved."""
-
 SHORT = ("simplifier", "service")
 """Folders that a page need not name: ``voxel/fill.py`` is that of ``simplifier``."""
 FOLDERS = frozenset(
@@ -134,27 +129,22 @@ def sections(page: Path) -> set[str]:
     return anchors
 
 
-def in_force(mentions: Iterator[Mention]) -> Iterator[Mention]:
-    """Those that are not exempt for now."""
-    return (one for one in mentions if not one.path.startswith(PATHS_NOT_YET))
-
-
 def by_name(page: Path) -> str:
     return str(page.relative_to(ROOT))
 
 
-@pytest.fixture(params=[page for page in PAGES if by_name(page) not in NOT_YET], ids=by_name)
+@pytest.fixture(params=PAGES, ids=by_name)
 def page(request):
     return request.param
 
 
 def test_files_that_a_page_names_exist(page):
-    lost = [str(one) for one in in_force(file_mentions(page)) if not is_there(one.path)]
+    lost = [str(one) for one in file_mentions(page) if not is_there(one.path)]
     assert not lost, "no such file; name today's:\n" + "\n".join(lost)
 
 
 def test_modules_that_a_page_runs_exist(page):
-    lost = [str(one) for one in in_force(module_mentions(page)) if not can_be_run(one.path)]
+    lost = [str(one) for one in module_mentions(page) if not can_be_run(one.path)]
     assert not lost, "no such module to run; name today's:\n" + "\n".join(lost)
 
 
@@ -190,5 +180,4 @@ def test_what_is_lost_is_found_with_its_line(tmp_path):
 
 def test_the_pages_are_found():
     assert len(PAGES) > 25
-    assert {ROOT / name for name in NOT_YET} <= set(PAGES)
     assert sum(1 for page in PAGES for _ in file_mentions(page)) > 50

@@ -16,7 +16,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test test-slow test-faults mutants test-pages test-blender fuzz check serve docker-check openapi bench clean
+.PHONY: demo test kernels test-slow test-faults mutants test-pages test-blender fuzz check serve docker-check openapi bench clean
 
 demo: $(READY)
 	mkdir -p out/demo
@@ -25,7 +25,9 @@ demo: $(READY)
 		--ground --budget 64 --report out/demo/report.json --pictures out/demo
 	@echo "open out/demo/report.html and out/demo/castle_occluder.glb"
 
-test: $(READY) check
+# Kernels are compiled once, beside the checks, and not by every process of the tests.
+test: $(READY)
+	$(MAKE) -j 2 check kernels
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 # A first start with an empty kernel cache: minutes.
@@ -65,6 +67,9 @@ fuzz: $(READY)
 	$(if $(filter guided,$(FUZZ_ENGINE)),$(BIN)/pip install --quiet -c constraints.txt -e '.[fuzz]')
 	$(BIN)/python -m tests.fuzz --seconds $(FUZZ_SECONDS) --processes $(FUZZ_PROCESSES) \
 		--engine $(FUZZ_ENGINE) --seed $(FUZZ_SEED) $(FUZZ_TARGETS)
+
+kernels: $(READY)
+	$(BIN)/occluder warmup
 
 check: $(READY)
 	$(BIN)/ruff format --check .

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
-from simplifier.errors import MeshError
+from simplifier.errors import MeshError, OptionError
 from simplifier.geometry.camera import Camera
 from simplifier.kernels.depth_buffer import ERROR, FARTHEST, STALE, TILE
 
@@ -157,6 +157,7 @@ def test_what_is_past_the_screen_is_infinitely_near_whatever_was_drawn():
     """So it stands in nobody's way, from the first box on."""
     buffer = DepthBuffer(ROWS, COLUMNS)
     assert buffer.depth.shape == (24, 32)  # whole tiles, and no more
+    assert buffer.tiles.shape == (3, 3, 4)
     past = np.ones(buffer.depth.shape, dtype=bool)
     past[:ROWS, :COLUMNS] = False
     triangle, *_ = half_plane(0.3, 400.0, 5.0)
@@ -184,3 +185,11 @@ def test_meshes_without_faces_draw_nothing_and_those_of_another_shape_are_refuse
             buffer.draw_mesh(points, indices, AHEAD)
     buffer.draw_mesh(vertices, faces, AHEAD)
     assert buffer.tiles[STALE].any()
+
+
+@pytest.mark.parametrize("shape", [(1, 3, 2), (1, 2, 3), (3, 3), (1, 1, 3, 3)])
+def test_triangles_of_another_shape_and_coverages_of_another_name_are_refused(shape):
+    with pytest.raises(MeshError, match="shape"):
+        DepthBuffer(ROWS, COLUMNS).draw(np.zeros(shape), AHEAD)
+    with pytest.raises(OptionError, match="coverage"):
+        DepthBuffer(ROWS, COLUMNS, "outer")

@@ -33,6 +33,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from tests.mutants.targets import TARGETS, Target
@@ -74,11 +75,15 @@ class Worker:
 
     def _run_once(self) -> tuple[int, str] | None:
         """The mutant that ended the process and how, or None where all were tried."""
+        with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+            return self._run_in(folder)
+
+    def _run_in(self, folder: str) -> tuple[int, str] | None:
         receiving, sending = os.pipe()
         target = self._outcome.target
         job = {
             "file": target.file, "functions": target.functions, "tests": target.tests,
-            "numbers": self._left, "found": self._found, **self._known,
+            "numbers": self._left, "found": self._found, "folder": f"{folder}/tests", **self._known,
         }  # fmt: skip
         environment = dict(os.environ, HYPOTHESIS_PROFILE="mutants", OCCLUDER_THREADS="1")
         if not target.compiled:

@@ -61,7 +61,7 @@ def _constant(mutant: Mutant, name: str, module: ModuleType) -> Iterator[None]:
     holders = [
         other
         for key, other in list(sys.modules.items())
-        if key.partition(".")[0] in _OURS and vars(other).get(name) is old
+        if (other is module or key.partition(".")[0] in _OURS) and vars(other).get(name) is old
     ]
     for holder in holders:
         setattr(holder, name, namespace[name])

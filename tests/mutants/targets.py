@@ -67,7 +67,8 @@ TARGETS = (
     ),
     Target(
         "simplifier/kernels/depth_buffer.py",
-        ("tests/kernels/test_depth_buffer.py", "tests/culling/test_depth_buffer_margins.py",
+        ("tests/kernels/test_depth_buffer_errors.py",
+         "tests/kernels/test_depth_buffer.py", "tests/culling/test_depth_buffer_margins.py",
          *_INNER),
         compiled=False,
     ),
@@ -103,9 +104,9 @@ TARGETS = (
     ),
     # Leases, fences and endings: a job is done once, by who holds it.
     Target("service/storage/leases.py", _STORE),
-    Target("service/storage/ending.py", _STORE),
-    Target("service/storage/submitting.py", _STORE),
+    Target("service/storage/job_life.py", _STORE),
     Target("service/storage/job_store.py", _STORE),
     # The address guard: no webhook leads in.
-    Target("service/webhooks/address_guard.py", ("tests/service/webhooks/test_address_guard.py",)),
+    Target("service/webhooks/address_guard.py", ("tests/service/webhooks/test_address_guard.py",
+         "tests/service/webhooks/test_address_guard_edges.py")),
 )  # fmt: skip

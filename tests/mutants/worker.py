@@ -1,8 +1,9 @@
 """One process that tries the mutants of one file: `python -m tests.mutants.worker FD JOB`.
 
-JOB is JSON: ``file``, ``functions``, ``tests`` and the ``numbers`` of the mutants to try, of those
-that :func:`chosen` counts; ``seconds`` that each test took and how many each has ``found`` where an
-earlier process knows.  What happens is written to the file descriptor FD, JSON by the line.
+JOB is JSON: ``file``, ``functions``, ``tests``, a ``folder`` for what they write, and the
+``numbers`` of the mutants to try, of those that :func:`chosen` counts; ``seconds`` that each test
+took and how many each has ``found`` where an earlier process knows.  What happens is written to the
+file descriptor FD, JSON by the line.
 
 The tests are collected once and run again and again within one process, each with its fixtures made
 anew, the ones first that have found most mutants.  A mutant that takes several times as long as all
@@ -103,7 +104,7 @@ class Trials:
 def main(channel: int, job: dict[str, Any]) -> int:
     resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
     options = ["-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:warnings"]
-    options += ["-o", "tmp_path_retention_policy=none", *job["tests"]]
+    options += ["--basetemp", job["folder"], *job["tests"]]  # others clean up what is shared
     return int(pytest.main(options, plugins=[Trials(job, channel)]))
 
 

@@ -123,3 +123,17 @@ def test_a_search_keeps_nothing_behind_what_is_drawn():
     views, quads = views_of(ball()), crossed_quads()
     behind = RefineViews(views.projections, views.originals, quads)
     assert len(Annealing(quads, Room.of(ball()), behind, UNIT, 0).result()) == 0
+
+
+def test_an_original_that_hides_nothing_has_a_measure_of_nothing():
+    views = views_of(ball())
+    nothing = RefineViews(views.projections, np.zeros_like(views.originals))
+    assert Annealing(crossed_quads(), Room.of(ball()), nothing, UNIT, 0).measure == 0.0
+
+
+def test_a_room_counts_the_voxels_before_each_column():
+    allowed = ball(3.0)
+    before = Room.of(allowed).before
+    assert before[0] == 0
+    assert before[-1] == allowed.sum()
+    assert np.array_equal(np.diff(before).reshape(allowed.shape[:2]), allowed.sum(axis=2))

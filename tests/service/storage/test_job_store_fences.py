@@ -8,6 +8,7 @@ from service.errors import QueueFullError
 from service.jobs.job import JobState
 from service.jobs.stores import JobFilter
 from service.storage.job_store import SqlJobStore
+from service.storage.leases import Beat, LeaseWatch
 from tests.service.storage.samples import DIED, Clock, results, submission, summary
 
 LEASE = 30.0
@@ -124,3 +125,15 @@ def test_a_server_that_begins_takes_all_jobs_back_at_once(jobs: SqlJobStore) -> 
     taken = jobs.recover(DIED, all_leases=True)
     assert [job.id for job in taken] == [one.job.id for one in held]
     assert all(job.state is JobState.QUEUED for job in taken)
+
+
+def test_a_watch_forgets_jobs_that_run_no_more() -> None:
+    """Else it would grow for as long as the server runs."""
+    clock = Clock(5.0)
+    watch = LeaseWatch(clock)
+    for job_id in ("kept", "gone"):
+        watch.note(job_id, Beat(1, 0))
+    clock.now += 7.0
+    watch.keep_only({"kept"})
+    assert watch.silence("kept", Beat(1, 0)) == 7.0
+    assert watch.silence("gone", Beat(1, 0)) == 0.0

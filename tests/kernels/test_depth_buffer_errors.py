@@ -1,0 +1,85 @@
+"""Errors of triangles side by side, and triangles too thin to have a plane."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from simplifier.culling.depth_buffer import DepthBuffer
+from simplifier.geometry.camera import Camera, Lens
+from simplifier.kernels.depth_buffer import ERROR, PUSH, THINNEST, TILE, plane_through
+
+ROWS, COLUMNS = 16, 24
+AHEAD = Camera(np.zeros(3), np.diag([-1.0, 1.0, 1.0]), 70.0, 0.1)
+WIDE, HIGH = 9.0, 8.3  # so that the cut goes through no corner of a pixel but the middle
+SQUARE = np.array([[-WIDE, -HIGH], [WIDE, -HIGH], [WIDE, HIGH], [-WIDE, HIGH]])
+HALVES = np.array([[0, 1, 2], [0, 2, 3]], dtype=np.int32)
+
+
+@pytest.mark.parametrize("errors", [(0.0, 2.0), (2.0, 0.0), (1.0, 1.0), (0.5, 3.0)])
+@pytest.mark.parametrize("coverage", ["centre", "inner"])
+def test_where_two_triangles_meet_the_larger_error_holds(coverage, errors):
+    """In depth: nothing is nearer than either may be; on the screen: for every tile."""
+    depth = 5.0
+    vertices = np.column_stack([SQUARE, np.full(4, depth)])
+    buffer = DepthBuffer(ROWS, COLUMNS, coverage)
+    buffer.draw_mesh(vertices, HALVES, AHEAD, np.array(errors))
+    drawn = buffer.depth[:ROWS, :COLUMNS]
+    # World x runs to the left of the picture and y upwards: the cut runs from corner to corner.
+    x = (0.5 * COLUMNS - np.arange(COLUMNS + 1.0))[None, :]
+    y = (0.5 * ROWS - np.arange(ROWS + 1.0))[:, None]
+    below = x / WIDE - y / HIGH  # above 0 in the first triangle
+    corners = [below[:-1, :-1], below[1:, :-1], below[:-1, 1:], below[1:, 1:]]
+    first, second = np.min(corners, axis=0) > 1e-9, np.max(corners, axis=0) < -1e-9
+    farthest = 1.0 / (depth + max(errors))
+    middle = np.zeros(drawn.shape, dtype=bool)
+    middle[ROWS // 2 - 1 : ROWS // 2 + 1, COLUMNS // 2 - 1 : COLUMNS // 2 + 1] = True
+    first, second = first & ~middle, second & ~middle
+    assert (drawn[~middle] > 0.0).all()
+    for part, error in ((first, errors[0]), (second, errors[1])):
+        assert (drawn[part] < 1.0 / (depth + error)).all()
+        assert (drawn[part] > 1.0 / (depth + error) - 1e-5).all()
+    if coverage == "inner":
+        across = drawn[~first & ~second & ~middle]
+        assert (across < farthest).all()
+        assert (across > farthest - 1e-5).all()
+        blur = max(errors) * Lens(ROWS, AHEAD.fov).focal / depth
+        met = (~first & ~second).reshape(ROWS // TILE, TILE, -1, TILE).any(axis=(1, 3))
+        assert (buffer.tiles[ERROR][met] >= blur).all()
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.3]))
+def test_a_plane_goes_through_the_pushed_corners(seed, error):
+    rng = np.random.default_rng(seed)
+    points = np.column_stack([rng.uniform(-50.0, 50.0, (3, 2)), rng.uniform(0.5, 9.0, 3)])
+    sides = points[[1, 2, 0], :2] - points[:, :2]
+    area = abs(sides[0, 0] * sides[1, 1] - sides[0, 1] * sides[1, 0])
+    if area < 1.0:
+        return
+    slope_x, slope_y, start = plane_through(points, 0, 1, 2, error)
+    values = 1.0 / (points[:, 2] + error)
+    found = start + (points[:, :2] - points[0, :2]) @ [slope_x, slope_y]
+    np.testing.assert_allclose(found, values - PUSH * values.max(), rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (1, 2, 0), (2, 0, 1), (1, 0, 2)])
+@pytest.mark.parametrize("along", [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0), (0.6, -0.8)])
+@pytest.mark.parametrize("length", [0.01, 1.0, 100.0])
+def test_a_triangle_thinner_than_a_plane_needs_has_its_farthest_corner_all_over(
+    order, along, length
+):
+    """Thinner by its height above its longest side, whichever that is and wherever it points."""
+    along = np.array(along)
+    normal = np.array([-along[1], along[0]])
+    depths = np.array([2.0, 3.0, 7.0])
+    for height, thin in ((0.5 * THINNEST, True), (2.0 * THINNEST, False)):
+        places = np.array([[0.0, 0.0], length * along, 0.4 * length * along + height * normal])
+        if thin or length > 2.0 * height:
+            points = np.column_stack([places, depths])[list(order)]
+            slope_x, slope_y, start = plane_through(points, 0, 1, 2, 0.25)
+            assert (slope_x == 0.0 and slope_y == 0.0) == thin
+            if thin:
+                assert start == pytest.approx(1.0 / 7.25 - PUSH / 2.25, rel=1e-12)

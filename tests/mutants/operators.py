@@ -151,13 +151,15 @@ def _left_out(statement: ast.stmt) -> Iterator[_Change]:
             yield _swap(statement, "test", ast.Constant(False))
         else:
             yield _swap(statement, "test", ast.UnaryOp(ast.Not(), statement.test))
+    # Without its ``super`` a method has another closure, which cannot be swapped.
+    closed = any(isinstance(part, ast.Name) and part.id == "super" for part in ast.walk(statement))
     dropped = isinstance(statement, (*_LEAVES, ast.AugAssign)) or (
         isinstance(statement, ast.Expr)
         and not isinstance(statement.value, ast.Constant | ast.Yield)
     )
     if isinstance(statement, ast.Assign):
         dropped = all(isinstance(t, ast.Attribute | ast.Subscript) for t in statement.targets)
-    if dropped:
+    if dropped and not closed:
         yield _become(statement, ast.Pass())
 
 

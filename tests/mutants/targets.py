@@ -104,7 +104,10 @@ TARGETS = (
     ),
     # Leases, fences and endings: a job is done once, by who holds it.
     Target("service/storage/leases.py", _STORE),
-    Target("service/storage/job_life.py", _STORE),
+    Target(
+        "service/storage/job_life.py",
+        (*_STORE, "tests/service/storage/test_delivery_store.py"),
+    ),
     Target("service/storage/job_store.py", _STORE),
     # The address guard: no webhook leads in.
     Target("service/webhooks/address_guard.py", ("tests/service/webhooks/test_address_guard.py",

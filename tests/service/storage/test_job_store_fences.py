@@ -137,3 +137,14 @@ def test_a_watch_forgets_jobs_that_run_no_more() -> None:
     watch.keep_only({"kept"})
     assert watch.silence("kept", Beat(1, 0)) == 7.0
     assert watch.silence("gone", Beat(1, 0)) == 0.0
+
+
+@pytest.mark.parametrize("final", [True, False])
+def test_a_job_to_be_cancelled_that_fails_for_good_has_failed(
+    jobs: SqlJobStore, final: bool
+) -> None:
+    """Only what might have been tried again is cancelled in its place."""
+    held = claimed(jobs, attempts=3)
+    jobs.cancel(None, held.job.id)
+    assert jobs.fail(held, DIED, final=final) is (JobState.FAILED if final else JobState.CANCELLED)
+    assert jobs.job(None, held.job.id).failure == (DIED if final else None)

@@ -65,11 +65,13 @@ def test_a_resolver_that_answers_late_disturbs_nobody(monkeypatch: pytest.Monkey
         return []
 
     async def main() -> None:
+        before = set(threading.enumerate())
         asyncio.get_running_loop().set_exception_handler(lambda _, fault: faults.append(fault))
         task = asyncio.create_task(addresses_of("slow.example", 80))
         while not asked.is_set():
             await asyncio.sleep(0)
-        (thread,) = [one for one in threading.enumerate() if one.name == "resolver"]
+        (thread,) = set(threading.enumerate()) - before
+        assert thread.name == "resolver"
         assert thread.daemon
         task.cancel()
         with pytest.raises(asyncio.CancelledError):

@@ -28,7 +28,7 @@ demo: $(READY)
 # Kernels are compiled once, beside the checks, and not by every process of the tests.
 test: $(READY)
 	$(MAKE) -j 2 check kernels
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
 
 # A first start with an empty kernel cache: minutes.
 test-slow: $(READY)

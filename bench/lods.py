@@ -39,7 +39,7 @@ _COLUMNS = (
 def rows(name: str, mesh: TriangleMesh, views: int, **options: Any) -> Iterator[list[str]]:
     """A row a level that was asked for, by falling resolution."""
     begin = time.perf_counter()
-    chain = simplifier.simplify(mesh, **options, lods=3).chain
+    chain = simplifier.simplify(mesh, **{"lods": 3, **options}).chain
     seconds = time.perf_counter() - begin
     occluders = [level.occluder for level in chain.levels]
     judged = evaluate_accuracies(mesh, occluders, AccuracyOptions(views, exact=True))

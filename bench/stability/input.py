@@ -60,7 +60,7 @@ def far_rows() -> Iterator[Row]:
 def judged(name: str, far: str, whole: TriangleMesh, mesh: TriangleMesh) -> Row:
     made = simplifier.simplify(mesh, SimplifyOptions())
     report = simplifier.evaluate(whole, made.occluder, exact=True).accuracy
-    told = " ".join(made.result.warnings)
+    told = " ".join(made.warnings)
     return {
         "mesh": name, "one vertex is out by": far, "dropped": mesh.dropped.total,
         "triangles": len(made.occluder.faces), "recall": report.recall,

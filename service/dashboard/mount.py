@@ -10,8 +10,10 @@ from __future__ import annotations
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import cache
+from types import SimpleNamespace
 
 import nicegui
+import nicegui.ui_run_with as nicegui_start
 from fastapi import FastAPI
 from nicegui import ui
 from starlette.routing import BaseRoute, Match
@@ -60,6 +62,9 @@ def _host() -> FastAPI:
     """What holds NiceGUI's application and starts and stops it."""
     host = FastAPI(openapi_url=None)
     nicegui.run.process_pool_start_method = "spawn"
+    # NiceGUI looks for its own server among all objects that there are.  It holds them meanwhile,
+    # so that a thread beside it can neither finish a tuple nor commit; this server is not its own.
+    vars(nicegui_start)["gc"] = SimpleNamespace(get_objects=list)
     ui.run_with(
         host,
         title="planar-occluder",

@@ -13,6 +13,7 @@ import typer
 
 from simplifier.errors import OptionError
 from simplifier.options.fields import OptionField, OptionSet, SomeOptions
+from simplifier.options.scene import TRANSPARENT_HELP
 from simplifier.options.simplify import Transparent
 
 Mesh = Annotated[Path, typer.Argument(help="The mesh: glb, gltf, obj, ply, stl, off, 3mf or dae.")]
@@ -21,9 +22,7 @@ SceneArgument = Annotated[
 ]
 TransparentScene = Annotated[
     Transparent,
-    typer.Option(
-        "--transparent", help="Triangles of the scene that one can see through: leave-out, or keep."
-    ),
+    typer.Option("--transparent", help=TRANSPARENT_HELP),
 ]
 ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the report as JSON.")]
 PicturesFolder = Annotated[

@@ -16,7 +16,7 @@ LEAST_FOV = 1e-6
 LARGEST_SCREEN = 16_384
 """The most pixels along a side of a picture that is drawn."""
 
-_TRANSPARENT = "Triangles of the scene that one can see through: leave-out, or keep."
+TRANSPARENT_HELP = "Triangles of the scene that one can see through: leave-out, or keep."
 
 PathKind = Literal["street", "roof", "inside"]
 
@@ -101,7 +101,7 @@ class PathOptions(OptionSet):
         60.0, "Vertical field of view, degrees.", low=1.0, high=170.0, unit="degrees"
     )
     transparent: Transparent = shared(
-        SimplifyOptions, "transparent", help=_TRANSPARENT, of_result=False
+        SimplifyOptions, "transparent", help=TRANSPARENT_HELP, of_result=False
     )
     seed: int = shared(SimplifyOptions, "seed", help="Another one gives another path.")
 
@@ -132,7 +132,7 @@ class CullOptions(OptionSet):
         unit="pixels",
     )  # fmt: skip
     transparent: Transparent = shared(
-        SimplifyOptions, "transparent", help=_TRANSPARENT, of_result=False
+        SimplifyOptions, "transparent", help=TRANSPARENT_HELP, of_result=False
     )
     detail: int = option(4, low=1, high=16)
     repeats: int = option(3, low=1, high=1000)

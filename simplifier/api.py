@@ -7,7 +7,7 @@ options, budget=32)`` is ``options`` with another budget.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.checks import as_path, check_callable, check_cancel, check_kind
@@ -15,16 +15,7 @@ from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.geometry.scene import Scene
-from simplifier.hierarchy.occluder_tree import OccluderTree, leaf_occluders
-from simplifier.hierarchy.scene_build import build_occluders
-from simplifier.hierarchy.scene_file import (
-    load_occluder_tree,
-    occluder_store,
-    read_summaries,
-    write_manifest,
-)
 from simplifier.io.save import save_lods, save_occluder
-from simplifier.io.scene_writer import write_scene
 from simplifier.io.style import Style
 from simplifier.lods.level_plan import plan_levels
 from simplifier.lods.levels import Levels, simplify_levels
@@ -40,6 +31,9 @@ from simplifier.production.evaluation import EvaluateResult
 from simplifier.production.result import SimplifyResult
 from simplifier.progress import Cancel, Listener, Stopwatch, TellCount
 from simplifier.steps.solid import solidify
+
+if TYPE_CHECKING:
+    from simplifier.hierarchy.occluder_tree import OccluderTree
 
 
 def simplify(
@@ -184,6 +178,17 @@ def simplify_scene(
     == "__main__"``).  ``scene.json`` in the folder says what could not be made and why.  Raises
     :class:`OccluderError`.
     """
+    # Here, not above: who makes one occluder need not load what makes scenes.
+    from simplifier.hierarchy.occluder_tree import leaf_occluders
+    from simplifier.hierarchy.scene_build import build_occluders
+    from simplifier.hierarchy.scene_file import (
+        load_occluder_tree,
+        occluder_store,
+        read_summaries,
+        write_manifest,
+    )
+    from simplifier.io.scene_writer import write_scene
+
     check_kind("scene", scene, Scene, "what simplifier.load_scene returns")
     check_callable("tell", tell)
     check_cancel(cancel)

@@ -16,6 +16,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
+# What tests and tools load is compiled once, also where the machine is set to keep nothing.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: demo test kernels test-slow test-faults mutants test-pages test-blender fuzz check serve docker-check openapi bench clean
 
 demo: $(READY)
@@ -28,7 +31,7 @@ demo: $(READY)
 # Kernels are compiled once, beside the checks, and not by every process of the tests.
 test: $(READY)
 	$(MAKE) -j 2 check kernels
-	$(BIN)/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder
+	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
 
 # A first start with an empty kernel cache: minutes.
 test-slow: $(READY)

@@ -1,8 +1,8 @@
 """What all tests share: where the real assets are, and how properties are searched.
 
-Properties are tried on the same examples in every run, so that a red run says something about the
-change and not about luck.  ``HYPOTHESIS_PROFILE=search`` looks at new ones each time, and
-``mutants`` seeks no smaller example once one fails.
+Properties are tried on the same fifty examples in every run, so that a red run says something about
+the change and not about luck.  ``HYPOTHESIS_PROFILE=search`` looks at a hundred new ones each time,
+and ``mutants`` seeks no smaller example once one fails.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import Phase, settings
+from hypothesis.internal.conjecture import providers
 
 from simplifier.kernels.threads import thread_count
 
@@ -22,7 +23,13 @@ if workers := int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "0")):
 
 ASSETS = Path(os.environ.get("OCCLUDER_ASSETS", Path(__file__).parents[2] / "shared" / "assets"))
 
-settings.register_profile("steady", derandomize=True, deadline=None)
+# Hypothesis also draws the constants that it finds in the modules of a process, so that examples
+# would change with the tests that ran there before.
+assert hasattr(providers, "_get_local_constants")
+NO_CONSTANTS = providers._local_constants
+providers._get_local_constants = lambda: NO_CONSTANTS
+
+settings.register_profile("steady", derandomize=True, deadline=None, max_examples=50)
 settings.register_profile("search", deadline=None)
 settings.register_profile(
     "mutants",

@@ -87,7 +87,7 @@ def test_refining_keeps_the_best_so_far(interrupted, tmp_path):
 
 
 def test_levels_so_far_are_kept(interrupted, tmp_path):
-    lods = ("--lods", "3", "--resolution", "24", "--moves", "40000", "--views", "4")
+    lods = ("--lods", "3", "--resolution", "24", "--moves", "16000", "--views", "4")
     status, _, files = interrupted(b"2/3 refining", 0.1, *lods)
     assert status == 0
     report = json.loads(files["report.json"])

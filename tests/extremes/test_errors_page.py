@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -54,17 +55,19 @@ def raised_in(path: Path) -> Iterator[tuple[str, ast.Call]]:
             yield f"{path.relative_to(ROOT)}:{node.lineno}", node
 
 
-MADE = [one for path in sorted((ROOT / "simplifier").rglob("*.py")) for one in raised_in(path)]
+@cache
+def made() -> list[tuple[str, ast.Call]]:
+    return [one for path in sorted((ROOT / "simplifier").rglob("*.py")) for one in raised_in(path)]
 
 
 def test_errors_are_found():
-    assert len(MADE) > 80
+    assert len(made()) > 80
 
 
 def test_no_error_is_made_without_a_word_on_what_to_do():
     silent = [
         place
-        for place, call in MADE
+        for place, call in made()
         if not any(keyword.arg == "remedy" for keyword in call.keywords)
         and not KINDS[call.func.id].usual_remedy
         and call.func.id != "CancelledError"
@@ -74,7 +77,7 @@ def test_no_error_is_made_without_a_word_on_what_to_do():
 
 def test_no_error_is_made_without_a_sentence():
     """What is wrong, in words: not the name of a thing alone."""
-    for place, call in MADE:
+    for place, call in made():
         what = call.args[0]
         if isinstance(what, ast.Constant):
             assert len(what.value.split()) >= 3, place

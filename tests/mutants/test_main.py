@@ -56,7 +56,7 @@ def project(tmp_path, monkeypatch):
 
 
 def test_survivors_are_told_and_those_that_hang_or_end_the_process_are_caught(project, capsys):
-    outcomes = command.run_all([project], processes=2, seconds=3.0)
+    outcomes = command.run_all([project], processes=2, seconds=1.5)
     found = {
         mutant.after: outcomes[0].found[number]
         for number, mutant in enumerate(mutants(Path(project.file).read_text()))

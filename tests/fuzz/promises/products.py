@@ -46,7 +46,7 @@ def check_simplify(case: Case, folder: Path) -> None:
         _check_made(level, mesh, budget)
     _check_reach(product.levels[0], mesh, solid)
     _check_accuracy(product.accuracies[0])
-    if solid.wholly_inside and is_closed(mesh.vertices, mesh.faces):
+    if solid.wholly_inside and is_closed(mesh.vertices, mesh.faces) and not _closes_holes(solid):
         _check_nothing_hidden_wrongly(mesh, product.occluder)
     promise(len(product.occluder.faces) > 0 or product.warnings, "nothing comes with a reason")
     for warning in product.warnings:
@@ -123,6 +123,11 @@ def _check_accuracy(report: AccuracyReport) -> None:
         promise(((shares >= 0.0) & (shares <= 1.0)).all(), "they are shares in every view")
     for pixels in (report.nt, report.pf, report.nf):
         promise((np.isfinite(pixels) & (pixels >= 0.0)).all(), "pixels are counted")
+
+
+def _closes_holes(solid: Solid) -> bool:
+    """Whether openings were called closed that are there, as through a ring."""
+    return any(closing.by == "smallest_hole" and closing.voxels > 0 for closing in solid.closed_by)
 
 
 def _check_nothing_hidden_wrongly(mesh: TriangleMesh, occluder: Occluder) -> None:

@@ -117,7 +117,6 @@ def test_thresholds_turn_an_asset_red(page: Page, filled: Filled) -> None:
     expect(page.locator(".history .bad")).to_have_count(2)
 
 
-@pytest.mark.vital
 def test_two_runs_are_chosen_and_compared(page: Page, filled: Filled, tmp_path: Path) -> None:
     page.goto(f"{filled.address}/assets/{filled.asset}")
     compare = page.get_by_role("button", name="Compare the two")

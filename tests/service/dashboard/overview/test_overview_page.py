@@ -112,7 +112,6 @@ def filtered(page: Page, typed: str) -> float:
     return taken
 
 
-@pytest.mark.vital
 def test_thousands_of_assets_answer_a_filter_at_once(studio: Studio, page: Page) -> None:
     studio.open(page, "many")
     told = page.get_by_text(" shown")

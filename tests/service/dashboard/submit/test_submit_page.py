@@ -143,7 +143,6 @@ def test_a_broken_mesh_explains_itself(page: Page, working: str, tmp_path: Path)
 KEEP = '[[open]]\nname = "gate"\ncenter = [0, 2.4, 28]\nsize = [4.2, 4.8, 11]\n'
 
 
-@pytest.mark.vital
 def test_overrides_go_along_with_their_mesh_and_are_kept(
     page: Page, working: str, mesh: Path, tmp_path: Path
 ) -> None:

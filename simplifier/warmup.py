@@ -61,7 +61,8 @@ def warm_up() -> None:
         occluder = _simplify_and_judge(mesh, replace(little, selection=selection), exact=exact)
     fan = TriangleMesh.from_soup(_POINTS, [[0, 1, 2], [0, 2, 3]])
     crack_triangles(9.0 * fan.vertices, fan.faces, np.arange(4, dtype=np.int32))
-    simplify_mesh(TriangleMesh.from_soup(_POINTS[:3], [[0, 1, 2]]), little)  # nothing inside
+    flooded = replace(little, solid=replace(little.solid, fill="flood"))
+    simplify_mesh(TriangleMesh.from_soup(_POINTS[:3], [[0, 1, 2]]), flooded)  # nothing inside
     closed = replace(little.solid, smallest_hole=0.1, conservative=True)
     _simplify_and_judge(mesh, replace(little, solid=closed), exact=False)
     with suppress(BackendUnavailableError):

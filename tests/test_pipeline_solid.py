@@ -207,7 +207,8 @@ def test_nothing_so_deep_inside():
 @pytest.mark.parametrize("moves", [0, 300])
 def test_a_smallest_hole_closes_a_window(moves):
     walls = joined(box(without=[5]), *window(0.2))
-    open_, closed = run(walls, moves=moves), run(walls, smallest_hole=0.22, moves=moves)
+    open_ = run(walls, moves=moves, fill="flood")
+    closed = run(walls, smallest_hole=0.22, moves=moves, fill="flood")
     assert open_.solid.closed_by == ()
     (closing,) = closed.solid.closed_by
     assert closing.by == "smallest_hole"

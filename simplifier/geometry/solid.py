@@ -16,9 +16,9 @@ from simplifier.geometry.mesh import FloatArray
 
 @dataclass(frozen=True)
 class Closing:
-    """One remedy that kept the outside out, and the voxels that it added to the solid."""
+    """What kept the outside out, and the voxels that it added to the solid."""
 
-    by: str  # "ground" or "smallest_hole"
+    by: str  # "ground", "smallest_hole" or "sight"
     voxels: int
 
 
@@ -27,12 +27,12 @@ class Solid:
     """The discretized input (section 4.1 of the paper).
 
     ``touched``  voxels that a triangle touches.
-    ``filled``   those and the voxels that the outside cannot reach.
+    ``filled``   those, and the voxels that the outside cannot reach or hardly sees.
     ``core``     what sections are cut from: ``filled``, or only voxels that lie wholly inside;
                  without the regions that are to be left open.
     ``reach``    voxels that the occluder may go past the core: 1, or 0 for not at all.
     ``wholly_inside``  whether the core is the interior alone, without any touched voxel.
-    ``closed_by``  remedies in use, in the order in which they were applied.
+    ``closed_by``  what closed the surface, in the order in which it was applied.
     """
 
     touched: VoxelGrid

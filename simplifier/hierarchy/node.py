@@ -131,7 +131,9 @@ def node_options(longest: float, kind: NodeKind, stand: Stand, options: SceneOpt
     made = make_options(
         longest, budget=budget, resolution=resolution, up=stand.ground or "y",
         ground=stand.ground is not None, smallest_hole=min(stand.smallest_hole, longest),
-        conservative=options.conservative or kind == "near", preset="draft", seed=options.seed,
+        # Viewers are between the objects, where a street is seen from few directions.
+        fill="flood", conservative=options.conservative or kind == "near", preset="draft",
+        seed=options.seed,
         moves=min(options.moves * (_NEAR_EFFORT if kind == "near" else 1), MOST_MOVES),
     )  # fmt: skip
     return replace(

@@ -103,7 +103,7 @@ def judge_level(mesh: TriangleMesh, made: Simplification, options: Options) -> K
     found = evaluate_accuracy(
         mesh, made.occluder,
         AccuracyOptions(
-            _VIEWS, _IMAGE, seed=options.seed, exact=True, viewers=options.viewers,
+            _VIEWS, _IMAGE, seed=options.seed, exact=True, viewers=options.solid.viewers,
             up=options.solid.up,
         ),
     )  # fmt: skip

@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from simplifier.kernels.sight import picture_size
 from simplifier.kernels.threads import thread_count
 from simplifier.options.stages import Options, SectionOptions, SolidOptions
 
@@ -116,6 +117,10 @@ def fill(shape: Shape, options: SolidOptions, hole_voxels: float, shrink_voxels:
     if hole_voxels > 0.0:
         # Distances (int32) and two solids, in free space around; what is touched and filled.
         most = max(most, 6.0 * _grown(shape, _hole_margin(hole_voxels)) + 2.0 * voxels)
+    if options.by_sight:
+        # Touched, filled, free, near the surface and unseen (bool); from how many sides (uint16).
+        pictures = 8 * 8 * picture_size(shape) ** 2
+        most = max(most, 8.0 * voxels + pictures)
     if options.wholly_inside:
         most = max(most, 3.0 * voxels)
         if shrink_voxels > 0.0:

@@ -30,6 +30,7 @@ Slicing = Literal["cpu", "gl"]
 Trim = Literal["gain", "area"]
 Axis = Literal["x", "y", "z"]
 Viewers = Literal["all", "above"]
+Fill = Literal["sight", "flood"]
 Transparent = Literal["leave-out", "keep"]
 Preset = Literal["draft", "balanced", "best"]
 Sides = Literal["double", "single"]
@@ -82,6 +83,10 @@ class SimplifyOptions(OptionSet):
     viewers: Viewers = option(
         "all", "Where viewers can be: all, or above (looking level or down; on the ground)."
     )
+    fill: Fill = option(
+        "sight", "What counts as inside: sight (what hardly any viewer can see), or flood (what"
+        " the surface closes off).",
+    )  # fmt: skip
     transparent: Transparent = option(
         "leave-out", "Triangles of the file that one can see through: leave-out, or keep."
     )
@@ -213,6 +218,7 @@ class EvaluateOptions(OptionSet):
     up: Axis = shared(SimplifyOptions, "up")
     ground: bool = shared(SimplifyOptions, "ground")
     viewers: Viewers = shared(SimplifyOptions, "viewers")
+    fill: Fill = shared(SimplifyOptions, "fill")
     transparent: Transparent = shared(SimplifyOptions, "transparent")
     smallest_hole: float = shared(SimplifyOptions, "smallest_hole")
     seed: int = shared(SimplifyOptions, "seed")

@@ -18,6 +18,7 @@ from simplifier.options.simplify import (
     MOST_VOXELS,
     Axis,
     EvaluateOptions,
+    Fill,
     Preset,
     SimplifyOptions,
     Slicing,
@@ -51,6 +52,17 @@ class SolidOptions(OptionSet):
     ground: bool = shared(SimplifyOptions, "ground")
     """The asset stands on the ground: nothing enters from below, so an open base is closed."""
 
+    viewers: Viewers = shared(SimplifyOptions, "viewers")
+    """Where viewers can be: everywhere, or ``above``, looking level or downwards."""
+
+    fill: Fill = shared(SimplifyOptions, "fill")
+    """``sight`` counts as inside what viewers see from next to no direction, beside what is closed
+    off; ``flood`` that alone.  Where all is to be wholly inside it is always ``flood``."""
+
+    tolerance: float = option(0.1, low=0.0, high=1.0)
+    """Share of all directions, 0 to 1, from which viewers may see what counts as inside by sight.
+    Raising it fills deeper niches, and rooms behind larger windows."""
+
     smallest_hole: float = shared(SimplifyOptions, "smallest_hole")
     """World units, 0 or more: openings narrower than this count as closed; 0 closes none.  Raising
     it closes more, and shallow niches with it."""
@@ -74,6 +86,11 @@ class SolidOptions(OptionSet):
     def wholly_inside(self) -> bool:
         """Whether the occluder keeps to voxels that are wholly inside."""
         return self.conservative or self.shrink > 0.0
+
+    @property
+    def by_sight(self) -> bool:
+        """Whether what is hardly seen counts as inside."""
+        return self.fill == "sight" and not self.wholly_inside
 
 
 @dataclass(frozen=True)
@@ -180,9 +197,6 @@ class Options(OptionSet):
     sections: SectionOptions = field(default_factory=SectionOptions)
     selection: SelectionOptions = field(default_factory=SelectionOptions)
     refine: RefineOptions = field(default_factory=RefineOptions)
-    viewers: Viewers = shared(SimplifyOptions, "viewers")
-    """Where viewers can be: everywhere, or ``above``, looking level or downwards."""
-
     seed: int = shared(SimplifyOptions, "seed")
     """Seed of every random choice, 0 to 2**63 - 1."""
 

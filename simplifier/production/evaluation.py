@@ -60,7 +60,6 @@ class EvaluateResult:
             self.mesh, self.occluder, self.solid, self.accuracy,
             options={
                 **asdict(self.stages.solid),
-                "viewers": self.options.viewers,
                 "transparent": self.options.transparent,
                 "overrides": overrides_summary(self.overrides),
                 "accuracy": asdict(self.accuracy.options),

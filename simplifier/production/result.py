@@ -219,7 +219,6 @@ def _options_row(result: SimplifyResult) -> dict[str, Any]:
     chosen, options = result.options, result.stages
     return {
         **asdict(options.solid),
-        "viewers": options.viewers,
         "transparent": chosen.transparent,
         "overrides": overrides_summary(result.overrides),
         **asdict(options.sections),

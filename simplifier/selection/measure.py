@@ -90,6 +90,6 @@ def search_projections(
 ) -> FloatArray:
     """(count, 2, 4) maps from grid space, shifted by ``margin``, to 64 x 64 pictures."""
     directions = hemisphere_directions(count)
-    if options.viewers == "above":
+    if options.solid.viewers == "above":
         directions = from_above(directions, "xyz".index(options.solid.up))
     return fitted_projections(image_axes(directions), solid.filled.column_ends() + margin, _SEEN)

@@ -6,13 +6,14 @@ import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, Reach, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
-from simplifier.geometry.solid import Solid
+from simplifier.geometry.solid import Closing, Solid
 from simplifier.options.stages import SolidOptions
 from simplifier.progress import Stopwatch
 from simplifier.voxel.core import barred_voxels, core, deepest, open_regions
 from simplifier.voxel.fill import Side, enclose
 from simplifier.voxel.leaks import leak_warning, leaks
 from simplifier.voxel.morphology import glue_neighbours
+from simplifier.voxel.sight import fill_unseen
 from simplifier.voxel.voxelize import voxelize
 
 
@@ -34,6 +35,12 @@ def solidify(
     with watch.stage("fill"):
         sides = _sides_on_ground(options)
         filled, closed_by = enclose(touched, sides, touched.in_voxels(options.smallest_hole))
+        if options.by_sight:
+            enclosed = filled
+            up = "xyz".index(options.up) if options.viewers == "above" else None
+            filled = fill_unseen(touched, enclosed, options.tolerance, up)
+            if (added := filled.count - enclosed.count) > 0:
+                closed_by = (*closed_by, Closing("sight", added))
         if not options.wholly_inside:
             hidden_in = open_regions(filled, regions)
             return Solid(touched, filled, hidden_in, 0 if options.glue else 1, closed_by)

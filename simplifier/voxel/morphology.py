@@ -48,20 +48,24 @@ def dilate(grid: VoxelGrid, reach: int) -> tuple[BoolArray, float]:
     """
     margin = reach + 1
     grown = np.pad(grid.inside, margin)
+    for _ in range(reach):
+        grown = with_neighbours(grown)
+    return grown, float(margin)
+
+
+def with_neighbours(voxels: BoolArray) -> BoolArray:
+    """Those that are set and all next to them, even across corners, in an array of that size."""
     for axis in range(3):
         # Growing along one axis after the other takes in all 26 neighbours.
-        for _ in range(reach):
-            once = grown.copy()
-            ahead = tuple(slice(1, None) if i == axis else slice(None) for i in range(3))
-            behind = tuple(slice(None, -1) if i == axis else slice(None) for i in range(3))
-            once[ahead] |= grown[behind]
-            once[behind] |= grown[ahead]
-            grown = once
-    return grown, float(margin)
+        once = voxels.copy()
+        ahead = tuple(slice(1, None) if i == axis else slice(None) for i in range(3))
+        behind = tuple(slice(None, -1) if i == axis else slice(None) for i in range(3))
+        once[ahead] |= voxels[behind]
+        once[behind] |= voxels[ahead]
+        voxels = once
+    return voxels
 
 
 def glue_neighbours(grid: VoxelGrid) -> VoxelGrid:
     """The solid and all voxels of the same grid next to it, even across corners."""
-    grown, margin = dilate(grid, 1)
-    inner = tuple(slice(int(margin), int(margin) + length) for length in grid.shape)
-    return grid.with_inside(np.ascontiguousarray(grown[inner]))
+    return grid.with_inside(with_neighbours(grid.inside))

@@ -177,7 +177,7 @@ def test_options_are_understood(command, folder, tmp_path, option):
 def test_warnings_go_to_standard_error(command, folder, tmp_path):
     status, output, errors = command(
         "simplify", folder / "open.obj", "-o", tmp_path / "o.glb", "--resolution", "24",
-        "--preset", "draft", *FEW_VIEWS,
+        "--preset", "draft", "--fill", "flood", *FEW_VIEWS,
     )  # fmt: skip
     assert status == 0
     assert errors.startswith("warning: almost nothing is inside, the surface is open")
@@ -408,7 +408,8 @@ def test_viewers_above(command, tmp_path):
 def test_a_smallest_hole(command, tmp_path):
     flaps = [box((0.4, 0, 1), (x, 1, 0), without=[0, 1, 2, 4, 5]) for x in (0, 0.6)]
     mesh = write_mesh(joined(box(without=[3]), *flaps), tmp_path / "gap.ply")
-    words = ("simplify", mesh, "-o", tmp_path / "out.glb", *SCENE, "--views", "16")
+    words = ("simplify", mesh, "-o", tmp_path / "out.glb", *SCENE, "--views", "16",
+             "--fill", "flood")  # fmt: skip
     report = ("--report", tmp_path / "report.json")
     (warning,) = reported(command, *words, *report)["warnings"]
     advised = warning.split("smallest hole ")[1].split(" would")[0]

@@ -82,7 +82,8 @@ def test_whole_numbers_stay_whole(kind, name, low):
     ("kind", "name", "choices"),
     [
         (SolidOptions, "up", ("x", "y", "z")),
-        (Options, "viewers", ("all", "above")),
+        (SolidOptions, "viewers", ("all", "above")),
+        (SolidOptions, "fill", ("sight", "flood")),
         (SectionOptions, "slicer", ("cpu", "gl")),
         (SelectionOptions, "trim", ("gain", "area")),
     ],
@@ -156,7 +157,7 @@ def test_what_implies_what():
     assert plain.solid == SolidOptions()
     assert not plain.solid.wholly_inside
     above = make_options(1.0, viewers="above", up="z")
-    assert (above.viewers, above.solid.ground, above.solid.up) == ("above", True, "z")
+    assert (above.solid.viewers, above.solid.ground, above.solid.up) == ("above", True, "z")
     shrunk = make_options(1.0, shrink=0.1).solid
     assert shrunk.conservative
     assert shrunk.wholly_inside

@@ -29,7 +29,11 @@ from service.schemas.result import Level, ResultFile
 
 _BAR = (90, 130, 180)
 _DIGITS = 2
-_CLOSED_BY = {"ground": "the ground", "smallest_hole": "openings below the smallest hole"}
+_CLOSED_BY = {
+    "ground": "the ground",
+    "smallest_hole": "openings below the smallest hole",
+    "sight": "what hardly any viewer sees",
+}
 _SHOWN = (".html", ".png", ".json")  # by the browser itself
 
 

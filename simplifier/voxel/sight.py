@@ -1,0 +1,161 @@
+"""VoxelGrid -> VoxelGrid: what cannot be seen from outside is inside, whether it is closed or not.
+
+Flood fill asks whether a path leads out, and one hole lets it find nothing inside.  What counts for
+an occluder is whether a straight line leads out to a viewer: what lies behind a point that no
+viewer sees lies behind the surface that hides that point (docs/decisions/0017).
+
+The ancestor is ray stabbing: F. Nooruddin, G. Turk, "Simplification and Repair of Polygonal Models
+Using Volumetric Techniques" (2003), section 4.
+"""
+
+from __future__ import annotations
+
+from itertools import permutations, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.solid import BoolArray, VoxelGrid
+from simplifier.kernels.sight import FRAME, count_sight, draw_voxels, picture_size
+from simplifier.kernels.threads import run_chunks
+from simplifier.voxel.morphology import with_neighbours
+
+_SPREAD = np.array(
+    [
+        (0.0997, 0.2305, 0.9679),
+        (0.1029, 0.4394, 0.8924),
+        (0.2995, 0.4441, 0.8444),
+        (0.1338, 0.6248, 0.7692),
+        (0.4118, 0.5712, 0.7100),
+    ]
+)
+"""Directions whose images under the 48 symmetries of the cube, 240 of them, are spread evenly: the
+nearest two are 10.6 degrees apart.  A mesh that is turned by a quarter has the same solid, turned.
+"""
+
+Looks = NDArray[np.uint8]
+
+_AT_ONCE = 8  # lines of sight between two looks at which voxels need more
+_PLAIN = 96  # voxels along the longest edge up to which every voxel is looked at
+_CELL = 4  # voxels a side of the cells that finer grids are looked at in first
+
+
+def fill_unseen(
+    touched: VoxelGrid, enclosed: VoxelGrid, tolerance: float, up: int | None = None
+) -> VoxelGrid:
+    """Add the free voxels that are seen from at most a share of all directions.
+
+    ``touched``    the voxels that the surface touches; they alone hide.
+    ``enclosed``   what is inside anyway, of the same grid; all of it stays.
+    ``tolerance``  that share, 0 to 1.
+    ``up``         0 to 2 where viewers look level or downwards along that axis; None: anywhere.
+
+    A voxel is seen from a direction when no touched voxel lies before its centre there.  In grids
+    of more than 96 voxels those that are away from the surface are judged by cells of 4 x 4 x 4.
+    """
+    hidden = unseen(touched.inside, tolerance, up, enclosed.inside)
+    hidden |= enclosed.inside
+    return touched.with_inside(hidden)
+
+
+def unseen(
+    touched: BoolArray, tolerance: float, up: int | None = None, known: BoolArray | None = None
+) -> BoolArray:
+    """(nx, ny, nz) bool: the voxels that are neither touched nor known, and hardly seen."""
+    free = ~touched if known is None else ~(touched | known)
+    if max(touched.shape) <= _PLAIN:
+        return few_see(touched, free, tolerance, up)
+    cells = _joined(touched, _CELL)
+    judged = unseen(cells, tolerance, up)
+    near = with_neighbours(cells)
+    hidden = _parted(judged & ~near, _CELL, touched.shape) & free
+    free &= _parted(near, _CELL, touched.shape)
+    hidden |= few_see(touched, free, tolerance, up)
+    return hidden
+
+
+def few_see(
+    touched: BoolArray, free: BoolArray, tolerance: float, up: int | None = None
+) -> BoolArray:
+    """(nx, ny, nz) bool: the ``free`` voxels that are seen from at most that share of directions.
+
+    ``free``  the voxels to judge, none of them ``touched``.
+    """
+    frames, senses = lines_of_sight(touched.shape, up)
+    limit = int(np.floor(tolerance * int(senses.sum()) * (1.0 + 1e-9)))
+    seen = np.zeros(touched.shape, dtype=np.uint16)
+    voxels = _shell(touched)
+    size = picture_size(touched.shape)
+    near = np.empty((_AT_ONCE, size, size), dtype=np.float32)
+    far = np.empty_like(near)
+    for first in range(0, len(frames), _AT_ONCE):
+        some, looks = frames[first : first + _AT_ONCE], senses[first : first + _AT_ONCE]
+
+        def draw(begin: int, end: int, some: FloatArray = some) -> None:
+            draw_voxels(voxels, some, begin, end, near, far)
+
+        def count(begin: int, end: int, some: FloatArray = some, looks: Looks = looks) -> None:
+            count_sight(free, some, looks, near, far, limit, begin, end, seen)
+
+        run_chunks(draw, len(some))
+        run_chunks(count, len(free))
+    return np.asarray(free & (seen <= limit))
+
+
+def lines_of_sight(shape: tuple[int, ...], up: int | None) -> tuple[FloatArray, Looks]:
+    """Frames (a, 12) as in :mod:`simplifier.kernels.sight`, and who looks along them (a, 2)."""
+    low = np.array([1.0, 0.0, 0.0])
+    u = np.cross(low, _SPREAD)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    d = _SPREAD / np.linalg.norm(_SPREAD, axis=1, keepdims=True)
+    base = np.stack([u, np.cross(d, u), d], axis=1)
+    turned = np.stack([base @ turn.T for turn in _turns()])
+    frames = np.empty((turned.shape[0] * turned.shape[1], FRAME))
+    frames[:, :9] = turned.reshape(-1, 9)
+    frames[:, 9:] = np.array(shape) / 2.0
+    senses = np.ones((len(frames), 2), dtype=np.uint8)
+    if up is not None:
+        rise = frames[:, 6 + up]
+        senses[:, 0], senses[:, 1] = rise <= 0.0, rise >= 0.0
+    return frames, senses
+
+
+def _turns() -> list[FloatArray]:
+    """The 24 rotations that take a cube to itself."""
+    matrices = []
+    for order, signs in product(permutations(range(3)), product((1.0, -1.0), repeat=3)):
+        matrix = np.zeros((3, 3))
+        matrix[range(3), order] = signs
+        if np.linalg.det(matrix) > 0.0:
+            matrices.append(matrix)
+    return matrices
+
+
+def _shell(touched: BoolArray) -> NDArray[np.int32]:
+    """(n, 3) the touched voxels that are not walled in by others on all six sides."""
+    walled = touched.copy()
+    for axis in range(3):
+        ahead = tuple(slice(1, None) if i == axis else slice(None) for i in range(3))
+        behind = tuple(slice(None, -1) if i == axis else slice(None) for i in range(3))
+        ends = tuple([0, -1] if i == axis else slice(None) for i in range(3))
+        walled[ahead] &= touched[behind]
+        walled[behind] &= touched[ahead]
+        walled[ends] = False
+    return np.argwhere(touched & ~walled).astype(np.int32)
+
+
+def _joined(touched: BoolArray, size: int) -> BoolArray:
+    """Cells of ``size`` voxels a side: whether any of theirs is touched."""
+    cells = np.pad(touched, [(0, -length % size) for length in touched.shape])
+    for axis in range(3):
+        parts = (*cells.shape[:axis], -1, size, *cells.shape[axis + 1 :])
+        cells = np.logical_or.reduce(cells.reshape(parts), axis=axis + 1)
+    return cells
+
+
+def _parted(cells: BoolArray, size: int, shape: tuple[int, ...]) -> BoolArray:
+    """Each voxel as its cell."""
+    for axis in range(3):
+        cells = cells.repeat(size, axis=axis)
+    return cells[tuple(slice(length) for length in shape)]

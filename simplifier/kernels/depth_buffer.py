@@ -18,6 +18,11 @@ inwards by half of |a| + |b| with (a, b) the edge's normal (Akenine-Moeller and 
 and Tiled Rasterization Using a Modified Triangle Setup, with the sign turned).  A convex polygon is
 the intersection of its half planes; what is stored is its farthest depth over the square.
 
+All half planes of a polygon lie on the same side of their edges, by the sign of its area.  What a
+point lies inwards of each edge, times the edge's length, adds up to twice the area, so a polygon
+seen from its edge holds no square, whichever sign rounding gave it.  Sides chosen edge by edge
+could, by rounding, all look the same way and hold half the screen.
+
 Triangles T and U on both sides of an edge that they share would lose all pixels on it.  A square
 inside the moved half planes of the other two edges of T and of the other two of U is inside their
 union: its part on T's side of the shared edge is in T, the rest in U.  Its depth is the farther of
@@ -233,11 +238,18 @@ def _are_close(points, a, b):
 
 
 @inline_kernel
-def _set_plane(planes, index, points, p, q, x, y, inset):
-    """The half plane of edge p -> q that holds (x, y), moved inwards by ``inset`` squares."""
+def _area(points, a, b, c):
+    """Twice the triangle's, above 0 where edge a -> b has c on the side of +1."""
+    bx, by = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+    cx, cy = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
+    return bx * cy - cx * by
+
+
+@inline_kernel
+def _set_plane(planes, index, points, p, q, side, inset):
+    """The half plane on a side of edge p -> q, 1 or -1, moved inwards by ``inset`` squares."""
     a, b = points[p, 1] - points[q, 1], points[q, 0] - points[p, 0]
-    sign = 1.0 if a * (x - points[p, 0]) + b * (y - points[p, 1]) > 0.0 else -1.0
-    planes[index, 0], planes[index, 1] = sign * a, sign * b
+    planes[index, 0], planes[index, 1] = side * a, side * b
     planes[index, 2], planes[index, 3] = points[p, 0], points[p, 1]
     planes[index, 4] = inset * (abs(a) + abs(b))
 
@@ -262,13 +274,15 @@ def _span(planes, count, row, columns):
 
 @kernel
 def _draw_polygon(polygon, count, error, planes, view, depth, tiles):
-    x, y, bottom, top = 0.0, 0.0, np.inf, -np.inf
+    area, bottom, top = 0.0, np.inf, -np.inf
     for corner in range(count):
-        x, y = x + polygon[corner, 0] / count, y + polygon[corner, 1] / count
         bottom, top = min(bottom, polygon[corner, 1]), max(top, polygon[corner, 1])
+        if corner >= 2:
+            area += _area(polygon, 0, corner - 1, corner)
+    side = 1.0 if area > 0.0 else -1.0
     for corner in range(count):
         after = corner + 1 if corner + 1 < count else 0
-        _set_plane(planes, corner, polygon, corner, after, x, y, _HALF)
+        _set_plane(planes, corner, polygon, corner, after, side, _HALF)
     slope_x, slope_y, start = _polygon_plane(polygon, count, error)
     start -= 0.5 * (abs(slope_x) + abs(slope_y))
     blur = error * view[FOCAL] / least_depth(polygon, count)
@@ -311,20 +325,17 @@ def _draw_pair(points, edge, error, other, planes, view, depth, tiles):
     a, b, c, d = edge[0], edge[1], edge[2], edge[3]
     if min(points[a, 2], points[b, 2], points[c, 2], points[d, 2]) <= 0.0:
         return
-    if (
-        _are_close(points, a, b) or _are_close(points, a, c) or _are_close(points, b, c)
-        or _are_close(points, a, d) or _are_close(points, b, d)
-    ):  # fmt: skip
+    if _are_close(points, a, b):
         return
-    cx, cy, dx, dy = points[c, 0], points[c, 1], points[d, 0], points[d, 1]
-    _set_plane(planes, 0, points, a, b, cx, cy, -0.5)
-    _set_plane(planes, 1, points, a, b, dx, dy, -0.5)
-    if planes[0, 0] * planes[1, 0] + planes[0, 1] * planes[1, 1] > 0.0:
+    side = 1.0 if _area(points, a, b, c) > 0.0 else -1.0
+    if side * _area(points, a, b, d) > 0.0:
         return  # folded: both lie on one side
-    _set_plane(planes, 2, points, a, c, points[b, 0], points[b, 1], _HALF)
-    _set_plane(planes, 3, points, b, c, points[a, 0], points[a, 1], _HALF)
-    _set_plane(planes, 4, points, a, d, points[b, 0], points[b, 1], _HALF)
-    _set_plane(planes, 5, points, b, d, points[a, 0], points[a, 1], _HALF)
+    _set_plane(planes, 0, points, a, b, side, -0.5)
+    _set_plane(planes, 1, points, a, b, -side, -0.5)
+    _set_plane(planes, 2, points, a, c, -side, _HALF)
+    _set_plane(planes, 3, points, b, c, side, _HALF)
+    _set_plane(planes, 4, points, a, d, side, _HALF)
+    _set_plane(planes, 5, points, b, d, -side, _HALF)
     bottom = first_centre(min(points[a, 1], points[b, 1]) - 1.0, view[ROWS])
     top = first_centre(max(points[a, 1], points[b, 1]) + 1.0, view[ROWS])
     nearest = min(points[a, 2], points[b, 2], points[c, 2], points[d, 2])

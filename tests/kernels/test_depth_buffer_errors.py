@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import permutations
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -50,6 +52,22 @@ def test_where_two_triangles_meet_the_larger_error_holds(coverage, errors):
         assert (buffer.tiles[ERROR][met] >= blur).all()
 
 
+@pytest.mark.parametrize("coverage", ["centre", "inner"])
+@pytest.mark.parametrize("clipped", [False, True])
+def test_an_error_without_a_bound_draws_nothing_and_blurs_nothing(clipped, coverage):
+    """Nor the pixels that the triangle shares with one of a known error."""
+    vertices = np.column_stack([SQUARE, [5.0, -50.0, 5.0, 5.0] if clipped else np.full(4, 5.0)])
+    known, alone = DepthBuffer(ROWS, COLUMNS, coverage), DepthBuffer(ROWS, COLUMNS, coverage)
+    alone.draw_mesh(vertices, HALVES[1:], AHEAD, 0.5)
+    for errors in ([np.inf, 0.5], [np.inf, np.inf]):
+        known.clear()
+        known.draw_mesh(vertices, HALVES, AHEAD, np.array(errors))
+        expected = alone if errors[1] == 0.5 else DepthBuffer(ROWS, COLUMNS, coverage)
+        np.testing.assert_array_equal(known.depth, expected.depth)
+        np.testing.assert_array_equal(known.tiles, expected.tiles)
+    assert alone.tiles.any()
+
+
 @settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.3]))
 def test_a_plane_goes_through_the_pushed_corners(seed, error):
@@ -65,7 +83,7 @@ def test_a_plane_goes_through_the_pushed_corners(seed, error):
     np.testing.assert_allclose(found, values - PUSH * values.max(), rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.parametrize("order", [(0, 1, 2), (1, 2, 0), (2, 0, 1), (1, 0, 2)])
+@pytest.mark.parametrize("order", list(permutations(range(3))))
 @pytest.mark.parametrize("along", [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0), (0.6, -0.8)])
 @pytest.mark.parametrize("length", [0.01, 1.0, 100.0])
 def test_a_triangle_thinner_than_a_plane_needs_has_its_farthest_corner_all_over(
@@ -75,7 +93,8 @@ def test_a_triangle_thinner_than_a_plane_needs_has_its_farthest_corner_all_over(
     along = np.array(along)
     normal = np.array([-along[1], along[0]])
     depths = np.array([2.0, 3.0, 7.0])
-    for height, thin in ((0.5 * THINNEST, True), (2.0 * THINNEST, False)):
+    for share, thin in ((0.95, True), (1.05, False)):
+        height = share * THINNEST * np.abs(along).max()
         places = np.array([[0.0, 0.0], length * along, 0.4 * length * along + height * normal])
         if thin or length > 2.0 * height:
             points = np.column_stack([places, depths])[list(order)]

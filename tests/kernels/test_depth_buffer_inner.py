@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.culling.depth_buffer import DepthBuffer, shared_edges
+from simplifier.kernels.depth_buffer import _draw_polygon
+from simplifier.kernels.perspective import COLUMNS as PIXEL_COLUMNS
+from simplifier.kernels.perspective import FOCAL
+from simplifier.kernels.perspective import ROWS as PIXEL_ROWS
 from tests.rasters import looking_ahead, nearest, random_camera
 
 ROWS, COLUMNS, FINE = 15, 21, 16
@@ -45,6 +50,34 @@ def test_a_triangle_is_drawn_where_it_holds_the_whole_pixel_at_its_farthest(seed
     # The pixel's edge is half a ray's distance past its outermost rays.
     slope = (fine.max(axis=2) - least) / FINE
     assert (depth >= least - 1.1 * slope - push)[core].all()
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 2**32 - 1))
+def test_a_triangle_seen_from_its_edge_draws_nothing(seed):
+    """Wherever rounding puts its corners, each beside the line through the others."""
+    rng = np.random.default_rng(seed)
+    camera = random_camera(rng)
+    ahead, aside = rng.normal(size=3) + 3.0 * camera.axes[2], rng.normal(size=3)
+    places = rng.uniform(0.5, 4.0, (4, 1)) * (ahead + rng.uniform(-2.0, 2.0, (4, 1)) * aside)
+    vertices = camera.position + places
+    for faces in ([[0, 1, 2]], [[0, 1, 2], [0, 1, 3]]):
+        assert (drawn(vertices, faces, camera) == 0.0).all()
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_pixel_is_inside_by_more_than_rounding(turned):
+    """A corner that runs along borders of pixels, a little within or past them."""
+    for past, side in ((-1e-5, 5), (0.0, 5), (2e-4, 6)):
+        low, high = 2.5 - past, 50.0
+        points = np.array([[low, low, 3.0], [high, low, 3.0], [low, high, 3.0]])
+        polygon = points[::-1].copy() if turned else points
+        depth = np.zeros((16, 16), dtype=np.float32)
+        view = np.zeros(16)
+        view[[FOCAL, PIXEL_COLUMNS, PIXEL_ROWS]] = 10.0, 9.0, 9.0
+        _draw_polygon(polygon, 3, 0.0, np.empty((8, 5)), view, depth, np.zeros((3, 2, 2), "f4"))
+        assert np.count_nonzero(depth) == side * side
+        assert (depth[9 - side : 9, 9 - side : 9] > 0.0).all()
 
 
 @settings(max_examples=30)

@@ -35,6 +35,8 @@ _INNER = tuple(
         "test_a_triangle_is_drawn_where_it_holds_the_whole_pixel_at_its_farthest",
         "test_a_pair_is_drawn_only_where_it_leaves_no_gap",
         "test_nothing_is_lost_on_an_edge_of_two_triangles", "test_a_fold_is_not_a_union",
+        "test_a_triangle_seen_from_its_edge_draws_nothing",
+        "test_a_pixel_is_inside_by_more_than_rounding",
         "test_ground_through_the_camera_plane_is_drawn",
         "test_an_error_pushes_away_by_at_least_itself_clipped_or_not",
     )
@@ -68,6 +70,7 @@ TARGETS = (
     Target(
         "simplifier/kernels/depth_buffer.py",
         ("tests/kernels/test_depth_buffer_errors.py",
+         "tests/kernels/test_depth_buffer_planes.py", "tests/kernels/test_depth_buffer_pairs.py",
          "tests/kernels/test_depth_buffer.py", "tests/culling/test_depth_buffer_margins.py",
          *_INNER),
         compiled=False,

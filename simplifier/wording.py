@@ -25,6 +25,12 @@ def percent(share: float, digits: int = 1) -> str:
     return f"{steps / scale:.{digits}f} %"
 
 
+def percent_at_most(share: float, digits: int = 2) -> str:
+    """``"3.48 %"`` for 0.03471: rounded up, of what is to be small, so that no limit seems kept."""
+    scale = 10.0**digits
+    return f"{math.ceil(share * 100.0 * scale - _ROUNDING) / scale:.{digits}f} %"
+
+
 def exact_percent(share: float) -> str:
     """``"99 %"``, ``"99.95 %"``: a bar as it was typed."""
     return f"{100.0 * share:.6g} %"

@@ -12,6 +12,7 @@ from simplifier.wording import (
     length,
     median_points,
     percent,
+    percent_at_most,
     picture_line,
     points,
     seconds,
@@ -36,6 +37,14 @@ from simplifier.wording import (
 )
 def test_percentages_are_rounded_down_and_never_to_nothing(share, digits, text):
     assert percent(share, digits) == text
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [(0.0, "0.00 %"), (0.03471, "3.48 %"), (0.0348, "3.48 %"), (1e-9, "0.01 %"), (1.5, "150.00 %")],
+)
+def test_what_is_to_be_small_is_rounded_up(share, text):
+    assert percent_at_most(share) == text
 
 
 @pytest.mark.parametrize(

@@ -152,7 +152,7 @@ def evaluate_accuracies(
     for occluder in occluders:
         check_kind("occluder", occluder, Occluder, AN_OCCLUDER)
     chosen = options if options is not None else AccuracyOptions()
-    lines = _checked_directions(_sight(chosen) if directions is None else directions)
+    lines = checked_directions(_sight(chosen) if directions is None else directions)
     pixels = np.zeros((len(occluders), len(lines), 3))
     for first, last, original, masks in _mask_blocks(mesh, occluders, lines, chosen.image):
         for index, hidden in enumerate(masks):
@@ -186,7 +186,7 @@ def view_masks(
     :func:`evaluate_accuracy`.
     """
     check_whole("image", image, 8, 4096)
-    original, (hidden,) = _masks(mesh, [occluder], _checked_directions(directions), image)
+    original, (hidden,) = _masks(mesh, [occluder], checked_directions(directions), image)
     return unpack_masks(original, image), unpack_masks(hidden, image)
 
 
@@ -254,7 +254,7 @@ def _share(right: FloatArray, other: FloatArray) -> FloatArray:
     return np.divide(right, total, out=np.ones_like(total), where=total > 0.0)
 
 
-def _checked_directions(directions: FloatArray) -> FloatArray:
+def checked_directions(directions: FloatArray) -> FloatArray:
     """A copy as (V, 3) float64, at least one row, each of length 1."""
     lines = np.array(directions, dtype=np.float64)
     if lines.ndim != 2 or lines.shape[1] != 3 or len(lines) == 0:

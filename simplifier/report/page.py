@@ -15,7 +15,14 @@ from simplifier.checks import as_path
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.files import make_folder, write_whole
-from simplifier.wording import direction, grid_size, length, percent, seconds
+from simplifier.wording import (
+    direction,
+    grid_size,
+    length,
+    percent,
+    percent_at_most,
+    seconds,
+)
 
 if TYPE_CHECKING:
     from simplifier.report.gallery import Gallery
@@ -119,11 +126,17 @@ def _summary(report: Report) -> str:
 
 def _tiles(report: Report) -> list[tuple[str, str, str]]:
     """The headline figures: what each is, its value and a note."""
-    worst = report["worst_view"]
+    worst, over = report["worst_view"], report["overhang"]
     return [
         ("Recall", percent(report["recall"]), "of what could be hidden is hidden"),
         ("Precision", percent(report["precision"], 2), "of what is hidden is hidden rightly"),
         ("Worst view", percent(worst["recall"]), f"recall along {direction(worst['direction'])}"),
+        (
+            "Overhang",
+            percent_at_most(over["share"]),
+            f"covered beside it; at worst {percent_at_most(over['worst_view']['share'])},"
+            f" {length(over['stick_out'])} units out",
+        ),
         ("Triangles", f"{report['triangles']:,}", f"from {report['input']['triangles']:,}"),
         ("Occlusion kept", percent(report["occlusion_measure"]["ratio"]), "of the total measure"),
         ("Error bound", length(report["error_bound"]), "units, the most that is allowed"),

@@ -15,6 +15,7 @@ from typing import Any
 from simplifier.accuracy.accuracy import AccuracyReport
 from simplifier.accuracy.deviation import deviation
 from simplifier.accuracy.occlusion import occlusion_measures
+from simplifier.accuracy.overhang import Overhang, measure_overhang
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import LodChain, Occluder
 from simplifier.geometry.solid import Solid
@@ -49,6 +50,7 @@ def build_report(
     the occluder is that of the finest.  ``strays`` is its deviation, measured here if it is None.
     """
     measures = occlusion_measures(mesh, occluder)
+    overhang = measure_overhang(mesh, occluder, accuracy.directions)
     if strays is None:
         strays = deviation(occluder, mesh, solid.touched, solid.filled)
     return {
@@ -59,6 +61,7 @@ def build_report(
         "recall": accuracy.recall,
         "by_view": [_view(accuracy, index) for index in range(len(accuracy.directions))],
         "worst_view": {"index": accuracy.worst_view, **_view(accuracy, accuracy.worst_view)},
+        "overhang": _overhang(overhang),
         "occlusion_measure": {
             "occluder": measures.occluder,
             "original": measures.original,
@@ -91,6 +94,19 @@ def _view(accuracy: AccuracyReport, index: int) -> Report:
         "direction": [float(x) for x in accuracy.directions[index]],
         "precision": float(accuracy.precision_by_view[index]),
         "recall": float(accuracy.recall_by_view[index]),
+    }
+
+
+def _overhang(found: Overhang) -> Report:
+    worst = found.worst_view
+    return {
+        "share": found.mean,
+        "stick_out": found.stick_out,
+        "worst_view": {
+            "index": worst,
+            "direction": [float(x) for x in found.directions[worst]],
+            "share": found.worst,
+        },
     }
 
 

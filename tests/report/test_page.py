@@ -57,6 +57,11 @@ def report(scene):
         "recall": 0.8351,
         "by_view": by_view,
         "worst_view": {"index": 0, **by_view[0], "recall": 0.4321},
+        "overhang": {
+            "share": 0.0348,
+            "stick_out": 0.0789,
+            "worst_view": {"index": 1, "direction": [0.0, 0.0, 1.0], "share": 0.04701},
+        },
         "occlusion_measure": {"occluder": 1.0, "original": 1.5, "ratio": 0.7654},
         "error_bound": 0.05432,
         "deviation": 0.02345,

@@ -1,0 +1,121 @@
+"""What an occluder covers beside its original: what stands there vanishes from sight.
+
+Precision by quads hardly sees it, as a spike along the outline holds no large quad; a viewer sees
+it at once.  In every view the *overhang* is the number of pixels that the occluder covers more than
+one pixel away from the original's silhouette, even across a corner, as a share of the original's
+pixels; the *stick-out* is how far from the silhouette the furthest of them is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from simplifier.accuracy.accuracy import checked_directions
+from simplifier.errors import MeshError
+from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.views import BoundingSphere, image_axes
+from simplifier.kernels.coverage import MaskArray, coverage_masks
+from simplifier.kernels.overhang import count_overhang
+from simplifier.kernels.threads import run_chunks
+
+ACROSS = 512
+"""Pixels across the original's bounding sphere."""
+
+_LARGEST = 2048  # pixels a side of a picture, of an occluder that is much larger than its original
+_BLOCK_BYTES = 1 << 26  # masks held at once, both
+
+
+@dataclass(frozen=True, eq=False)
+class Overhang:
+    """How far and how much an occluder sticks out.
+
+    ``by_view``    (V,) float64: covered pixels beside the original as a share of the original's;
+                   where the original shows nothing 1 if the occluder shows anything, else 0.
+    ``stick_out``  world units: the largest distance of such a pixel from the silhouette, over all
+                   views in which the original shows.
+    ``directions`` (V, 3) float64 unit vectors, the lines of sight.
+    """
+
+    by_view: FloatArray
+    stick_out: float
+    directions: FloatArray
+
+    @property
+    def mean(self) -> float:
+        """Over all views."""
+        return float(self.by_view.mean())
+
+    @property
+    def worst_view(self) -> int:
+        """The view with most overhang, the first of equals."""
+        return int(np.argmax(self.by_view))
+
+    @property
+    def worst(self) -> float:
+        """The overhang in that view."""
+        return float(self.by_view[self.worst_view])
+
+
+def measure_overhang(mesh: TriangleMesh, occluder: Occluder, directions: FloatArray) -> Overhang:
+    """Measure in orthographic pictures of 512 pixels across the mesh's bounding sphere.
+
+    ``directions``  (V, 3) unit vectors, the lines of sight.
+
+    Pictures are larger where the occluder reaches past the sphere, up to four times; what sticks
+    out further than that is not counted.  Raises :class:`~simplifier.errors.MeshError` when the
+    occluder's arrays cannot be drawn and :class:`~simplifier.errors.OptionError` for directions
+    that are not unit vectors.
+    """
+    lines = checked_directions(directions)
+    sphere = BoundingSphere.of(mesh)
+    bodies = [(_to_unit(item.vertices, sphere), item.faces) for item in (mesh, occluder)]
+    image = _image_size(bodies[1][0])
+    pixels = np.empty((len(lines), 2), dtype=np.int64)
+    farthest = np.empty(len(lines), dtype=np.int64)
+    block = max(4, _BLOCK_BYTES // (2 * image * 8 * -(-image // 64)))
+    for first in range(0, len(lines), block):
+        last = min(first + block, len(lines))
+        projections = np.empty((last - first, 2, 4))
+        projections[:, :, :3] = image_axes(lines[first:last])[:, :2] * (ACROSS / 2.0)
+        projections[:, :, 3] = image / 2.0
+        try:
+            original, hidden = (coverage_masks(*one, projections, image, image) for one in bodies)
+        except ValueError as error:
+            raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error
+        _count(original, hidden, image, pixels[first:last], farthest[first:last])
+    there, beside = pixels[:, 0], pixels[:, 1]
+    shares = np.where(there > 0, beside / np.maximum(there, 1), beside > 0).astype(np.float64)
+    furthest = math.sqrt(max(int(farthest.max()), 0)) * (2.0 * sphere.radius / ACROSS)
+    return Overhang(shares, furthest, lines)
+
+
+def _to_unit(vertices: FloatArray, sphere: BoundingSphere) -> FloatArray:
+    """(n, 3) with the sphere as the unit sphere; centred before it is scaled, for its digits."""
+    unit = np.empty(vertices.shape[::-1])
+    for axis, column in enumerate(vertices.T):
+        unit[axis] = (column - sphere.centre[axis]) / sphere.radius
+    return unit.T
+
+
+def _image_size(occluder: FloatArray) -> int:
+    """Pixels a side that hold an occluder in units of the sphere, at least the sphere itself."""
+    squares = (occluder**2).sum(axis=1)
+    reach = math.sqrt(float(squares[np.isfinite(squares)].max(initial=1.0)))
+    return min(2 * math.ceil(ACROSS / 2 * max(reach, 1.0)) + 2, _LARGEST)
+
+
+def _count(
+    original: MaskArray,
+    hidden: MaskArray,
+    image: int,
+    pixels: np.ndarray[tuple[int, int], np.dtype[np.int64]],
+    farthest: np.ndarray[tuple[int], np.dtype[np.int64]],
+) -> None:
+    run_chunks(
+        lambda begin, end: count_overhang(original, hidden, image, begin, end, pixels, farthest),
+        len(original),
+    )

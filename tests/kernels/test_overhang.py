@@ -1,0 +1,79 @@
+"""What sticks out, against scipy's dilation and distances."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from simplifier.kernels.overhang import count_overhang
+
+
+def packed(masks):
+    """(V, rows, columns) bool to bit rows."""
+    views, rows, columns = masks.shape
+    words = -(-columns // 64)
+    padded = np.zeros((views, rows, 64 * words), dtype=np.bool_)
+    padded[:, :, :columns] = masks
+    return np.packbits(padded, axis=2, bitorder="little").view("<u8").astype(np.uint64)
+
+
+def counted(original, hidden):
+    pixels, farthest = np.zeros((len(original), 2), np.int64), np.zeros(len(original), np.int64)
+    count_overhang(
+        packed(original), packed(hidden), original.shape[2], 0, len(original), pixels, farthest
+    )
+    return pixels, farthest
+
+
+def plainly_counted(original, hidden):
+    pixels, farthest = [], []
+    for one, other in zip(original, hidden, strict=True):
+        near = ndimage.binary_dilation(one, np.ones((3, 3)))
+        over = other & ~near
+        pixels.append((one.sum(), over.sum()))
+        if not over.any():
+            farthest.append(0)
+        elif not one.any():
+            farthest.append(-1)
+        else:
+            away = ndimage.distance_transform_edt(~one)
+            farthest.append(round(float(away[over].max()) ** 2))
+    return np.array(pixels), np.array(farthest)
+
+
+@given(
+    st.integers(1, 40), st.integers(1, 150), st.floats(0.0, 0.3), st.floats(0.0, 0.5),
+    st.integers(0, 2**32 - 1),
+)  # fmt: skip
+def test_random_masks(rows, columns, density, other_density, seed):
+    generator = np.random.default_rng(seed)
+    original = generator.random((2, rows, columns)) < density
+    hidden = generator.random((2, rows, columns)) < other_density
+    pixels, farthest = counted(original, hidden)
+    wanted, furthest = plainly_counted(original, hidden)
+    assert np.array_equal(pixels, wanted)
+    assert np.array_equal(farthest, furthest)
+
+
+@pytest.mark.parametrize(("beside", "over"), [(0, 0), (1, 0), (2, 1), (5, 4), (70, 69)])
+def test_one_pixel_beside_is_no_overhang(beside, over):
+    original = np.zeros((1, 30, 200), dtype=np.bool_)
+    original[0, 10:20, 50:64] = True
+    hidden = original.copy()
+    hidden[0, 15, 64 : 64 + beside] = True
+    pixels, farthest = counted(original, hidden)
+    assert pixels.tolist() == [[140, over]]
+    assert farthest.tolist() == [beside**2 if over else 0]
+
+
+def test_across_a_corner_one_pixel_is_none_and_two_are():
+    original = np.zeros((2, 9, 9), dtype=np.bool_)
+    original[:, 4, 4] = True
+    hidden = np.zeros_like(original)
+    hidden[0, 5, 5] = hidden[1, 6, 6] = True
+    pixels, farthest = counted(original, hidden)
+    assert pixels.tolist() == [[1, 0], [1, 1]]
+    assert farthest.tolist() == [0, 8]

@@ -19,7 +19,7 @@ import simplifier
 from bench.meshes import readable_assets
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.options.stages import make_options
+from simplifier.options.stages import SolidOptions, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.voxel.fill import fill
 from simplifier.voxel.sight import fill_unseen
@@ -46,7 +46,7 @@ def seconds(mesh: TriangleMesh, resolution: int) -> tuple[float, float]:
         begin = time.perf_counter()
         flooded = fill(touched)
         middle = time.perf_counter()
-        fill_unseen(touched, flooded, TOLERANCES[-2])
+        fill_unseen(touched, flooded, SolidOptions().tolerance)
         flooding.append(middle - begin)
         looking.append(time.perf_counter() - middle)
     return median(flooding), median(looking)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
+from simplifier.accuracy.overhang import measure_overhang
 from simplifier.checks import as_path, check_callable, check_cancel, check_kind
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, LodChain, Occluder
@@ -123,7 +124,10 @@ def evaluate(
     solid = solidify(mesh, stages.solid, watch)
     with watch.stage("accuracy"):
         accuracy = evaluate_accuracy(mesh, occluder, passed_on(AccuracyOptions, chosen))
-    return EvaluateResult(mesh, occluder, chosen, stages, solid, accuracy, watch.timings, overrides)
+        overhang = measure_overhang(mesh, occluder, accuracy.directions)
+    return EvaluateResult(
+        mesh, occluder, chosen, stages, solid, accuracy, overhang, watch.timings, overrides
+    )
 
 
 def save(

@@ -25,10 +25,9 @@ def percent(share: float, digits: int = 1) -> str:
     return f"{steps / scale:.{digits}f} %"
 
 
-def percent_at_most(share: float, digits: int = 2) -> str:
+def percent_at_most(share: float) -> str:
     """``"3.48 %"`` for 0.03471: rounded up, of what is to be small, so that no limit seems kept."""
-    scale = 10.0**digits
-    return f"{math.ceil(share * 100.0 * scale - _ROUNDING) / scale:.{digits}f} %"
+    return f"{math.ceil(share * 1e4 - _ROUNDING) / 100.0:.2f} %"
 
 
 def exact_percent(share: float) -> str:

@@ -5,12 +5,24 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.occluder import Occluder
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
 QUADS = np.array(
     [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 )
 """Corners of the sides -x, +x, -y, +y, -z, +z of the unit cube, wound outwards."""
+
+
+NOTHING = Occluder(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))
+
+
+def as_occluder(mesh):
+    return Occluder(mesh.vertices, mesh.faces)
+
+
+def moved(mesh, scale=1.0, offset=0.0):
+    return TriangleMesh.from_soup(mesh.vertices * scale + offset, mesh.faces)
 
 
 def triangles_of(quads):

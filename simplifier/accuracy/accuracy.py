@@ -154,7 +154,7 @@ def evaluate_accuracies(
     chosen = options if options is not None else AccuracyOptions()
     lines = checked_directions(_sight(chosen) if directions is None else directions)
     pixels = np.zeros((len(occluders), len(lines), 3))
-    for first, last, original, masks in _mask_blocks(mesh, occluders, lines, chosen.image):
+    for first, last, original, masks in mask_blocks(mesh, occluders, lines, chosen.image):
         for index, hidden in enumerate(masks):
             pixels[index, first:last] = _quad_pixels(original, hidden, chosen, first)
     return tuple(_report(one, lines, chosen) for one in pixels)
@@ -186,7 +186,7 @@ def view_masks(
     :func:`evaluate_accuracy`.
     """
     check_whole("image", image, 8, 4096)
-    original, (hidden,) = _masks(mesh, [occluder], checked_directions(directions), image)
+    original, (hidden,) = _masks(mesh, [occluder], checked_directions(directions), image, image)
     return unpack_masks(original, image), unpack_masks(hidden, image)
 
 
@@ -213,32 +213,40 @@ def _quad_pixels(
     )
 
 
-def _mask_blocks(
-    mesh: TriangleMesh, occluders: Sequence[Occluder], directions: FloatArray, image: int
+def mask_blocks(
+    mesh: TriangleMesh,
+    occluders: Sequence[Occluder],
+    directions: FloatArray,
+    image: int,
+    across: int | None = None,
 ) -> Iterator[tuple[int, int, MaskArray, list[MaskArray]]]:
-    """(first, last, original, occluders) masks of views first .. last - 1, in bounded memory."""
+    """(first, last, original, occluders) masks of views first .. last - 1, in bounded memory.
+
+    Bit rows of ``image`` x ``image`` pixels of :mod:`simplifier.kernels.coverage`.  ``across``  of
+    these pixels span the original's bounding sphere, all of them by default.  Raises
+    :class:`MeshError` when an occluder's arrays cannot be drawn.
+    """
     bytes_per_view = (1 + len(occluders)) * image * 8 * -(-image // 64)
     block = max(4, _BLOCK_BYTES // bytes_per_view)
     for first in range(0, len(directions), block):
         last = min(first + block, len(directions))
-        yield first, last, *_masks(mesh, occluders, directions[first:last], image)
+        yield first, last, *_masks(mesh, occluders, directions[first:last], image, across or image)
 
 
 def _masks(
-    mesh: TriangleMesh, occluders: Sequence[Occluder], directions: FloatArray, image: int
+    mesh: TriangleMesh,
+    occluders: Sequence[Occluder],
+    directions: FloatArray,
+    image: int,
+    across: int,
 ) -> tuple[MaskArray, list[MaskArray]]:
-    """Bit rows of all, the image spanning the original's bounding sphere."""
     sphere = BoundingSphere.of(mesh)
     projections = np.empty((len(directions), 2, 4))
-    projections[:, :, :3] = image_axes(directions)[:, :2] * (image / 2.0)
+    projections[:, :, :3] = image_axes(directions)[:, :2] * (across / 2.0)
     projections[:, :, 3] = image / 2.0
 
-    # Centred before it is scaled: coordinates of a map keep all their digits.
     def silhouettes(item: TriangleMesh | Occluder) -> MaskArray:
-        unit = np.empty(item.vertices.shape[::-1])  # as it is drawn, so that nothing copies it
-        for axis, column in enumerate(item.vertices.T):
-            unit[axis] = (column - sphere.centre[axis]) / sphere.radius
-        return coverage_masks(unit.T, item.faces, projections, image, image)
+        return coverage_masks(sphere.to_unit(item.vertices), item.faces, projections, image, image)
 
     original = silhouettes(mesh)
     try:

@@ -13,12 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simplifier.accuracy.accuracy import checked_directions
-from simplifier.errors import MeshError
+from simplifier.accuracy.accuracy import checked_directions, mask_blocks
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.views import BoundingSphere, image_axes
-from simplifier.kernels.coverage import MaskArray, coverage_masks
+from simplifier.geometry.views import BoundingSphere
+from simplifier.kernels.coverage import MaskArray
 from simplifier.kernels.overhang import count_overhang
 from simplifier.kernels.threads import run_chunks
 
@@ -26,7 +25,6 @@ ACROSS = 512
 """Pixels across the original's bounding sphere."""
 
 _LARGEST = 2048  # pixels a side of a picture, of an occluder that is much larger than its original
-_BLOCK_BYTES = 1 << 26  # masks held at once, both
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,33 +70,15 @@ def measure_overhang(mesh: TriangleMesh, occluder: Occluder, directions: FloatAr
     """
     lines = checked_directions(directions)
     sphere = BoundingSphere.of(mesh)
-    bodies = [(_to_unit(item.vertices, sphere), item.faces) for item in (mesh, occluder)]
-    image = _image_size(bodies[1][0])
+    image = _image_size(sphere.to_unit(occluder.vertices))
     pixels = np.empty((len(lines), 2), dtype=np.int64)
     farthest = np.empty(len(lines), dtype=np.int64)
-    block = max(4, _BLOCK_BYTES // (2 * image * 8 * -(-image // 64)))
-    for first in range(0, len(lines), block):
-        last = min(first + block, len(lines))
-        projections = np.empty((last - first, 2, 4))
-        projections[:, :, :3] = image_axes(lines[first:last])[:, :2] * (ACROSS / 2.0)
-        projections[:, :, 3] = image / 2.0
-        try:
-            original, hidden = (coverage_masks(*one, projections, image, image) for one in bodies)
-        except ValueError as error:
-            raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error
+    for first, last, original, (hidden,) in mask_blocks(mesh, [occluder], lines, image, ACROSS):
         _count(original, hidden, image, pixels[first:last], farthest[first:last])
     there, beside = pixels[:, 0], pixels[:, 1]
     shares = np.where(there > 0, beside / np.maximum(there, 1), beside > 0).astype(np.float64)
     furthest = math.sqrt(max(int(farthest.max()), 0)) * (2.0 * sphere.radius / ACROSS)
     return Overhang(shares, furthest, lines)
-
-
-def _to_unit(vertices: FloatArray, sphere: BoundingSphere) -> FloatArray:
-    """(n, 3) with the sphere as the unit sphere; centred before it is scaled, for its digits."""
-    unit = np.empty(vertices.shape[::-1])
-    for axis, column in enumerate(vertices.T):
-        unit[axis] = (column - sphere.centre[axis]) / sphere.radius
-    return unit.T
 
 
 def _image_size(occluder: FloatArray) -> int:

@@ -29,6 +29,16 @@ class BoundingSphere:
             squares += ((mesh.vertices[:, axis] - centre[axis]) / unit) ** 2
         return cls(centre, float(np.sqrt(squares.max())) * unit)
 
+    def to_unit(self, points: FloatArray) -> FloatArray:
+        """(n, 3) the same points where the sphere is the unit sphere, each axis contiguous.
+
+        Centred before they are scaled, so that coordinates of a map keep all their digits.
+        """
+        unit = np.empty(points.shape[::-1])
+        for axis, column in enumerate(points.T):
+            unit[axis] = (column - self.centre[axis]) / self.radius
+        return unit.T
+
 
 def hemisphere_directions(count: int) -> FloatArray:
     """(count, 3) unit vectors spread evenly over the upper (+z) hemisphere (Fibonacci lattice).

@@ -7,18 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from simplifier.kernels.bit_image import popcount
 from simplifier.kernels.compile import inline_kernel, kernel
-
-
-@inline_kernel
-def _count_ones(word):
-    """Bits that are set in a word of 64, by halves."""
-    word -= (word >> np.uint64(1)) & np.uint64(0x5555555555555555)
-    word = (word & np.uint64(0x3333333333333333)) + (
-        (word >> np.uint64(2)) & np.uint64(0x3333333333333333)
-    )
-    word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
-    return np.int64((word * np.uint64(0x0101010101010101)) >> np.uint64(56))
+from simplifier.kernels.random_quads import bit
 
 
 @inline_kernel
@@ -47,12 +38,12 @@ def _near(mask, row, word):
 
 @kernel
 def _fill_heights(mask, heights):
-    """Fill ``heights`` (rows, columns) int64: pixels up or down to the nearest one of the mask."""
+    """Fill ``heights`` (rows, columns) int32: pixels up or down to the nearest one of the mask."""
     rows, columns = heights.shape
-    far = np.int64(rows + columns)
+    far = rows + columns
     for row in range(rows):
         for column in range(columns):
-            if (mask[row, column >> 6] >> np.uint64(column & 63)) & np.uint64(1):
+            if bit(mask, row, column) != 0:
                 heights[row, column] = 0
             else:
                 heights[row, column] = heights[row - 1, column] + 1 if row > 0 else far
@@ -61,51 +52,81 @@ def _fill_heights(mask, heights):
             heights[row, column] = min(heights[row, column], heights[row + 1, column] + 1)
 
 
-@kernel
-def _squared_distance(heights, row, column, least):
-    """From a pixel's centre to that of the nearest pixel of the mask, if that is above ``least``.
+@inline_kernel
+def _overtakes(heights, row, left, right):
+    """The last column that is no further from the pixel below ``left`` than from ``right``'s."""
+    there, here = np.int64(heights[row, right]), np.int64(heights[row, left])
+    return (right * right - left * left + there * there - here * here) // (2 * (right - left))
 
-    Else what is no more than ``least``.
+
+@kernel
+def _fill_distances(heights, row, columns, ends, distances):
+    """Fill ``distances`` (columns,) int64, squared, of a row's pixels to the nearest of the mask.
+
+    The lower envelope of a parabola a column (Meijster, Roerdink, Hesselink 2000): ``columns``
+    (columns,) int64 is whose parabola is lowest up to ``ends`` (columns,) int64.
     """
-    columns = heights.shape[1]
-    best = heights[row, column] ** 2
-    aside = 1
-    while best > least and aside * aside < best:
-        if column >= aside:
-            best = min(best, aside * aside + heights[row, column - aside] ** 2)
-        if column + aside < columns:
-            best = min(best, aside * aside + heights[row, column + aside] ** 2)
-        aside += 1
-    return best
+    width = heights.shape[1]
+    top = 0
+    columns[0] = 0
+    for column in range(1, width):
+        end = _overtakes(heights, row, columns[top], column)
+        while top > 0 and end <= ends[top - 1]:
+            top -= 1
+            end = _overtakes(heights, row, columns[top], column)
+        if end < 0:
+            columns[0] = column
+        elif end < width - 1:
+            ends[top] = end
+            top += 1
+            columns[top] = column
+    ends[top] = width
+    lowest = 0
+    for column in range(width):
+        if column > ends[lowest]:
+            lowest += 1
+        aside, height = column - columns[lowest], np.int64(heights[row, columns[lowest]])
+        distances[column] = aside * aside + height * height
 
 
 @kernel
-def count_overhang(originals, hidden, columns, begin, end, pixels, farthest):
-    """Fill views ``begin`` to ``end``.
+def count_overhang(originals, hidden, width, begin, end, pixels, farthest):
+    """Fill views ``begin`` to ``end`` of ``width`` columns.
 
     ``pixels``    (V, 2) int64: those of the original, and those of ``hidden`` that are more than
                   one pixel away from it, even across a corner.
     ``farthest``  (V,) int64: the largest squared distance of such a pixel from the original, pixels
                   from centre to centre; 0 where there is none, -1 where the original shows nothing.
     """
-    heights = np.empty((originals.shape[1], columns), np.int64)
+    rows, words = originals.shape[1:]
+    heights = np.empty((rows, width), np.int32)
+    over = np.empty((rows, words), np.uint64)
+    columns = np.empty(width, np.int64)
+    ends = np.empty(width, np.int64)
+    distances = np.empty(width, np.int64)
     for view in range(begin, end):
         original, shown = originals[view], hidden[view]
-        there, beside, most = np.int64(0), np.int64(0), np.int64(0)
-        for row in range(original.shape[0]):
-            for word in range(original.shape[1]):
-                there += _count_ones(original[row, word])
-                beside += _count_ones(shown[row, word] & ~_near(original, row, word))
+        there, beside, most = np.uint64(0), np.uint64(0), np.int64(0)
+        for row in range(rows):
+            for word in range(words):
+                over[row, word] = shown[row, word] & ~_near(original, row, word)
+                there += popcount(original[row, word])
+                beside += popcount(over[row, word])
         if beside > 0 and there == 0:
             most = np.int64(-1)
         elif beside > 0:
             _fill_heights(original, heights)
-            for row in range(original.shape[0]):
-                for word in range(original.shape[1]):
-                    over = shown[row, word] & ~_near(original, row, word)
-                    for bit in range(64):
-                        if (over >> np.uint64(bit)) & np.uint64(1):
-                            found = _squared_distance(heights, row, 64 * word + bit, most)
-                            most = max(most, found)
+            for row in range(rows):
+                # No pixel is further away than the nearest one in its own column.
+                bound = np.int64(0)
+                for column in range(width):
+                    if bit(over, row, column) != 0:
+                        bound = max(bound, np.int64(heights[row, column]) ** 2)
+                if bound <= most:
+                    continue
+                _fill_distances(heights, row, columns, ends, distances)
+                for column in range(width):
+                    if bit(over, row, column) != 0:
+                        most = max(most, distances[column])
         pixels[view, 0], pixels[view, 1] = there, beside
         farthest[view] = most

@@ -74,6 +74,7 @@ _DRAWING = 100 * MIB  # matplotlib, OpenCV and fonts; six views of 1024 x 1024 p
 _MASKS = 64 * MIB  # of views that are held at once; at least four
 _MASK_VIEWS = 4
 _REPORT_VIEWS, _REPORT_IMAGE = 64, 128  # of the occlusion measure
+_OVERHANG_IMAGE = 514  # pixels a side, where the occluder stays within the mesh's sphere
 _VIEWING_TRIANGLES = 300_000  # meshes of more are thinned to be looked at
 
 _IMAGE = 512  # bytes of 64 x 64 bits
@@ -207,6 +208,12 @@ def quads(count: int, image: int, occluders: int, *, exact: bool) -> int:
     """Masks, and of each thread a table of sums, or of three moments, a pixel."""
     table = (24 if exact else 8) * image * image
     return min(thread_count(), count) * table + _masks(count, image, occluders)
+
+
+def overhang(size: MeshSize, count: int) -> int:
+    """Larger views, and of each thread how far each pixel is from the mesh's (int32)."""
+    heights = min(thread_count(), count) * 4 * _OVERHANG_IMAGE**2
+    return views(size, count, _OVERHANG_IMAGE, 1) + heights
 
 
 def _masks(count: int, image: int, occluders: int) -> int:

@@ -54,7 +54,8 @@ def seeing(size: MeshSize, how: Judging) -> MemoryNeed:
     """Accuracy alone."""
     drawing = stages.views(size, how.views, how.image, how.levels)
     counting = stages.quads(how.views, how.image, how.levels, exact=how.exact)
-    return MemoryNeed({"accuracy": max(drawing, counting)}).beside(size.held)
+    beside = stages.overhang(size, how.views)
+    return MemoryNeed({"accuracy": max(drawing, counting, beside)}).beside(size.held)
 
 
 def judging(size: MeshSize, shape: Shape, options: Options, how: Judging) -> MemoryNeed:

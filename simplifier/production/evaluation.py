@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from simplifier.accuracy.accuracy import AccuracyReport
+from simplifier.accuracy.overhang import Overhang
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
@@ -32,6 +33,7 @@ class EvaluateResult:
     stages: Options
     solid: Solid
     accuracy: AccuracyReport
+    overhang: Overhang
     timings: Mapping[str, float]
     overrides: Overrides = NO_OVERRIDES
 
@@ -65,7 +67,7 @@ class EvaluateResult:
                 "accuracy": asdict(self.accuracy.options),
             },
             timings={**self.timings, "load": load_seconds}, warnings=self.warnings,
-            seed=self.options.seed,
+            seed=self.options.seed, overhang=self.overhang,
         )  # fmt: skip
 
     def write_pictures(

@@ -12,6 +12,7 @@ from typing import Any
 
 from simplifier.accuracy.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracies
 from simplifier.accuracy.deviation import deviation
+from simplifier.accuracy.overhang import Overhang, measure_overhang
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Level, LodChain, Occluder
@@ -105,8 +106,9 @@ class SimplifyResult:
                 [level.occluder for level in chain.levels],
                 passed_on(AccuracyOptions, self.options),
             )
+            overhang = measure_overhang(self.mesh, self.occluder, accuracies[0].directions)
             notes = remarks(self.mesh, self.occluder, self.made.solid, self.overrides)
-        return MeasuredResult(self, chain, accuracies, watch.timings["accuracy"], notes)
+        return MeasuredResult(self, chain, accuracies, overhang, watch.timings["accuracy"], notes)
 
     def _chain(self) -> LodChain:
         if isinstance(self.made, Levels):
@@ -122,6 +124,7 @@ class MeasuredResult:
 
     ``chain``       the levels, finest first; a single occluder is a chain of one.
     ``accuracies``  one a level, in the same order.
+    ``overhang``    of the finest level.
     ``seconds``     that measuring took.
     ``remarks``     on overrides and what was left out, a sentence each.
     """
@@ -129,6 +132,7 @@ class MeasuredResult:
     result: SimplifyResult
     chain: LodChain
     accuracies: tuple[AccuracyReport, ...]
+    overhang: Overhang
     seconds: float
     remarks: tuple[str, ...] = ()
 
@@ -196,6 +200,7 @@ class MeasuredResult:
             options=_options_row(self.result),
             timings={**self.timings, "load": load_seconds, "write": write_seconds},
             warnings=self.warnings, seed=self.result.options.seed, strays=self.levels[0].deviation,
+            overhang=self.overhang,
             levels=level_rows(self.chain, self.accuracies, files) if self.result.chain else (),
             left_out=left_out_rows(self.chain),
         )  # fmt: skip

@@ -42,15 +42,18 @@ def build_report(
     levels: Sequence[Report] = (),
     left_out: Sequence[Report] = (),
     strays: float | None = None,
+    overhang: Overhang | None = None,
 ) -> Report:
     """All that is known of an occluder, ready for ``json.dumps``.
 
     ``options`` as resolved; ``timings`` seconds by stage, stages that did not run count 0.  With
     ``levels`` of detail and those ``left_out``, rows of :mod:`simplifier.report.report`,
-    the occluder is that of the finest.  ``strays`` is its deviation, measured here if it is None.
+    the occluder is that of the finest.  ``strays`` is its deviation, ``overhang`` what it covers
+    beside the mesh; each is measured here if it is None.
     """
     measures = occlusion_measures(mesh, occluder)
-    overhang = measure_overhang(mesh, occluder, accuracy.directions)
+    if overhang is None:
+        overhang = measure_overhang(mesh, occluder, accuracy.directions)
     if strays is None:
         strays = deviation(occluder, mesh, solid.touched, solid.filled)
     return {

@@ -8,17 +8,7 @@ import pytest
 from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from tests.solids import box, sphere
-
-NOTHING = Occluder(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))
-
-
-def as_occluder(mesh):
-    return Occluder(mesh.vertices, mesh.faces)
-
-
-def moved(mesh, scale=1.0, offset=0.0):
-    return TriangleMesh.from_soup(mesh.vertices * scale + offset, mesh.faces)
+from tests.solids import NOTHING, as_occluder, box, moved, sphere
 
 
 def test_sphere():

@@ -8,21 +8,11 @@ import pytest
 import simplifier
 from simplifier.accuracy.overhang import ACROSS, measure_overhang
 from simplifier.errors import MeshError, OptionError
-from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import random_directions
-from tests.solids import box, joined, sphere
+from tests.solids import NOTHING, as_occluder, box, joined, moved, sphere
 
 LINES = random_directions(12, 3)
-NOTHING = Occluder(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))
-
-
-def as_occluder(mesh):
-    return Occluder(mesh.vertices, mesh.faces)
-
-
-def moved(mesh, scale=1.0, offset=0.0):
-    return TriangleMesh.from_soup(mesh.vertices * scale + offset, mesh.faces)
 
 
 def test_what_lies_within_has_none():
@@ -78,7 +68,7 @@ def test_where_the_original_shows_nothing_all_of_it_is_overhang():
 def test_blocks_of_views_change_nothing(monkeypatch):
     mesh, occluder = sphere(1.0), as_occluder(moved(box(), 1.7, -0.6))
     whole = measure_overhang(mesh, occluder, LINES)
-    monkeypatch.setattr("simplifier.accuracy.overhang._BLOCK_BYTES", 1)
+    monkeypatch.setattr("simplifier.accuracy.accuracy._BLOCK_BYTES", 1)
     parts = measure_overhang(mesh, occluder, LINES)
     assert np.array_equal(whole.by_view, parts.by_view)
     assert whole.stick_out == parts.stick_out > 0.0

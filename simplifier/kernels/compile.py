@@ -3,11 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import TypeVar
 
 import numba
+from numba.np import linalg
 
 Function = TypeVar("Function", bound=Callable[..., object])
+
+
+def _load_arrays() -> None:
+    """Load numba's arrays as the first kernel would, but without all of ``scipy.linalg``.
+
+    They import it to see whether there is a BLAS: a quarter of a second at every start.  A kernel
+    that multiplies matrices, which none here does, would still look for it when it is compiled.
+    """
+    look = linalg.ensure_blas
+    linalg.ensure_blas = lambda: None
+    try:
+        import_module("numba.np.arraymath")
+    finally:
+        linalg.ensure_blas = look
+
+
+_load_arrays()
 
 
 def kernel(function: Function) -> Function:

@@ -1,73 +1,36 @@
-"""The service keeps to ``openapi.yaml``: requests made from it, right and wrong, are all answered
-as it says; no answer is a 500, and nothing undocumented comes.
+"""The service keeps to ``openapi.yaml``, as ``contract_fuzz.py`` tries in a process of its own.
 
-Not checked: that whatever the schema allows is accepted.  It cannot say which options exclude each
-other, nor that a file's name tells its format.
+Its cases take seconds to build while modules are collected, which every worker of the tests does.
+And those of all operations have one name, of which such workers do but one.
 """
 
 from __future__ import annotations
 
-import threading
+import re
+import subprocess
+import sys
+from pathlib import Path
 
-import pytest
-import schemathesis
-from hypothesis import HealthCheck, settings
-from schemathesis.checks import load_all_checks
-from schemathesis.specs.openapi.checks import positive_data_acceptance
+import yaml
 
-from service.jobs.job import JobKind
 from service.openapi import FILE
-from service.routes.submit import RAW
-from tests.service.routes.serving import served
+from tests.acceptance.command import ROOT, environment
 
-load_all_checks()
-schema = schemathesis.openapi.from_path(FILE)
-BOUNDED = settings(
-    deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
-)
+CASES = Path(__file__).with_name("contract_fuzz.py")
+METHODS = {"delete", "get", "head", "patch", "post", "put"}
 
 
-@schemathesis.serializer("application/zip", *RAW[JobKind.OCCLUDER])
-def as_it_is(context, value):
-    return value if isinstance(value, bytes) else str(value).encode("utf-8", "replace")
+def test_every_operation_and_what_it_leads_to_is_as_documented():
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-p", "schemathesis", "-p", "no:cacheprovider", CASES],
+        cwd=ROOT, env=environment(), capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    operations = sum(len(METHODS & path.keys()) for path in document()["paths"].values())
+    assert operations > 20
+    [passed] = re.findall(r"^(\d+) passed in", done.stdout, re.MULTILINE)
+    assert int(passed) == operations + 1, done.stdout  # and one that goes from answer to answer
 
 
-@pytest.fixture(scope="module")
-def address(tmp_path_factory):
-    """A service whose jobs are done by a thread, each third of which fails."""
-    folder = tmp_path_factory.mktemp("fuzzed")
-    with served(folder, max_wait=0.2, queue_limit=100_000) as service:
-        stop = threading.Event()
-        worker = threading.Thread(target=work, args=(service.hand, stop))
-        worker.start()
-        yield str(service.http.base_url)
-        stop.set()
-        worker.join()
-
-
-def work(hand, stop):
-    done = 0
-    while not stop.wait(0.002):
-        if hand.try_to_begin():
-            done += 1
-            hand.succeed() if done % 3 else hand.fail()
-
-
-@schema.parametrize()
-@settings(BOUNDED, max_examples=12)
-def test_every_answer_is_as_documented(case, address):
-    case.call_and_validate(base_url=address, excluded_checks=[positive_data_acceptance])
-
-
-def test_answers_lead_on_as_documented(address):
-    class Machine(schema.as_state_machine()):
-        def get_call_kwargs(self, case):
-            return {"base_url": address}
-
-        def validate_response(self, response, case, additional_checks=(), **kwargs):
-            excluded = [positive_data_acceptance]
-            case.validate_response(
-                response, additional_checks=additional_checks, excluded_checks=excluded
-            )
-
-    Machine.run(settings=settings(BOUNDED, max_examples=10, stateful_step_count=8))
+def document():
+    return yaml.load(FILE.read_text(), yaml.CSafeLoader)

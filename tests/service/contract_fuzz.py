@@ -1,0 +1,83 @@
+"""The service keeps to ``openapi.yaml``: requests made from it, right and wrong, are all answered
+as it says; no answer is a 500, and nothing undocumented comes.
+
+Not checked: that whatever the schema allows is accepted.  It cannot say which options exclude each
+other, nor that a file's name tells its format.
+"""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+import requests
+import schemathesis
+from hypothesis import HealthCheck, settings
+from schemathesis.checks import load_all_checks
+from schemathesis.specs.openapi.checks import positive_data_acceptance
+
+from service.jobs.job import JobKind
+from service.openapi import FILE
+from service.routes.submit import RAW
+from tests.service.routes.serving import served
+
+load_all_checks()
+schema = schemathesis.openapi.from_path(FILE)
+BOUNDED = settings(
+    deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
+)
+
+
+@schemathesis.serializer("application/zip", *RAW[JobKind.OCCLUDER])
+def as_it_is(context, value):
+    return value if isinstance(value, bytes) else str(value).encode("utf-8", "replace")
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory):
+    """A service whose jobs are done by a thread, each third of which fails."""
+    folder = tmp_path_factory.mktemp("fuzzed")
+    with served(folder, max_wait=0.2, queue_limit=100_000) as service:
+        stop = threading.Event()
+        worker = threading.Thread(target=work, args=(service.hand, stop))
+        worker.start()
+        yield str(service.http.base_url)
+        stop.set()
+        worker.join()
+
+
+@pytest.fixture(scope="module")
+def session():
+    """One connection for all requests that keep to themselves: to open each anew took a third."""
+    with requests.Session() as session:
+        yield session
+
+
+def work(hand, stop):
+    done = 0
+    while not stop.wait(0.002):
+        if hand.try_to_begin():
+            done += 1
+            hand.succeed() if done % 3 else hand.fail()
+
+
+@schema.parametrize()
+@settings(BOUNDED, max_examples=12)
+def test_every_answer_is_as_documented(case, address, session):
+    case.call_and_validate(
+        base_url=address, session=session, excluded_checks=[positive_data_acceptance]
+    )
+
+
+def test_answers_lead_on_as_documented(address):
+    class Machine(schema.as_state_machine()):
+        def get_call_kwargs(self, case):
+            return {"base_url": address}
+
+        def validate_response(self, response, case, additional_checks=(), **kwargs):
+            excluded = [positive_data_acceptance]
+            case.validate_response(
+                response, additional_checks=additional_checks, excluded_checks=excluded
+            )
+
+    Machine.run(settings=settings(BOUNDED, max_examples=10, stateful_step_count=8))

@@ -15,7 +15,7 @@ from tests.service.real import BOX
 from tests.waiting import until
 
 ROOM = 24 << 20
-LARGE = b"# " + bytes(random.Random(1).choices(b"abcdefgh", k=1 << 20)) + b"\n" + BOX
+LARGE = b"# " + random.Random(1).randbytes(1 << 19).hex().encode() + b"\n" + BOX
 
 
 @pytest.fixture

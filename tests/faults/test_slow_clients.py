@@ -16,7 +16,7 @@ import pytest
 from tests.faults.serving import memory_of
 from tests.service.real import BOX
 
-LARGE = BOX + b"# " + bytes(random.Random(1).choices(b"abcdefgh", k=4 << 20)) + b"\n"
+LARGE = BOX + b"# " + random.Random(1).randbytes(2 << 20).hex().encode() + b"\n"
 MIB = 1 << 20
 
 

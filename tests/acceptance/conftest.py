@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 
 import pytest
@@ -20,5 +21,17 @@ def command(monkeypatch, capfd):
             main()
         shown = capfd.readouterr()
         return end.value.code or 0, shown.out, shown.err
+
+    return run
+
+
+@pytest.fixture
+def here(command, monkeypatch):
+    """What ``occluder`` of ``tests.acceptance.command`` tells, without the second of a start."""
+
+    def run(*arguments, cwd=None):
+        if cwd is not None:
+            monkeypatch.chdir(cwd)
+        return subprocess.CompletedProcess(arguments, *command(*arguments))
 
     return run

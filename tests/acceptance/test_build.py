@@ -80,8 +80,8 @@ def test_it_builds_checks_and_reports(folder):
     assert contents(folder)["alone.glb"] == contents(folder)["props/torus_occluder.glb"]
 
 
-def test_a_check_loads_nothing_that_makes_occluders(folder):
-    assert occluder("build", cwd=folder).returncode == 0
+def test_a_check_loads_nothing_that_makes_occluders(folder, here):
+    assert here("build", cwd=folder).returncode == 0
     code = (
         "import sys\nfrom simplifier.cli import main\nsys.argv = ['occluder', 'build', '--check',"
         " '--junit', 'j.xml', '--markdown', 'm.md', '--json', 'j.json']\n"
@@ -95,26 +95,26 @@ def test_a_check_loads_nothing_that_makes_occluders(folder):
     assert done.stdout.endswith("set()\n")
 
 
-def test_one_that_fails_is_named_and_the_others_are_made(folder):
+def test_one_that_fails_is_named_and_the_others_are_made(folder, here):
     (folder / "props/broken.ply").write_bytes(b"ply\nformat ascii 1.0\n")
-    done = occluder("build", cwd=folder)
+    done = here("build", cwd=folder)
     assert done.returncode == 1
     assert "error: props/broken.ply: failed: " in done.stderr
     assert "4 assets: 3 built, 1 failed" in done.stdout
     assert "Traceback" not in done.stderr
 
 
-def test_a_bad_manifest_is_one_line_with_file_and_line(folder):
+def test_a_bad_manifest_is_one_line_with_file_and_line(folder, here):
     (folder / "occluders.toml").write_text(QUICK + "budgte = 3\n")
     for command in (("build",), ("build", "--check")):
-        done = occluder(*command, cwd=folder)
+        done = here(*command, cwd=folder)
         assert done.returncode == 1
         assert done.stderr == (
             "error: occluders.toml:10: 'budgte' is not known; did you mean 'budget'?\n"
         )
 
 
-def test_an_interrupted_build_says_so_and_goes_on(folder):
+def test_an_interrupted_build_says_so_and_goes_on(folder, here):
     (folder / "occluders.toml").write_text(LONG + "[[asset]]\nfiles='props/box.ply'\nmoves = 40\n")
     with subprocess.Popen(
         [*OCCLUDER, "build", "--at-once", "2"], cwd=folder, env=environment(), text=True,
@@ -129,12 +129,12 @@ def test_an_interrupted_build_says_so_and_goes_on(folder):
     made = {name for name in contents(folder) if "occluder" in name}
     assert made == {"occluders.toml", "occluders.lock", "props/box_occluder.glb"}
     (folder / "occluders.toml").write_text(QUICK)
-    done = occluder("build", cwd=folder)
+    done = here("build", cwd=folder)
     assert done.returncode == 0
     assert "3 assets: 1 current, 2 built" in done.stdout
 
 
-def test_a_killed_build_leaves_no_half_file_and_goes_on(folder):
+def test_a_killed_build_leaves_no_half_file_and_goes_on(folder, here):
     """While it runs a second one is refused."""
     (folder / "occluders.toml").write_text(LONG + "[[asset]]\nfiles='props/box.ply'\nmoves = 40\n")
     with subprocess.Popen(
@@ -150,7 +150,7 @@ def test_a_killed_build_leaves_no_half_file_and_goes_on(folder):
     assert made == {"occluders.toml", "occluders.lock", "props/box_occluder.glb"}
     simplifier.load_occluder(folder / "props/box_occluder.glb")
     (folder / "occluders.toml").write_text(QUICK)
-    assert "3 assets: 1 current, 2 built" in occluder("build", cwd=folder).stdout
+    assert "3 assets: 1 current, 2 built" in here("build", cwd=folder).stdout
 
 
 BY_HAND = """
@@ -172,31 +172,31 @@ output = [
 )
 
 
-def test_overrides_beside_a_mesh_are_kept_and_are_followed(folder):
+def test_overrides_beside_a_mesh_are_kept_and_are_followed(folder, here):
     for name in ("torus", "ball"):
         (folder / f"props/{name}.ply").unlink()
-    assert occluder("build", cwd=folder).returncode == 0
+    assert here("build", cwd=folder).returncode == 0
     by_hand = folder / "props/box.overrides.toml"
     by_hand.write_text(BY_HAND)
-    check = occluder("build", "--check", cwd=folder)
+    check = here("build", "--check", cwd=folder)
     assert "error: props/box.ply: stale: 'box.overrides.toml' has changed" in check.stderr
-    done = occluder("build", cwd=folder)
+    done = here("build", cwd=folder)
     assert "1 asset: 1 built" in done.stdout, done.stderr
     assert "warning: props/box.ply: wall (props/box.overrides.toml:2) sticks out" in done.stderr
     made = simplifier.load_occluder(folder / "props/box_occluder.glb")
     assert abs(made.vertices[:, 0]).max() == 3.0
     by_hand.write_text(BY_HAND.replace("corners", "corner"))
-    bad = occluder("build", cwd=folder)
+    bad = here("build", cwd=folder)
     assert bad.returncode == 1
     assert "box.overrides.toml:4: there is no key 'corner' in [[quad]]; choose from" in bad.stderr
     assert abs(simplifier.load_occluder(folder / "props/box_occluder.glb").vertices).max() == 3.0
 
 
-def test_an_asset_is_written_in_many_ways(folder):
+def test_an_asset_is_written_in_many_ways(folder, here):
     for name in ("torus", "ball"):
         (folder / f"props/{name}.ply").unlink()
     (folder / "occluders.toml").write_text(IN_MANY_WAYS)
-    assert occluder("build", cwd=folder).returncode == 0
+    assert here("build", cwd=folder).returncode == 0
     plain = simplifier.load_occluder(folder / "props/box.tres")
     quads = (folder / "props/box.obj").read_text().splitlines()
     corners = [len(line.split()) - 1 for line in quads if line.startswith("f ")]
@@ -204,12 +204,12 @@ def test_an_asset_is_written_in_many_ways(folder):
     assert sum(count - 2 for count in corners) >= len(plain.faces)
     whole = gltf_json(folder / "whole/box.glb")
     assert [node["name"] for node in whole["nodes"]] == ["box", "box-occonly"]
-    assert occluder("build", "--check", cwd=folder).returncode == 0
+    assert here("build", "--check", cwd=folder).returncode == 0
     once = contents(folder)
     (folder / "occluders.toml").write_text(IN_MANY_WAYS.replace('"godot"', '"lod"'))
-    check = occluder("build", "--check", cwd=folder)
+    check = here("build", "--check", cwd=folder)
     assert "'whole/box.glb': with_original was godot and is lod" in check.stderr
-    assert occluder("build", cwd=folder).returncode == 0
+    assert here("build", cwd=folder).returncode == 0
     changed = {name for name, data in contents(folder).items() if once[name] != data}
     assert changed == {"occluders.toml", "occluders.lock", "whole/box.glb"}
 
@@ -235,15 +235,15 @@ output = "made/{name}.obj"
 )
 
 
-def test_a_service_makes_the_same_bytes(folder, tmp_path_factory):
+def test_a_service_makes_the_same_bytes(folder, here, tmp_path_factory):
     declared = os.pathsep.join([str(declare(tmp_path_factory.mktemp("declared"))), str(ROOT)])
     (folder / "occluders.toml").write_text(SERVED)
     (folder / "props/torus.overrides.toml").write_text(BY_HAND)
-    here = tmp_path_factory.mktemp("here")
+    local = tmp_path_factory.mktemp("local")
     for name, data in contents(folder).items():
-        (here / name).parent.mkdir(exist_ok=True)
-        (here / name).write_bytes(data)
-    assert occluder("build", cwd=here).returncode == 0
+        (local / name).parent.mkdir(exist_ok=True)
+        (local / name).write_bytes(data)
+    assert here("build", cwd=local).returncode == 0
     with running(declared, tmp_path_factory.mktemp("served") / "data") as server:
         (folder / "props/broken.ply").write_bytes(b"ply\nformat ascii 1.0\n")
         done = occluder(
@@ -255,7 +255,7 @@ def test_a_service_makes_the_same_bytes(folder, tmp_path_factory):
         (folder / "props/broken.ply").unlink()
         check = occluder("build", "--check", cwd=folder)
         assert check.returncode == 0, check.stderr
-    assert contents(folder) == contents(here)
+    assert contents(folder) == contents(local)
 
 
 def test_a_service_that_is_not_there_is_said_asset_by_asset(folder, tmp_path_factory):

@@ -61,8 +61,8 @@ def one_line(text):
 
 
 @pytest.mark.parametrize("suffix", [".glb", ".tres"])
-def test_simplify_writes_an_occluder_and_a_table(folder, tmp_path, suffix):
-    done = occluder(
+def test_simplify_writes_an_occluder_and_a_table(folder, tmp_path, suffix, here):
+    done = here(
         "simplify", folder / "boxes.ply", "-o", tmp_path / f"out{suffix}", "--budget", "20",
         *QUICK, *FEW_VIEWS,
     )  # fmt: skip
@@ -97,9 +97,9 @@ def test_report_and_pictures(folder, tmp_path):
     assert b"boxes.ply" in pictures["report.html"]
 
 
-def test_evaluate_an_obj_made_elsewhere(folder, tmp_path):
+def test_evaluate_an_obj_made_elsewhere(folder, tmp_path, here):
     (tmp_path / "hand_made.obj").write_text("v .1 .1 .5\nv .9 .1 .5\nv .9 .9 .5\nf 1 2 3\n")
-    done = occluder(
+    done = here(
         "evaluate", folder / "open.obj", tmp_path / "hand_made.obj", "--ground", "--exact",
         "--resolution", "16", "--report", tmp_path / "report.json",
     )  # fmt: skip
@@ -513,7 +513,7 @@ def test_a_bar_on_a_terminal(folder, tmp_path):
     controller, terminal = pty.openpty()
     with subprocess.Popen(
         [*OCCLUDER, "simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb", "--moves", "15000",
-         "--budget", "11"],
+         "--budget", "11", *FEW_VIEWS],
         stderr=terminal, stdout=subprocess.PIPE,
         env=environment(TERM="xterm-256color", COLUMNS="100", NO_COLOR=None),
     ) as process:  # fmt: skip

@@ -15,7 +15,8 @@ from simplifier.io.scene_writer import encode_scene
 from tests.acceptance.command import occluder
 from tests.io.test_glb_writer import take_apart
 
-QUICK = ("--ground", "--preset", "draft", "--moves", "0", "--resolution", "24", "--views", "8")
+QUICK = ("--ground", "--preset", "draft", "--moves", "0", "--resolution", "24", "--views", "8",
+         "--image", "64")  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -26,13 +27,19 @@ def mesh(tmp_path_factory):
     return path
 
 
-def made(mesh, output, *more):
-    done = occluder("simplify", mesh, "-o", output, *QUICK, *more)
-    assert (done.returncode, done.stderr) == (0, "") or "warning" in done.stderr, done.stderr
-    return output
+@pytest.fixture
+def made(here):
+    """``made(mesh, output, …)``: the file, written by the command in this process."""
+
+    def run(mesh, output, *more):
+        done = here("simplify", mesh, "-o", output, *QUICK, *more)
+        assert (done.returncode, done.stderr) == (0, "") or "warning" in done.stderr, done.stderr
+        return output
+
+    return run
 
 
-def test_an_occluder_file_holds_what_a_glb_does(mesh, tmp_path):
+def test_an_occluder_file_holds_what_a_glb_does(made, mesh, tmp_path):
     plain = load_occluder(made(mesh, tmp_path / "a.glb"))
     binary = load_occluder(made(mesh, tmp_path / "a.occ"))
     assert binary.error_bound == plain.error_bound
@@ -40,27 +47,27 @@ def test_an_occluder_file_holds_what_a_glb_does(mesh, tmp_path):
     np.testing.assert_allclose(binary.vertices[binary.faces], corners, atol=1e-5)
 
 
-def test_single_sided_files_have_both_windings(mesh, tmp_path):
+def test_single_sided_files_have_both_windings(made, mesh, tmp_path):
     plain = load_occluder(made(mesh, tmp_path / "a.ply"))
     single = load_occluder(made(mesh, tmp_path / "b.ply", "--sides", "single"))
     assert len(plain.faces) < len(single.faces) <= 2 * len(plain.faces)
 
 
-def test_quads_are_written_where_triangles_pair_up(mesh, tmp_path):
+def test_quads_are_written_where_triangles_pair_up(made, mesh, tmp_path, here):
     path = made(mesh, tmp_path / "a.obj", "--as-quads")
     sizes = [len(line.split()) - 1 for line in path.read_text().splitlines() if line[:2] == "f "]
     plain = load_occluder(made(mesh, tmp_path / "b.obj"))
     assert sizes.count(4) > 0
     assert sum(size - 2 for size in sizes) == len(plain.faces)
     assert trimesh.load(path).area == pytest.approx(trimesh.load(tmp_path / "b.obj").area)
-    done = occluder("simplify", mesh, "-o", tmp_path / "a.glb", *QUICK, "--as-quads")
+    done = here("simplify", mesh, "-o", tmp_path / "a.glb", *QUICK, "--as-quads")
     assert done.returncode == 1
     assert "have no quads; write triangles, or one of .obj .off .ply" in done.stderr
     assert not (tmp_path / "a.glb").exists()
 
 
 @pytest.mark.parametrize("how", ["godot", "lod"])
-def test_the_original_is_in_the_file(mesh, tmp_path, how):
+def test_the_original_is_in_the_file(made, mesh, tmp_path, how, here):
     path = made(mesh, tmp_path / "both.glb", "--with-original", how)
     document, _ = take_apart(path.read_bytes())
     assert document["nodes"][-1]["name"] == {"godot": "castle-occonly", "lod": "castle_lod"}[how]
@@ -70,12 +77,12 @@ def test_the_original_is_in_the_file(mesh, tmp_path, how):
     assert len(again.faces) == len(original.faces)
     shown = load_occluder(path)
     assert len(shown.faces) == document["nodes"][-1]["extras"]["triangles"]
-    judged = occluder("evaluate", mesh, path, "--views", "8", "--report", tmp_path / "r.json")
+    judged = here("evaluate", mesh, path, "--views", "8", "--report", tmp_path / "r.json")
     assert judged.returncode == 0, judged.stderr
     assert json.loads((tmp_path / "r.json").read_text())["recall"] > 0.5
 
 
-def test_an_occluder_of_an_earlier_run_is_left_out_and_told(mesh, tmp_path):
+def test_an_occluder_of_an_earlier_run_is_left_out_and_told(made, mesh, tmp_path):
     both = made(mesh, tmp_path / "both.glb", "--with-original", "godot")
     report = tmp_path / "r.json"
     done = occluder("simplify", both, "-o", tmp_path / "a.glb", *QUICK, "--report", report)

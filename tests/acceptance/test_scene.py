@@ -41,8 +41,9 @@ def village(count=24, grown=None):
     return Scene(tuple(meshes), tuple(f"house {i}" for i in range(count)), mesh_of, transforms)
 
 
-def built(folder, *more, scene="scene.glb", **changes):
-    return occluder("scene", folder / scene, "-o", folder / "out", *QUICK, *more, **changes)
+def built(run, folder, *more):
+    """``run``  ``occluder``, or ``here`` to do without a process of its own."""
+    return run("scene", folder / "scene.glb", "-o", folder / "out", *QUICK, *more)
 
 
 def files(folder):
@@ -60,9 +61,9 @@ def made(output):
     return int(now), int(kept.split()[0])
 
 
-def test_a_village_and_what_a_change_costs(tmp_path):
+def test_a_village_and_what_a_change_costs(here, tmp_path):
     write_scene(village(), tmp_path / "scene.glb")
-    first = built(tmp_path, "--preview")
+    first = built(occluder, tmp_path, "--preview")
     assert (first.returncode, first.stderr) == (0, "")
     count, kept = made(first.stdout)
     assert count > 5
@@ -77,12 +78,12 @@ def test_a_village_and_what_a_change_costs(tmp_path):
     assert len(shown) == 24
     before = files(tmp_path / "out")
 
-    again = built(tmp_path, "--preview")
+    again = built(here, tmp_path, "--preview")
     assert made(again.stdout) == (0, count)
     assert files(tmp_path / "out") == before
 
     write_scene(village(grown=13), tmp_path / "scene.glb")
-    changed = built(tmp_path)
+    changed = built(here, tmp_path)
     now, kept = made(changed.stdout)
     assert 0 < now <= 5  # near, far and the path to the root
     assert kept >= count - now
@@ -90,7 +91,7 @@ def test_a_village_and_what_a_change_costs(tmp_path):
     assert tree.objects[13] == "house 13"
 
 
-def test_bad_objects_are_named_and_the_rest_is_built(tmp_path):
+def test_bad_objects_are_named_and_the_rest_is_built(here, tmp_path):
     builder = GltfBuilder()
     good = builder.mesh(*BOX)
     points = builder.mesh(BOX[0], mode=0)
@@ -102,7 +103,7 @@ def test_bad_objects_are_named_and_the_rest_is_built(tmp_path):
     builder.node(name="dots", mesh=points)
     builder.node(name="line", mesh=flat)
     (tmp_path / "scene.glb").write_bytes(builder.glb())
-    done = built(tmp_path)
+    done = built(here, tmp_path)
     assert done.returncode == 0
     for name in ("'tower", "'squashed'", "'dots'", "'line'"):
         assert name in done.stderr
@@ -113,11 +114,11 @@ def test_bad_objects_are_named_and_the_rest_is_built(tmp_path):
     assert (tree.occluder_of[tree.tree.is_leaf] >= 0).any(axis=1).all()
 
 
-def test_a_scene_without_objects_leaves_nothing(tmp_path):
+def test_a_scene_without_objects_leaves_nothing(here, tmp_path):
     builder = GltfBuilder()
     builder.node(name="nothing here")
     (tmp_path / "scene.glb").write_bytes(builder.glb())
-    done = built(tmp_path)
+    done = built(here, tmp_path)
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1
     assert not (tmp_path / "out").exists()
@@ -133,9 +134,9 @@ def test_a_scene_without_objects_leaves_nothing(tmp_path):
         (("--smallest-hole", "-1"), "smallest hole"),
     ],
 )
-def test_options_out_of_range(tmp_path, more, name):
+def test_options_out_of_range(here, tmp_path, more, name):
     write_scene(village(3), tmp_path / "scene.glb")
-    done = built(tmp_path, *more)
+    done = built(here, tmp_path, *more)
     assert done.returncode == 2
     assert done.stderr.startswith(f"error: {name}: ")
     assert done.stderr.count("\n") == 1
@@ -151,7 +152,7 @@ def test_ctrl_c_keeps_what_was_made_and_the_next_run_goes_on(tmp_path):
                   transforms)  # fmt: skip
     write_scene(scene, tmp_path / "scene.glb")
     words = [*OCCLUDER, "scene", tmp_path / "scene.glb", "-o", tmp_path / "out",
-             "--resolution", "24", "--moves", "8000", "--budget", "8"]  # fmt: skip
+             "--resolution", "24", "--moves", "3000", "--budget", "8"]  # fmt: skip
     controller, terminal = pty.openpty()
     with subprocess.Popen(
         words, stderr=terminal, stdout=subprocess.PIPE,

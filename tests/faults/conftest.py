@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
 import pytest
 
 from tests.acceptance.command import ROOT
-from tests.faults.serving import Server
+from tests.faults.serving import LIGHT_WORK, SURROUNDINGS, Server
 from tests.service.declared import declare
-
-LIGHT_WORK = Path(__file__).with_name("light_work.py")
-SURROUNDINGS = Path(__file__).with_name("surroundings")
 
 
 @pytest.fixture(scope="session")

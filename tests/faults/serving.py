@@ -17,6 +17,8 @@ from tests.service.real import BOX, running
 from tests.waiting import until
 
 TIMEOUT = 60.0
+LIGHT_WORK = Path(__file__).with_name("light_work.py")
+SURROUNDINGS = Path(__file__).with_name("surroundings")
 
 
 class Server:

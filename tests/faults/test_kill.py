@@ -16,7 +16,7 @@ from contextlib import ExitStack, suppress
 import httpx
 import pytest
 
-from tests.faults.conftest import LIGHT_WORK
+from tests.faults.serving import LIGHT_WORK
 from tests.faults.light_work import RESULTS
 from tests.faults.remains import assert_folder_is_clean, jobs_left
 from tests.service.real import BOX, QUICK

@@ -10,8 +10,17 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+from tests.faults.serving import LIGHT_WORK, SURROUNDINGS
+
 _ROOT = Path(__file__).parents[3]
 _PATIENCE = 10.0  # seconds, for a server to end
+
+IDLE = {
+    "PYTHONPATH": os.pathsep.join(map(str, [SURROUNDINGS, _ROOT])),
+    "FAULTS_WORK": str(LIGHT_WORK),
+}
+"""In the environment of a server whose jobs are of no account: to load the library, that no job
+needs, would take its worker 4 s of processor time."""
 
 
 @contextmanager

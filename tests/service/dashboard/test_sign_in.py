@@ -15,7 +15,7 @@ from service.access.session import COOKIE
 from service.storage.database import Database
 from service.storage.key_store import SqlKeyStore
 from tests.service.dashboard.chromium import Watch
-from tests.service.dashboard.serving import served
+from tests.service.dashboard.serving import IDLE, served
 from tests.waiting import until
 
 
@@ -37,7 +37,7 @@ def keyed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Keyed]:
         with served(
             "tests.service.dashboard.application:make_app()",
             {"OCCLUDER_DATA": str(folder), "OCCLUDER_REQUIRE_KEYS": "true",
-             "OCCLUDER_WORKERS": "1", "OCCLUDER_MIN_FREE": "0"},
+             "OCCLUDER_WORKERS": "1", "OCCLUDER_MIN_FREE": "0", **IDLE},
         ) as address:  # fmt: skip
             yield Keyed(address, keys, secret)
 

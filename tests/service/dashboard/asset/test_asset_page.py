@@ -15,7 +15,7 @@ from tests.service.dashboard.chromium import TABLET
 from tests.service.dashboard.legibility import faint_texts, overflows
 from tests.service.dashboard.results import JobResult, castle_result
 from tests.service.dashboard.screenshots import keep_picture
-from tests.service.dashboard.serving import served
+from tests.service.dashboard.serving import IDLE, served
 from tests.service.dashboard.stock import stocked
 from tests.service.dashboard.viewer_pages import kinds, pixels, settle, shown, yellow
 
@@ -56,6 +56,7 @@ def filled(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Itera
         )
     environment = {
         "OCCLUDER_DATA": str(folder), "OCCLUDER_WORKERS": "1", "OCCLUDER_MIN_FREE": "0",
+        **IDLE,
     }  # fmt: skip
     with served("tests.service.dashboard.application:make_app()", environment) as address:
         yield Filled(address, *assets, first.id, second.id, failed.id)

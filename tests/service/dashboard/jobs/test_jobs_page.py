@@ -16,7 +16,7 @@ from tests.service.dashboard.legibility import faint_texts, overflows
 from tests.service.dashboard.meshes import castle_file
 from tests.service.dashboard.results import JobResult
 from tests.service.dashboard.screenshots import keep_picture
-from tests.service.dashboard.serving import served
+from tests.service.dashboard.serving import IDLE, served
 from tests.service.dashboard.stock import stocked
 
 MANY = 60
@@ -41,6 +41,7 @@ def past(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Iterato
         stock.run(castle, asset="props/castle")
     environment = {
         "OCCLUDER_DATA": str(folder), "OCCLUDER_WORKERS": "1", "OCCLUDER_MIN_FREE": "0",
+        **IDLE,
     }  # fmt: skip
     with served("tests.service.dashboard.application:make_app()", environment) as address:
         yield Past(address, failed.id)

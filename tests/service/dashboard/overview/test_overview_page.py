@@ -24,7 +24,7 @@ from tests.service.dashboard.accessibility import faint_texts, nameless_controls
 from tests.service.dashboard.chromium import DESKTOP, TABLET, Watch
 from tests.service.dashboard.screenshots import keep_picture
 from tests.service.dashboard.seeding import Past, made_up, seed_assets
-from tests.service.dashboard.serving import served
+from tests.service.dashboard.serving import IDLE, served
 
 MANY = 5000
 SLOWEST = 300.0  # milliseconds, for a filter of all of them
@@ -82,6 +82,7 @@ def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
             "OCCLUDER_REQUIRE_KEYS": "true",
             "OCCLUDER_WORKERS": "1",
             "OCCLUDER_MIN_FREE": "0",
+            **IDLE,
         }
         with served("tests.service.dashboard.application:make_app()", surroundings) as address:
             yield Studio(address, database, keys)

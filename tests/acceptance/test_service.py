@@ -222,7 +222,7 @@ def test_a_key_opens_what_is_closed_without(declared, command, tmp_path):
 # How it ends.
 
 
-def test_sigterm_gives_running_jobs_back(declared, tmp_path):
+def test_sigterm_gives_running_jobs_back_and_a_second_signal_waits_for_none(declared, tmp_path):
     with running(declared, tmp_path / "data") as server, Client(server.address) as client:
         job = client.submit(BOX, name="long.obj", options=LONG)
         until(lambda: client.job(job.id).state is JobState.RUNNING)
@@ -236,13 +236,7 @@ def test_sigterm_gives_running_jobs_back(declared, tmp_path):
         again = until(lambda: running_job(client, job.id))
         # What the server itself broke off costs no attempt: as many are left as before.
         assert again.attempts - again.attempt == job.attempts - 1
-        client.cancel(job.id)
-
-
-def test_a_second_signal_ends_it_at_once(declared, tmp_path):
-    with running(declared, tmp_path / "data") as server, Client(server.address) as client:
-        job = client.submit(BOX, name="long.obj", options=LONG)
-        until(lambda: client.job(job.id).state is JobState.RUNNING)
+        # A second signal ends it at once.
         with urllib.request.urlopen(f"{server.address}/v1/jobs/{job.id}/events") as stream:
             stream.readline()  # somebody follows, so there is something to wait for
             server.process.send_signal(signal.SIGINT)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -316,12 +318,18 @@ REAL = {
 }
 
 
+@pytest.fixture(scope="module")
+def real(asset):
+    """``real("sponza_dabrovic.glb")``: the scene, read once for all kinds of paths."""
+    return cache(lambda name: load_scene(asset(name)))
+
+
 @pytest.mark.parametrize(
     ("name", "kind"), [(name, kind) for name, (_, kinds, _) in REAL.items() for kind in kinds]
 )
-def test_real_scenes(asset, name, kind):
+def test_real_scenes(real, name, kind):
     up, _, spread = REAL[name]
-    scene = load_scene(asset(name))
+    scene = real(name)
     path = generate_path(scene, PathOptions(kind, up=up))
     assert crossed(path, triangles(scene, without="IfcDoor")) == 0
     places = positions(path)
@@ -330,7 +338,7 @@ def test_real_scenes(asset, name, kind):
     assert ((places > low - 10.0) & (places < high + 10.0)).all()
 
 
-def test_buildings_without_floors_have_no_interior(asset):
-    scene = load_scene(asset("city_lyon_buildings.glb"))
+def test_buildings_without_floors_have_no_interior(real):
+    scene = real("city_lyon_buildings.glb")
     with pytest.raises(MeshError, match="choose street or roof"):
         generate_path(scene, PathOptions("inside", up="z"))

@@ -188,31 +188,51 @@ def test_a_turned_mesh_keeps_the_promises(placement):
     assert recall > 0.4
 
 
-@each("placement", TILTS, ids=named)
-def test_recall_of_a_tilted_closed_mesh_is_within_three_points(placement):
+@pytest.fixture(scope="module")
+def upright():
+    """A closed mesh, the edge of its voxels, and the recalls of its occluders."""
     mesh = blob()
     voxel = float(mesh.extent.max()) / 24.0
-    here, there = (recalls(one, range(2), voxel) for one in (mesh, placement.of(mesh)))
+    return mesh, voxel, recalls(mesh, range(2), voxel)
+
+
+@each("placement", TILTS, ids=named)
+def test_recall_of_a_tilted_closed_mesh_is_within_three_points(placement, upright):
+    mesh, voxel, here = upright
+    there = recalls(placement.of(mesh), range(2), voxel)
     assert np.mean(there) == pytest.approx(np.mean(here), abs=0.03)
 
 
-@each("placement", POWERS, ids=named)
-def test_options_that_are_lengths_scale_with_the_mesh(placement):
-    def made(mesh, unit):
-        lengths = {"error_bound": 10.0 * unit, "smallest_hole": 1.5 * unit}
-        return simplifier.simplify(mesh, **{**FAST, **lengths, "resolution": None}).occluder
+def made_by_lengths(mesh, unit):
+    lengths = {"error_bound": 10.0 * unit, "smallest_hole": 1.5 * unit}
+    return simplifier.simplify(mesh, **{**FAST, **lengths, "resolution": None}).occluder
 
-    here, there = made(CASTLE, 1.0), made(placement.of(CASTLE), placement.scale)
+
+@pytest.fixture(scope="module")
+def undisturbed_by_lengths():
+    return made_by_lengths(CASTLE, 1.0)
+
+
+@each("placement", POWERS, ids=named)
+def test_options_that_are_lengths_scale_with_the_mesh(placement, undisturbed_by_lengths):
+    here = undisturbed_by_lengths
+    there = made_by_lengths(placement.of(CASTLE), placement.scale)
     same(there, Occluder(here.vertices * placement.scale, here.faces,
                          here.error_bound * placement.scale))  # fmt: skip
 
 
-@each("placement", [SCALES[0], SCALES[-1], *SCALED_AWAY], ids=named)
-def test_levels_of_detail_follow_and_come_back(placement, tmp_path):
-    def levels(mesh):
-        return simplifier.simplify(mesh, lods=3, **FAST).chain
+def levels(mesh):
+    return simplifier.simplify(mesh, lods=3, **FAST).chain
 
-    here, there = levels(CASTLE), levels(placement.of(CASTLE))
+
+@pytest.fixture(scope="module")
+def undisturbed_levels():
+    return levels(CASTLE)
+
+
+@each("placement", [SCALES[0], SCALES[-1], *SCALED_AWAY], ids=named)
+def test_levels_of_detail_follow_and_come_back(placement, undisturbed_levels, tmp_path):
+    here, there = undisturbed_levels, levels(placement.of(CASTLE))
     longest = LONGEST * placement.scale
     assert [one.triangles for one in there.levels] == [one.triangles for one in here.levels]
     assert [one.reason for one in there.left_out] == [one.reason for one in here.left_out]

@@ -16,9 +16,9 @@ from contextlib import ExitStack, suppress
 import httpx
 import pytest
 
-from tests.faults.serving import LIGHT_WORK
 from tests.faults.light_work import RESULTS
 from tests.faults.remains import assert_folder_is_clean, jobs_left
+from tests.faults.serving import LIGHT_WORK
 from tests.service.real import BOX, QUICK
 from tests.service.webhooks.receivers import receiving
 from tests.waiting import until

@@ -1,11 +1,14 @@
-"""The command line with the service's commands, in a process of its own."""
+"""The command line with the service's commands, in a process of its own or in this one."""
 
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 
 import pytest
 
+from simplifier.cli.main import main
 from tests.acceptance.command import ROOT, occluder
 from tests.service.declared import declare
 
@@ -25,5 +28,27 @@ def command(declared, tmp_path):
         return occluder(
             *arguments, cwd=tmp_path, **{**settings, "PYTHONPATH": declared, **variables}
         )
+
+    return run
+
+
+@pytest.fixture
+def here(declared, tmp_path, monkeypatch, capfd):
+    """The same without a process of its own, whose start takes a second of the processor."""
+    for folder in reversed(declared.split(os.pathsep)):
+        monkeypatch.syspath_prepend(folder)
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments, **variables):
+        for name in os.environ:
+            if name.startswith("OCCLUDER_"):
+                monkeypatch.delenv(name)
+        for name, value in variables.items():
+            monkeypatch.setenv(name, os.fspath(value))
+        monkeypatch.setattr(sys, "argv", ["occluder", *map(os.fspath, arguments)])
+        with pytest.raises(SystemExit) as end:
+            main()
+        shown = capfd.readouterr()
+        return subprocess.CompletedProcess(arguments, end.value.code or 0, shown.out, shown.err)
 
     return run

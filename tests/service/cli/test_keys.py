@@ -44,8 +44,8 @@ def test_a_key_is_made_listed_and_revoked_while_a_service_uses_the_folder(comman
         database.close()
 
 
-def test_a_folder_is_made_that_nobody_else_reads_and_that_holds_no_key(command, tmp_path):
-    secret = command("keys", "create", "--data", "deep/data").stdout.strip()
+def test_a_folder_is_made_that_nobody_else_reads_and_that_holds_no_key(here, tmp_path):
+    secret = here("keys", "create", "--data", "deep/data").stdout.strip()
     folder = tmp_path / "deep" / "data"
     assert folder.stat().st_mode & 0o077 == 0
     files = [path for path in folder.rglob("*") if path.is_file()]
@@ -53,13 +53,13 @@ def test_a_folder_is_made_that_nobody_else_reads_and_that_holds_no_key(command, 
     assert not any(secret.encode() in path.read_bytes() for path in files)
 
 
-def test_the_secret_of_webhooks_is_what_they_are_signed_with(command, tmp_path):
-    command("keys", "create", "--tenant", "studio")
-    told = command("keys", "secret", "--tenant", "studio")
+def test_the_secret_of_webhooks_is_what_they_are_signed_with(here, tmp_path):
+    here("keys", "create", "--tenant", "studio")
+    told = here("keys", "secret", "--tenant", "studio")
     assert told.returncode == 0
     assert told.stdout.strip() == TenantSecrets.open(tmp_path / "occluder_data").of("studio")
 
-    slip = command("keys", "secret", "--tenant", "stduio")
+    slip = here("keys", "secret", "--tenant", "stduio")
     assert (slip.returncode, slip.stdout) == (2, "")
     assert "choose one of local, studio" in slip.stderr
 
@@ -71,8 +71,8 @@ def test_the_secret_of_webhooks_is_what_they_are_signed_with(command, tmp_path):
         (("create", "--name", "a\nb"), "name"),
     ],
 )
-def test_wrong_values_are_refused_in_a_line(command, tmp_path, arguments, words):
-    ended = command("keys", *arguments)
+def test_wrong_values_are_refused_in_a_line(here, tmp_path, arguments, words):
+    ended = here("keys", *arguments)
     assert (ended.returncode, ended.stdout) == (2, "")
     (line,) = ended.stderr.splitlines()
     assert line.startswith(f"error: {words}: ")
@@ -80,16 +80,16 @@ def test_wrong_values_are_refused_in_a_line(command, tmp_path, arguments, words)
 
 
 @pytest.mark.parametrize("arguments", [("list",), ("secret",)])
-def test_a_slip_in_the_folders_name_makes_no_folder(command, tmp_path, arguments):
-    ended = command("keys", *arguments, OCCLUDER_DATA="nowhere")
+def test_a_slip_in_the_folders_name_makes_no_folder(here, tmp_path, arguments):
+    ended = here("keys", *arguments, OCCLUDER_DATA="nowhere")
     assert (ended.returncode, ended.stdout) == (2, "")
     assert "OCCLUDER_DATA" in ended.stderr
     assert not (tmp_path / "nowhere").exists()
 
 
-def test_what_cannot_be_done_is_told_in_a_line(command, tmp_path):
-    command("keys", "create")
-    unknown = command("keys", "revoke", "occ_none")
+def test_what_cannot_be_done_is_told_in_a_line(here, tmp_path):
+    here("keys", "create")
+    unknown = here("keys", "revoke", "occ_none")
     assert unknown.returncode == 1
     (line,) = unknown.stderr.splitlines()
     assert "occ_none" in line
@@ -101,7 +101,7 @@ def test_what_cannot_be_done_is_told_in_a_line(command, tmp_path):
     data = bytearray(file.read_bytes())
     data[4096:12288] = b"\xa5" * 8192
     file.write_bytes(data)
-    damaged = command("keys", "list")
+    damaged = here("keys", "list")
     assert damaged.returncode == 1
     (line,) = damaged.stderr.splitlines()
     assert "damaged" in line

@@ -107,10 +107,10 @@ def test_occluders_come_to_lie_beside_their_meshes(service, mesh, command, tmp_p
     assert done.stderr == ""
 
 
-def test_other_formats_have_a_file_a_level_in_the_folder(service, mesh, command, tmp_path):
+def test_other_formats_have_a_file_a_level_in_the_folder(service, mesh, here, tmp_path):
     _, address = service
     (tmp_path / "out").mkdir()
-    done = command(
+    done = here(
         "submit", mesh("a.obj"), "-o", tmp_path / "out", "--format", "tres", OCCLUDER_SERVER=address
     )
     assert done.returncode == 0, done.stderr
@@ -119,9 +119,9 @@ def test_other_formats_have_a_file_a_level_in_the_folder(service, mesh, command,
     }  # fmt: skip
 
 
-def test_only_what_was_chosen_is_sent(service, mesh, command):
+def test_only_what_was_chosen_is_sent(service, mesh, here):
     served, address = service
-    command(
+    here(
         "submit", mesh("a.obj"), "--server", address, "--key", "occ_x", "--budget", "32",
         "--ground", "--error-bounds", "0.1,0.4", "--asset", "props/{name}",
     )  # fmt: skip
@@ -133,11 +133,11 @@ def test_only_what_was_chosen_is_sent(service, mesh, command):
     assert sent.headers["authorization"] == "Bearer occ_x"
 
 
-def test_a_mesh_goes_with_the_overrides_beside_it(service, mesh, command, tmp_path):
+def test_a_mesh_goes_with_the_overrides_beside_it(service, mesh, here, tmp_path):
     served, address = service
     (tmp_path / "a.overrides.toml").write_text("[ignore]\n")
     (tmp_path / "out").mkdir()
-    done = command(
+    done = here(
         "submit", mesh("a.obj"), mesh("b.obj"), "--server", address, "--budget", "32",
         "-o", tmp_path / "out",
     )  # fmt: skip
@@ -151,18 +151,18 @@ def test_a_mesh_goes_with_the_overrides_beside_it(service, mesh, command, tmp_pa
     assert [one.query["filename"] for one in sent if one.query] == [["b.obj"]]
 
 
-def test_overrides_are_not_looked_for_when_told_so(service, mesh, command, tmp_path):
+def test_overrides_are_not_looked_for_when_told_so(service, mesh, here, tmp_path):
     served, address = service
     (tmp_path / "a.overrides.toml").write_text("[ignore]\n")
-    done = command("submit", mesh("a.obj"), "--server", address, "--no-overrides")
+    done = here("submit", mesh("a.obj"), "--server", address, "--no-overrides")
     assert done.returncode == 0, done.stderr
     assert (served.seen[0].query["filename"], served.seen[0].body) == (["a.obj"], b"a.obj")
 
 
-def test_one_failure_does_not_keep_the_others_from_their_end(service, mesh, command, tmp_path):
+def test_one_failure_does_not_keep_the_others_from_their_end(service, mesh, here, tmp_path):
     _, address = service
     meshes = [mesh(name) for name in ("refused.obj", "good.obj", "failed.obj")]
-    done = command("submit", *meshes, tmp_path / "absent.obj", "--server", address)
+    done = here("submit", *meshes, tmp_path / "absent.obj", "--server", address)
     assert done.returncode == 1
     assert (tmp_path / "good_occluder.glb").exists()
     assert "refused.obj: line 1 is no OBJ; do better" in done.stderr
@@ -179,25 +179,25 @@ def test_one_failure_does_not_keep_the_others_from_their_end(service, mesh, comm
         (["--asset", "castle"], "put {name} into it"),
     ],
 )
-def test_wrong_usage_is_refused_before_anything_is_sent(service, mesh, command, arguments, said):
+def test_wrong_usage_is_refused_before_anything_is_sent(service, mesh, here, arguments, said):
     served, address = service
-    done = command("submit", mesh("a.obj"), mesh("b.obj"), "--server", address, *arguments)
+    done = here("submit", mesh("a.obj"), mesh("b.obj"), "--server", address, *arguments)
     assert done.returncode == 2
     assert said in done.stderr
     assert served.seen == []
 
 
-def test_no_occluder_replaces_another(service, mesh, command, tmp_path):
+def test_no_occluder_replaces_another(service, mesh, here, tmp_path):
     _, address = service
-    done = command(
+    done = here(
         "submit", mesh("a.obj"), mesh("a.ply", "deeper"), "--server", address, "-o", tmp_path
     )
     assert done.returncode == 2
     assert "2 occluders would be written to it" in done.stderr
 
 
-def test_a_server_that_is_not_there_is_said_so(mesh, command):
-    done = command("submit", mesh("a.obj"), "--server", "http://127.0.0.1:9")
+def test_a_server_that_is_not_there_is_said_so(mesh, here):
+    done = here("submit", mesh("a.obj"), "--server", "http://127.0.0.1:9")
     assert done.returncode == 1
     assert "http://127.0.0.1:9 does not answer" in done.stderr
 

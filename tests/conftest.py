@@ -7,6 +7,7 @@ and ``mutants`` seeks no smaller example once one fails.
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -20,6 +21,8 @@ from simplifier.kernels.threads import thread_count
 # Workers share the processors: threads in each that wait for one another's take a seventh longer.
 if workers := int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "0")):
     os.environ.setdefault("OCCLUDER_THREADS", str(max(1, thread_count() // workers)))
+    # No command needs the threads that numpy starts for matrices, and hundreds of commands are run.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 ASSETS = Path(os.environ.get("OCCLUDER_ASSETS", Path(__file__).parents[2] / "shared" / "assets"))
 
@@ -73,3 +76,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             for item in items:
                 if item.get_closest_marker(marker):
                     item.add_marker(pytest.mark.skip(reason=meaning))
+
+
+def pytest_collection_finish() -> None:
+    """Thousands of tests stay to the end: they are not looked through at each collection."""
+    gc.collect()
+    gc.freeze()

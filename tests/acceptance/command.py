@@ -7,6 +7,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
+from simplifier.cli.main import main
+
 ROOT = Path(__file__).parents[2]
 OCCLUDER = (sys.executable, "-m", "simplifier")
 
@@ -25,6 +29,17 @@ def occluder(*arguments, cwd=None, timeout=120, **changes):
         cwd=cwd, env=environment(**changes), timeout=timeout,
         capture_output=True, text=True, errors="surrogateescape", check=False,
     )  # fmt: skip
+
+
+def occluder_here(monkeypatch, capfd, *arguments, cwd=None):
+    """The same in this process, without the second of processor time that a start takes."""
+    if cwd is not None:
+        monkeypatch.chdir(cwd)
+    monkeypatch.setattr(sys, "argv", ["occluder", *map(os.fspath, arguments)])
+    with pytest.raises(SystemExit) as end:
+        main()
+    shown = capfd.readouterr()
+    return subprocess.CompletedProcess(arguments, end.value.code or 0, shown.out, shown.err)
 
 
 def read_all(descriptor):

@@ -2,36 +2,25 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
+from functools import partial
 
 import pytest
 
-from simplifier.cli.main import main
+from tests.acceptance.command import occluder_here
 
 
 @pytest.fixture
-def command(monkeypatch, capfd):
+def here(monkeypatch, capfd):
+    """``here("simplify", …)``: as ``occluder`` of ``tests.acceptance.command``."""
+    return partial(occluder_here, monkeypatch, capfd)
+
+
+@pytest.fixture
+def command(here):
     """``command("simplify", …)``: exit status, standard output, standard error."""
 
     def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["occluder", *map(os.fspath, arguments)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        shown = capfd.readouterr()
-        return end.value.code or 0, shown.out, shown.err
-
-    return run
-
-
-@pytest.fixture
-def here(command, monkeypatch):
-    """What ``occluder`` of ``tests.acceptance.command`` tells, without the second of a start."""
-
-    def run(*arguments, cwd=None):
-        if cwd is not None:
-            monkeypatch.chdir(cwd)
-        return subprocess.CompletedProcess(arguments, *command(*arguments))
+        done = here(*arguments)
+        return done.returncode, done.stdout, done.stderr
 
     return run

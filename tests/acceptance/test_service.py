@@ -20,6 +20,7 @@ from service.client import Client, ClientError
 from service.jobs.job import JobState
 from tests import solids
 from tests.acceptance.command import ROOT, occluder
+from tests.faults.serving import LIGHT_WORK, SURROUNDINGS
 from tests.service.declared import declare
 from tests.service.real import BOX, QUICK, running
 from tests.waiting import until
@@ -54,11 +55,12 @@ def command(declared, tmp_path):
     return run
 
 
-def curled(page, server, folder):
-    """What the curl of a page fetches, of a box that is called castle.glb."""
+def curled(page, server, folder, more=""):
+    """What the curl of a page fetches, with ``more`` in its query, of a box called castle.glb."""
     blocks = re.findall(r"```sh\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)
     block = next(one for one in blocks if "castle_occluder.glb" in one and "curl" in one)
     curl = block[block.index("curl") :].replace("http://127.0.0.1:8000", server.address)
+    curl = curl.replace("/v1/occluders?", f"/v1/occluders?{more}")
     mesh = solids.box()
     simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), folder / "castle.glb")
     done = subprocess.run(["bash", "-c", curl], cwd=folder, capture_output=True, text=True)
@@ -85,7 +87,9 @@ def reach(mesh):
 @needs_curl
 def test_the_curl_with_overrides_gives_what_they_draw(server, tmp_path):
     (tmp_path / "castle.overrides.toml").write_text(POST)
-    assert reach(curled("docs/overrides.md", server, tmp_path)) == pytest.approx(5.5)
+    assert reach(curled("docs/overrides.md", server, tmp_path, "preset=draft&")) == pytest.approx(
+        5.5
+    )
 
 
 def test_submit_sends_the_overrides_beside_a_mesh(server, command, tmp_path):
@@ -224,7 +228,8 @@ def test_a_key_opens_what_is_closed_without(declared, command, tmp_path):
 
 def test_sigterm_gives_running_jobs_back_and_a_second_signal_waits_for_none(declared, tmp_path):
     with running(declared, tmp_path / "data") as server, Client(server.address) as client:
-        job = client.submit(BOX, name="long.obj", options=LONG)
+        # The second time by light work, which reads it and is ready at once.
+        job = client.submit(b"# occupy 60\n" + BOX, name="long.obj", options=LONG)
         until(lambda: client.job(job.id).state is JobState.RUNNING)
         workers = server.workers
         with urllib.request.urlopen(f"{server.address}/v1/jobs/{job.id}/events") as stream:
@@ -232,7 +237,10 @@ def test_sigterm_gives_running_jobs_back_and_a_second_signal_waits_for_none(decl
             assert server.end() == 0
         until(lambda: not any(alive(pid) for pid in workers))
         assert "Traceback" not in server.log.read_text()
-    with running(declared, tmp_path / "data") as server, Client(server.address) as client:
+    lightly = {
+        "declared": os.pathsep.join([str(SURROUNDINGS), declared]), "FAULTS_WORK": str(LIGHT_WORK),
+    }  # fmt: skip
+    with running(data=tmp_path / "data", **lightly) as server, Client(server.address) as client:
         again = until(lambda: running_job(client, job.id))
         # What the server itself broke off costs no attempt: as many are left as before.
         assert again.attempts - again.attempt == job.attempts - 1

@@ -171,6 +171,7 @@ def test_occluder_times_skip_what_is_absent(tiny_stand_in, tmp_path, monkeypatch
     assert all(row["note"].startswith("skipped: ") for row in rows[3:])
 
 
+@pytest.mark.usefixtures("few_moves")
 def test_limits_tell_time_and_recall(tiny_stand_in, tmp_path, monkeypatch):
     monkeypatch.setattr(times, "LIMITS", (0.001, 0.1))
     rows = check_table(speed.run_part("limits", times.limit_times, 1, tmp_path, "me"), "me")
@@ -196,6 +197,7 @@ def test_kernel_row_is_well_formed():
     assert row["times_floor"] == pytest.approx(row["ns"] / row["floor_ns"])
 
 
+@pytest.mark.usefixtures("few_moves")
 def test_quality_rows(tiny_stand_in, tmp_path, monkeypatch):
     quick = {OURS: {"preset": "draft"}, "area": {"preset": "draft", "moves": 0, "trim": "area"}}
     monkeypatch.setattr(methods, "_VARIANTS", quick)
@@ -259,6 +261,7 @@ def test_peers_keep_the_place_and_size_of_the_mesh(name):
     assert np.ptp(occluder.vertices, axis=0) == pytest.approx(mesh.extent, rel=turned)
 
 
+@pytest.mark.usefixtures("few_moves")
 def test_scene(tiny_stand_in, monkeypatch, capsys):
     small = {"resolution": 12, "preset": "draft"}
     names = ("conservative, exact outlines", "shrink by a fiftieth")
@@ -271,6 +274,7 @@ def test_scene(tiny_stand_in, monkeypatch, capsys):
     assert times.splitlines()[-1].startswith("| 8 | ")
 
 
+@pytest.mark.usefixtures("few_moves")
 def test_decimated_starts_of_a_tiny_stand_in(tiny_stand_in, monkeypatch, capsys):
     monkeypatch.setattr(decimated, "BUDGETS", (4,))
     monkeypatch.setattr(decimated, "MOVES", (60,))
@@ -284,6 +288,7 @@ def test_decimated_starts_of_a_tiny_stand_in(tiny_stand_in, monkeypatch, capsys)
     assert [row[2] for row in rows[2:]] == ["sections", "enclosed", "sheet"]
 
 
+@pytest.mark.usefixtures("few_moves")
 def test_levels_of_a_tiny_stand_in(tiny_stand_in, capsys):
     words = ["--lods", "2", "--resolution", "8", "--budget", "8", "--views", "4"]
     lods.main([str(tiny_stand_in.path), *words])

@@ -15,7 +15,7 @@ import yaml
 import simplifier
 from simplifier.io.suffixes import MESH_SUFFIXES
 from tests import solids
-from tests.acceptance.command import ROOT, environment, occluder
+from tests.acceptance.command import ROOT, environment, occluder_here
 from tests.integrations.commands import make_command
 
 SCRIPT = ROOT / "examples" / "ci" / "check_occluders.sh"
@@ -41,7 +41,21 @@ def path(tmp_path_factory):
 
 
 @pytest.fixture
-def repository(tmp_path):
+def change(monkeypatch, capfd):
+    """``change(folder, budget)``: write a manifest, build, commit."""
+
+    def make(folder, budget, loss=0.005):
+        (folder / "occluders.toml").write_text(MANIFEST.format(budget=budget, loss=loss))
+        done = occluder_here(monkeypatch, capfd, "build", cwd=folder)
+        assert done.returncode == 0, done.stderr
+        git(folder, "add", ".")
+        git(folder, "commit", "-q", "-m", "a change")
+
+    return make
+
+
+@pytest.fixture
+def repository(change, tmp_path):
     """Of one mesh with its occluder, on the branch main."""
     mesh = solids.torus()
     simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), tmp_path / "torus.ply")
@@ -59,15 +73,6 @@ def git(folder, *arguments):
     )  # fmt: skip
 
 
-def change(folder, budget, loss=0.005):
-    """Write a manifest, build, commit."""
-    (folder / "occluders.toml").write_text(MANIFEST.format(budget=budget, loss=loss))
-    done = occluder("build", cwd=folder)
-    assert done.returncode == 0, done.stderr
-    git(folder, "add", ".")
-    git(folder, "commit", "-q", "-m", "a change")
-
-
 def checked(folder, path):
     return subprocess.run(
         [SCRIPT, "main"], cwd=folder, env=environment(PATH=path, GITHUB_STEP_SUMMARY=None),
@@ -75,7 +80,7 @@ def checked(folder, path):
     )  # fmt: skip
 
 
-def test_a_change_that_lowers_recall_fails_and_one_that_says_so_passes(repository, path):
+def test_a_change_that_lowers_recall_fails_and_one_that_says_so_passes(repository, change, path):
     change(repository, 4)
     done = checked(repository, path)
     assert done.returncode == 1
@@ -87,7 +92,7 @@ def test_a_change_that_lowers_recall_fails_and_one_that_says_so_passes(repositor
     assert done.returncode == 0, done.stderr
 
 
-def test_a_change_that_hides_as_much_passes_and_a_stale_one_fails(repository, path):
+def test_a_change_that_hides_as_much_passes_and_a_stale_one_fails(repository, change, path):
     change(repository, 72)
     done = checked(repository, path)
     assert done.returncode == 0, done.stderr

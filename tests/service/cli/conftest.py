@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 
 import pytest
 
-from simplifier.cli.main import main
-from tests.acceptance.command import ROOT, occluder
+from tests.acceptance.command import ROOT, occluder, occluder_here
 from tests.service.declared import declare
 
 
@@ -45,10 +42,6 @@ def here(declared, tmp_path, monkeypatch, capfd):
                 monkeypatch.delenv(name)
         for name, value in variables.items():
             monkeypatch.setenv(name, os.fspath(value))
-        monkeypatch.setattr(sys, "argv", ["occluder", *map(os.fspath, arguments)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        shown = capfd.readouterr()
-        return subprocess.CompletedProcess(arguments, end.value.code or 0, shown.out, shown.err)
+        return occluder_here(monkeypatch, capfd, *arguments)
 
     return run

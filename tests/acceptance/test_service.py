@@ -55,6 +55,20 @@ def command(declared, tmp_path):
     return run
 
 
+@pytest.fixture
+def served_here(declared, here, monkeypatch, tmp_path):
+    """The same in this process: for what ends before a server listens or logs."""
+    for folder in reversed(declared.split(os.pathsep)):
+        monkeypatch.syspath_prepend(folder)
+
+    def run(*arguments, **variables):
+        for name, value in variables.items():
+            monkeypatch.setenv(name, value)
+        return here(*arguments, cwd=tmp_path)
+
+    return run
+
+
 def curled(page, server, folder, more=""):
     """What the curl of a page fetches, with ``more`` in its query, of a box called castle.glb."""
     blocks = re.findall(r"```sh\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)
@@ -87,23 +101,22 @@ def reach(mesh):
 @needs_curl
 def test_the_curl_with_overrides_gives_what_they_draw(server, tmp_path):
     (tmp_path / "castle.overrides.toml").write_text(POST)
-    assert reach(curled("docs/overrides.md", server, tmp_path, "preset=draft&")) == pytest.approx(
-        5.5
-    )
+    made = curled("docs/overrides.md", server, tmp_path, "preset=draft&")
+    assert reach(made) == pytest.approx(5.5)
 
 
-def test_submit_sends_the_overrides_beside_a_mesh(server, command, tmp_path):
+def test_submit_sends_the_overrides_beside_a_mesh(server, command, served_here, tmp_path):
     (tmp_path / "box.obj").write_bytes(BOX)
     (tmp_path / "box.overrides.toml").write_text(POST)
     made, quick = tmp_path / "box_occluder.glb", ("--lods", "1", "--preset", "draft")
     done = command("submit", "box.obj", "--server", server.address, *quick)
     assert done.returncode == 0, done.stderr
     assert reach(simplifier.load(made)) == pytest.approx(5.5)
-    done = command("submit", "box.obj", "--server", server.address, "--no-overrides", *quick)
+    done = served_here("submit", "box.obj", "--server", server.address, "--no-overrides", *quick)
     assert done.returncode == 0, done.stderr
     assert reach(simplifier.load(made)) < 2.0
     (tmp_path / "box.overrides.toml").write_text("[[box]]\n")
-    done = command("submit", "box.obj", "--server", server.address, *quick)
+    done = served_here("submit", "box.obj", "--server", server.address, *quick)
     assert done.returncode == 1
     assert "error: box.obj: box.overrides.toml:1: 'center' is missing" in done.stderr
 
@@ -184,12 +197,24 @@ def test_the_server_imports_nothing_heavy(client, server):
         (["--host", "0.0.0.0"], {}, "occluder keys create"),
         (["--port", "70000"], {}, "OCCLUDER_PORT cannot be 70000"),
         ([], {"OCCLUDER_WORKERS": "none"}, "OCCLUDER_WORKERS cannot be 'none'"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused_in_a_line(served_here, arguments, variables, said):
+    assert_refused_in_a_line(served_here("serve", "--port", "0", *arguments, **variables), said)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "variables", "said"),
+    [
         (["--host", "203.0.113.7"], {"OCCLUDER_REQUIRE_KEYS": "false"}, "cannot listen on"),
         (["--data", "/proc/occluder"], {}, "/proc/occluder"),
     ],
 )
 def test_what_cannot_be_served_is_refused_in_a_line(command, arguments, variables, said):
-    done = command("serve", "--port", "0", *arguments, **variables)
+    assert_refused_in_a_line(command("serve", "--port", "0", *arguments, **variables), said)
+
+
+def assert_refused_in_a_line(done, said):
     assert done.returncode == 2
     assert said in done.stderr
     assert len(done.stderr.splitlines()) == 1

@@ -93,8 +93,8 @@ def verdict_rows(
     """Ours with default options beside the best peer, for each asset and budget.
 
     The best peer is the one of highest recall among those that kept the budget with no less
-    precision than ours; the verdict is ``met`` where our recall is no less than its.  All figures
-    are compared as the tables show them, to four digits.
+    precision than ours and no more overhang; the verdict is ``met`` where our recall is no less
+    than its.  All figures are compared as the tables show them, to four digits.
     """
     by_place: dict[tuple[str, str], list[Mapping[str, str]]] = {}
     for row in peers:
@@ -113,13 +113,16 @@ def verdict_rows(
 
 
 def _beside(judged: Row, peers: Sequence[Mapping[str, str]], budget: int) -> Row:
-    recall, precision = (float(f"{judged[name]:.4g}") for name in ("recall", "precision"))
+    recall, precision, overhang = (
+        float(f"{judged[name]:.4g}") for name in ("recall", "precision", "overhang")
+    )
     rivals = [
         row
         for row in peers
         if row["recall"]
         and int(row["triangles"]) <= budget
         and float(row["precision"]) >= precision
+        and float(row["overhang"]) <= overhang
     ]
     if not rivals:
         return {"best_peer": "none", "verdict": met(True)}

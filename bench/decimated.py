@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -26,7 +26,8 @@ from bench.meshes import STAND_INS, readable_assets
 from bench.peers import PEERS, missing
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.solid import BoolArray, Solid
+from simplifier.geometry.room import WHOLE, Room
+from simplifier.geometry.solid import Solid
 from simplifier.kernels.decimate import decimate
 from simplifier.options.stages import RefineOptions, make_options
 from simplifier.pipeline import cut_solid
@@ -45,6 +46,14 @@ MOVES = (8_000, 30_000)
 Surface = tuple[FloatArray, IntArray]
 
 
+def _room_of(solid: Solid) -> Room:
+    """A voxel more than the solid on all sides, with the solid itself as what is inside."""
+    room = Room.of(*dilate(solid.core, solid.reach))
+    return replace(
+        room, shares=WHOLE * np.pad(solid.filled.inside, int(room.margin)).astype(np.uint8)
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """A mesh, its solid, and the voxels that occluders keep to."""
@@ -52,15 +61,14 @@ class Scene:
     name: str
     mesh: TriangleMesh
     solid: Solid
-    allowed: BoolArray
-    margin: float
+    room: Room
 
     @classmethod
     def load(cls, path: Path, typed: dict[str, object]) -> Scene:
         mesh = simplifier.load(path)
         options = make_options(float(mesh.extent.max()), **typed)  # type: ignore[arg-type]
         solid = solidify(mesh, options.solid, Stopwatch())
-        return cls(path.stem, mesh, solid, *dilate(solid.core, solid.reach))
+        return cls(path.stem, mesh, solid, _room_of(solid))
 
     def judged(self, surface: Surface) -> str:
         """Recall, precision and triangles."""
@@ -70,18 +78,18 @@ class Scene:
         return f"{report.recall:.1%} at {report.precision:.2%} ({len(faces)})"
 
     def refined(self, surface: Surface, moves: int) -> Surface:
-        projections = search_projections(self.solid, make_options(1.0), 64, self.margin)
-        points = self.solid.filled.to_grid(self.mesh.vertices) + self.margin
+        projections = search_projections(self.solid, make_options(1.0), 64, self.room.margin)
+        points = self.solid.filled.to_grid(self.mesh.vertices) + self.room.margin
         seen = RefineViews(projections, silhouettes(points, self.mesh.faces, projections))
-        start = surface[0][surface[1]] + self.margin
-        found = refine([start], self.allowed, seen, len(start), RefineOptions(moves), 0)
-        return _surface(found[0] - self.margin)
+        start = surface[0][surface[1]] + self.room.margin
+        found = refine([start], self.room, seen, len(start), RefineOptions(moves, overhang=1.0), 0)
+        return _surface(found[0] - self.room.margin)
 
     def enclosed(self, budget: int) -> Surface:
-        return enclosed_start(self.solid.filled, self.allowed, self.margin, budget)
+        return enclosed_start(self.room, budget)
 
     def sheet(self, budget: int) -> Surface:
-        return sheet_start(self.mesh, self.solid.filled, self.allowed, self.margin, budget)
+        return sheet_start(self.mesh, self.solid.filled, self.room, budget)
 
     def sections(self, budget: int) -> Surface:
         options = make_options(1.0, budget=budget)
@@ -99,7 +107,7 @@ def decimators(scenes: Sequence[Scene]) -> None:
     print("|---" * (len(names) + 4) + "|")
     for scene in scenes:
         surfaces = {
-            "enclosed": inner_surface(scene.solid.filled),
+            "enclosed": inner_surface(WHOLE * scene.solid.filled.inside.astype(np.uint8)),
             "sheet": cluster_vertices(scene.mesh, scene.solid.filled),
         }
         for kind, surface in surfaces.items():
@@ -110,11 +118,11 @@ def decimators(scenes: Sequence[Scene]) -> None:
 
 
 def _here(scene: Scene, points: FloatArray, faces: NDArray[np.int64]) -> Surface:
-    moved, corners = points + scene.margin, faces.astype(np.int32)
+    moved, corners = points + scene.room.margin, faces.astype(np.int32)
     alive = np.ones(len(faces), dtype=np.bool_)
     if len(faces) > 64:
-        decimate(moved, corners, scene.allowed, 64, alive)
-    return moved - scene.margin, corners[alive]
+        decimate(moved, corners, scene.room.voxels, 64, alive)
+    return moved - scene.room.margin, corners[alive]
 
 
 def _library(name: str, points: FloatArray, faces: NDArray[np.int64]) -> Surface:

@@ -22,6 +22,7 @@ from bench.record import Row
 from examples.castle import castle
 from simplifier.accuracy.accuracy import view_masks
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.room import Room
 from simplifier.geometry.views import image_axes, random_directions
 from simplifier.kernels.coverage import coverage_masks
 from simplifier.kernels.fill import flood
@@ -31,7 +32,7 @@ from simplifier.kernels.voxelize import mark_triangles
 from simplifier.options.stages import SectionOptions, make_options
 from simplifier.pipeline import cut_solid
 from simplifier.progress import Deadline, Stopwatch
-from simplifier.refinement.annealing import Annealing, RefineViews, Room
+from simplifier.refinement.annealing import Annealing, Prices, RefineViews
 from simplifier.refinement.search import pull_into
 from simplifier.selection.measure import directional_measures, search_projections, silhouettes
 from simplifier.slicing.planes import plan_sections
@@ -148,11 +149,12 @@ def _annealing() -> Iterator[Row]:
     solid = solidify(mesh, options.solid, watch)
     start = cut_solid(solid, options, watch, Deadline.after(None))
     allowed, margin = dilate(solid.core, solid.reach)
+    room = Room.of(allowed, margin)
     projections = search_projections(solid, options, options.refine.views, margin)
     originals = silhouettes(solid.core.to_grid(mesh.vertices) + margin, mesh.faces, projections)
     search = Annealing(
-        pull_into(start + margin, allowed), Room.of(allowed), RefineViews(projections, originals),
-        UNIT // 2, 0,
+        pull_into(start + margin, room), room, RefineViews(projections, originals),
+        Prices(UNIT // 2), 0,
     )  # fmt: skip
     search.run(6_000, (0.0, 0.5))
     before, calls = search.work.copy(), 0

@@ -1,9 +1,9 @@
 """How well occluders hide: ``python -m bench.quality [--all] [--seeds N] [--peers]``.
 
-Precision and recall are those of :func:`simplifier.evaluate` with ``exact=True``: 256 views, all
-quads counted, the same for every method.  Seconds are those of one run from mesh in memory to
-triangles, kernels warm (this library by default: the median of three); reading and judging are
-left out.
+Precision, recall and overhang are those of :func:`simplifier.evaluate` with ``exact=True``: 256
+views, all quads counted, the same for every method.  Seconds are those of one run from mesh in
+memory to triangles, kernels warm (this library by default: the median of three); reading and
+judging are left out.
 
     stand_ins  this library with default options, by other presets, without refinement, and with the
                paper's own cut and trim, then other simplifiers, at the budgets of its Table 1;
@@ -17,7 +17,7 @@ left out.
                128 views; with --slow-peers by boxes around convex parts as well.  What the file
                holds from an earlier run is not measured again.
     against_peers  (--peers, without --only-peers) this library on the same, default options, beside
-               the best peer within the budget that is no less precise
+               the best peer within the budget that is no less precise and has no more overhang
 
 Every table goes to ``quality_NAME.csv``, and ``quality.md`` shows all that the folder holds.
 """
@@ -106,10 +106,11 @@ def seed_rows(
 
 
 def _judged(mesh: TriangleMesh, occluder: Occluder, views: int) -> dict[str, float | int]:
-    report = simplifier.evaluate(mesh, occluder, views=views, exact=True).accuracy
+    found = simplifier.evaluate(mesh, occluder, views=views, exact=True)
     return {
-        "triangles": len(occluder.faces), "precision": report.precision, "recall": report.recall,
-        "worst_view_recall": float(report.recall_by_view.min()),
+        "triangles": len(occluder.faces), "precision": found.precision, "recall": found.recall,
+        "worst_view_recall": float(found.accuracy.recall_by_view.min()),
+        "overhang": found.overhang.mean, "worst_overhang": found.overhang.worst,
     }  # fmt: skip
 
 

@@ -22,6 +22,7 @@ from simplifier.steps.cut import (
     trace_outlines,
 )
 from simplifier.steps.refine import improve
+from simplifier.steps.room import open_room, solid_to_cut
 from simplifier.steps.solid import solid_warnings, solidify
 from simplifier.steps.time_limit import start_in_time
 from simplifier.steps.verbatim import is_own_occluder, seen_triangles
@@ -76,7 +77,7 @@ def simplify_mesh(
     solid = solidify(mesh, options.solid, watch, overrides)
     # Before refining, which uses up what a time limit leaves.
     warnings = solid_warnings(mesh, solid, options.solid, overrides)
-    interrupted = False
+    interrupted, bound = False, ERROR_VOXELS
     if left == 0:
         triangles = NOTHING
     elif is_own_occluder(mesh, solid, left, overrides):
@@ -84,15 +85,18 @@ def simplify_mesh(
     else:
         rest = replace(options, selection=replace(options.selection, budget=left))
         by_hand = solid.core.to_grid(overrides.triangles)
+        room = open_room(mesh, solid, rest, overrides)
         # 2. to 5. Cut it, and choose what hides most.
-        triangles = cut_solid(solid, rest, watch, deadline, by_hand)
+        triangles = cut_solid(solid_to_cut(solid, room), rest, watch, deadline, by_hand)
         # 6. Past the paper: move the triangles under the same measure.
         with watch.stage("refine", cancels=False):
-            triangles = improve(triangles, mesh, solid, rest, watch, deadline, overrides)
+            triangles, bound = improve(
+                triangles, mesh, solid, room, rest, watch, deadline, overrides
+            )
             interrupted = watch.cancelled
         triangles = solid.core.to_world(triangles)
     # A voxel wholly inside is interior, at no distance at all.
-    bound = 0.0 if solid.wholly_inside else ERROR_VOXELS * solid.core.cell_size
+    bound = 0.0 if solid.wholly_inside else bound * solid.core.cell_size
     triangles = np.concatenate([overrides.triangles, triangles])
     occluder = Occluder.of(triangles, bound, watch.timings)
     if len(occluder.faces) == 0 < solid.core.count:

@@ -117,7 +117,8 @@ def test_what_are_no_overrides_is_refused_by_name():
 def test_what_is_drawn_over_one_half_leaves_the_search_the_other():
     mesh = joined(box(), box(low=(3.0, 0.0, 0.0)))
     overrides = Overrides((drawn_box((0.5, 0.5, 0.5), (1, 1, 1)),))
-    occluder = simplifier.simplify(mesh, budget=24, overrides=overrides, **QUICK).occluder
+    chosen = {**QUICK, "budget": 24, "overhang": 1.0}  # few moves: a fine would leave little
+    occluder = simplifier.simplify(mesh, overrides=overrides, **chosen).occluder
     found = [one for one in ordered(soup(occluder)) if one not in ordered(overrides.triangles)]
     assert found
     assert np.array(found)[:, :, 0].mean() > 2.5

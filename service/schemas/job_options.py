@@ -60,6 +60,7 @@ def _here(field: OptionField, job_seconds: float, job_memory: float) -> OptionFi
 
 def _simplify_options(chosen: dict[str, Any]) -> dict[str, Any]:
     inside = chosen.get("conservative", False) or chosen.get("shrink", 0.0) > 0.0
+    inside = inside or chosen.get("overhang") == 0.0
     if not inside and chosen.get("error_bounds") is None and chosen.get("lods") is None:
         chosen = {**chosen, "lods": LEVELS}
     return _resolver(SimplifyOptions)(chosen)

@@ -133,6 +133,7 @@ def node_options(longest: float, kind: NodeKind, stand: Stand, options: SceneOpt
         ground=stand.ground is not None, smallest_hole=min(stand.smallest_hole, longest),
         # Viewers are between the objects, where a street is seen from few directions.
         fill="flood", conservative=options.conservative or kind == "near", preset="draft",
+        overhang=1.0, min_precision=0.995,  # its error is what an occluder of a node is chosen by
         seed=options.seed,
         moves=min(options.moves * (_NEAR_EFFORT if kind == "near" else 1), MOST_MOVES),
     )  # fmt: skip

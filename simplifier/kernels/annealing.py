@@ -1,4 +1,4 @@
-"""Anneal the triangles of an occluder: random moves that raise its score inside an allowed solid.
+"""Anneal the triangles of an occluder: random moves that raise its score inside a room.
 
 Arrays as in :mod:`simplifier.kernels.soup_views`; ``scores`` (V,) int64 is what each view scores.
 """
@@ -38,22 +38,23 @@ def _random(state):
 
 
 @kernel
-def _is_poor(others, originals, price, scores, count, union, scratch):
+def _is_poor(others, views, scores, count, union, scratch):
     """Whether a triangle adds little to what ``others`` score, judged on every second view."""
+    _, originals, price, fines = views
     value, total = np.int64(0), np.int64(0)
     for view in range(0, len(scores), 2):
         for row in range(64):
             union[row + 1] = others[view, row]
-        value += scores[view] - score_view(union, originals[view], price, scratch)
+        value += scores[view] - score_view(union, originals[view], price, fines[view], scratch)
         total += scores[view]
     return value * count < _POOR * total
 
 
 @kernel
-def _find_voxel(allowed, before, number):
-    """Corner of the allowed voxel of that number, in the order of the array.
+def _find_cell(room, before, number):
+    """Corner of the cell of that number among those with any room, in the order of the array.
 
-    ``before`` (nx ny + 1,) int64: allowed voxels in the columns before each one, and in all.
+    ``before`` (nx ny + 1,) int64: such cells in the columns before each one, and in all.
     """
     low, high = 0, len(before) - 1
     while high - low > 1:
@@ -62,19 +63,20 @@ def _find_voxel(allowed, before, number):
             low = middle
         else:
             high = middle
-    x, y = low // allowed.shape[1], low % allowed.shape[1]
+    _, least, _, limit = room
+    x, y = low // least.shape[1], low % least.shape[1]
     left = number - before[low]
     z = 0
-    while left > 0 or not allowed[x, y, z]:
-        if allowed[x, y, z]:
+    while left > 0 or least[x, y, z] > limit:
+        if least[x, y, z] <= limit:
             left -= 1
         z += 1
     return x, y, z
 
 
 @kernel
-def _place_elsewhere(triangles, allowed, before, reach, state, trial):
-    """A new triangle: beside an edge of another, or about one of the allowed voxels."""
+def _place_elsewhere(triangles, room, before, reach, state, trial):
+    """A new triangle: beside an edge of another, or about one of the cells with room."""
     reach *= 2.0 * _random(state)
     if _random(state) < 0.5:
         other = np.int64(_random(state) * len(triangles))
@@ -87,10 +89,10 @@ def _place_elsewhere(triangles, allowed, before, reach, state, trial):
             trial[moved, axis] = middle + (_random(state) - 0.5) * reach
     else:
         number = np.int64(_random(state) * before[-1])
-        voxel = _find_voxel(allowed, before, number)
+        cell = _find_cell(room, before, number)
         for k in range(3):
             for axis in range(3):
-                trial[k, axis] = (voxel[axis] + 0.5) + (_random(state) - 0.5) * reach
+                trial[k, axis] = (cell[axis] + 0.5) + (_random(state) - 0.5) * reach
 
 
 @kernel
@@ -103,7 +105,7 @@ def _try_views(
     been done (0 for none).  Most moves leave most unions as they are, behind other triangles: those
     views keep their score.
     """
-    projections, originals, price = views
+    projections, originals, price, fines = views
     image = scratch[1]
     change = np.int64(0)
     for view in range(0, len(projections), stride):
@@ -121,21 +123,21 @@ def _try_views(
         trial[view] = scores[view]
         if differs != 0:
             work[1] += 1
-            trial[view] = score_view(union, originals[view], price, scratch)
+            trial[view] = score_view(union, originals[view], price, fines[view], scratch)
             change += trial[view] - scores[view]
     return change
 
 
 @kernel
 def anneal(
-    triangles, projections, originals, price, allowed, before, images, blocks, scores, best,
+    triangles, projections, originals, price, fines, room, before, images, blocks, scores, best,
     best_score, state, moves, shares, steps, heats, work,
 ):  # fmt: skip
     """Try ``moves`` moves, a multiple of :data:`TRIES`; ``shares`` of the search begin and end.
 
     A corner moves by up to a step a coordinate; a move that gains is tried again in the same
     direction.  A triangle that adds little is put elsewhere at times.  A move is taken when the
-    triangle keeps to ``allowed`` (nx, ny, nz) bool and the score rises, or falls by no more than
+    triangle keeps to the ``room`` and the score rises, or falls by no more than
     chance allows (simulated annealing).  ``steps`` (voxels) and ``heats`` (score) are first and
     last values of the whole search, geometric in between.
 
@@ -144,7 +146,7 @@ def anneal(
     are drawn and those that are scored.
     """
     count = len(triangles)
-    views = (projections, originals, price)
+    views = (projections, originals, price, fines)
     union = np.zeros(66, np.uint64)
     scratch = np.zeros((3, 66), np.uint64)
     others = np.zeros(originals.shape, np.uint64)
@@ -152,7 +154,8 @@ def anneal(
     trial_scores = np.zeros(len(scores), np.int64)
     trial = np.zeros((3, 3))
     delta = np.zeros(3)
-    reach = _REACH * max(allowed.shape[0], allowed.shape[1], allowed.shape[2])
+    cells = room[1].shape
+    reach = _REACH * max(cells[0], cells[1], cells[2])
     widest = 1  # of the strides: a power of two
     while widest * 2 * _GLANCE <= len(scores):
         widest *= 2
@@ -164,14 +167,14 @@ def anneal(
         if move % TRIES == 0:
             index = np.int64(_random(state) * count)
             unite_others(index, images, blocks, others)
-            poor = _is_poor(others, originals, price, scores, count, union, scratch)
+            poor = _is_poor(others, views, scores, count, union, scratch)
             again = False
         for k in range(3):
             for axis in range(3):
                 trial[k, axis] = triangles[index, k, axis]
         anew = poor and not again and _random(state) < _ELSEWHERE
         if anew:
-            _place_elsewhere(triangles, allowed, before, reach, state, trial)
+            _place_elsewhere(triangles, room, before, reach, state, trial)
         else:
             if not again:
                 moved = np.int64(_random(state) * 3)
@@ -186,9 +189,9 @@ def anneal(
             (trial[1, 0], trial[1, 1], trial[1, 2]),
             (trial[2, 0], trial[2, 1], trial[2, 2]),
         )
-        if not (is_contained(p, p, p, allowed) and is_contained(q, q, q, allowed)):
+        if not (is_contained(p, p, p, room) and is_contained(q, q, q, room)):
             continue
-        if not is_contained(r, r, r, allowed):
+        if not is_contained(r, r, r, room):
             continue
         least = heats[0] * (heats[1] / heats[0]) ** share * np.log(_random(state) + 1e-300)
         change = np.int64(0)
@@ -202,7 +205,7 @@ def anneal(
             # A few views that lose this much are hardly made good by the others.
             taken = change * stride >= 2 * least if stride > 1 else change >= least
             # Dearer than a few views for large triangles in fine grids, so it comes after them.
-            taken = taken and (seen != 0 or is_contained(p, q, r, allowed))
+            taken = taken and (seen != 0 or is_contained(p, q, r, room))
             if stride == 1:
                 break
             stride, seen = max(stride // 4, 1), stride

@@ -4,7 +4,7 @@ Garland and Heckbert, "Surface Simplification Using Quadric Error Metrics" (1997
 weighted by area and planes across the open borders.  What differs: nothing protects the topology,
 because an occluder needs none.  Handles close, the sides of a thin part meet and count once, and
 small components vanish, each when its error is the least; so any number of triangles is reached, on
-any input.  And a collapse that would take a face out of the allowed voxels costs more.
+any input.  And a collapse that would take a face out of the room costs more.
 
 ``vertices`` (n, 3) float64 and ``faces`` (m, 3) int32 are changed in place.  The faces at a vertex
 are a list of corners, 3 * face + place: ``heads`` (n,) int64 the first, ``links`` (3 m,) int64 the
@@ -30,15 +30,15 @@ _SHORT = 1e-3
 collapse into one vertex with thousands of faces, and each collapse walks them all."""
 
 _FOLDED = 100.0  # how much dearer a collapse is that turns a face over
-_LEAVES = 10.0  # and one that takes a face out of the allowed voxels; more stops too many
+_LEAVES = 10.0  # and one that takes a face out of the room; more stops too many
 
 
 @kernel
-def decimate(vertices, faces, allowed, budget, alive):
+def decimate(vertices, faces, room, budget, alive):
     """Collapse edges until at most ``budget`` faces are ``alive`` (m,) bool; return how many are.
 
-    Faces have three different vertices and no two faces the same three.  ``allowed`` (nx, ny, nz)
-    bool holds the voxels that faces should keep to: a collapse that leaves them waits longer.
+    Faces have three different vertices and no two faces the same three.  ``room`` is where faces
+    should be, as :func:`~.voxelize.is_contained` takes it: a collapse that leaves it waits longer.
     Cost: n log n, and 2 microseconds a face.
     """
     heads, links = _corner_lists(faces, len(vertices))
@@ -58,7 +58,7 @@ def decimate(vertices, faces, allowed, budget, alive):
             continue
         _cost(vertices, quadrics, u, v, place)
         if stamp >= 0:
-            times = _weight(vertices, faces, heads, links, u, v, place, allowed)
+            times = _weight(vertices, faces, heads, links, u, v, place, room)
             if times > 1.0:
                 heappush(queue, (cost * times, u, v, ~stamp))
                 continue
@@ -106,22 +106,22 @@ def _push_edges(vertices, faces, heads, links, quadrics, versions, v, marks, mar
 
 
 @kernel
-def _weight(vertices, faces, heads, links, u, v, place, allowed):
+def _weight(vertices, faces, heads, links, u, v, place, room):
     """By how much a collapse is dearer for the faces that it turns over or takes outside."""
     times = 1.0
     if _folds(vertices, faces, heads, links, u, v, place) or _folds(
         vertices, faces, heads, links, v, u, place
     ):
         times *= _FOLDED
-    if _leaves(vertices, faces, heads, links, u, v, place, allowed) or _leaves(
-        vertices, faces, heads, links, v, u, place, allowed
+    if _leaves(vertices, faces, heads, links, u, v, place, room) or _leaves(
+        vertices, faces, heads, links, v, u, place, room
     ):
         times *= _LEAVES
     return times
 
 
 @kernel
-def _leaves(vertices, faces, heads, links, moved, partner, place, allowed):
+def _leaves(vertices, faces, heads, links, moved, partner, place, room):
     """Whether a face of ``moved`` that ``partner`` has not is outside with it at ``place``."""
     p = (place[0], place[1], place[2])
     corner = heads[moved]
@@ -131,7 +131,7 @@ def _leaves(vertices, faces, heads, links, moved, partner, place, allowed):
             b, c = _others(faces, corner)
             q = (vertices[b, 0], vertices[b, 1], vertices[b, 2])
             r = (vertices[c, 0], vertices[c, 1], vertices[c, 2])
-            if not is_contained(p, q, r, allowed):
+            if not is_contained(p, q, r, room):
                 return True
         corner = links[corner]
     return False

@@ -36,6 +36,26 @@ def _near(mask, row, word):
     return near
 
 
+@inline_kernel
+def _count_view(original, shown, over):
+    """(pixels of the original, pixels of ``shown`` beside it), the latter filled into ``over``."""
+    there, beside = np.uint64(0), np.uint64(0)
+    for row in range(original.shape[0]):
+        for word in range(original.shape[1]):
+            over[row, word] = shown[row, word] & ~_near(original, row, word)
+            there += popcount(original[row, word])
+            beside += popcount(over[row, word])
+    return np.int64(there), np.int64(beside)
+
+
+@kernel
+def count_beside(originals, hidden, begin, end, pixels):
+    """Fill ``pixels`` (V, 2) int64 of views ``begin`` to ``end`` as :func:`count_overhang` does."""
+    over = np.empty(originals.shape[1:], np.uint64)
+    for view in range(begin, end):
+        pixels[view] = _count_view(originals[view], hidden[view], over)
+
+
 @kernel
 def _fill_heights(mask, heights):
     """Fill ``heights`` (rows, columns) int32: pixels up or down to the nearest one of the mask."""
@@ -106,12 +126,8 @@ def count_overhang(originals, hidden, width, begin, end, pixels, farthest):
     distances = np.empty(width, np.int64)
     for view in range(begin, end):
         original, shown = originals[view], hidden[view]
-        there, beside, most = np.uint64(0), np.uint64(0), np.int64(0)
-        for row in range(rows):
-            for word in range(words):
-                over[row, word] = shown[row, word] & ~_near(original, row, word)
-                there += popcount(original[row, word])
-                beside += popcount(over[row, word])
+        there, beside = _count_view(original, shown, over)
+        most = np.int64(0)
         if beside > 0 and there == 0:
             most = np.int64(-1)
         elif beside > 0:

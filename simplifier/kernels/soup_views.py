@@ -8,10 +8,11 @@ pictures of what stands beside the soup and never moves.
 
 A view scores, in sixteenths of twice a measure, a whole number:
 
-    16 M(occluder and original) - price * (M(occluder) - M(occluder and original))
+    16 M(occluder and original) - price * (M(occluder) - M(occluder and original)) - fine * outside
 
 so what is hidden wrongly costs by the measure too.  A pixel that closes a gap costs much, as the
-quads that it makes full do; a pixel past the outline costs little.
+quads that it makes full do; a pixel past the outline costs little.  What lies past the outline is
+therefore fined by its pixels as well: ``fines`` (V,) int64 is what each view asks for one.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import math
 
 import numpy as np
 
-from simplifier.kernels.bit_image import draw_edge, measure_both_twice, measure_twice
+from simplifier.kernels.bit_image import draw_edge, measure_both_twice, measure_twice, popcount
 from simplifier.kernels.compile import kernel
 from simplifier.kernels.voxelize import is_contained
 
@@ -87,7 +88,7 @@ def draw_triangle(p, q, r, m, image):
 
 
 @kernel
-def score_view(union, original, price, scratch):
+def score_view(union, original, price, fine, scratch):
     """The score of ``union``, rows 1 to 64 of (66,), which is used up; ``scratch`` (3, 66)."""
     part, there, part_there = scratch[0], scratch[1], scratch[2]
     outside = np.uint64(0)
@@ -95,11 +96,11 @@ def score_view(union, original, price, scratch):
         word = union[row + 1]
         inner = word & original[row]
         part[row + 1] = inner
-        outside |= word ^ inner
+        outside += popcount(word ^ inner)
     if outside == 0:
         return UNIT * measure_twice(union, there)
     whole, right = measure_both_twice(union, part, there, part_there)
-    return UNIT * right - price * (whole - right)
+    return UNIT * right - price * (whole - right) - fine * np.int64(outside)
 
 
 @kernel
@@ -154,7 +155,7 @@ def draw_soup(triangles, projections, images, blocks):
 
 
 @kernel
-def score_unions(unions, originals, price, scores):
+def score_unions(unions, originals, price, fines, scores):
     """Score ``unions`` (V, 64) view by view into ``scores`` (V,) int64; return the sum."""
     union = np.zeros(66, np.uint64)
     scratch = np.zeros((3, 66), np.uint64)
@@ -162,13 +163,13 @@ def score_unions(unions, originals, price, scores):
     for view in range(len(unions)):
         for row in range(64):
             union[row + 1] = unions[view, row]
-        scores[view] = score_view(union, originals[view], price, scratch)
+        scores[view] = score_view(union, originals[view], price, fines[view], scratch)
         total += scores[view]
     return total
 
 
 @kernel
-def remove_useless(images, blocks, originals, price, scores, kept):
+def remove_useless(images, blocks, originals, price, fines, scores, kept):
     """Take out triangle after triangle without which the score is no less.
 
     ``kept`` (m,) bool is written; ``images`` of those taken out are cleared, ``blocks`` and
@@ -185,7 +186,7 @@ def remove_useless(images, blocks, originals, price, scores, kept):
             if not kept[index]:
                 continue
             unite_others(index, images, blocks, others)
-            without = score_unions(others, originals, price, trial)
+            without = score_unions(others, originals, price, fines, trial)
             if without < total:
                 continue
             kept[index] = False
@@ -199,10 +200,10 @@ def remove_useless(images, blocks, originals, price, scores, kept):
 
 
 @kernel
-def all_contained(triangles, allowed, inside):
-    """Write into ``inside`` (m,) bool whether each triangle keeps to the voxels of ``allowed``."""
+def all_contained(triangles, room, inside):
+    """Write into ``inside`` (m,) bool whether each triangle keeps to ``room``."""
     for index in range(len(triangles)):
         inside[index] = is_contained(
             corner(triangles, index, 0), corner(triangles, index, 1), corner(triangles, index, 2),
-            allowed,
+            room,
         )  # fmt: skip

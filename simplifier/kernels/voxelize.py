@@ -33,13 +33,11 @@ def _span(a, b, c, limit):
     return first, last
 
 
-@kernel
-def _visit_footprint(p, q, r, low, high, strides, voxels, mark):
-    """Visit the voxels of the box ``low`` to ``high`` that the triangle touches.
+@inline_kernel
+def _sides(p, q, r):
+    """What decides which unit boxes a triangle touches: nine edges, and its plane over a square.
 
-    Sets them all in ``voxels`` when ``mark`` is true; otherwise ends at the first that is not set.
-    Returns whether none was missing.  Axes come in cyclic order u, v, w where w is the dominant
-    axis of the triangle's normal; ``strides`` are those of the flat array ``voxels``.
+    Axes come in cyclic order u, v, w where w is the dominant axis of the triangle's normal.
     """
     pu, pv, pw = p
     qu, qv, qw = q
@@ -52,15 +50,15 @@ def _visit_footprint(p, q, r, low, high, strides, voxels, mark):
     sign_u = 1.0 if nu > 0.0 else -1.0
     sign_v = 1.0 if nv > 0.0 else -1.0
     sign_w = 1.0 if nw > 0.0 else -1.0
-    au, av, a = _edge(pu, pv, qu, qv, sign_w)
-    bu, bv, b = _edge(qu, qv, ru, rv, sign_w)
-    cu, cv, c = _edge(ru, rv, pu, pv, sign_w)
-    dv, dw, d = _edge(pv, pw, qv, qw, sign_u)
-    ev, ew, e = _edge(qv, qw, rv, rw, sign_u)
-    fv, fw, f = _edge(rv, rw, pv, pw, sign_u)
-    gw, gu, g = _edge(pw, pu, qw, qu, sign_v)
-    hw, hu, h = _edge(qw, qu, rw, ru, sign_v)
-    iw, iu, i = _edge(rw, ru, pw, pu, sign_v)
+    along_w = (
+        _edge(pu, pv, qu, qv, sign_w), _edge(qu, qv, ru, rv, sign_w), _edge(ru, rv, pu, pv, sign_w)
+    )  # fmt: skip
+    along_u = (
+        _edge(pv, pw, qv, qw, sign_u), _edge(qv, qw, rv, rw, sign_u), _edge(rv, rw, pv, pw, sign_u)
+    )  # fmt: skip
+    along_v = (
+        _edge(pw, pu, qw, qu, sign_v), _edge(qw, qu, rw, ru, sign_v), _edge(rw, ru, pw, pu, sign_v)
+    )  # fmt: skip
     # Over the unit square at (s, t) the plane's w-coordinate spans base + [drop, rise].
     slope_u = -nu / nw if nw != 0.0 else 0.0
     slope_v = -nv / nw if nw != 0.0 else 0.0
@@ -72,27 +70,61 @@ def _visit_footprint(p, q, r, low, high, strides, voxels, mark):
     )
     drop = min(slope_u, 0.0) + min(slope_v, 0.0) - error - _TOUCH
     rise = max(slope_u, 0.0) + max(slope_v, 0.0) + error + _TOUCH
+    return along_w, along_u, along_v, (pu, pv, pw), (slope_u, slope_v, drop, rise)
+
+
+@inline_kernel
+def _admit(edges, x, y):
+    """Whether all three edges admit the unit square at (x, y)."""
+    (ax, ay, a), (bx, by, b), (cx, cy, c) = edges
+    return ax * x + ay * y + a >= 0.0 and bx * x + by * y + b >= 0.0 and cx * x + cy * y + c >= 0.0
+
+
+@inline_kernel
+def _row(sides, s, t, low, high):
+    """First and last box over the square (s, t) that the plane may pass; none if last < first."""
+    along_w, _, _, (pu, pv, pw), (slope_u, slope_v, drop, rise) = sides
+    if not _admit(along_w, s, t):
+        return low, low - 1
+    base = pw + slope_u * (s - pu) + slope_v * (t - pv)
+    first = max(np.int64(np.ceil(base + drop)) - 1, low)
+    return first, min(np.int64(np.floor(base + rise)), high)
+
+
+@inline_kernel
+def _touches(sides, s, t, k):
+    """Whether a box of that row is touched."""
+    return _admit(sides[1], t, k) and _admit(sides[2], k, s)
+
+
+@kernel
+def _mark_footprint(p, q, r, low, high, strides, touched):
+    """Set the voxels of the box ``low`` to ``high`` that the triangle touches.
+
+    Axes as for :func:`_sides`; ``strides`` are those of the flat array ``touched``.
+    """
+    sides = _sides(p, q, r)
     for s in range(low[0], high[0] + 1):
         for t in range(low[1], high[1] + 1):
-            if au * s + av * t + a < 0.0 or bu * s + bv * t + b < 0.0 or cu * s + cv * t + c < 0.0:
-                continue
-            base = pw + slope_u * (s - pu) + slope_v * (t - pv)
-            first = max(np.int64(np.ceil(base + drop)) - 1, low[2])
-            last = min(np.int64(np.floor(base + rise)), high[2])
+            first, last = _row(sides, s, t, low[2], high[2])
             for k in range(first, last + 1):
-                if (
-                    dv * t + dw * k + d < 0.0
-                    or ev * t + ew * k + e < 0.0
-                    or fv * t + fw * k + f < 0.0
-                    or gw * k + gu * s + g < 0.0
-                    or hw * k + hu * s + h < 0.0
-                    or iw * k + iu * s + i < 0.0
-                ):
-                    continue
-                voxel = s * strides[0] + t * strides[1] + k * strides[2]
-                if mark:
-                    voxels[voxel] = True
-                elif not voxels[voxel]:
+                if _touches(sides, s, t, k):
+                    touched[s * strides[0] + t * strides[1] + k * strides[2]] = True
+
+
+@kernel
+def _keeps_below(p, q, r, low, high, strides, layers, limit):
+    """Whether no voxel of the box ``low`` to ``high`` that the triangle touches is above a limit.
+
+    Axes as for :func:`_sides`; ``strides`` are those of the flat array ``layers``.
+    """
+    sides = _sides(p, q, r)
+    for s in range(low[0], high[0] + 1):
+        for t in range(low[1], high[1] + 1):
+            first, last = _row(sides, s, t, low[2], high[2])
+            for k in range(first, last + 1):
+                place = s * strides[0] + t * strides[1] + k * strides[2]
+                if layers[place] > limit and _touches(sides, s, t, k):
                     return False
     return True
 
@@ -180,34 +212,116 @@ def mark_triangles(vertices, faces, origin, scale, begin, end, touched):
         ):
             # Fine meshes mark a voxel many times over; a look at eight is cheaper than the test.
             w = _dominant(p, q, r)
-            _visit_footprint(
+            _mark_footprint(
                 _rotate(p, w), _rotate(q, w), _rotate(r, w),
-                _rotate(low, w), _rotate(high, w), _rotate(strides, w), flat, True,
+                _rotate(low, w), _rotate(high, w), _rotate(strides, w), flat,
             )  # fmt: skip
 
 
-@kernel
-def is_contained(p, q, r, voxels):
-    """Whether every voxel that the triangle touches is set in ``voxels`` (nx, ny, nz) bool.
+@inline_kernel
+def _all_below(low, high, strides, layers, limit):
+    for x in range(low[0], high[0] + 1):
+        for y in range(low[1], high[1] + 1):
+            for z in range(low[2], high[2] + 1):
+                if layers[x * strides[0] + y * strides[1] + z * strides[2]] > limit:
+                    return False
+    return True
 
-    ``p``, ``q``, ``r`` are triples of float64 in grid space.  Outside the grid nothing is set.
+
+@kernel
+def _cell_contained(p, q, r, cell, size, layers, limit):
+    """Whether the triangle keeps to the limit in one cell of ``size`` voxels a side.
+
+    ``p``, ``q``, ``r`` in voxels.
     """
-    sizes = voxels.shape
+    sizes = layers.shape
+    strides = (sizes[1] * sizes[2], sizes[2], 1)
+    flat = layers.reshape(-1)
+    x0, x1 = _span(p[0], q[0], r[0], sizes[0])
+    y0, y1 = _span(p[1], q[1], r[1], sizes[1])
+    z0, z1 = _span(p[2], q[2], r[2], sizes[2])
+    flat_in = int(x0 == x1) + int(y0 == y1) + int(z0 == z1)
+    low = (max(x0, cell[0] * size), max(y0, cell[1] * size), max(z0, cell[2] * size))
+    high = (
+        min(x1, cell[0] * size + size - 1),
+        min(y1, cell[1] * size + size - 1),
+        min(z1, cell[2] * size + size - 1),
+    )
+    if flat_in >= 2:  # a row of voxels
+        return _all_below(low, high, strides, flat, limit)
+    w = _dominant(p, q, r)
+    return _keeps_below(
+        _rotate(p, w), _rotate(q, w), _rotate(r, w),
+        _rotate(low, w), _rotate(high, w), _rotate(strides, w), flat, limit,
+    )  # fmt: skip
+
+
+@inline_kernel
+def _scaled(point, size):
+    return point[0] * size, point[1] * size, point[2] * size
+
+
+@inline_kernel
+def _back(t, w):
+    """What :func:`_rotate` turned, turned back."""
+    if w == 0:
+        return t[2], t[0], t[1]
+    if w == 1:
+        return t[1], t[2], t[0]
+    return t
+
+
+@kernel
+def is_contained(p, q, r, room):
+    """Whether a triangle touches no voxel of a layer above the limit.
+
+    ``p``, ``q``, ``r`` are triples of float64 in grid space, whose unit is a cell.  ``room``:
+
+    ``layers``  (k nx, k ny, k nz) uint8, the voxels: k a cell along each axis.
+    ``least``, ``most``  (nx, ny, nz) uint8, the lowest and the highest layer in each cell.
+    ``limit``   the highest layer that is allowed.
+
+    Outside the grid nothing is allowed.  Voxels are looked at only in cells that hold both kinds.
+    """
+    layers, least, most, limit = room
+    sizes = least.shape
     for axis in range(3):
         if min(p[axis], q[axis], r[axis]) <= _TOUCH:
             return False
         if max(p[axis], q[axis], r[axis]) >= sizes[axis] - _TOUCH:
             return False
-    strides = (sizes[1] * sizes[2], sizes[2], 1)
-    flat = voxels.reshape(-1)
     x0, x1 = _span(p[0], q[0], r[0], sizes[0])
     y0, y1 = _span(p[1], q[1], r[1], sizes[1])
     z0, z1 = _span(p[2], q[2], r[2], sizes[2])
-    low, high = (x0, y0, z0), (x1, y1, z1)
+    size = layers.shape[0] // sizes[0]
+    fine = (_scaled(p, size), _scaled(q, size), _scaled(r, size))
     if int(x0 == x1) + int(y0 == y1) + int(z0 == z1) >= 2:
-        return _all_marked(low, high, strides, flat)
+        for x in range(x0, x1 + 1):
+            for y in range(y0, y1 + 1):
+                for z in range(z0, z1 + 1):
+                    if least[x, y, z] > limit:
+                        return False
+                    if most[x, y, z] > limit and not _cell_contained(
+                        fine[0], fine[1], fine[2], (x, y, z), size, layers, limit
+                    ):
+                        return False
+        return True
     w = _dominant(p, q, r)
-    return _visit_footprint(
-        _rotate(p, w), _rotate(q, w), _rotate(r, w),
-        _rotate(low, w), _rotate(high, w), _rotate(strides, w), flat, False,
-    )  # fmt: skip
+    sides = _sides(_rotate(p, w), _rotate(q, w), _rotate(r, w))
+    low, high = _rotate((x0, y0, z0), w), _rotate((x1, y1, z1), w)
+    # First what a look at the cells tells; most of what leaves the room does so by whole cells.
+    for closely in range(2):
+        for s in range(low[0], high[0] + 1):
+            for t in range(low[1], high[1] + 1):
+                first, last = _row(sides, s, t, low[2], high[2])
+                for k in range(first, last + 1):
+                    x, y, z = _back((s, t, k), w)
+                    if most[x, y, z] <= limit or not _touches(sides, s, t, k):
+                        continue
+                    if least[x, y, z] > limit:
+                        return False
+                    if closely and not _cell_contained(
+                        fine[0], fine[1], fine[2], (x, y, z), size, layers, limit
+                    ):
+                        return False
+    return True

@@ -51,6 +51,11 @@ def plan_levels(longest_edge: float, finest: Options, lods: LodOptions, drawn: i
             finest,
             solid=replace(finest.solid, resolution=resolution),
             selection=replace(finest.selection, budget=budget),
+            # From as much further away a pixel beside the outline is as much more of the mesh.
+            refine=replace(
+                finest.refine,
+                overhang=min(finest.refine.overhang * grids[0][0] / resolution, 1.0),
+            ),
         )
         for resolution, budget in grids
     )

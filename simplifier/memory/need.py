@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from simplifier.geometry.room import fineness
 from simplifier.kernels.sight import picture_size
 from simplifier.kernels.threads import thread_count
 from simplifier.options.stages import Options, SectionOptions, SolidOptions
@@ -158,10 +159,12 @@ def surface(shape: Shape) -> int:
 
 
 def refine(size: MeshSize, shape: Shape, options: Options) -> int:
-    """The allowed voxels; then the mesh's place in the grid or the pictures of the searches."""
+    """The room; then the mesh's place in the grid or the pictures of the searches."""
     reach = 0 if options.solid.wholly_inside or options.solid.glue else 1
     allowed = _grown(shape, reach + 1)
     growing = 3 * allowed  # the dilation copies twice
+    if reach and options.refine.overhang < 1.0:
+        allowed, growing = _fine_room(shape)
     # Placed vertices, the cell of each, and a copy of the faces.
     placing = (_VERTEX + 4) * size.vertices + _FACE * size.triangles
     # Where there may be cracks: vertices in cells, these cells, their keys, and who is in each.
@@ -170,6 +173,17 @@ def refine(size: MeshSize, shape: Shape, options: Options) -> int:
     if options.refine.moves == 0 and options.time_limit is None:
         return fixed + (0 if reach else growing)
     return fixed + max(growing, allowed + max(placing, _searches(size, options)))
+
+
+def _fine_room(shape: Shape) -> tuple[int, int]:
+    """The voxels and what is known of each cell; and with that what both are made of: cells that
+    are touched and filled, two queues of the voxels in cells of the surface, and a layer's."""
+    size, cells = fineness(shape), _grown(shape, 3)
+    a, b, c = shape
+    surface = 2 * (a * b + b * c + c * a)
+    held = size**3 * cells + (3 if size > 1 else 1) * cells
+    waiting = 8 * (size**3 if size > 1 else 0) * surface
+    return held, held + 2 * cells + waiting + 24 * size**2 * surface
 
 
 def _searches(size: MeshSize, options: Options) -> int:

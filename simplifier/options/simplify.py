@@ -105,9 +105,14 @@ class SimplifyOptions(OptionSet):
     )
     slicer: Slicing = option("cpu", "cpu, or gl for the OpenGL stencil buffer.")
     preset: Preset = option("balanced", "How much time to spend: draft, balanced or best.")
-    min_precision: float = option(
-        0.995, "Precision to aim for at least; more of it hides less.", low=0.0, high=1.0
-    )
+    min_precision: float | None = option(
+        None, "Precision to aim for at least; more of it hides less.",
+        low=0.0, high=1.0, absent="0.999; 0.995 with an overhang above 0.01",
+    )  # fmt: skip
+    overhang: float = option(
+        0.005, "Most that the occluder may cover beside the mesh, as a share of its silhouette; "
+        "less of it hides less, 0 keeps wholly inside.", low=0.0, high=1.0,
+    )  # fmt: skip
     moves: int | None = option(
         None, "Refining moves; 0 leaves the cut as it is.",
         low=0, high=MOST_MOVES, absent="by preset",
@@ -136,6 +141,13 @@ class SimplifyOptions(OptionSet):
         _refuse_both("time limit", self.time_limit, "moves", self.moves)
 
     @property
+    def least_precision(self) -> float:
+        """The precision to aim for: more where little may stick out."""
+        if self.min_precision is not None:
+            return self.min_precision
+        return 0.999 if self.overhang <= 0.01 else 0.995
+
+    @property
     def levels(self) -> LodOptions | None:
         """Which levels of detail; None for a single occluder."""
         if self.lods is None and self.error_bounds is None:
@@ -152,7 +164,7 @@ class SimplifyOptions(OptionSet):
     @property
     def wholly_inside(self) -> bool:
         """Whether the occluder keeps to voxels that are wholly inside."""
-        return self.conservative or self.shrink > 0.0
+        return self.conservative or self.shrink > 0.0 or self.overhang == 0.0
 
 
 @dataclass(frozen=True)

@@ -156,9 +156,13 @@ class RefineOptions(OptionSet):
     """What a measure that is hidden wrongly costs beside one hidden rightly, 0 to 100.  Raising it
     lifts precision and lowers recall."""
 
-    precision: float = shared(SimplifyOptions, "min_precision", words="min precision")
+    precision: float = shared(SimplifyOptions, "min_precision", 0.999, words="min precision")
     """Precision that the search aims for at least, 0 to 1: where its own views show less, it raises
     the cost of what is hidden wrongly."""
+
+    overhang: float = shared(SimplifyOptions, "overhang")
+    """Overhang that the search aims for at most, 0 to 1, a share of the silhouette in the mean over
+    all views, and twice that in any: while there is more it fines what lies past the outline."""
 
     views: int = option(96, low=1, high=MOST_DIRECTIONS, words="refine views")
     """Directions that the search looks from, 1 to 4096."""
@@ -244,7 +248,7 @@ def stage_options(chosen: SimplifyOptions | EvaluateOptions, longest_edge: float
             RefineOptions,
             chosen,
             moves=_moves(effort, chosen.budget) if chosen.moves is None else chosen.moves,
-            precision=chosen.min_precision,
+            precision=chosen.least_precision,
             views=effort.views,
             decimated=effort.decimated,
         ),

@@ -29,7 +29,9 @@ from simplifier.production.remarks import overrides_summary, remarks
 from simplifier.progress import Listener, Stopwatch
 from simplifier.report.page import write_pictures
 from simplifier.report.report import Report, build_report, left_out_rows, level_rows
+from simplifier.wording import exact_percent, percent, percent_at_most
 
+_NEARLY = 1.1  # times an aim: views differ by as much
 _UNSEEN = (
     "the mesh is so thin that no view shows a pixel of it, so precision and recall say nothing; "
     "raise the image"
@@ -165,7 +167,8 @@ class MeasuredResult:
     def warnings(self) -> tuple[str, ...]:
         """What the user should know, a sentence each."""
         unseen = (_UNSEEN,) if self.accuracies[0].shows_nothing else ()
-        return (*self.result.warnings, *unseen, *self.remarks)
+        missed = _missed_aims(self.result.options, self.accuracies[0], self.overhang)
+        return (*self.result.warnings, *unseen, *missed, *self.remarks)
 
     @property
     def interrupted(self) -> bool:
@@ -217,6 +220,27 @@ class MeasuredResult:
         return write_pictures(
             folder, self.mesh, self.occluder, self.accuracies[0], shown, name=name
         )
+
+
+def _missed_aims(
+    options: SimplifyOptions, accuracy: AccuracyReport, overhang: Overhang
+) -> tuple[str, ...]:
+    """Which aims of the search the finest level misses, in views that it never saw."""
+    missed = []
+    asked = options.overhang
+    if not options.wholly_inside and overhang.mean > _NEARLY * asked:
+        missed.append(
+            f"the occluder covers {percent_at_most(overhang.mean)} beside the mesh, more than the"
+            f" {exact_percent(asked)} asked for; allow more overhang, raise the budget, or choose"
+            " the preset best"
+        )
+    least = options.least_precision
+    if 1.0 - accuracy.precision > _NEARLY * (1.0 - least):
+        missed.append(
+            f"precision is {percent(accuracy.precision, 2)}, below the {exact_percent(least)} aimed"
+            " for; allow less overhang, raise the budget, or choose the preset best"
+        )
+    return tuple(missed)
 
 
 def _options_row(result: SimplifyResult) -> dict[str, Any]:

@@ -9,19 +9,25 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.overrides import NOTHING
+from simplifier.geometry.room import Room
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.annealing import anneal
+from simplifier.kernels.bit_image import SIZE
+from simplifier.kernels.overhang import count_beside
 from simplifier.kernels.soup_views import (
+    all_contained,
     block_count,
     draw_soup,
     remove_useless,
     score_unions,
     unite_others,
 )
-from simplifier.refinement.finalists import FinalistScore
+from simplifier.refinement.finalists import precision_and_recall
 
-_STEPS = (6.0, 0.1)  # voxels that a move spans at first and at last
+_STEPS = (6.0 / 64.0, 0.1 / 64.0)  # of the grid that a move spans at first and at last
 _HEATS = (1e-3, 2e-5)  # losses taken at first and at last, as shares of the original's measure
+_PULLS = 48  # steps, each a sixteenth of the way: a twentieth of the size is left at the end
+_PULL = 1.0 / 16.0
 _FEW = 50  # triangles up to which a move is as hot; each of more has less to lose
 
 Images = NDArray[np.uint64]
@@ -40,6 +46,18 @@ class RefineViews:
     originals: Images
     drawn: FloatArray = field(default_factory=lambda: NOTHING)
 
+    def outline(self) -> float:
+        """Overhang if something stuck out by a unit of space all around: the mean over all views of
+        the outline's length as a share of the silhouette's area.  0 where nothing shows."""
+        masks = np.ascontiguousarray(self.originals[:, :, None])
+        pixels = np.empty((len(masks), 2), dtype=np.int64)
+        count_beside(masks, np.full_like(masks, ~np.uint64(0)), 0, len(masks), pixels)
+        there, beside = pixels.T
+        around = SIZE * SIZE - there - beside
+        scale = np.linalg.norm(self.projections[:, 0, :3], axis=1)
+        shares = around * scale / np.maximum(there, 1)
+        return float(shares[there > 0].mean()) if there.any() else 0.0
+
     def standing(self) -> Images:
         """(b, V, 64) the picture of the drawn triangles, as a block of a soup; none without any."""
         images = np.zeros((len(self.drawn), len(self.projections), 64), dtype=np.uint64)
@@ -48,36 +66,59 @@ class RefineViews:
         return np.bitwise_or.reduce(blocks, axis=0, keepdims=True)[: len(blocks)]
 
 
-@dataclass(frozen=True, eq=False)
-class Room:
-    """Where triangles may be: ``allowed`` (nx, ny, nz) bool voxels.
+def cells_before(room: Room) -> NDArray[np.int64]:
+    """(nx ny + 1,) cells with room in the columns along z before each one, and in all.
 
-    ``before`` (nx ny + 1,) int64: allowed voxels in the columns along z before each one, and in
-    all.  A table of the voxels themselves would take more memory than all else in a fine grid.
+    A table of the cells themselves would take more memory than all else in a fine grid.
+    """
+    counts = np.count_nonzero(room.cells, axis=2).ravel()
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Prices:
+    """What hiding too much costs, in sixteenths, as :mod:`simplifier.kernels.soup_views` counts.
+
+    ``measure``  of a measure that is hidden wrongly, beside one hidden rightly.
+    ``fines``    (V,) int64, or one for all views, of each pixel past the outline.
     """
 
-    allowed: BoolArray
-    before: NDArray[np.int64]
+    measure: int
+    fines: NDArray[np.int64] | int = 0
 
-    @classmethod
-    def of(cls, allowed: BoolArray) -> Room:
-        counts = np.count_nonzero(allowed, axis=2).ravel()
-        return cls(allowed, np.concatenate([[0], np.cumsum(counts)]).astype(np.int64))
+
+def pull_each(triangles: FloatArray, room: Room) -> tuple[FloatArray, BoolArray]:
+    """Shrink the triangles that leave a room towards their centres until they do not.
+
+    Returns them, (m, 3, 3), and which are in the room after that, (m,).
+    """
+    triangles = np.array(triangles, dtype=np.float64)
+    inside = np.zeros(len(triangles), dtype=np.bool_)
+    all_contained(triangles, room.voxels, inside)
+    for _ in range(_PULLS):
+        if inside.all():
+            break
+        outside = triangles[~inside]
+        triangles[~inside] += _PULL * (outside.mean(axis=1, keepdims=True) - outside)
+        all_contained(triangles, room.voxels, inside)
+    return triangles, inside
 
 
 class Annealing:
     """Simulated annealing of ``triangles`` (m, 3, 3) in grid space, m >= 1.
 
-    ``price`` is what a measure hidden wrongly costs, in sixteenths of one hidden rightly.  Scores
-    are whole numbers, those of :mod:`simplifier.kernels.soup_views`.  ``work`` (2,) int64 counts
-    the views that moves drew and those that they scored.
+    Scores are whole numbers, those of :mod:`simplifier.kernels.soup_views`.  ``work`` (2,) int64
+    counts the views that moves drew and those that they scored.
     """
 
     def __init__(
-        self, triangles: FloatArray, room: Room, views: RefineViews, price: int, seed: int
+        self, triangles: FloatArray, room: Room, views: RefineViews, prices: Prices, seed: int
     ) -> None:
         count = len(views.projections)
-        self._room, self._views, self._price = room, views, price
+        self._room, self._views = room, views
+        self._before = cells_before(room)
+        self._price, self._fines = -1, np.zeros(count, dtype=np.int64)
+        self._set(prices)
         self._start = triangles
         self._state = np.array([(2 * seed + 1) * 0x9E3779B97F4A7C15 % 2**64], dtype=np.uint64)
         self._triangles = np.array(triangles)
@@ -100,6 +141,10 @@ class Annealing:
         """That score as a share of what the original itself would have."""
         return max(self.score / self._whole, 0.0)
 
+    def current(self) -> FloatArray:
+        """(m, 3, 3) the triangles as they are, a copy."""
+        return self._triangles.copy()
+
     def best(self) -> FloatArray:
         """(m, 3, 3) the triangles of that score, a copy."""
         return self._best.copy()
@@ -108,25 +153,49 @@ class Annealing:
         """Try some moves; ``shares`` of the whole search begin and end."""
         heat = self._whole * min(1.0, _FEW / len(self._triangles))
         heats = (_HEATS[0] * heat, _HEATS[1] * heat)
+        length = max(self._room.shape) - 2.0 * self._room.margin
+        steps = (_STEPS[0] * length, _STEPS[1] * length)
         anneal(
-            self._triangles, self._views.projections, self._views.originals, self._price,
-            self._room.allowed, self._room.before, self._images, self._blocks, self._scores,
-            self._best, self._best_score, self._state, moves, shares, _STEPS, heats, self.work,
+            self._triangles, self._views.projections, self._views.originals,
+            self._price, self._fines, self._room.voxels, self._before,
+            self._images, self._blocks, self._scores, self._best, self._best_score,
+            self._state, moves, shares, steps, heats, self.work,
         )  # fmt: skip
 
-    def reprice(self, price: int) -> None:
-        """Go on with another price; the best yet is judged anew."""
-        if price == self._price:
-            return
-        self._price = price
-        best = self._fresh(self._best)
-        now = self._score(self._union(), self._scores)
-        self._best_score[0] = max(best, now)
-        if now >= best:
-            self._best[:] = self._triangles
+    def reprice(self, prices: Prices) -> None:
+        """Go on with other prices; the best yet is judged anew."""
+        if self._set(prices):
+            best = self._fresh(self._best)
+            now = self._score(self._union(), self._scores)
+            self._best_score[0] = max(best, now)
+            if now >= best:
+                self._best[:] = self._triangles
+
+    def _set(self, prices: Prices) -> bool:
+        """Whether these are others than before."""
+        fines = np.broadcast_to(np.asarray(prices.fines, dtype=np.int64), self._fines.shape)
+        if prices.measure == self._price and np.array_equal(fines, self._fines):
+            return False
+        self._price, self._fines = prices.measure, np.array(fines)
+        return True
+
+    def move_to(self, room: Room) -> None:
+        """Go on in another room: triangles that leave it are drawn in, as in :func:`pull_each`.
+
+        In place of one that cannot be, another is copied; it is soon put elsewhere.
+        """
+        self._room, self._before = room, cells_before(room)
+        drawn, inside = pull_each(self._triangles, room)
+        if inside.any():
+            others = np.flatnonzero(inside)
+            places = np.flatnonzero(~inside)
+            drawn[places] = drawn[others[np.arange(len(places)) % len(others)]]
+        self._triangles[:] = drawn
+        self._best_score[0] = self._draw()
+        self._best[:] = self._triangles
 
     def adopt(self, other: Annealing) -> None:
-        """Go on from the current state of another search of as many triangles and that price."""
+        """Go on from the current state of another search of as many triangles and those prices."""
         for mine, its in (
             (self._triangles, other._triangles), (self._images, other._images),
             (self._blocks, other._blocks), (self._scores, other._scores),
@@ -137,7 +206,13 @@ class Annealing:
     def precision(self) -> float:
         """Of the current state in the search's own views, all quads counted."""
         originals, unions = self._views.originals[:, :, None], self._union()[:, :, None]
-        return FinalistScore.of(originals, unions, 64).precision
+        return precision_and_recall(originals, unions, 64)[0]
+
+    def overhang(self) -> FloatArray:
+        """(V,) pixels of the current state past the outline, as a share of the original's."""
+        originals, outside = self._views.originals, self._union() & ~self._views.originals
+        there = np.bitwise_count(originals).sum(axis=1, dtype=np.int64)
+        return np.asarray(np.bitwise_count(outside).sum(axis=1) / np.maximum(there, 1))
 
     def result(self) -> FloatArray:
         """The best triangles, or those of the start if they score more; none that adds nothing."""
@@ -147,7 +222,13 @@ class Annealing:
         self._draw()
         kept = np.zeros(len(self._best), dtype=np.bool_)
         remove_useless(
-            self._images, self._blocks, self._views.originals, self._price, self._scores, kept
+            self._images,
+            self._blocks,
+            self._views.originals,
+            self._price,
+            self._fines,
+            self._scores,
+            kept,
         )
         return self._best[kept]
 
@@ -156,7 +237,7 @@ class Annealing:
         return self._score(self._union(), self._scores)
 
     def _fresh(self, triangles: FloatArray) -> int:
-        """The score of other triangles at the present price."""
+        """The score of other triangles at the present prices."""
         images, blocks = np.empty_like(self._images), self._blocks.copy()
         draw_soup(triangles, self._views.projections, images, blocks)
         unions = np.bitwise_or.reduce(blocks, axis=0)
@@ -168,4 +249,5 @@ class Annealing:
         return unions
 
     def _score(self, unions: Images, scores: NDArray[np.int64]) -> int:
-        return int(score_unions(unions, self._views.originals, self._price, scores))
+        views = self._views.originals
+        return int(score_unions(unions, views, self._price, self._fines, scores))

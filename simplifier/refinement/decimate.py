@@ -1,6 +1,6 @@
-"""Surface -> few triangles: decimated to a budget, then moved into the allowed voxels.
+"""Surface -> few triangles: decimated to a budget, then moved into the room.
 
-Triangles that leave the solid are moved into it, as they are, as far as that goes.
+Triangles that leave it are moved into it, as they are, as far as that goes.
 
 Voxels -> shares: a solid in few cells, for work that need not be as fine as its grid.
 """
@@ -12,39 +12,39 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from simplifier.geometry.mesh import FloatArray, IntArray, have_area
+from simplifier.geometry.room import Room
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.decimate import decimate
 from simplifier.kernels.soup_views import all_contained
 
 
 def decimate_into(
-    vertices: FloatArray, faces: IntArray, allowed: BoolArray, margin: float, budget: int
+    vertices: FloatArray, faces: IntArray, room: Room, budget: int
 ) -> tuple[FloatArray, IntArray]:
     """At most ``budget`` (1 or more) triangles near a surface; grid space.
 
     ``vertices`` (n, 3), ``faces`` (m, 3) with no vertex twice in a face and no face twice.
-    ``allowed`` (nx, ny, nz) bool: point p of grid space lies in its voxel floor(p + margin).  Faces
-    keep to its voxels where they can; those that do not share no vertex with others, so that the
-    caller may shrink or drop them.
+    Faces keep to the ``room`` where they can; those that do not share no vertex with others, so
+    that the caller may shrink or drop them.
 
-    Returns ``vertices`` (k, 3) float64, all used and none outside the array, and ``faces`` int32,
-    none without area.
+    Returns ``vertices`` (k, 3) float64, all used and none outside the room's cells, and ``faces``
+    int32, none without area.
     """
-    points = np.ascontiguousarray(vertices + margin, dtype=np.float64)
+    points = np.ascontiguousarray(vertices + room.margin, dtype=np.float64)
     corners = np.array(faces, dtype=np.int32)
     alive = np.ones(len(corners), dtype=np.bool_)
     if len(corners) > budget:
-        decimate(points, corners, allowed, budget, alive)
+        decimate(points, corners, room.voxels, budget, alive)
     points, corners = _without_unused(points, corners[alive])
-    points = np.clip(sunk(points, corners, allowed), 0.0, np.array(allowed.shape, np.float64))
-    points, corners = _detach(points, corners[have_area(points[corners])], allowed)
-    return points - margin, corners
+    points = np.clip(sunk(points, corners, room), 0.0, np.array(room.shape, np.float64))
+    points, corners = _detach(points, corners[have_area(points[corners])], room)
+    return points - room.margin, corners
 
 
-def _detach(points: FloatArray, faces: IntArray, allowed: BoolArray) -> tuple[FloatArray, IntArray]:
+def _detach(points: FloatArray, faces: IntArray, room: Room) -> tuple[FloatArray, IntArray]:
     """Give the faces that are outside vertices of their own: mending them leaves the others be."""
     inside = np.zeros(len(faces), dtype=np.bool_)
-    all_contained(points[faces], allowed, inside)
+    all_contained(points[faces], room.voxels, inside)
     outside = faces[~inside]
     apart = faces.copy()
     apart[~inside] = len(points) + np.arange(outside.size).reshape(-1, 3)
@@ -57,24 +57,24 @@ def _without_unused(points: FloatArray, faces: IntArray) -> tuple[FloatArray, In
 
 
 _STEPS = 48
-_STEP = 0.25  # voxels
+_STEP = 0.25  # cells
 
 
-def sunk(vertices: FloatArray, faces: IntArray, allowed: BoolArray) -> FloatArray:
-    """Vertices (n, 3) of the step at which most faces keep to ``allowed`` (nx, ny, nz) bool.
+def sunk(vertices: FloatArray, faces: IntArray, room: Room) -> FloatArray:
+    """Vertices (n, 3) of the step at which most faces keep to the room.
 
-    In each of 48 steps the vertices of the faces that are outside go a quarter of a voxel to where
-    the nearest voxel that is not allowed is further from the faces' centres.  A chord across a
+    In each of 48 steps the vertices of the faces that are outside go a quarter of a cell to where
+    the nearest cell without room is further from the faces' centres.  A chord across a
     hollow sinks that way; shrinking it instead would open its neighbours.  The vertices are in the
-    space of the array.
+    space of the room.
     """
     inside = np.zeros(len(faces), dtype=np.bool_)
     moved, best = vertices.copy(), vertices
-    all_contained(moved[faces], allowed, inside)
+    all_contained(moved[faces], room.voxels, inside)
     most = int(inside.sum())
     if most == len(faces):
         return best
-    deeper = _Depth(allowed)
+    deeper = _Depth(room.cells)
     for _ in range(_STEPS):
         outside = faces[~inside]
         ways = np.zeros_like(moved)
@@ -82,7 +82,7 @@ def sunk(vertices: FloatArray, faces: IntArray, allowed: BoolArray) -> FloatArra
             np.add.at(ways, outside[:, corner], deeper.gradient(moved[outside].mean(axis=1)))
         lengths = np.linalg.norm(ways, axis=1, keepdims=True)
         moved += _STEP * np.divide(ways, lengths, out=np.zeros_like(ways), where=lengths > 0.0)
-        all_contained(moved[faces], allowed, inside)
+        all_contained(moved[faces], room.voxels, inside)
         if int(inside.sum()) > most:
             most, best = int(inside.sum()), moved.copy()
         if most == len(faces):
@@ -91,10 +91,10 @@ def sunk(vertices: FloatArray, faces: IntArray, allowed: BoolArray) -> FloatArra
 
 
 class _Depth:
-    """How far it is to the voxels that are not allowed, smoothed; it need not be exact."""
+    """How far it is to the cells without room, smoothed; it need not be exact."""
 
-    def __init__(self, allowed: BoolArray) -> None:
-        shares, self._size = coarse(allowed)
+    def __init__(self, cells: BoolArray) -> None:
+        shares, self._size = coarse(cells)
         depth = ndimage.distance_transform_edt(np.pad(shares, 1) > 0.5)[1:-1, 1:-1, 1:-1]
         self._depth = ndimage.gaussian_filter(depth, 1.0)
 
@@ -115,8 +115,8 @@ class _Depth:
 _CELLS = 64  # along the longest edge, about
 
 
-def coarse(inside: BoolArray) -> tuple[NDArray[np.float64], int]:
-    """(nx, ny, nz) bool to the share of each cell that is inside, and a cell's edge in voxels.
+def coarse(inside: BoolArray | NDArray[np.uint8]) -> tuple[NDArray[np.float64], int]:
+    """(nx, ny, nz) voxels to the means of larger cells, and a cell's edge in voxels.
 
     A cell is a voxel in grids of up to 95 a side.  Cells at the upper ends may reach past the grid,
     which counts as outside.

@@ -10,75 +10,137 @@ import numpy as np
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.overrides import NOTHING
 from simplifier.kernels.coverage import MaskArray, coverage_masks
+from simplifier.kernels.overhang import count_beside
 from simplifier.kernels.random_quads import exact_quad_pixels
+from simplifier.kernels.threads import run_chunks
 
 SIZE = 256
-"""Pixels a side, as in an accuracy report."""
+"""Pixels a side of the pictures for precision and recall, as in an accuracy report."""
+
+OUTLINE = 512
+"""Pixels a side of the pictures for overhang, as in an accuracy report."""
 
 _WRONG = 2.0  # what a share hidden wrongly weighs beside one of recall
 _SHORT = 20.0  # and that part of it which falls short of the aim, as well
+_BESIDE = 40.0  # what overhang past the aim weighs
+_WORST = 10.0  # and what it has past twice the aim in the worst view
 _MUCH = 0.7  # of recall, less all that: what is worth less may be too thin for what was tried
 
 
 @dataclass(frozen=True, eq=False)
-class FineViews:
-    """``projections`` (V, 2, 4) to 256 x 256 pixels, and the original's masks (V, 256, 4)."""
+class Outlines:
+    """Pictures of the original in which overhang is counted.
+
+    ``projections`` (V, 2, 4) to 512 x 512 pixels, ``originals`` (V, 512, 8) masks, and the
+    triangles ``drawn`` (k, 3, 3) by hand, which count as the original's.
+    """
 
     projections: FloatArray
     originals: MaskArray
+    drawn: FloatArray
 
     @classmethod
-    def of(cls, vertices: FloatArray, faces: IntArray, projections: FloatArray) -> FineViews:
+    def of(
+        cls,
+        vertices: FloatArray,
+        faces: IntArray,
+        projections: FloatArray,
+        drawn: FloatArray = NOTHING,
+    ) -> Outlines:
+        """``projections`` (V, 2, 4) to 64 x 64 pixels, as a search has them."""
+        fine = projections * (OUTLINE / 64)
+        return cls(fine, coverage_masks(vertices, faces, fine, OUTLINE, OUTLINE), drawn)
+
+    def overhang(self, triangles: FloatArray) -> FloatArray:
+        """(V,) pixels of a soup (m, 3, 3) beside the original, as a share of the original's."""
+        shown = _shown(np.concatenate([triangles, self.drawn]), self.projections, OUTLINE)
+        pixels = np.empty((len(shown), 2), dtype=np.int64)
+        run_chunks(
+            lambda begin, end: count_beside(self.originals, shown, begin, end, pixels), len(shown)
+        )
+        there, beside = pixels.T
+        return np.asarray(np.where(there > 0, beside / np.maximum(there, 1), beside > 0))
+
+
+@dataclass(frozen=True, eq=False)
+class FineViews:
+    """``projections`` (V, 2, 4) to 256 x 256 pixels, the original's masks (V, 256, 4), and where
+    overhang is counted."""
+
+    projections: FloatArray
+    originals: MaskArray
+    outlines: Outlines
+
+    @classmethod
+    def of(
+        cls, vertices: FloatArray, faces: IntArray, projections: FloatArray, outlines: Outlines
+    ) -> FineViews:
         """``projections`` (V, 2, 4) to 64 x 64 pixels, as a search has them."""
         fine = projections * (SIZE / 64)
-        return cls(fine, coverage_masks(vertices, faces, fine, SIZE, SIZE))
+        return cls(fine, coverage_masks(vertices, faces, fine, SIZE, SIZE), outlines)
 
 
 @dataclass(frozen=True)
 class FinalistScore:
-    """Precision and recall in some views, all quads counted.
+    """Precision, recall and overhang in some views, all quads counted.
 
-    Where nothing is hidden the precision is 1; where there is nothing to hide the recall is 0, so
-    that what is too thin for any picture is no success.
+    ``overhang``  over all views, ``worst`` in the view with most.
     """
 
     precision: float
     recall: float
+    overhang: float
+    worst: float
 
-    @classmethod
-    def of(cls, originals: MaskArray, shown: MaskArray, columns: int) -> FinalistScore:
-        """Of masks (V, rows, words)."""
-        right, missed, wrong = exact_quad_pixels(originals, shown, columns).sum(axis=0)
-        return cls(
-            float(right / (right + wrong)) if right + wrong > 0.0 else 1.0,
-            float(right / (right + missed)) if right + missed > 0.0 else 0.0,
-        )
+
+def precision_and_recall(
+    originals: MaskArray, shown: MaskArray, columns: int
+) -> tuple[float, float]:
+    """Of masks (V, rows, words).
+
+    Where nothing is hidden the precision is 1; where there is nothing to hide the recall is 0, so
+    that what is too thin for any picture is no success.
+    """
+    right, missed, wrong = exact_quad_pixels(originals, shown, columns).sum(axis=0)
+    return (
+        float(right / (right + wrong)) if right + wrong > 0.0 else 1.0,
+        float(right / (right + missed)) if right + missed > 0.0 else 0.0,
+    )
 
 
 def score_finalist(triangles: FloatArray, views: FineViews) -> FinalistScore:
-    """Judge a soup (m, 3, 3); none at all has precision 1 and recall 0."""
+    """Judge a soup (m, 3, 3); none at all has precision 1, recall 0 and no overhang."""
+    together = np.concatenate([triangles, views.outlines.drawn])
+    shown = _shown(together, views.projections, SIZE)
+    beside = views.outlines.overhang(triangles)
+    return FinalistScore(
+        *precision_and_recall(views.originals, shown, SIZE), float(beside.mean()),
+        float(beside.max()),
+    )  # fmt: skip
+
+
+def _shown(triangles: FloatArray, projections: FloatArray, size: int) -> MaskArray:
     corners = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
-    shown = coverage_masks(triangles.reshape(-1, 3), corners, views.projections, SIZE, SIZE)
-    return FinalistScore.of(views.originals, shown, SIZE)
+    return coverage_masks(triangles.reshape(-1, 3), corners, projections, size, size)
 
 
 def best_of(
     soups: Sequence[FloatArray],
     views: FineViews,
     precision: float,
+    overhang: float = 1.0,
     spare: Callable[[], Sequence[FloatArray]] = tuple,
-    drawn: FloatArray = NOTHING,
 ) -> FloatArray:
-    """The soup with most recall, less what it hides wrongly, which weighs most below the aim.
+    """The soup with most recall, less what it hides wrongly, which weighs most past the aims.
 
-    The first of equals, so that what is refined comes before what is not.  Where that is worth
-    little, what ``spare`` makes and nothing at all compete with it, and come before equals: none
-    of the pictures may show what is thin.  ``drawn`` (k, 3, 3) triangles hide too, whichever it is.
+    ``precision`` is to be had at least, ``overhang`` at most in the mean, and twice that in any
+    view.  The first of equals, so that what is refined comes before what is not.  Where that is
+    worth little, what ``spare`` makes and nothing at all compete with it, and come before equals:
+    none of the pictures may show what is thin.
     """
 
     def worths(some: Sequence[FloatArray]) -> list[float]:
-        shown = (np.concatenate([soup, drawn]) for soup in some)
-        return [_worth(score_finalist(soup, views), precision) for soup in shown]
+        return [_worth(score_finalist(soup, views), precision, overhang) for soup in some]
 
     judged = worths(soups)
     if max(judged, default=0.0) < _MUCH:
@@ -87,6 +149,9 @@ def best_of(
     return soups[judged.index(max(judged))]
 
 
-def _worth(found: FinalistScore, precision: float) -> float:
+def _worth(found: FinalistScore, precision: float, overhang: float) -> float:
     short = max(precision - found.precision, 0.0)
-    return found.recall - _WRONG * (1.0 - found.precision) - _SHORT * short
+    beside = max(found.overhang - overhang, 0.0)
+    worst = max(found.worst - 2.0 * overhang, 0.0)
+    lost = _WRONG * (1.0 - found.precision) + _SHORT * short
+    return found.recall - lost - _BESIDE * beside - _WORST * worst

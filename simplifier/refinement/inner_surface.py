@@ -1,4 +1,4 @@
-"""VoxelGrid -> surface: the smoothed boundary of the solid.
+"""Shares of cells -> surface: the smoothed boundary of the solid.
 
 Surface nets (Gibson, "Constrained Elastic Surface Nets", 1998) in their dual form: a vertex for
 each cube between eight cells that the surface passes, at the mean of its crossings with the edges,
@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from simplifier.geometry.mesh import FloatArray, IntArray
-from simplifier.geometry.solid import BoolArray, VoxelGrid
+from simplifier.geometry.room import WHOLE
+from simplifier.geometry.solid import BoolArray
 from simplifier.refinement.decimate import coarse
 
 _LEVEL = 0.5  # of the smoothed solid: flat sides stay where they are, edges are rounded inwards
@@ -24,16 +25,17 @@ _PAD = _PASSES  # cells around: the smoothed solid is below the level at the bor
 Cells = NDArray[np.int64]
 
 
-def inner_surface(solid: VoxelGrid) -> tuple[FloatArray, IntArray]:
-    """Triangles around the solid, wound outwards; grid space.
+def inner_surface(shares: NDArray[np.uint8]) -> tuple[FloatArray, IntArray]:
+    """Triangles around the solid, wound outwards; in the space of the array.
 
+    ``shares`` (nx, ny, nz) uint8: of each cell, what is inside, as a :class:`Room` has it.
     Returns ``vertices`` (n, 3) float64 and ``faces`` (m, 3) int32, closed.  Each vertex lies within
     three cells along every axis of the centre of a cell that the solid reaches, and of one that it
     does not fill.  Cells are voxels, or cubes of several in large grids.  Parts of one cell's
     thickness vanish.
     """
-    field, size = coarse(solid.inside)
-    field = np.pad(field, _PAD)
+    field, size = coarse(shares)
+    field = np.pad(field / WHOLE, _PAD)
     for _ in range(_PASSES):
         for axis in range(3):
             field = ndimage.convolve1d(field, [0.25, 0.5, 0.25], axis=axis, mode="constant")

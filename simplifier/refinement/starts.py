@@ -13,47 +13,44 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
-from simplifier.geometry.solid import BoolArray, VoxelGrid
+from simplifier.geometry.room import Room
+from simplifier.geometry.solid import VoxelGrid
 from simplifier.kernels.thin import crack_triangles, has_border
 from simplifier.refinement.decimate import decimate_into
 from simplifier.refinement.inner_surface import inner_surface
 from simplifier.refinement.reduce import reduce_to
 
 
-def enclosed_start(
-    filled: VoxelGrid, allowed: BoolArray, margin: float, budget: int
-) -> tuple[FloatArray, IntArray]:
+def enclosed_start(room: Room, budget: int) -> tuple[FloatArray, IntArray]:
     """The solid's smoothed surface in at most ``budget`` triangles, for what encloses a volume.
 
-    ``allowed`` (nx, ny, nz) bool and ``margin``: as for :func:`~.decimate.decimated`.  Returns
-    vertices (n, 3) float64 in grid space and faces (m, 3) int32, m at most the budget and 0 where
-    the solid is nowhere thicker than a voxel.
+    Returns vertices (n, 3) float64 in grid space and faces (m, 3) int32, m at most the budget and
+    0 where the solid is nowhere thicker than a voxel.
     """
-    return decimate_into(*inner_surface(filled), allowed, margin, budget)
+    vertices, faces = inner_surface(room.shares)
+    return decimate_into(vertices - room.margin, faces, room, budget)
 
 
 def sheet_start(
-    mesh: TriangleMesh, filled: VoxelGrid, allowed: BoolArray, margin: float, budget: int
+    mesh: TriangleMesh, filled: VoxelGrid, room: Room, budget: int
 ) -> tuple[FloatArray, IntArray]:
     """The mesh itself in at most ``budget`` triangles, for open sheets and thin parts.
 
     Arguments and result as for :func:`enclosed_start`; ``mesh`` in world units.  Small components
     are given up first.
     """
-    return decimate_into(*cluster_vertices(mesh, filled), allowed, margin, budget)
+    return decimate_into(*cluster_vertices(mesh, filled), room, budget)
 
 
 def fine_start(
-    mesh: TriangleMesh, filled: VoxelGrid, allowed: BoolArray, margin: float, budget: int
+    mesh: TriangleMesh, filled: VoxelGrid, room: Room, budget: int
 ) -> tuple[FloatArray, IntArray]:
     """The mesh itself in at most ``budget`` triangles, thinner than a voxel as it may be.
 
     Arguments and result as for :func:`sheet_start`, whose cells leave nothing of a thin rod, or a
     ribbon that is too wide.
     """
-    return decimate_into(
-        *weld_vertices(reduce_to(mesh, _MOST_FINE), filled), allowed, margin, budget
-    )
+    return decimate_into(*weld_vertices(reduce_to(mesh, _MOST_FINE), filled), room, budget)
 
 
 _MOST_FINE = 20_000  # triangles that take a tenth of a second

@@ -8,20 +8,22 @@ import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
-from simplifier.geometry.solid import BoolArray, Solid
+from simplifier.geometry.room import Room
+from simplifier.geometry.solid import Solid
 from simplifier.kernels.threads import run_chunks
-from simplifier.options.stages import Options
+from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
-from simplifier.refinement.finalists import FineViews, best_of
+from simplifier.refinement.finalists import FineViews, Outlines, best_of
 from simplifier.refinement.search import pull_into, refine
 from simplifier.refinement.thin import thin_for_pictures
 from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.time_limit import FEW_VIEWS, affordable_views
-from simplifier.voxel.core import barred_voxels
-from simplifier.voxel.morphology import dilate
 
 _FINE_VIEWS = 12  # that decide between what was found and the starts
+_OUTLINES = 32  # that overhang is judged in
+_ALL_AROUND = 110.0  # times the overhang asked for: what the room could have all around
+_TINY = 1e-9
 _FEW_FINE_VIEWS = 6  # where a time limit is short
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
 _JUDGED_SECONDS = 0.1  # and for a look at whether the search has come to anything
@@ -35,12 +37,13 @@ def improve(
     start: FloatArray,
     mesh: TriangleMesh,
     solid: Solid,
+    room: Room,
     options: Options,
     watch: Stopwatch,
     deadline: Deadline,
     overrides: Overrides = NO_OVERRIDES,
-) -> FloatArray:
-    """Move the triangles (m, 3, 3) of grid space within the core and its reach.
+) -> tuple[FloatArray, float]:
+    """Move the triangles (m, 3, 3) of grid space within the room, and how far that reaches, cells.
 
     That keeps the error bound, and regions open.  Searches begin from them and from decimated
     surfaces; finer pictures then decide between what they find and the starts as they are.
@@ -48,15 +51,12 @@ def improve(
     even when there is nothing to refine.  What is drawn by hand belongs to the original there, and
     hides as well.
     """
-    regions = [one.region for one in overrides.open]
-    free = solid.reach > 0 and not regions
+    free = solid.reach > 0 and not overrides.open
     if options.refine.moves == 0 and free:
-        return start
-    allowed, margin = dilate(solid.core, solid.reach)
-    allowed &= ~barred_voxels(solid.core, regions, int(margin))
-    inside = pull_into(start + margin, allowed)
+        return start, ERROR_VOXELS
+    margin = room.margin
     if options.refine.moves == 0:
-        return inside - margin
+        return pull_into(start + margin, room) - margin, room.bound
     drawn = solid.core.to_grid(overrides.triangles) + margin
     placed = solid.core.to_grid(mesh.vertices)
     placed += margin
@@ -65,7 +65,9 @@ def improve(
     try:
         views = _views(original, drawn, solid, options, margin, watch, deadline)
     except _StoppedError:
-        return start if free else inside - margin
+        if free:
+            return start, ERROR_VOXELS
+        return pull_into(start + margin, room) - margin, room.bound
 
     def stop(share: float, measure: float, best: Best) -> bool:
         def shown() -> FloatArray:
@@ -75,24 +77,31 @@ def improve(
         watch.tell("refine", share, measure, shown)
         return watch.cancelled
 
-    starts, several = [inside], options.refine.decimated and deadline.left > _SEVERAL_SECONDS
+    room = room.within(_ALL_AROUND * options.refine.overhang / max(views.outline(), _TINY))
+    starts = [pull_into(start + margin, room)]
+    several = options.refine.decimated and deadline.left > _SEVERAL_SECONDS
     if several:
-        starts += _decimated_starts(mesh, solid, options.selection.budget, allowed, margin)
+        starts += _decimated_starts(mesh, solid, options.selection.budget, room)
     judged = several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
+    outlines = None
+    if several or not deadline.limited:
+        lines = search_projections(solid, options, _OUTLINES, margin)
+        outlines = Outlines.of(*original, lines, drawn)
     found = refine(
-        starts, allowed, views, options.selection.budget, options.refine, options.seed, stop,
-        deadline.part(1.0 - _closing_share(several)) if deadline.limited else None,
+        starts, room, views, options.selection.budget, options.refine, options.seed, stop,
+        deadline.part(1.0 - _closing_share(several)) if deadline.limited else None, outlines,
     )  # fmt: skip
     if not judged:
-        return (found or starts)[0] - margin
+        return (found or starts)[0] - margin, room.bound
     fine = search_projections(solid, options, _FINE_VIEWS if several else _FEW_FINE_VIEWS, margin)
-    aim = options.refine.precision
 
     def spare() -> list[FloatArray]:  # takes what no limit has left for it
-        return [] if deadline.limited else [_fine_start(mesh, solid, options, allowed, margin)]
+        return [] if deadline.limited else [_fine_start(mesh, solid, options, room)]
 
-    judges = FineViews.of(*original, fine)
-    return best_of([*found, *starts], judges, aim, spare, drawn) - margin
+    judges = FineViews.of(*original, fine, outlines or Outlines.of(*original, fine, drawn))
+    aims = options.refine
+    best = best_of([*found, *starts], judges, aims.precision, aims.overhang, spare)
+    return best - margin, room.bound
 
 
 def _two_as_one(
@@ -110,35 +119,33 @@ def _closing_share(several: bool) -> float:
 
 
 def _decimated_starts(
-    mesh: TriangleMesh, solid: Solid, budget: int, allowed: BoolArray, margin: float
+    mesh: TriangleMesh, solid: Solid, budget: int, room: Room
 ) -> list[FloatArray]:
     """The solid's surface, and the mesh itself, in no more triangles."""
     # Here, not above: scipy's images take a tenth of a second to load, and many runs need none.
     from simplifier.refinement.starts import enclosed_start, sheet_start
 
     makers = (
-        lambda: enclosed_start(solid.core, allowed, margin, budget),
-        lambda: sheet_start(mesh, solid.core, allowed, margin, budget),
+        lambda: enclosed_start(room, budget),
+        lambda: sheet_start(mesh, solid.core, room, budget),
     )
     soups = [np.empty((0, 3, 3))] * len(makers)
 
     def make(begin: int, end: int) -> None:
         for index in range(begin, end):
             vertices, faces = makers[index]()
-            soups[index] = pull_into(vertices[faces] + margin, allowed)
+            soups[index] = pull_into(vertices[faces] + room.margin, room)
 
     run_chunks(make, len(makers))
     return soups
 
 
-def _fine_start(
-    mesh: TriangleMesh, solid: Solid, options: Options, allowed: BoolArray, margin: float
-) -> FloatArray:
+def _fine_start(mesh: TriangleMesh, solid: Solid, options: Options, room: Room) -> FloatArray:
     """The mesh itself in fewer triangles, in detail that pictures do not show."""
     from simplifier.refinement.starts import fine_start  # as above
 
-    vertices, faces = fine_start(mesh, solid.core, allowed, margin, options.selection.budget)
-    return pull_into(vertices[faces] + margin, allowed)
+    vertices, faces = fine_start(mesh, solid.core, room, options.selection.budget)
+    return pull_into(vertices[faces] + room.margin, room)
 
 
 def _views(

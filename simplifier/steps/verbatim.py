@@ -10,6 +10,7 @@ import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.overrides import Overrides
+from simplifier.geometry.room import Room
 from simplifier.geometry.solid import BoolArray, Solid
 from simplifier.kernels.soup_views import all_contained
 from simplifier.voxel.fill import fill
@@ -37,7 +38,7 @@ def seen_triangles(mesh: TriangleMesh, solid: Solid) -> FloatArray:
     triangles = mesh.vertices[mesh.faces]
     buried, margin = _buried_voxels(solid)
     hidden = np.zeros(len(triangles), dtype=np.bool_)
-    all_contained(solid.touched.to_grid(triangles) + margin, buried, hidden)
+    all_contained(solid.touched.to_grid(triangles) + margin, Room.of(buried).voxels, hidden)
     return np.ascontiguousarray(triangles[~hidden])
 
 

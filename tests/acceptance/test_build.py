@@ -69,7 +69,7 @@ def test_it_builds_checks_and_reports(folder):
                   for name in ("torus.ply", "torus_occluder.glb"))  # fmt: skip
     assert figures["props/torus.ply"]["triangles"] == len(made.faces)
     measured = simplifier.evaluate(mesh, simplifier.Occluder(made.vertices, made.faces)).accuracy
-    assert figures["props/torus.ply"]["recall"] == pytest.approx(measured.recall, abs=0.05)
+    assert figures["props/torus.ply"]["recall"] == pytest.approx(measured.recall, abs=0.1)
     check = occluder("build", "--check", cwd=folder)
     assert (check.returncode, check.stdout) == (0, "3 assets: 3 current\n")
     alone = occluder(

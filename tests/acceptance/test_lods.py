@@ -11,7 +11,10 @@ from tests.acceptance.command import occluder
 from tests.schema import check_report
 from tests.solids import blob, box
 
-QUICK = ("--resolution", "32", "--preset", "draft", "--moves", "300", "--budget", "32")
+QUICK = (
+    "--resolution", "32", "--preset", "draft", "--moves", "300", "--budget", "32",
+    "--overhang", "0.05",
+)  # fmt: skip
 FEW_VIEWS = ("--views", "8", "--image", "32", "--exact")
 
 

@@ -118,7 +118,9 @@ def test_point_measures_its_own_process_only():
     assert measured.triangles == 100
     assert len(measured.seconds) == 2
     assert 0.0 < sum(measured.stages.values()) <= measured.summary["max_s"]
-    assert 20.0 < measured.before_mib <= measured.work_mib <= measured.process_mib < 400.0
+    # So little work may need less than what went before it; pages of that are given back.
+    assert 20.0 < measured.before_mib < measured.work_mib + 1.0
+    assert measured.work_mib <= measured.process_mib < 400.0
 
 
 def test_point_in_this_process_tells_the_accuracy_too():

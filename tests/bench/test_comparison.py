@@ -76,22 +76,26 @@ def test_no_rows_of_a_file_that_is_not_there(tmp_path):
     assert comparison.known_rows(tmp_path / "absent.csv") == {}
 
 
-def row_of(method, triangles, precision, recall):
-    cells = {"method": method, "triangles": triangles, "precision": precision, "recall": recall}
+def row_of(method, triangles, precision, recall, overhang=0.005):
+    cells = {
+        "method": method, "triangles": triangles, "precision": precision, "recall": recall,
+        "overhang": overhang,
+    }  # fmt: skip
     return {name: str(cell) for name, cell in cells.items()}
 
 
-def test_only_peers_within_the_budget_and_as_precise_are_rivals():
-    ours = {"precision": 0.99504, "recall": 0.5}
+def test_only_peers_within_the_budget_as_precise_and_as_narrow_are_rivals():
+    ours = {"precision": 0.99504, "recall": 0.5, "overhang": 0.005}
     peers = [
         row_of("too many", 17, 1.0, 0.9), row_of("imprecise", 16, 0.9949, 0.9),
+        row_of("too wide", 16, 1.0, 0.9, 0.006),
         row_of("rival", 16, 0.995, 0.6), row_of("weak", 3, 1.0, 0.1), row_of("skipped", "", "", ""),
     ]  # fmt: skip
     found = comparison._beside(ours, peers, 16)
     assert (found["best_peer"], found["verdict"]) == ("rival", "not met")
     found = comparison._beside({**ours, "recall": 0.59999}, peers, 16)
     assert found["verdict"] == "met"
-    assert comparison._beside(ours, peers[:2], 16)["best_peer"] == "none"
+    assert comparison._beside(ours, peers[:3], 16)["best_peer"] == "none"
 
 
 def test_command_writes_both_tables(assets, fakes, tmp_path, monkeypatch):

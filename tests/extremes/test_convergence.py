@@ -22,7 +22,7 @@ from simplifier.steps.solid import solidify
 @pytest.fixture(scope="module")
 def castle_and_occluder():
     mesh = castle()
-    return mesh, simplifier.simplify(mesh, ground=True, preset="draft").occluder
+    return mesh, simplifier.simplify(mesh, ground=True, preset="draft", overhang=1.0).occluder
 
 
 @pytest.fixture(scope="module")

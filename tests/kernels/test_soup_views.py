@@ -22,6 +22,7 @@ from tests.kernels.bits import blob, eroded_areas, packed, unpacked
 from tests.pictures import sphere_projections
 
 VIEWS = 5
+FREE = np.zeros(VIEWS, np.int64)
 
 
 def soup(seed, count):
@@ -55,19 +56,20 @@ def covered_pixels(triangle, view):
     return np.all(sides > INSET, axis=0) | np.all(sides < -INSET, axis=0)
 
 
-def plain_score(masks, originals, price):
+def plain_score(masks, originals, price, fines=FREE):
     """What the views score, by the formula."""
     total = 0
-    for mask, original in zip(masks, originals, strict=True):
+    for mask, original, fine in zip(masks, originals, fines.tolist(), strict=True):
         right = eroded_areas(mask & original)
-        total += UNIT * right - price * (eroded_areas(mask) - right)
+        wrong = eroded_areas(mask) - right
+        total += UNIT * right - price * wrong - fine * int((mask & ~original).sum())
     return total
 
 
-def score(images, originals, price):
+def score(images, originals, price, fines=FREE):
     scores = np.zeros(len(originals), np.int64)
     unions = np.bitwise_or.reduce(images, axis=0)
-    total = score_unions(unions, originals, price, scores)
+    total = score_unions(unions, originals, price, fines, scores)
     assert total == scores.sum()
     return total
 
@@ -138,6 +140,8 @@ def test_scores_follow_the_formula(seed, price, share):
     masks = [unpacked(image) for image in np.bitwise_or.reduce(images, axis=0)]
     bits = np.stack([packed(original) for original in originals])
     assert score(images, bits, price) == plain_score(masks, originals, price)
+    fines = np.random.default_rng(seed).integers(0, 5000, VIEWS)
+    assert score(images, bits, price, fines) == plain_score(masks, originals, price, fines)
 
 
 @settings(max_examples=25, deadline=None)
@@ -150,9 +154,9 @@ def test_what_adds_nothing_goes_and_nothing_is_lost(seed, price):
     originals = np.stack([packed(blob(seed + view, 0.6)) for view in range(VIEWS)])
     before = score(images, originals, price)
     scores = np.zeros(VIEWS, np.int64)
-    score_unions(np.bitwise_or.reduce(images, axis=0), originals, price, scores)
+    score_unions(np.bitwise_or.reduce(images, axis=0), originals, price, FREE, scores)
     kept = np.zeros(len(triangles), np.bool_)
-    remove_useless(images, blocks, originals, price, scores, kept)
+    remove_useless(images, blocks, originals, price, FREE, scores, kept)
     assert not kept[4]
     assert not kept[7]
     left, _ = drawn(np.ascontiguousarray(triangles[kept]), projections())

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from simplifier.geometry.room import Room
 from simplifier.kernels.soup_views import all_contained
 from simplifier.kernels.voxelize import is_contained, mark_triangles
 
@@ -36,7 +37,7 @@ def touched(triangle):
 
 def contained(triangle, voxels):
     """``triangle`` in voxels."""
-    return is_contained(*(tuple(map(float, corner)) for corner in triangle), voxels)
+    return is_contained(*(tuple(map(float, corner)) for corner in triangle), Room.of(voxels).voxels)
 
 
 def marked(triangles):
@@ -146,7 +147,7 @@ def test_each_triangle_of_a_soup_is_judged_alone(soup, seed):
     rng = np.random.default_rng(seed)
     voxels = rng.random((SIZE,) * 3) < 0.97
     inside = rng.random(len(soup)) < 0.5
-    all_contained(np.array(soup) / PARTS, voxels, inside)
+    all_contained(np.array(soup) / PARTS, Room.of(voxels).voxels, inside)
     assert inside.tolist() == [not (touched(one) & ~voxels).any() for one in soup]
 
 
@@ -161,3 +162,24 @@ def test_marks_are_those_of_the_faces_asked_for_where_the_grid_lies(soup, scale)
         np.ascontiguousarray(points), np.ascontiguousarray(faces), origin, scale, 0, 2, found
     )
     assert np.array_equal(found, touched(soup[2]) | touched(soup[1]))
+
+
+@settings(max_examples=80)
+@given(inner | anywhere, st.sampled_from([1, 2, 4]), st.integers(0, 2**32 - 1), st.integers(0, 3))
+def test_in_cells_of_several_voxels_each_voxel_is_judged(corners, size, seed, limit):
+    """Cells of one layer are judged at once, those of several by their voxels: the same comes out.
+
+    The whole is looked at, too, as voxels that are cells themselves.
+    """
+    rng = np.random.default_rng(seed)
+    cells = rng.integers(0, 5, (SIZE,) * 3).repeat(size, 0).repeat(size, 1).repeat(size, 2)
+    mixed = rng.random((SIZE,) * 3).repeat(size, 0).repeat(size, 1).repeat(size, 2) < 0.5
+    layers = np.where(mixed, rng.integers(0, 3, cells.shape), cells).astype(np.uint8)
+    blocks = layers.reshape(SIZE, size, SIZE, size, SIZE, size)
+    least, most = blocks.min(axis=(1, 3, 5)), blocks.max(axis=(1, 3, 5))
+    triangle = np.array(corners) / PARTS
+    expected = contained(triangle * size, layers <= limit)
+    found = is_contained(
+        *(tuple(map(float, corner)) for corner in triangle), (layers, least, most, limit)
+    )
+    assert found == expected

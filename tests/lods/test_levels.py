@@ -21,7 +21,7 @@ from simplifier.progress import STAGES, Stopwatch
 from simplifier.steps.solid import solidify
 from tests.solids import blob, box, sphere, torus
 
-QUICK = {"preset": "draft", "moves": 1500}
+QUICK = {"preset": "draft", "moves": 1500, "overhang": 1.0}
 
 
 def made_of(mesh, lods, listener=None, cancel=None, **options):

@@ -97,13 +97,8 @@ TARGETS = (
         ("tests/voxel/test_morphology.py", "tests/kernels/test_morphology.py"),
     ),
     Target(
-        "simplifier/refinement/search.py",
-        ("tests/refinement/test_search_pull_into.py",),
-        functions=("pull_into", "_PULLS", "_PULL"),
-    ),
-    Target(
         "simplifier/refinement/annealing.py",
-        ("tests/refinement/test_annealing.py",),
+        ("tests/refinement/test_annealing.py", "tests/refinement/test_search_pull_into.py"),
     ),
     # Leases, fences and endings: a job is done once, by who holds it.
     Target("service/storage/leases.py", _STORE),

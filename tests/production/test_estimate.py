@@ -93,7 +93,7 @@ def test_a_run_too_large_is_refused_by_every_call(tmp_path):
 def test_the_resolution_that_the_message_names_can_be_run():
     with pytest.raises(MemoryLimitError) as told:
         simplifier.simplify(BALL, SimplifyOptions(resolution=1024, memory_limit=0.3)).measure()
-    assert 64 < told.value.resolution < 1024
+    assert 32 < told.value.resolution < 1024
     fitting = SimplifyOptions(resolution=told.value.resolution, memory_limit=0.3)
     assert estimate_memory(BALL, fitting).gib <= 0.3
 

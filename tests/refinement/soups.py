@@ -44,7 +44,7 @@ def crossed_quads(half=4.0):
     return np.array(triangles)
 
 
-def score(triangles, views, overcover=0.5):
+def score(triangles, views, overcover=0.5, fine=0):
     """The objective, drawn afresh."""
     count = len(views.projections)
     images = np.zeros((len(triangles), count, 64), np.uint64)
@@ -52,5 +52,5 @@ def score(triangles, views, overcover=0.5):
     draw_soup(np.ascontiguousarray(triangles), views.projections, images, blocks)
     return score_unions(
         np.bitwise_or.reduce(blocks, axis=0), views.originals, round(UNIT * overcover),
-        np.zeros(count, np.int64),
+        np.full(count, fine, np.int64), np.zeros(count, np.int64),
     )  # fmt: skip

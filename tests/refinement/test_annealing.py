@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
+from simplifier.geometry.room import Room
 from simplifier.kernels.annealing import TRIES
-from simplifier.kernels.coverage import coverage_masks
-from simplifier.kernels.soup_views import UNIT
-from simplifier.refinement.annealing import Annealing, RefineViews, Room
+from simplifier.kernels.coverage import coverage_masks, unpack_masks
+from simplifier.kernels.soup_views import UNIT, all_contained
+from simplifier.refinement.annealing import Annealing, Prices, RefineViews, cells_before
 from tests.refinement.soups import ball, crossed_quads, score, views_of
 
 SMALL = ball(4.0)  # the original, smaller than where triangles may be: all that moves out costs
@@ -20,7 +22,7 @@ def at_price(triangles, views, price):
 
 def hot(seed, price=1, moves=40):
     """A search that is young enough to be on something worse than its best."""
-    search = Annealing(crossed_quads(), Room.of(ball()), views_of(SMALL), price, seed)
+    search = Annealing(crossed_quads(), Room.of(ball()), views_of(SMALL), Prices(price), seed)
     search.run(moves * TRIES, (0.0, 0.2))
     return search
 
@@ -37,7 +39,7 @@ def test_a_new_price_keeps_the_better_of_the_best_and_where_the_search_is():
             search = hot(seed)
             best, now = search.best(), current(search)
             worth = at_price(best, views, price), at_price(now, views, price)
-            search.reprice(price)
+            search.reprice(Prices(price))
             assert search.score == max(worth)
             assert at_price(search.best(), views, price) == search.score
             assert np.array_equal(current(search), now)
@@ -48,7 +50,7 @@ def test_a_new_price_keeps_the_better_of_the_best_and_where_the_search_is():
 def test_a_search_goes_on_at_the_new_price():
     """What it then finds is judged by it: what is hidden wrongly goes."""
     search = hot(1)
-    search.reprice(50 * UNIT)
+    search.reprice(Prices(50 * UNIT))
     before = search.score
     for step in range(5):
         search.run(100 * TRIES, (0.5 + 0.1 * step, 0.6 + 0.1 * step))
@@ -60,7 +62,7 @@ def test_a_search_goes_on_at_the_new_price():
 def test_the_same_price_changes_nothing():
     search = hot(3)
     best, worth = search.best(), search.score
-    search.reprice(1)
+    search.reprice(Prices(1))
     assert np.array_equal(search.best(), best)
     assert search.score == worth == at_price(best, views_of(SMALL), 1)
 
@@ -83,22 +85,22 @@ def test_a_search_that_adopts_another_goes_on_as_it_would():
 
 def test_a_measure_is_a_share_of_the_originals_own():
     views = views_of(ball())
-    search = Annealing(crossed_quads(), Room.of(ball()), views, UNIT, 0)
+    search = Annealing(crossed_quads(), Room.of(ball()), views, Prices(UNIT), 0)
     whole = sum(Annealing._score(search, views.originals, np.zeros(16, np.int64)) for _ in "a")
     assert search.measure == pytest.approx(search.score / whole)
     assert 0.0 < search.measure < 1.0
-    poor = Annealing(crossed_quads(9.0), Room.of(ball()), views_of(SMALL), 100 * UNIT, 0)
+    poor = Annealing(crossed_quads(9.0), Room.of(ball()), views_of(SMALL), Prices(100 * UNIT), 0)
     assert poor.score < 0 == poor.measure
 
 
 def test_no_result_scores_less_than_the_start():
     """A start that is better than all that was found is the result; and at the price of the end."""
     start, views = crossed_quads(2.0), views_of(SMALL)
-    search = Annealing(start, Room.of(ball()), views, 1, 0)
+    search = Annealing(start, Room.of(ball()), views, Prices(1), 0)
     search.run(40 * TRIES, (0.0, 0.1))
     search._triangles[:], search._best[:] = crossed_quads(6.0), crossed_quads(6.0)
     search._draw()
-    search.reprice(100 * UNIT)
+    search.reprice(Prices(100 * UNIT))
     assert at_price(start, views, 100 * UNIT) > search.score
     assert at_price(search.result(), views, 100 * UNIT) >= at_price(start, views, 100 * UNIT)
 
@@ -109,10 +111,9 @@ def test_a_drawn_part_that_sticks_out_does_not_change_what_is_right():
     wide = np.array([[[2.0, 2.0, 8.0], [14.0, 2.0, 8.0], [8.0, 14.0, 8.0]]])
     corners = np.arange(3, dtype=np.int32).reshape(1, 3)
     also = views.originals | coverage_masks(wide[0], corners, views.projections, 64, 64)[:, :, 0]
-    search = Annealing(
-        crossed_quads(), Room.of(ball()), RefineViews(views.projections, also, wide), UNIT, 0
-    )
-    alone = Annealing(crossed_quads(), Room.of(ball()), views, UNIT, 0)
+    wider = RefineViews(views.projections, also, wide)
+    search = Annealing(crossed_quads(), Room.of(ball()), wider, Prices(UNIT), 0)
+    alone = Annealing(crossed_quads(), Room.of(ball()), views, Prices(UNIT), 0)
     assert search.precision() >= alone.precision()
     assert search.score > alone.score
     search.run(10 * TRIES, (0.0, 0.1))
@@ -122,18 +123,55 @@ def test_a_drawn_part_that_sticks_out_does_not_change_what_is_right():
 def test_a_search_keeps_nothing_behind_what_is_drawn():
     views, quads = views_of(ball()), crossed_quads()
     behind = RefineViews(views.projections, views.originals, quads)
-    assert len(Annealing(quads, Room.of(ball()), behind, UNIT, 0).result()) == 0
+    assert len(Annealing(quads, Room.of(ball()), behind, Prices(UNIT), 0).result()) == 0
 
 
 def test_an_original_that_hides_nothing_has_a_measure_of_nothing():
     views = views_of(ball())
     nothing = RefineViews(views.projections, np.zeros_like(views.originals))
-    assert Annealing(crossed_quads(), Room.of(ball()), nothing, UNIT, 0).measure == 0.0
+    assert Annealing(crossed_quads(), Room.of(ball()), nothing, Prices(UNIT), 0).measure == 0.0
 
 
-def test_a_room_counts_the_voxels_before_each_column():
+def test_cells_with_room_are_counted_before_each_column():
     allowed = ball(3.0)
-    before = Room.of(allowed).before
+    before = cells_before(Room.of(allowed))
     assert before[0] == 0
     assert before[-1] == allowed.sum()
     assert np.array_equal(np.diff(before).reshape(allowed.shape[:2]), allowed.sum(axis=2))
+
+
+def test_a_fine_is_paid_for_each_pixel_past_the_outline_view_by_view():
+    """By so much does the score fall, and no further."""
+    views, triangles = views_of(SMALL), crossed_quads(6.0)
+    fines = np.arange(16) * 3
+    free = Annealing(triangles, Room.of(ball()), views, Prices(UNIT), 0)
+    fined = Annealing(triangles, Room.of(ball()), views, Prices(UNIT, fines), 0)
+    there = np.bitwise_count(views.originals).sum(axis=1)
+    outside = np.rint(free.overhang() * there).astype(int)
+    assert (outside > 0).all()
+    assert free.score - fined.score == (fines * outside).sum()
+    for step in range(3):
+        fined.run(100 * TRIES, (0.3 * step, 0.3 * step + 0.3))
+    assert fined.overhang().mean() < free.overhang().mean()
+
+
+def test_in_another_room_triangles_are_drawn_in_or_copied():
+    search = Annealing(crossed_quads(6.0), Room.of(ball()), views_of(SMALL), Prices(UNIT), 0)
+    narrow = Room.of(ball(6.0))
+    search.move_to(narrow)
+    inside = np.zeros(6, dtype=np.bool_)
+    all_contained(search.current(), narrow.voxels, inside)
+    assert inside.all()
+    assert search.score == search._fresh(search.current())
+    assert np.array_equal(search.best(), search.current())
+
+
+def test_an_outline_tells_how_much_sticks_out_by_a_unit():
+    """The pixels around a silhouette, as long as it is, each as wide as its view shows a unit."""
+    views, shares = views_of(ball()), []
+    masks = unpack_masks(views.originals[:, :, None], 64)
+    for mask, projection in zip(masks, views.projections, strict=True):
+        around = ndimage.binary_dilation(mask, np.ones((3, 3))) & ~mask
+        shares.append(around.sum() / mask.sum() * np.linalg.norm(projection[0, :3]))
+    assert views.outline() == pytest.approx(np.mean(shares))
+    assert RefineViews(views.projections, np.zeros_like(views.originals)).outline() == 0.0

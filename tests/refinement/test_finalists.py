@@ -7,9 +7,10 @@ import pytest
 
 import simplifier
 from bench.meshes import bumpy_sphere
+from simplifier.accuracy.overhang import measure_overhang
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import BoundingSphere, image_axes, random_directions
-from simplifier.refinement.finalists import FineViews, best_of, score_finalist
+from simplifier.refinement.finalists import FineViews, Outlines, best_of, score_finalist
 from tests.pictures import sphere_projections
 
 MESH = bumpy_sphere(4_000)
@@ -25,7 +26,8 @@ def views():
     sphere = BoundingSphere.of(MESH)
     axes = image_axes(random_directions(8, 3))
     maps = sphere_projections(axes, sphere.centre, 1.1 * sphere.radius)
-    return FineViews.of(np.array(MESH.vertices), np.array(MESH.faces), maps)
+    mesh = np.array(MESH.vertices), np.array(MESH.faces)
+    return FineViews.of(*mesh, maps, Outlines.of(*mesh, maps))
 
 
 def test_it_is_what_a_report_says(views):
@@ -58,6 +60,34 @@ def test_what_hides_too_much_loses_and_so_does_what_hides_nothing(views):
     assert best_of([swollen, inner], views, 0.99) is inner
     slightly = soup(1.02)  # a little short of an aim for perfection is better than nothing at all
     assert best_of([np.empty((0, 3, 3)), slightly], views, 1.0) is slightly
+
+
+def test_overhang_is_what_a_report_says(views):
+    swollen = soup(1.05)
+    found = score_finalist(swollen, views)
+    occluder = Occluder(
+        swollen.reshape(-1, 3), np.arange(3 * len(swollen), dtype=np.int32).reshape(-1, 3)
+    )
+    told = measure_overhang(MESH, occluder, random_directions(8, 3))
+    assert found.overhang == pytest.approx(told.mean, rel=0.05)
+    assert found.worst == pytest.approx(told.worst, rel=0.05)
+    assert score_finalist(soup(1.0), views).worst == 0.0
+
+
+def test_what_sticks_out_more_than_it_may_loses_though_it_hides_more(views):
+    swollen, inner = soup(1.02), soup(0.85)
+    assert best_of([swollen, inner], views, 0.5, 0.005) is inner
+    assert best_of([swollen, inner], views, 0.5, 0.2) is swollen
+
+
+def test_what_is_drawn_by_hand_never_sticks_out(views):
+    spike = np.array([[[0.0, 0.0, 0.0], [3.0, 0.1, 0.0], [3.0, 0.0, 0.1]]])
+    mesh = np.array(MESH.vertices), np.array(MESH.faces)
+    corners = len(mesh[0]) + np.arange(3, dtype=np.int32).reshape(1, 3)
+    both = np.concatenate([mesh[0], spike[0]]), np.concatenate([mesh[1], corners])
+    outlines = Outlines.of(*both, views.projections / 4.0, spike)
+    assert outlines.overhang(soup(0.9)).max() == 0.0
+    assert outlines.overhang(soup(1.1)).min() > 0.0
 
 
 def test_the_first_of_equals(views):

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.solid import VoxelGrid
+from simplifier.geometry.room import WHOLE
 from simplifier.refinement.inner_surface import inner_surface
 from simplifier.voxel.fill import fill
 from simplifier.voxel.voxelize import voxelize
@@ -17,7 +17,7 @@ from tests.solids import sphere
 
 
 def surface_of(inside):
-    return inner_surface(VoxelGrid(np.array(inside, np.bool_), np.zeros(3), 1.0))
+    return inner_surface(WHOLE * np.array(inside, np.uint8))
 
 
 def volume(vertices, faces):
@@ -49,7 +49,7 @@ def test_random_solids(shape, density, seed):
 
 def test_sphere_to_a_fraction_of_a_voxel():
     grid = fill(voxelize(sphere(1.0, rings=64), 40))
-    vertices, faces = inner_surface(grid)
+    vertices, faces = inner_surface(WHOLE * grid.inside.astype(np.uint8))
     radii = np.linalg.norm(grid.to_world(vertices), axis=1) / grid.cell_size
     check_closed(faces)
     assert 19.5 < radii.min() <= radii.max() < 21.0

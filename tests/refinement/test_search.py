@@ -7,18 +7,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from simplifier.geometry.room import Room
 from simplifier.kernels.annealing import TRIES
 from simplifier.kernels.soup_views import UNIT, score_unions
 from simplifier.kernels.voxelize import is_contained, mark_triangles
 from simplifier.options.stages import RefineOptions
 from simplifier.progress import Deadline
-from simplifier.refinement.annealing import Annealing, Room
-from simplifier.refinement.search import _by_time, _Price, refine
+from simplifier.refinement.annealing import Annealing, Prices
+from simplifier.refinement.search import _by_time, refine
 from tests.refinement.soups import SIZE, ball, crossed_quads, score, views_of
 
 
 def score_of_original(views):
-    return score_unions(views.originals, views.originals, 0, np.zeros(len(views.originals), int))
+    nothing = np.zeros(len(views.originals), int)
+    return score_unions(views.originals, views.originals, 0, nothing, nothing.copy())
 
 
 def voxels_touched(triangles):
@@ -34,9 +36,9 @@ def refined(moves, seed=0, budget=6, starts=None, views=None, **options):
     """Refine crossed quads in a ball; no aim for the precision unless it is given."""
     allowed = ball()
     found = refine(
-        [crossed_quads()] if starts is None else starts, allowed,
+        [crossed_quads()] if starts is None else starts, Room.of(allowed),
         views_of(allowed) if views is None else views, budget,
-        RefineOptions(moves=moves, **{"precision": 0.0, **options}), seed,
+        RefineOptions(moves=moves, **{"precision": 0.0, "overhang": 1.0, **options}), seed,
     )  # fmt: skip
     return found[0]
 
@@ -107,14 +109,17 @@ def test_no_move_leaves_it_as_it_is():
 def test_nothing_to_begin_with_gives_nothing():
     outside = crossed_quads() + 3.0 * SIZE
     options = RefineOptions(moves=600)
-    assert refine([np.empty((0, 3, 3)), outside], ball(), views_of(ball()), 6, options, 0) == []
+    assert (
+        refine([np.empty((0, 3, 3)), outside], Room.of(ball()), views_of(ball()), 6, options, 0)
+        == []
+    )
 
 
 def test_each_search_gives_a_result_and_the_best_comes_first():
     views = views_of(ball())
     starts = [crossed_quads(), crossed_quads(3.0)[:2], crossed_quads(0.5)]  # of unequal number
-    options = RefineOptions(moves=2400, searches=3, precision=0.0)
-    found = refine(starts, ball(), views, 6, options, 0)
+    options = RefineOptions(moves=2400, searches=3, precision=0.0, overhang=1.0)
+    found = refine(starts, Room.of(ball()), views, 6, options, 0)
     scores = [score(soup, views) for soup in found]
     assert len(found) == 3
     assert scores[0] == max(scores)
@@ -130,7 +135,7 @@ def test_same_on_any_number_of_threads(monkeypatch):
 
 
 def precision(found, views):
-    return Annealing(found, Room.of(ball()), views, UNIT, 0).precision()
+    return Annealing(found, Room.of(ball()), views, Prices(UNIT), 0).precision()
 
 
 def test_a_dearer_overcover_hides_less_wrongly():
@@ -139,22 +144,6 @@ def test_a_dearer_overcover_hides_less_wrongly():
     dear = precision(refined(12_000, 1, views=views, overcover=5.0), views)
     assert cheap < 0.98
     assert dear > 0.995
-
-
-def test_the_price_follows_the_precision():
-    price = _Price(RefineOptions(overcover=0.5, precision=0.99))
-    base = price.now
-    assert base == UNIT // 2
-    for _ in range(3):
-        before = price.now
-        price.follow(0.97)
-        assert price.now > before
-    for _ in range(50):
-        price.follow(0.995)
-    assert price.now == base
-    for _ in range(100):
-        price.follow(0.0)
-    assert price.now == 200 * UNIT
 
 
 def test_an_aim_for_the_precision_is_met():
@@ -177,8 +166,8 @@ def test_it_can_be_stopped_and_tells_how_far_it_is():
         best()[:] = 0.0  # a copy, to be changed at will
         return len(shares) == 3
 
-    options = RefineOptions(moves=24_000, precision=0.0)
-    found = refine([crossed_quads()], ball(), views, 6, options, 0, stop)[0]
+    options = RefineOptions(moves=24_000, precision=0.0, overhang=1.0)
+    found = refine([crossed_quads()], Room.of(ball()), views, 6, options, 0, stop)[0]
     assert len(shares) == 3
     assert shares == sorted(shares)
     assert shares[-1] < 0.5
@@ -207,8 +196,8 @@ def test_a_deadline_takes_the_place_of_the_moves():
 
     deadline = Deadline.after(1.0, clock)
     for moves in (6, 100_000_000):
-        options = RefineOptions(moves=moves, searches=1, precision=0.0)
-        found = refine([crossed_quads()], ball(), views, 6, options, 0, stop, deadline)[0]
+        options = RefineOptions(moves=moves, searches=1, precision=0.0, overhang=1.0)
+        found = refine([crossed_quads()], Room.of(ball()), views, 6, options, 0, stop, deadline)[0]
         assert 1.0 <= clock.now < 1.04
         assert shares == sorted(shares)
         assert len(shares) > 30
@@ -220,7 +209,13 @@ def test_a_deadline_takes_the_place_of_the_moves():
 def test_a_deadline_that_is_up_leaves_it_as_it_is():
     options = RefineOptions(moves=600)
     same = refine(
-        [crossed_quads()], ball(), views_of(ball()), 6, options, 0, deadline=Deadline.after(0.0)
+        [crossed_quads()],
+        Room.of(ball()),
+        views_of(ball()),
+        6,
+        options,
+        0,
+        deadline=Deadline.after(0.0),
     )
     assert np.array_equal(same[0], crossed_quads())
 
@@ -250,4 +245,4 @@ def test_containment_is_that_of_the_voxelizer(seed, size):
     touched = voxels_touched(triangle[None])
     strays = (triangle.min() <= 0.0) or (triangle.max() >= SIZE)
     expected = not strays and not (touched & ~voxels).any()
-    assert is_contained(*corners, voxels) == expected
+    assert is_contained(*corners, Room.of(voxels).voxels) == expected

@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from simplifier.geometry.room import Room
 from simplifier.kernels.voxelize import is_contained
 from simplifier.refinement.search import pull_into
 
@@ -13,7 +14,7 @@ SIZE = 12
 
 
 def keeps_to(triangle, allowed):
-    return is_contained(*(tuple(corner) for corner in triangle.tolist()), allowed)
+    return is_contained(*(tuple(corner) for corner in triangle.tolist()), Room.of(allowed).voxels)
 
 
 @settings(max_examples=60)
@@ -24,7 +25,7 @@ def test_what_comes_out_is_inside_and_what_was_inside_is_as_it_was(seed, count):
     allowed[tuple(rng.integers(0, SIZE, (3, 6)))] = False
     soup = rng.uniform(-1.0, SIZE + 1.0, (count, 1, 3)) + rng.uniform(-3.0, 3.0, (count, 3, 3))
     before = soup.copy()
-    found = pull_into(soup, allowed)
+    found = pull_into(soup, Room.of(allowed))
     assert np.array_equal(soup, before)
     assert all(keeps_to(one, allowed) for one in found)
     # In their order: as they were, or smaller about the same centre by sixteenths.
@@ -54,4 +55,4 @@ def test_one_that_just_fits_at_a_twentieth_of_its_size_is_kept():
     directions = np.array([[1.0, 0.0, 0.0], [-0.5, 0.8, 0.0], [-0.5, -0.8, 0.0]])
     smallest = (15.0 / 16.0) ** 48
     for reach, kept in ((0.99 / smallest, True), (1.01 / smallest, False)):
-        assert len(pull_into(6.0 + reach * directions[None], allowed)) == kept
+        assert len(pull_into(6.0 + reach * directions[None], Room.of(allowed))) == kept

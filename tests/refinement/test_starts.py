@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.room import WHOLE, Room
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.kernels.soup_views import all_contained
 from simplifier.refinement.starts import enclosed_start, sheet_start
@@ -23,12 +26,18 @@ SHAPES = {
 }  # fmt: skip
 
 
+def around(grid):
+    """A voxel more than the solid on all sides, but its shares are the solid's."""
+    room = Room.of(*dilate(grid, 1))
+    return replace(room, shares=WHOLE * np.pad(grid.inside, int(room.margin)).astype(np.uint8))
+
+
 def starts_of(mesh, budget, resolution=24):
     grid = fill(voxelize(mesh, resolution))
-    allowed, margin = dilate(grid, 1)
+    room = around(grid)
     return grid, {
-        "enclosed": enclosed_start(grid, allowed, margin, budget),
-        "sheet": sheet_start(mesh, grid, allowed, margin, budget),
+        "enclosed": enclosed_start(room, budget),
+        "sheet": sheet_start(mesh, grid, room, budget),
     }
 
 
@@ -46,9 +55,9 @@ def check(vertices, faces, budget, shape):
 
 
 def inside_share(vertices, faces, grid):
-    allowed, margin = dilate(grid, 1)
+    room = around(grid)
     inside = np.zeros(len(faces), np.bool_)
-    all_contained(vertices[faces] + margin, allowed, inside)
+    all_contained(vertices[faces] + room.margin, room.voxels, inside)
     return inside.mean() if len(faces) else 1.0
 
 
@@ -108,7 +117,7 @@ def test_one_triangle():
 
 def test_empty_grid():
     grid = VoxelGrid(np.zeros((5, 6, 7), np.bool_), np.zeros(3), 1.0)
-    vertices, faces = enclosed_start(grid, *dilate(grid, 1), 8)
+    vertices, faces = enclosed_start(around(grid), 8)
     assert vertices.shape == faces.shape == (0, 3)
 
 

@@ -49,7 +49,7 @@ def test_a_mesh_goes_in_and_occluders_come_out(http):
     assert job["state"] == "succeeded"
     assert job["summary"]["precision"] > 0.9
     assert len(levels) >= 2
-    assert all(level["recall"] > 0.3 for level in levels)
+    assert all(level["recall"] > 0.2 for level in levels)
     assert levels[0]["triangles"] == job["summary"]["triangles"] <= 12
     for level in levels:
         for suffix, link in level["files"].items():

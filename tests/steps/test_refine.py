@@ -13,7 +13,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.kernels.soup_views import all_contained
 from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
-from simplifier.voxel.morphology import dilate
+from simplifier.steps.room import open_room
 from tests.solids import box, joined, sphere, torus
 
 
@@ -21,17 +21,17 @@ def run(mesh, listener=None, **options):
     return simplify_mesh(mesh, make_options(float(mesh.extent.max()), **options), listener)
 
 
-def check_contained(result, triangles=None):
+def check_contained(mesh, result, triangles=None):
     """No triangle touches a voxel that it may not: of the occluder, or others (n, 3, 3)."""
-    allowed, margin = dilate(result.solid.core, result.solid.reach)
+    room = open_room(mesh, result.solid, make_options(float(mesh.extent.max())))
     occluder = result.occluder
     if triangles is None:
         triangles = occluder.vertices[occluder.faces]
-    soup = result.solid.core.to_grid(triangles) + margin
+    soup = result.solid.core.to_grid(triangles) + room.margin
     inside = np.zeros(len(soup), dtype=np.bool_)
     # World coordinates and back cost a rounding: give it room.
     middle = soup.mean(axis=1, keepdims=True)
-    all_contained(middle + (soup - middle) * (1.0 - 1e-9), allowed, inside)
+    all_contained(middle + (soup - middle) * (1.0 - 1e-9), room.voxels, inside)
     assert inside.all()
 
 
@@ -54,7 +54,7 @@ def check_triangles(occluder, budget):
 def test_every_triangle_keeps_to_its_voxels(mesh, conservative, seed):
     result = run(mesh, budget=24, resolution=24, moves=3000, conservative=conservative, seed=seed)
     assert len(result.occluder.faces) > 0
-    check_contained(result)
+    check_contained(mesh, result)
     check_triangles(result.occluder, 24)
 
 
@@ -64,7 +64,7 @@ def test_any_soup_within_any_budget(seed, count, budget):
     corners = np.random.default_rng(seed).normal(size=(3 * count, 3))
     mesh = TriangleMesh.from_soup(corners, np.arange(3 * count).reshape(-1, 3))
     result = run(mesh, budget=budget, resolution=16, moves=600)
-    check_contained(result)
+    check_contained(mesh, result)
     check_triangles(result.occluder, budget)
 
 
@@ -93,7 +93,7 @@ def test_the_best_so_far_keeps_to_its_voxels_and_comes_to_the_result(preset, con
     for _, triangles in bests.taken:
         assert triangles.shape[1:] == (3, 3)
         assert len(triangles) <= 24
-        check_contained(result, triangles)
+        check_contained(mesh, result, triangles)
 
     def recall(triangles):
         occluder = Occluder.of(triangles, 0.0, {})

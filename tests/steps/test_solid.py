@@ -63,7 +63,7 @@ def test_the_error_bound_holds(mesh: TriangleMesh):
     made = simplify_mesh(mesh, options)
     assert len(made.occluder.faces) > 0
     cell = made.solid.core.cell_size
-    assert made.occluder.error_bound == pytest.approx(ERROR_VOXELS * cell)
+    assert 0.5 < made.occluder.error_bound / (ERROR_VOXELS * cell) <= 1.0
     # Against the plain solid: what gluing alone encloses counts as outside.
     plain = solid_of(mesh)
     assert deviation(made.occluder, mesh, plain.touched, plain.filled) <= ERROR_VOXELS * cell

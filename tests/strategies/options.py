@@ -105,6 +105,8 @@ def simplify_options(draw: st.DrawFn, longest: float = 1.0) -> Chosen:
         given.discard("lods")
     never |= set(_INSIDE if levels else _SCREEN)
     chosen = draw(_chosen(SimplifyOptions.fields(), longest, given, never - given))
+    if levels and chosen.get("overhang") == 0.0:  # keeps wholly inside as well
+        del chosen["overhang"]
     return {**chosen, "preset": draw(st.sampled_from(_PRESETS))}
 
 

@@ -6,20 +6,20 @@ import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.options.stages import ERROR_VOXELS, Options
+from simplifier.options.stages import Options
 from simplifier.pipeline import cut_solid
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
-from simplifier.refinement.finalists import FineViews, best_of
+from simplifier.refinement.finalists import FineViews, Outlines, best_of
 from simplifier.refinement.search import pull_into, refine
 from simplifier.refinement.starts import enclosed_start, sheet_start
 from simplifier.refinement.thin import thin_for_pictures
 from simplifier.selection.measure import search_projections, silhouettes
+from simplifier.steps.refine import _ALL_AROUND, _FINE_VIEWS, _OUTLINES
+from simplifier.steps.room import open_room, solid_to_cut
 from simplifier.steps.solid import solidify
-from simplifier.voxel.morphology import dilate
 
 _WHOLE = 64  # pixels a side that the search's pictures have
-_FINE_VIEWS = 12  # that decide at the end, in pictures of 256 pixels whatever the search's
 
 
 def made_by_pictures(mesh: TriangleMesh, options: Options, pixels: int) -> Occluder:
@@ -29,23 +29,27 @@ def made_by_pictures(mesh: TriangleMesh, options: Options, pixels: int) -> Occlu
     """
     watch = Stopwatch()
     solid = solidify(mesh, options.solid, watch)
-    cut = cut_solid(solid, options, watch, Deadline.after(None))
-    allowed, margin = dilate(solid.core, solid.reach)
+    room = open_room(mesh, solid, options)
+    cut = cut_solid(solid_to_cut(solid, room), options, watch, Deadline.after(None))
+    margin = room.margin
     original = thin_for_pictures(solid.core.to_grid(mesh.vertices) + margin, mesh.faces)
     small = shrunk(search_projections(solid, options, options.refine.views, margin), pixels)
-    budget, starts = options.selection.budget, [pull_into(cut + margin, allowed)]
-    for vertices, faces in (
-        enclosed_start(solid.core, allowed, margin, budget),
-        sheet_start(mesh, solid.core, allowed, margin, budget),
-    ):
-        starts.append(pull_into(vertices[faces] + margin, allowed))
     views = RefineViews(small, silhouettes(*original, small))
-    found = refine(starts, allowed, views, budget, options.refine, options.seed)
-    fine = FineViews.of(*original, search_projections(solid, options, _FINE_VIEWS, margin))
-    best = best_of([*found, *starts], fine, options.refine.precision)
-    return Occluder.of(
-        solid.core.to_world(best - margin), ERROR_VOXELS * solid.core.cell_size, watch.timings
-    )
+    aims, budget = options.refine, options.selection.budget
+    room = room.within(_ALL_AROUND * aims.overhang / views.outline())
+    starts = [pull_into(cut + margin, room)]
+    for vertices, faces in (
+        enclosed_start(room, budget),
+        sheet_start(mesh, solid.core, room, budget),
+    ):
+        starts.append(pull_into(vertices[faces] + margin, room))
+    outlines = Outlines.of(*original, search_projections(solid, options, _OUTLINES, margin))
+    found = refine(starts, room, views, budget, aims, options.seed, outlines=outlines)
+    fine = search_projections(solid, options, _FINE_VIEWS, margin)
+    judges = FineViews.of(*original, fine, outlines)
+    best = best_of([*found, *starts], judges, aims.precision, aims.overhang)
+    bound = room.bound * solid.core.cell_size
+    return Occluder.of(solid.core.to_world(best - margin), bound, watch.timings)
 
 
 def shrunk(projections: FloatArray, pixels: int) -> FloatArray:

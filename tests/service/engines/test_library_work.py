@@ -58,7 +58,7 @@ def tells_no_path(place, texts):
 
 
 def test_an_occluder_has_levels_in_all_formats_a_report_and_pictures(place, ball, tmp_path):
-    job = occluder_job(place, ball, lods=2)
+    job = occluder_job(place, ball, lods=2, overhang=1.0)
     results = place.results(job.id)
     report = json.loads(results["report.json"])
     levels = len(report["levels"])

@@ -68,7 +68,7 @@ def test_the_worst_view_opens(
 ) -> None:
     page.goto(f"{filled.address}/assets/{filled.asset}?run={filled.first}")
     host = shown(page, _VIEWER)
-    assert yellow(pixels(host)) > 0.03
+    assert yellow(pixels(host)) > 0.01
     worst = castle.report["worst_view"]
     page.get_by_role("table", name="Views of the worst recall").get_by_role("button").first.click()
     expect(page.get_by_text(f"View {worst['index']}: recall")).to_be_visible()

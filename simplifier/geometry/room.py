@@ -1,0 +1,103 @@
+"""Room: where the triangles of an occluder may be, finer than the grid that they are found in."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.geometry.solid import BoolArray
+
+Layers = NDArray[np.uint8]
+
+INTERIOR, SURFACE, NEVER = 0, 1, 255
+"""Layers of voxels wholly inside, of those that the surface touches, and of those out of reach."""
+
+
+WHOLE = 254
+"""The share of a cell that is all inside; even, so that a half is whole too."""
+
+_FINEST = 256  # voxels along the longest edge: pictures of 512 pixels tell little more
+_MOST = 4  # voxels a cell along each axis
+
+
+def fineness(shape: tuple[int, int, int]) -> int:
+    """Voxels a cell along each axis, of the room for a solid of so many cells."""
+    return min(max(_FINEST // max(shape), 1), _MOST)
+
+
+@dataclass(frozen=True, eq=False)
+class Room:
+    """Voxels by their layer: the solid's own come first, then one layer after the other around it.
+
+    ``layers``    (k nx, k ny, k nz) uint8: :data:`INTERIOR`, :data:`SURFACE`, then rising outwards,
+                  :data:`NEVER` past the last; k voxels to a cell along each axis.
+    ``least``, ``most``  (nx, ny, nz) uint8: the lowest and the highest layer in each cell.
+    ``shares``    (nx, ny, nz) uint8: of each cell, what is inside, in 254ths; a voxel that the
+                  surface touches counts half.
+    ``limit``     the highest layer that triangles may touch.
+    ``reaches``   cells: how far from the solid's own voxels, and across one of these, a point of a
+                  voxel may be, layer by layer.
+    ``margin``    cells around the grid of the solid: a point p of grid space lies in cell
+                  floor(p + margin).
+    """
+
+    layers: Layers
+    least: Layers
+    most: Layers
+    shares: NDArray[np.uint8]
+    limit: int
+    reaches: tuple[float, ...]
+    margin: float
+
+    @classmethod
+    def of(cls, allowed: BoolArray, margin: float = 0.0, reach: float = 0.0) -> Room:
+        """The voxels that are set, (nx, ny, nz) bool, as a room of one voxel a cell.
+
+        ``reach``  cells that any of them may be away from the surface.
+        """
+        layers = np.where(allowed, np.uint8(INTERIOR), np.uint8(NEVER))
+        shares = WHOLE * allowed.astype(np.uint8)
+        return cls(layers, layers, layers, shares, INTERIOR, (reach,), margin)
+
+    def up_to(self, limit: int) -> Room:
+        """The same with another limit."""
+        return replace(self, limit=limit)
+
+    def within(self, reach: float) -> Room:
+        """The same with the highest limit, no higher than now, that reaches no further.
+
+        As near as there is to it, which takes in what the surface touches.
+        """
+        limit = self.limit
+        while limit > SURFACE and self.reaches[limit] > reach:
+            limit -= 1
+        return self.up_to(limit)
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Cells along each axis."""
+        nx, ny, nz = self.least.shape
+        return nx, ny, nz
+
+    @property
+    def bound(self) -> float:
+        """Cells that a triangle in the room may be away from the surface or the solid's inside.
+
+        A voxel of the solid lies in a cell that the surface touches, if not in one that is inside.
+        """
+        size = self.layers.shape[0] // self.shape[0]
+        return self.reaches[self.limit] + math.sqrt(3.0) * float(1.0 - 1.0 / size)
+
+    @property
+    def voxels(self) -> tuple[Layers, Layers, Layers, int]:
+        """As kernels take it."""
+        return self.layers, self.least, self.most, self.limit
+
+    @cached_property
+    def cells(self) -> BoolArray:
+        """(nx, ny, nz) bool: those with any room in them."""
+        return np.asarray(self.least <= self.limit)

@@ -1,0 +1,181 @@
+"""Layers of voxels within and around a surface, in cells of k x k x k voxels.
+
+``layers`` (k nx, k ny, k nz) uint8.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplifier.kernels.compile import inline_kernel, kernel
+
+INTERIOR, SURFACE, NEVER = 0, 1, 255
+_UNKNOWN = 254  # until one side has reached it
+
+SIX = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], np.int64)
+"""Steps to the neighbours across a side."""
+
+
+@kernel
+def sort_cells(touched, filled, begin, end, layers):
+    """Give the voxels of the cell rows ``begin:end`` a layer where the cell tells it.
+
+    ``touched``, ``filled``  (nx, ny, nz) bool cells.  In a touched cell the voxels that are not
+    :data:`SURFACE` wait for :func:`take_sides`.
+    """
+    size = layers.shape[0] // touched.shape[0]
+    for x in range(begin * size, end * size):
+        for y in range(layers.shape[1]):
+            for cell in range(touched.shape[2]):
+                i, j = x // size, y // size
+                known = INTERIOR if filled[i, j, cell] else NEVER
+                for z in range(cell * size, cell * size + size):
+                    if not touched[i, j, cell]:
+                        layers[x, y, z] = known
+                    elif layers[x, y, z] != SURFACE:
+                        layers[x, y, z] = _UNKNOWN
+
+
+@inline_kernel
+def _neighbour(place, step, sizes):
+    """(whether it is in the array, its flat index) of a neighbour."""
+    x = place // (sizes[1] * sizes[2]) + step[0]
+    y = place // sizes[2] % sizes[1] + step[1]
+    z = place % sizes[2] + step[2]
+    there = 0 <= x < sizes[0] and 0 <= y < sizes[1] and 0 <= z < sizes[2]
+    return there, (x * sizes[1] + y) * sizes[2] + z
+
+
+@kernel
+def take_sides(touched, layers):
+    """Give each voxel that waits the side, inside or out, that reaches it first; inside if none.
+
+    Both sides spread across voxels that the surface does not touch, a step at a time.  A closed
+    surface keeps them apart; by a hole they meet half-way between.
+    """
+    sizes = layers.shape
+    flat = layers.reshape(-1)
+    size = sizes[0] // touched.shape[0]
+    total = 0
+    for place in range(len(flat)):
+        total += flat[place] == _UNKNOWN
+    queue = np.empty(total, np.int32)
+    waiting = 0
+    for i in range(touched.shape[0]):
+        for j in range(touched.shape[1]):
+            for k in range(touched.shape[2]):
+                if not touched[i, j, k]:
+                    continue
+                for place in range(size**3):
+                    x = i * size + place // (size * size)
+                    y = j * size + place // size % size
+                    index = (x * sizes[1] + y) * sizes[2] + k * size + place % size
+                    if flat[index] == _UNKNOWN:
+                        queue[waiting] = index
+                        waiting += 1
+    # First those beside a cell that is known; they stand at the front of the same queue.
+    ends = 0
+    for number in range(waiting):
+        place = queue[number]
+        side = _UNKNOWN
+        for step in SIX:
+            there, other = _neighbour(place, step, sizes)
+            if there and (flat[other] == INTERIOR or flat[other] == NEVER):
+                side = flat[other]
+        if side != _UNKNOWN:
+            queue[number], queue[ends] = queue[ends], place
+            ends += 1
+    sides = np.empty(ends, np.uint8)
+    for number in range(ends):
+        sides[number] = _UNKNOWN
+        for step in SIX:
+            there, other = _neighbour(queue[number], step, sizes)
+            if there and (flat[other] == INTERIOR or flat[other] == NEVER):
+                sides[number] = flat[other]
+    for number in range(ends):
+        flat[queue[number]] = sides[number]
+    front = np.empty(waiting, np.int32)
+    front[:ends] = queue[:ends]
+    done = 0
+    while done < ends:
+        place = front[done]
+        done += 1
+        for step in SIX:
+            there, other = _neighbour(place, step, sizes)
+            if there and flat[other] == _UNKNOWN:
+                flat[other] = flat[place]
+                front[ends] = other
+                ends += 1
+    for number in range(waiting):
+        if flat[queue[number]] == _UNKNOWN:
+            flat[queue[number]] = INTERIOR
+
+
+@kernel
+def find_border(layers, begin, end, places):
+    """Write the flat indices of the solid's voxels beside free ones, of rows ``begin:end``.
+
+    Returns how many there are; no more than ``places`` holds are written.
+    """
+    sizes = layers.shape
+    count = 0
+    for x in range(begin, end):
+        for y in range(sizes[1]):
+            for z in range(sizes[2]):
+                if layers[x, y, z] > SURFACE:
+                    continue
+                beside = (
+                    (x > 0 and layers[x - 1, y, z] == NEVER)
+                    or (x + 1 < sizes[0] and layers[x + 1, y, z] == NEVER)
+                    or (y > 0 and layers[x, y - 1, z] == NEVER)
+                    or (y + 1 < sizes[1] and layers[x, y + 1, z] == NEVER)
+                    or (z > 0 and layers[x, y, z - 1] == NEVER)
+                    or (z + 1 < sizes[2] and layers[x, y, z + 1] == NEVER)
+                )
+                if beside:
+                    if count < len(places):
+                        places[count] = (x * sizes[1] + y) * sizes[2] + z
+                    count += 1
+    return count
+
+
+@kernel
+def add_layer(layers, border, steps, layer):
+    """Set the free voxels ``steps`` (n, 3) away from ``border`` (m,) to a layer; which they are."""
+    sizes = layers.shape
+    flat = layers.reshape(-1)
+    found = np.empty(len(border) * 2 + 1024, np.int64)
+    count = 0
+    for place in border:
+        for step in steps:
+            there, other = _neighbour(place, step, sizes)
+            if there and flat[other] == NEVER:
+                flat[other] = layer
+                if count == len(found):
+                    found = np.concatenate((found, np.empty(len(found), np.int64)))
+                found[count] = other
+                count += 1
+    return found[:count].copy()
+
+
+@kernel
+def sum_cells(layers, begin, end, least, most, shares):
+    """Fill the rows ``begin:end`` of three arrays (nx, ny, nz) of cells.
+
+    ``least``, ``most``  uint8: the lowest and the highest layer in a cell.
+    ``shares``           uint8: what is inside, a voxel on the surface counting half, in 254ths.
+    """
+    size = layers.shape[0] // least.shape[0]
+    for i in range(begin, end):
+        for j in range(least.shape[1]):
+            for k in range(least.shape[2]):
+                low, high, halves = np.uint8(255), np.uint8(0), 0
+                for x in range(i * size, i * size + size):
+                    for y in range(j * size, j * size + size):
+                        for z in range(k * size, k * size + size):
+                            low = min(low, layers[x, y, z])
+                            high = max(high, layers[x, y, z])
+                            halves += max(0, 2 - np.int64(layers[x, y, z]))
+                least[i, j, k] = low
+                most[i, j, k] = high
+                shares[i, j, k] = 127 * halves // size**3

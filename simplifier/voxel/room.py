@@ -1,0 +1,82 @@
+"""TriangleMesh, Solid -> Room: the solid and what lies around it in voxels finer than its own."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.room import SURFACE, Room
+from simplifier.geometry.solid import Solid
+from simplifier.kernels.room import (
+    SIX,
+    add_layer,
+    find_border,
+    sort_cells,
+    sum_cells,
+    take_sides,
+)
+from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.voxelize import mark_triangles
+
+_ALL = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)], np.int64)
+"""Steps to all neighbours, even across corners."""
+
+
+_LEAST_TRIANGLES = 4096  # fewer are not worth a hand-over to another thread
+
+
+def make_room(mesh: TriangleMesh, solid: Solid, size: int) -> Room:
+    """The room of ``size`` voxels to a cell of the solid along each axis.
+
+    A cell that the surface does not touch is as the solid has it.  In the others the voxels that
+    the surface does not touch belong to the side, inside or out, that reaches them first.  Around
+    the solid lie as many layers as keep the error bound: a cell's diagonal for the surface to be
+    somewhere in its cell, and one for the layers.  These grow across sides twice and across corners
+    once, so that they are nearly as far off all around.
+    """
+    steps = [(SIX, 1.0), (_ALL, math.sqrt(3.0)), (SIX, 1.0)]
+    reaches, away = [0.0, math.sqrt(3.0) / size], 0.0
+    while (away := away + steps[(len(reaches) - 2) % 3][1] / size) <= math.sqrt(3.0):
+        reaches.append(away + reaches[SURFACE])
+    margin = math.ceil((len(reaches) - 2) / size) + 1
+    touched = np.pad(solid.touched.inside, margin)
+    filled = np.pad(solid.filled.inside, margin)
+    layers = np.zeros([size * length for length in touched.shape], dtype=np.uint8)
+    origin = solid.touched.origin - margin * solid.touched.cell_size
+    scale, surface = size / solid.touched.cell_size, layers.view(np.bool_)
+    run_chunks(
+        lambda begin, end: mark_triangles(
+            mesh.vertices, mesh.faces, origin, scale, begin, end, surface
+        ),
+        len(mesh.faces),
+        least=_LEAST_TRIANGLES,
+    )
+    run_chunks(lambda begin, end: sort_cells(touched, filled, begin, end, layers), len(touched))
+    take_sides(touched, layers)
+    border = _border(layers)
+    for layer in range(SURFACE + 1, len(reaches)):
+        border = add_layer(layers, border, steps[(layer - 2) % 3][0], layer)
+    shares = np.empty(touched.shape, dtype=np.uint8)
+    # A voxel that is a cell is its own lowest and highest, which a fine grid need not hold thrice.
+    least, most = (np.empty_like(shares) if size > 1 else layers for _ in range(2))
+    run_chunks(lambda begin, end: sum_cells(layers, begin, end, least, most, shares), len(least))
+    reach, limit = tuple(reaches), len(reaches) - 1
+    return Room(layers, least, most, shares, limit, reach, float(margin))
+
+
+def _border(layers: NDArray[np.uint8]) -> NDArray[np.int64]:
+    parts: dict[int, NDArray[np.int64]] = {}
+
+    def find(begin: int, end: int) -> None:
+        places = np.empty(layers[begin:end].size // 8 + 1024, dtype=np.int64)
+        count = find_border(layers, begin, end, places)
+        if count > len(places):
+            places = np.empty(count, dtype=np.int64)
+            find_border(layers, begin, end, places)
+        parts[begin] = places[:count]
+
+    run_chunks(find, len(layers))
+    return np.concatenate([parts[begin] for begin in sorted(parts)])

@@ -1,0 +1,135 @@
+"""Prices that follow what is hidden wrongly and beside, and a room that narrows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from simplifier.geometry.room import Room
+from simplifier.kernels.soup_views import UNIT
+from simplifier.options.stages import RefineOptions
+from simplifier.refinement.bargain import Bargain
+from tests.refinement.soups import ball, views_of
+
+VIEWS = views_of(ball(5.0))
+
+
+@dataclass
+class Found:
+    """A search as far as a bargain looks at it."""
+
+    right: float = 1.0
+    shown: np.ndarray = field(default_factory=lambda: np.zeros(16))
+
+    def precision(self):
+        return self.right
+
+    def overhang(self):
+        return self.shown
+
+    def current(self):
+        return np.empty((0, 3, 3))
+
+
+@dataclass
+class Judge:
+    """Fine pictures that show so much overhang."""
+
+    found: float
+
+    def overhang(self, triangles):
+        return np.full(4, self.found)
+
+
+def room():
+    """Of four limits, one cell of each layer."""
+    whole = Room.of(ball())
+    return Room(whole.layers, whole.least, whole.most, whole.shares, 3, (0.0, 1.0, 2.0, 3.0), 0.0)
+
+
+def bargain(judge=None, **options):
+    chosen = RefineOptions(**{"overcover": 0.5, "precision": 0.99, **options})
+    return Bargain(chosen, VIEWS, judge, room())
+
+
+def test_the_price_follows_the_precision():
+    prices = bargain(overhang=1.0)
+    base = prices.prices.measure
+    assert base == UNIT // 2
+    for _ in range(3):
+        before = prices.prices.measure
+        prices.follow(Found(0.97), 0.1)
+        assert prices.prices.measure > before
+    for _ in range(50):
+        prices.follow(Found(0.995), 0.1)
+    assert prices.prices.measure == base
+    for _ in range(100):
+        prices.follow(Found(0.0), 0.1)
+    assert prices.prices.measure == 200 * UNIT
+
+
+def test_any_overhang_costs_no_fine_where_all_is_allowed():
+    assert np.all(bargain(overhang=1.0).prices.fines == 0)
+
+
+def test_a_fine_is_in_proportion_to_what_share_of_the_silhouette_a_pixel_is():
+    fines = bargain().prices.fines
+    areas = np.bitwise_count(VIEWS.originals).sum(axis=1)
+    assert fines * areas == pytest.approx(np.full(16, (fines * areas).mean()), rel=0.01)
+
+
+def test_fines_rise_while_fine_pictures_show_too_much_and_fall_after():
+    judge = Judge(0.02)
+    prices = bargain(judge, overhang=0.005)
+    seen = Found(shown=np.full(16, 0.01))
+    before = prices.prices.fines.mean()
+    prices.follow(seen, 0.1)
+    higher = prices.prices.fines.mean()
+    assert higher > 1.5 * before
+    judge.found = 0.001
+    prices.follow(Found(shown=np.full(16, 0.001)), 0.1)
+    assert prices.prices.fines.mean() < higher
+    assert prices.room.limit == 3
+
+
+def test_changes_get_smaller_as_the_search_cools():
+    rises = []
+    for share in (0.0, 0.5, 0.95):
+        prices = bargain(Judge(0.02), overhang=0.005)
+        before = prices.prices.fines.mean()
+        prices.follow(Found(shown=np.full(16, 0.01)), share)
+        rises.append(prices.prices.fines.mean() / before)
+    assert rises[0] > 1.3 * rises[1] > rises[2] > 1.0
+
+
+def test_a_view_that_has_far_more_than_its_part_asks_for_more():
+    prices = bargain(Judge(0.006), overhang=0.005)
+    shown = np.full(16, 0.002)
+    shown[3] = 0.02
+    before = prices.prices.fines
+    prices.follow(Found(shown=shown), 0.1)
+    change = prices.prices.fines / before
+    assert change[3] > 1.2 * np.delete(change, 3).max()
+
+
+def test_what_the_search_cannot_see_takes_a_narrower_room_and_no_fine():
+    prices = bargain(Judge(0.02), overhang=0.005)
+    unseen = Found(shown=np.full(16, 0.0005))
+    before = prices.prices.fines
+    prices.follow(unseen, 0.2)
+    assert prices.room.limit == 2
+    assert np.array_equal(prices.prices.fines, before)
+    prices.follow(unseen, 0.9)  # too late to make good what that takes out
+    assert prices.room.limit == 2
+    for _ in range(9):
+        prices.follow(unseen, 0.2)
+    assert prices.room.limit == 1  # what the surface touches always stays
+
+
+def test_without_fine_pictures_its_own_views_tell_what_those_would():
+    prices = bargain(overhang=0.005)
+    before = prices.prices.fines.mean()
+    prices.follow(Found(shown=np.full(16, 0.004)), 0.1)
+    assert prices.prices.fines.mean() > before

@@ -152,7 +152,7 @@ def test_ctrl_c_keeps_what_was_made_and_the_next_run_goes_on(tmp_path):
                   transforms)  # fmt: skip
     write_scene(scene, tmp_path / "scene.glb")
     words = [*OCCLUDER, "scene", tmp_path / "scene.glb", "-o", tmp_path / "out",
-             "--resolution", "24", "--moves", "3000", "--budget", "8"]  # fmt: skip
+             "--resolution", "24", "--moves", "20000", "--budget", "8"]  # fmt: skip
     controller, terminal = pty.openpty()
     with subprocess.Popen(
         words, stderr=terminal, stdout=subprocess.PIPE,

@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -38,20 +38,12 @@ from simplifier.refinement.search import refine
 from simplifier.refinement.starts import cluster_vertices, enclosed_start, sheet_start
 from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.solid import solidify
-from simplifier.voxel.morphology import dilate
+from simplifier.voxel.room import coarse_room
 
 BUDGETS = (16, 64, 256)
 MOVES = (8_000, 30_000)
 
 Surface = tuple[FloatArray, IntArray]
-
-
-def _room_of(solid: Solid) -> Room:
-    """A voxel more than the solid on all sides, with the solid itself as what is inside."""
-    room = Room.of(*dilate(solid.core, solid.reach))
-    return replace(
-        room, shares=WHOLE * np.pad(solid.filled.inside, int(room.margin)).astype(np.uint8)
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +60,7 @@ class Scene:
         mesh = simplifier.load(path)
         options = make_options(float(mesh.extent.max()), **typed)  # type: ignore[arg-type]
         solid = solidify(mesh, options.solid, Stopwatch())
-        return cls(path.stem, mesh, solid, _room_of(solid))
+        return cls(path.stem, mesh, solid, coarse_room(solid.core, solid.reach))
 
     def judged(self, surface: Surface) -> str:
         """Recall, precision and triangles."""

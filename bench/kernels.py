@@ -22,7 +22,6 @@ from bench.record import Row
 from examples.castle import castle
 from simplifier.accuracy.accuracy import view_masks
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.room import Room
 from simplifier.geometry.views import image_axes, random_directions
 from simplifier.kernels.coverage import coverage_masks
 from simplifier.kernels.fill import flood
@@ -39,7 +38,7 @@ from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler
 from simplifier.steps.solid import solidify
 from simplifier.voxel.fill import fill
-from simplifier.voxel.morphology import dilate
+from simplifier.voxel.room import coarse_room
 from simplifier.voxel.voxelize import voxelize
 
 Masks = NDArray[np.bool_]
@@ -148,8 +147,8 @@ def _annealing() -> Iterator[Row]:
     watch = Stopwatch()
     solid = solidify(mesh, options.solid, watch)
     start = cut_solid(solid, options, watch, Deadline.after(None))
-    allowed, margin = dilate(solid.core, solid.reach)
-    room = Room.of(allowed, margin)
+    room = coarse_room(solid.core, solid.reach)
+    margin = room.margin
     projections = search_projections(solid, options, options.refine.views, margin)
     originals = silhouettes(solid.core.to_grid(mesh.vertices) + margin, mesh.faces, projections)
     search = Annealing(

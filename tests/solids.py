@@ -25,6 +25,14 @@ def moved(mesh, scale=1.0, offset=0.0):
     return TriangleMesh.from_soup(mesh.vertices * scale + offset, mesh.faces)
 
 
+def random_soup(seed, count, spread):
+    """Triangles about random places of the unit cube, their corners so far away in the mean."""
+    random = np.random.default_rng(seed)
+    corners = random.random((count, 1, 3)) + random.normal(0.0, spread, (count, 3, 3))
+    faces = np.arange(3 * count).reshape(-1, 3)
+    return TriangleMesh.from_soup(corners.reshape(-1, 3), faces)
+
+
 def triangles_of(quads):
     return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 

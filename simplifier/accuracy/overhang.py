@@ -18,7 +18,7 @@ from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import BoundingSphere
 from simplifier.kernels.coverage import MaskArray
-from simplifier.kernels.overhang import count_overhang
+from simplifier.kernels.overhang import count_overhang, shares_beside
 from simplifier.kernels.threads import run_chunks
 
 ACROSS = 512
@@ -75,10 +75,8 @@ def measure_overhang(mesh: TriangleMesh, occluder: Occluder, directions: FloatAr
     farthest = np.empty(len(lines), dtype=np.int64)
     for first, last, original, (hidden,) in mask_blocks(mesh, [occluder], lines, image, ACROSS):
         _count(original, hidden, image, pixels[first:last], farthest[first:last])
-    there, beside = pixels[:, 0], pixels[:, 1]
-    shares = np.where(there > 0, beside / np.maximum(there, 1), beside > 0).astype(np.float64)
     furthest = math.sqrt(max(int(farthest.max()), 0)) * (2.0 * sphere.radius / ACROSS)
-    return Overhang(shares, furthest, lines)
+    return Overhang(shares_beside(pixels), furthest, lines)
 
 
 def _image_size(occluder: FloatArray) -> int:

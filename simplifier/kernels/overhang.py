@@ -6,6 +6,7 @@ Masks are bit rows as in :mod:`simplifier.kernels.coverage`, (V, rows, words) ui
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import popcount
 from simplifier.kernels.compile import inline_kernel, kernel
@@ -54,6 +55,16 @@ def count_beside(originals, hidden, begin, end, pixels):
     over = np.empty(originals.shape[1:], np.uint64)
     for view in range(begin, end):
         pixels[view] = _count_view(originals[view], hidden[view], over)
+
+
+def shares_beside(pixels: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(V,) float64: what lies beside as a share of the original's pixels, (V, 2) as counted.
+
+    Where the original shows nothing 1 if anything lies there, else 0.
+    """
+    there, beside = pixels.T
+    shares = np.where(there > 0, beside / np.maximum(there, 1), beside > 0)
+    return np.asarray(shares, dtype=np.float64)
 
 
 @kernel

@@ -229,24 +229,28 @@ def _all_below(low, high, strides, layers, limit):
 
 
 @kernel
-def _cell_contained(p, q, r, cell, size, layers, limit):
-    """Whether the triangle keeps to the limit in one cell of ``size`` voxels a side.
+def _cell_contained(p, q, r, x, y, z, room):
+    """Whether a triangle keeps to the limit in one cell, whose voxels are looked at if they differ.
 
-    ``p``, ``q``, ``r`` in voxels.
+    ``p``, ``q``, ``r`` in voxels, ``room`` as for :func:`is_contained`.
     """
+    layers, least, most, limit = room
+    if most[x, y, z] <= limit:
+        return True
+    if least[x, y, z] > limit:
+        return False
     sizes = layers.shape
+    size = sizes[0] // least.shape[0]
     strides = (sizes[1] * sizes[2], sizes[2], 1)
     flat = layers.reshape(-1)
     x0, x1 = _span(p[0], q[0], r[0], sizes[0])
     y0, y1 = _span(p[1], q[1], r[1], sizes[1])
     z0, z1 = _span(p[2], q[2], r[2], sizes[2])
     flat_in = int(x0 == x1) + int(y0 == y1) + int(z0 == z1)
-    low = (max(x0, cell[0] * size), max(y0, cell[1] * size), max(z0, cell[2] * size))
+    low = (max(x0, x * size), max(y0, y * size), max(z0, z * size))
     high = (
-        min(x1, cell[0] * size + size - 1),
-        min(y1, cell[1] * size + size - 1),
-        min(z1, cell[2] * size + size - 1),
-    )
+        min(x1, x * size + size - 1), min(y1, y * size + size - 1), min(z1, z * size + size - 1)
+    )  # fmt: skip
     if flat_in >= 2:  # a row of voxels
         return _all_below(low, high, strides, flat, limit)
     w = _dominant(p, q, r)
@@ -283,7 +287,7 @@ def is_contained(p, q, r, room):
 
     Outside the grid nothing is allowed.  Voxels are looked at only in cells that hold both kinds.
     """
-    layers, least, most, limit = room
+    layers, least, _, _ = room
     sizes = least.shape
     for axis in range(3):
         if min(p[axis], q[axis], r[axis]) <= _TOUCH:
@@ -294,34 +298,22 @@ def is_contained(p, q, r, room):
     y0, y1 = _span(p[1], q[1], r[1], sizes[1])
     z0, z1 = _span(p[2], q[2], r[2], sizes[2])
     size = layers.shape[0] // sizes[0]
-    fine = (_scaled(p, size), _scaled(q, size), _scaled(r, size))
+    a, b, c = _scaled(p, size), _scaled(q, size), _scaled(r, size)
     if int(x0 == x1) + int(y0 == y1) + int(z0 == z1) >= 2:
         for x in range(x0, x1 + 1):
             for y in range(y0, y1 + 1):
                 for z in range(z0, z1 + 1):
-                    if least[x, y, z] > limit:
-                        return False
-                    if most[x, y, z] > limit and not _cell_contained(
-                        fine[0], fine[1], fine[2], (x, y, z), size, layers, limit
-                    ):
+                    if not _cell_contained(a, b, c, x, y, z, room):
                         return False
         return True
     w = _dominant(p, q, r)
     sides = _sides(_rotate(p, w), _rotate(q, w), _rotate(r, w))
     low, high = _rotate((x0, y0, z0), w), _rotate((x1, y1, z1), w)
-    # First what a look at the cells tells; most of what leaves the room does so by whole cells.
-    for closely in range(2):
-        for s in range(low[0], high[0] + 1):
-            for t in range(low[1], high[1] + 1):
-                first, last = _row(sides, s, t, low[2], high[2])
-                for k in range(first, last + 1):
-                    x, y, z = _back((s, t, k), w)
-                    if most[x, y, z] <= limit or not _touches(sides, s, t, k):
-                        continue
-                    if least[x, y, z] > limit:
-                        return False
-                    if closely and not _cell_contained(
-                        fine[0], fine[1], fine[2], (x, y, z), size, layers, limit
-                    ):
-                        return False
+    for s in range(low[0], high[0] + 1):
+        for t in range(low[1], high[1] + 1):
+            first, last = _row(sides, s, t, low[2], high[2])
+            for k in range(first, last + 1):
+                x, y, z = _back((s, t, k), w)
+                if _touches(sides, s, t, k) and not _cell_contained(a, b, c, x, y, z, room):
+                    return False
     return True

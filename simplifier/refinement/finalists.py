@@ -10,7 +10,7 @@ import numpy as np
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.overrides import NOTHING
 from simplifier.kernels.coverage import MaskArray, coverage_masks
-from simplifier.kernels.overhang import count_beside
+from simplifier.kernels.overhang import count_beside, shares_beside
 from simplifier.kernels.random_quads import exact_quad_pixels
 from simplifier.kernels.threads import run_chunks
 
@@ -58,8 +58,7 @@ class Outlines:
         run_chunks(
             lambda begin, end: count_beside(self.originals, shown, begin, end, pixels), len(shown)
         )
-        there, beside = pixels.T
-        return np.asarray(np.where(there > 0, beside / np.maximum(there, 1), beside > 0))
+        return shares_beside(pixels)
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,7 +37,7 @@ def improve(
     start: FloatArray,
     mesh: TriangleMesh,
     solid: Solid,
-    room: Room,
+    room: Room | None,
     options: Options,
     watch: Stopwatch,
     deadline: Deadline,
@@ -51,8 +51,7 @@ def improve(
     even when there is nothing to refine.  What is drawn by hand belongs to the original there, and
     hides as well.
     """
-    free = solid.reach > 0 and not overrides.open
-    if options.refine.moves == 0 and free:
+    if room is None:
         return start, ERROR_VOXELS
     margin = room.margin
     if options.refine.moves == 0:
@@ -65,7 +64,7 @@ def improve(
     try:
         views = _views(original, drawn, solid, options, margin, watch, deadline)
     except _StoppedError:
-        if free:
+        if solid.reach > 0 and not overrides.open:
             return start, ERROR_VOXELS
         return pull_into(start + margin, room) - margin, room.bound
 

@@ -9,25 +9,8 @@ from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.room import WHOLE, Room, fineness
 from simplifier.geometry.solid import Solid
 from simplifier.options.stages import ERROR_VOXELS, Options
-from simplifier.voxel.core import barred_voxels
-from simplifier.voxel.morphology import dilate, with_neighbours
-from simplifier.voxel.room import make_room
-
-
-def solid_to_cut(solid: Solid, room: Room) -> Solid:
-    """The solid with a core that is no thicker than the mesh, for sections that stay in the room.
-
-    Cells that the surface touches reach past it by half of one in the mean, which triangles in a
-    fine room would lose again by shrinking.  So those count that are inside by half, and those of
-    parts too thin to fill half of any.
-    """
-    if room.layers.shape == room.shape:
-        return solid
-    margin = int(room.margin)
-    shares = room.shares[margin:-margin, margin:-margin, margin:-margin]
-    filled = shares >= WHOLE // 2
-    thin = solid.core.inside & ~with_neighbours(filled)
-    return replace(solid, core=solid.core.with_inside(filled | thin))
+from simplifier.voxel.morphology import with_neighbours
+from simplifier.voxel.room import coarse_room, make_room
 
 
 def open_room(
@@ -35,17 +18,33 @@ def open_room(
     solid: Solid,
     options: Options,
     overrides: Overrides = NO_OVERRIDES,
-) -> Room:
-    """All that keeps the error bound, and regions open.
+) -> Room | None:
+    """All that keeps the error bound, and regions open; None where what is cut stays as it is.
 
     In voxels finer than the solid's own where that serves: overhang is to be small, which those do
     not resolve.
     """
     regions = [one.region for one in overrides.open]
-    refines = options.refine.moves > 0 or options.time_limit is not None
-    free = solid.reach > 0 and not regions
-    if refines and options.refine.overhang < 1.0 and free:
-        return make_room(mesh, solid, fineness(solid.touched.shape))
-    allowed, margin = dilate(solid.core, solid.reach)
-    allowed &= ~barred_voxels(solid.core, regions, int(margin))
-    return Room.of(allowed, margin, 0.0 if solid.wholly_inside else ERROR_VOXELS)
+    if solid.reach > 0 and not regions:
+        if options.refine.moves == 0:
+            return None
+        if options.refine.overhang < 1.0:
+            return make_room(mesh, solid, fineness(solid.touched.shape))
+    bound = 0.0 if solid.wholly_inside else ERROR_VOXELS
+    return coarse_room(solid.core, solid.reach, bound, regions)
+
+
+def solid_to_cut(solid: Solid, room: Room | None) -> Solid:
+    """The solid with a core that is no thicker than the mesh, for sections that stay in the room.
+
+    Cells that the surface touches reach past it by half of one in the mean, which triangles in a
+    fine room would lose again by shrinking.  So those count that are inside by half, and those of
+    parts too thin to fill half of any.
+    """
+    if room is None or room.layers.shape == room.shape:
+        return solid
+    margin = int(room.margin)
+    shares = room.shares[margin:-margin, margin:-margin, margin:-margin]
+    filled = shares >= WHOLE // 2
+    thin = solid.core.inside & ~with_neighbours(filled)
+    return replace(solid, core=solid.core.with_inside(filled | thin))

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.geometry.room import SURFACE, Room
-from simplifier.geometry.solid import Solid
+from simplifier.geometry.overrides import Region
+from simplifier.geometry.room import SURFACE, WHOLE, Room
+from simplifier.geometry.solid import Solid, VoxelGrid
 from simplifier.kernels.room import (
     SIX,
     add_layer,
@@ -20,12 +23,27 @@ from simplifier.kernels.room import (
 )
 from simplifier.kernels.threads import run_chunks
 from simplifier.kernels.voxelize import mark_triangles
+from simplifier.voxel.core import barred_voxels
+from simplifier.voxel.morphology import dilate
 
 _ALL = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)], np.int64)
 """Steps to all neighbours, even across corners."""
 
 
 _LEAST_TRIANGLES = 4096  # fewer are not worth a hand-over to another thread
+
+
+def coarse_room(
+    core: VoxelGrid, reach: int, bound: float = 0.0, regions: Sequence[Region] = ()
+) -> Room:
+    """The voxels of a core and those within ``reach`` of it, without those of open regions.
+
+    ``bound``  cells that any of them may be away from the surface.
+    """
+    allowed, margin = dilate(core, reach)
+    allowed &= ~barred_voxels(core, regions, int(margin))
+    shares = WHOLE * np.pad(core.inside, int(margin)).astype(np.uint8)
+    return replace(Room.of(allowed, margin, bound), shares=shares)
 
 
 def make_room(mesh: TriangleMesh, solid: Solid, size: int) -> Room:

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.geometry.room import WHOLE, Room
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.kernels.soup_views import all_contained
 from simplifier.refinement.starts import enclosed_start, sheet_start
 from simplifier.voxel.fill import fill
-from simplifier.voxel.morphology import dilate
+from simplifier.voxel.room import coarse_room
 from simplifier.voxel.voxelize import voxelize
-from tests.solids import box, joined, sphere, table
+from tests.solids import box, joined, random_soup, sphere, table
 
 SHAPES = {
     "ball": sphere(1.0, rings=12), "box": box((1.0, 2.0, 0.5)), "table": table(),
@@ -26,15 +23,9 @@ SHAPES = {
 }  # fmt: skip
 
 
-def around(grid):
-    """A voxel more than the solid on all sides, but its shares are the solid's."""
-    room = Room.of(*dilate(grid, 1))
-    return replace(room, shares=WHOLE * np.pad(grid.inside, int(room.margin)).astype(np.uint8))
-
-
 def starts_of(mesh, budget, resolution=24):
     grid = fill(voxelize(mesh, resolution))
-    room = around(grid)
+    room = coarse_room(grid, 1)
     return grid, {
         "enclosed": enclosed_start(room, budget),
         "sheet": sheet_start(mesh, grid, room, budget),
@@ -55,7 +46,7 @@ def check(vertices, faces, budget, shape):
 
 
 def inside_share(vertices, faces, grid):
-    room = around(grid)
+    room = coarse_room(grid, 1)
     inside = np.zeros(len(faces), np.bool_)
     all_contained(vertices[faces] + room.margin, room.voxels, inside)
     return inside.mean() if len(faces) else 1.0
@@ -76,10 +67,7 @@ def test_shapes_and_budgets(name, budget, resolution):
 @settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 200), st.integers(1, 64))
 def test_random_soups(seed, count, budget):
-    random = np.random.default_rng(seed)
-    corners = random.random((count, 1, 3)) + random.normal(0.0, 0.2, (count, 3, 3))
-    faces = np.arange(3 * count).reshape(-1, 3)
-    mesh = TriangleMesh.from_soup(corners.reshape(-1, 3), faces)
+    mesh = random_soup(seed, count, 0.2)
     grid, starts = starts_of(mesh, budget, 16)
     for vertices, faces in starts.values():
         check(vertices, faces, budget, grid.shape)
@@ -117,7 +105,7 @@ def test_one_triangle():
 
 def test_empty_grid():
     grid = VoxelGrid(np.zeros((5, 6, 7), np.bool_), np.zeros(3), 1.0)
-    vertices, faces = enclosed_start(around(grid), 8)
+    vertices, faces = enclosed_start(coarse_room(grid, 1), 8)
     assert vertices.shape == faces.shape == (0, 3)
 
 

@@ -8,14 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.room import INTERIOR, NEVER, SURFACE, WHOLE
 from simplifier.options.stages import ERROR_VOXELS, SolidOptions
 from simplifier.progress import Stopwatch
 from simplifier.steps.solid import solidify
 from simplifier.voxel.room import make_room
 from simplifier.voxel.voxelize import voxelize
-from tests.solids import box, joined, sphere, torus
+from tests.solids import box, joined, random_soup, sphere, torus
 
 SHAPES = {
     "ball": sphere(1.0, rings=12),
@@ -98,10 +97,7 @@ def test_cells_hold_the_lowest_and_the_highest_layer_and_the_share_inside():
 @given(st.integers(0, 2**32 - 1), st.integers(1, 60), st.integers(1, 8))
 def test_any_soup(seed, count, size):
     """Every voxel has a side, nothing beside the grid is in the room, threads change nothing."""
-    random = np.random.default_rng(seed)
-    corners = random.random((count, 1, 3)) + random.normal(0.0, 0.3, (count, 3, 3))
-    faces = np.arange(3 * count).reshape(-1, 3)
-    mesh = TriangleMesh.from_soup(corners.reshape(-1, 3), faces)
+    mesh = random_soup(seed, count, 0.3)
     solid, room = room_of(mesh, 9, size)
     assert set(np.unique(room.layers)) <= {*range(len(room.reaches)), NEVER}
     border = np.ones(room.shape, dtype=np.bool_)

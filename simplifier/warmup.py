@@ -6,7 +6,6 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
-from itertools import product
 from pathlib import Path
 from typing import get_args
 
@@ -34,6 +33,7 @@ from simplifier.options.stages import Options, SectionOptions, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.report.report import build_report
 
+_MOVES = 16  # a search in a few rounds
 _HEADER = """ply
 format {} 1.0
 element vertex 4
@@ -54,9 +54,9 @@ def warm_up() -> None:
     from simplifier.camera_paths.generate import generate_path
 
     mesh = _frame()
-    little = make_options(1.0, budget=8, resolution=16, moves=100)
+    little = make_options(1.0, budget=8, resolution=16, moves=_MOVES)
     little = replace(little, sections=SectionOptions(directions=4, depths=2))
-    for trim, exact in product(get_args(Trim), (False, True)):
+    for trim, exact in zip(get_args(Trim), (False, True), strict=True):
         selection = replace(little.selection, trim=trim)
         occluder = _simplify_and_judge(mesh, replace(little, selection=selection), exact=exact)
     fan = TriangleMesh.from_soup(_POINTS, [[0, 1, 2], [0, 2, 3]])
@@ -108,7 +108,7 @@ def _cull(mesh: TriangleMesh) -> None:
 def _fly(mesh: TriangleMesh, folder: Path, *, conservative: bool) -> None:
     """Build a scene, read it again, and cull it from a camera."""
     scene = _scene(mesh)
-    options = SceneOptions(budget=8, resolution=16, moves=100, conservative=conservative)
+    options = SceneOptions(budget=8, resolution=16, moves=_MOVES, conservative=conservative)
     build = build_occluders(scene, options, occluder_store(folder), {})
     write_manifest(folder, scene, options, build)
     camera = Camera.looking(

@@ -2,15 +2,15 @@
 
 Plain Python threads around ``nogil`` kernels instead of numba's ``prange``: the OpenMP layer dies
 after a fork, the workqueue layer aborts when two threads call in, and ``parallel=True`` triples the
-compile time.  The cost is about 50 microseconds a call.
+compile time.  The cost is about 50 microseconds a call and thread.
 """
 
 from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable
+from threading import Thread
 
 from simplifier.progress import TellShare, silent
 
@@ -27,9 +27,11 @@ def thread_count() -> int:
 
 _GLANCE = 0.01  # seconds that the caller waits at most before it tells again
 
+Work = Callable[[int, int], object]
+
 
 def run_chunks(
-    work: Callable[[int, int], object],
+    work: Work,
     count: int,
     *,
     least: int = 1,
@@ -39,37 +41,76 @@ def run_chunks(
     """Call ``work(begin, end)`` over the range 0..count in chunks, on all threads.
 
     ``work`` must write only to places that belong to its range: the result is then the same on any
-    number of threads.  ``least`` is the smallest chunk worth a hand-over.  With ``tell`` this
-    thread only watches: it tells the share of the chunks that are done every few milliseconds.
+    number of threads.  ``least`` is the smallest chunk worth a hand-over.  This thread works as
+    well; with ``tell`` it only watches, and tells the share of the chunks that are done every few
+    milliseconds.
 
-    The first exception, of ``work``, ``tell`` or an interrupt, is raised again here.  Chunks that
-    have not begun are then left out, and no thread works any more.
+    An exception, of ``work``, ``tell`` or an interrupt, is raised again here, of several that of
+    the first chunk.  Chunks that have not begun are then left out, and no thread works any more.
     """
     threads = thread_count()
-    chunks = min(threads * chunks_per_thread, count // max(least, 1))
+    most = min(threads * chunks_per_thread, count // max(least, 1))
     if count == 0:
         return
-    if tell is silent and (threads == 1 or chunks < 2):
+    if tell is silent and (threads == 1 or most < 2):
         work(0, count)
         return
-    chunks = max(chunks, 1)
-    edges = [count * i // chunks for i in range(chunks + 1)]
-    pool = ThreadPoolExecutor(threads)
+    chunks = _Chunks(work, count, max(most, 1))
+    watched = tell is not silent
+    helpers = [Thread(target=chunks.run) for _ in range(min(threads, max(most, 1)) - 1 + watched)]
     try:
-        jobs = [pool.submit(work, a, b) for a, b in itertools.pairwise(edges)]
-        if tell is not silent:
-            _watch(jobs, tell)
-        for job in jobs:
-            job.result()
+        for helper in helpers:
+            helper.start()
+        if watched:
+            _watch(chunks, helpers, tell)
+        else:
+            chunks.run()
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        chunks.stopped = True
+        for helper in helpers:
+            if helper.ident is not None:
+                helper.join()
+    if chunks.errors:
+        raise min(chunks.errors)[1]
 
 
-def _watch(jobs: Sequence[Future[object]], tell: TellShare) -> None:
+class _Chunks:
+    """A range in chunks, of which every thread takes the next.
+
+    ``done`` are the numbers of those that are, ``errors`` what others raised, by number.
+    """
+
+    def __init__(self, work: Work, count: int, chunks: int) -> None:
+        self.stopped = False
+        self.done: list[int] = []
+        self.errors: list[tuple[int, BaseException]] = []
+        self._work = work
+        self._edges = [count * i // chunks for i in range(chunks + 1)]
+        self._next = itertools.count()
+
+    def __len__(self) -> int:
+        return len(self._edges) - 1
+
+    def run(self) -> None:
+        """Work until nothing is left, or someone failed."""
+        while not self.stopped:
+            index = next(self._next)  # one step of the interpreter, so no two get the same
+            if index >= len(self):
+                return
+            try:
+                self._work(*self._edges[index : index + 2])
+                self.done.append(index)
+            except BaseException as error:
+                self.stopped = True
+                self.errors.append((index, error))
+
+
+def _watch(chunks: _Chunks, helpers: list[Thread], tell: TellShare) -> None:
     """Tell while they run, until all are done or one has failed."""
-    running = set(jobs)
-    while running:
-        done, running = wait(running, timeout=_GLANCE, return_when=FIRST_COMPLETED)
-        if any(job.exception() for job in done):
-            return
-        tell(1.0 - len(running) / len(jobs))
+    for helper in helpers:
+        helper.join(_GLANCE)
+        while helper.is_alive():
+            tell(len(chunks.done) / len(chunks))
+            helper.join(_GLANCE)
+    if not chunks.errors:
+        tell(1.0)

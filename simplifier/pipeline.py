@@ -22,7 +22,7 @@ from simplifier.steps.cut import (
     trace_outlines,
 )
 from simplifier.steps.refine import improve
-from simplifier.steps.room import open_room, solid_to_cut
+from simplifier.steps.room import open_room, solid_to_cut, with_inner
 from simplifier.steps.solid import solid_warnings, solidify
 from simplifier.steps.time_limit import start_in_time
 from simplifier.steps.verbatim import is_own_occluder, seen_triangles
@@ -86,6 +86,7 @@ def simplify_mesh(
         rest = replace(options, selection=replace(options.selection, budget=left))
         by_hand = solid.core.to_grid(overrides.triangles)
         room = open_room(mesh, solid, rest, overrides)
+        solid = with_inner(solid, room)
         # 2. to 5. Cut it, and choose what hides most.
         triangles = cut_solid(solid_to_cut(solid, room), rest, watch, deadline, by_hand)
         # 6. Past the paper: move the triangles under the same measure.

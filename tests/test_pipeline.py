@@ -38,7 +38,7 @@ def judged(mesh, **options):
 
 
 def check_bound(mesh, result):
-    found = deviation(result.occluder, mesh, result.solid.touched, result.solid.filled)
+    found = deviation(result.occluder, mesh, result.solid.interior)
     assert found <= result.occluder.error_bound
     assert 0.0 < result.occluder.error_bound <= ERROR_VOXELS * result.solid.filled.cell_size
 

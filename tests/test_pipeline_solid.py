@@ -47,6 +47,10 @@ CLOSED = {
 }  # fmt: skip
 
 
+def without_faces(mesh, left_out):
+    return TriangleMesh.from_soup(mesh.vertices, np.delete(mesh.faces, list(left_out), axis=0))
+
+
 @pytest.mark.parametrize("moves", [0, 1000])
 @pytest.mark.parametrize("name", CLOSED)
 def test_conservative_never_hides_what_a_closed_mesh_does_not(name, moves):
@@ -56,7 +60,34 @@ def test_conservative_never_hides_what_a_closed_mesh_does_not(name, moves):
     assert result.warnings == ()
     assert result.occluder.error_bound == 0.0
     solid = result.solid
-    assert deviation(result.occluder, mesh, solid.touched, solid.filled) == 0.0
+    assert deviation(result.occluder, mesh, solid.interior) == 0.0
+
+
+OPEN = {
+    "a box without a side": box(without=[3]),
+    "a ball with holes": without_faces(sphere(), [5, 6, 7, 40, 41, 90]),
+}
+
+
+@pytest.mark.parametrize("moves", [0, 1000])
+@pytest.mark.parametrize("name", OPEN)
+def test_conservative_is_never_seen_past_an_open_mesh(name, moves):
+    mesh = OPEN[name]
+    result = run(mesh, conservative=True, moves=moves)
+    assert result.solid.open
+    assert result.occluder.error_bound == 0.0
+    report = simplifier.evaluate(mesh, result.occluder, views=4096, image=96, exact=True)
+    assert (report.accuracy.precision_by_view == 1.0).all()
+    assert report.overhang.stick_out == 0.0
+    assert report.accuracy.recall > (0.1 if moves else 0.01)
+
+
+def test_conservative_is_hardly_ever_seen_past_a_sieve():
+    """Its holes line up along a few of all lines of sight, which not all have been looked along."""
+    sieve = without_faces(blob(2), range(0, 400, 9))
+    report = simplifier.evaluate(sieve, run(sieve, conservative=True).occluder, views=1024)
+    assert report.accuracy.precision > 1.0 - 1e-6
+    assert report.overhang.mean < 1e-5
 
 
 @pytest.mark.slow
@@ -77,12 +108,15 @@ def test_the_default_hides_a_little_wrongly():
 @pytest.mark.parametrize("slicer", ["cpu", "gl"])
 @pytest.mark.parametrize("moves", [0, 400])
 @pytest.mark.parametrize("trim", ["gain", "area"])
-def test_triangles_touch_core_voxels_only(options, slicer, moves, trim):
+def test_triangles_touch_inner_voxels_only(options, slicer, moves, trim):
     try:
         result = run(blob(), slicer=slicer, moves=moves, trim=trim, **options)
     except BackendUnavailableError as error:
         pytest.skip(str(error))
-    core, occluder = result.solid.core, result.occluder
+    # Where nothing is given up on purpose, in finer voxels than the core's.
+    fine = "shrink" not in options
+    core, occluder = result.solid.interior if fine else result.solid.core, result.occluder
+    assert core.shape[0] == (512 // 32 // 2 if fine else 1) * result.solid.core.shape[0]
     assert len(occluder.faces) > 0
     touched = np.zeros(core.shape, dtype=np.bool_)
     vertices = np.ascontiguousarray(core.to_grid(occluder.vertices))
@@ -216,7 +250,7 @@ def test_a_smallest_hole_closes_a_window(moves):
     assert closed.solid.filled.count - open_.solid.filled.count == closing.voxels
     assert judged(walls, closed.occluder, 64).recall > 0.8
     solid = closed.solid
-    found = deviation(closed.occluder, walls, solid.touched, solid.filled)
+    found = deviation(closed.occluder, walls, solid.interior)
     assert found <= closed.occluder.error_bound
 
 

@@ -108,7 +108,7 @@ class Judge:
     ) -> Row:
         """Lengths are in voxels of the undisturbed mesh."""
         report = simplifier.evaluate(mesh, made.occluder, views=self.views, exact=True).accuracy
-        strays = deviation(made.occluder, mesh, made.solid.touched, made.solid.filled)
+        strays = deviation(made.occluder, mesh, made.solid.interior)
         voxel = self.longest * scale / _RESOLUTION
         return {
             "mesh": Path(self.subject.file).stem, "case": case, "occluder": alike,

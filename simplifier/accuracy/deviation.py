@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.errors import MeshError, OptionError
+from simplifier.errors import MeshError
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.solid import BoolArray, VoxelGrid
@@ -26,36 +26,32 @@ SLACK = 0.25
 
 _LARGEST_COORDINATE = 1e100  # squares stay finite
 _BATCH = 16384  # pieces judged at once
+_PLANES = 16  # of voxels that are looked at together, for the memory of fine grids
 _LEAST_QUERIES = 64  # fewer are not worth a hand-over to another thread
 
 
-def deviation(
-    occluder: Occluder, mesh: TriangleMesh, touched: VoxelGrid, filled: VoxelGrid
-) -> float:
+def deviation(occluder: Occluder, mesh: TriangleMesh, interior: VoxelGrid) -> float:
     """Largest distance from a point of the occluder to the original, world units.
 
     The distance of a point is that to the nearest triangle of ``mesh`` or to the nearest voxel of
-    the filled interior (in ``filled`` and not in ``touched``; 0 within), whichever is less.
-    ``touched`` and ``filled`` are two solids of one grid.  Points outside of the grid count too.
+    the ``interior`` (0 within), whichever is less.  Points outside of the grid count too.
 
     Distances are exact at the points that are looked at, the occluder's corners among them; over a
     triangle, branch and bound stops when no point can be further than the result plus a quarter of
     a voxel (a share of 1e-9 of the scene for occluders that reach so far out).  The result is never
     above the true value.  Without triangles it is 0.
 
-    Raises :class:`OptionError` when the grids differ in shape or place and :class:`MeshError` when
-    the occluder's coordinates are not finite or beyond 1e100 voxels.
+    Raises :class:`MeshError` when the occluder's coordinates are not finite or beyond 1e100 voxels.
     """
-    _check_grids(touched, filled)
     if len(occluder.faces) == 0:
         return 0.0
-    triangles = np.ascontiguousarray(filled.to_grid(occluder.vertices)[occluder.faces])
+    triangles = np.ascontiguousarray(interior.to_grid(occluder.vertices)[occluder.faces])
     if not (np.abs(triangles) < _LARGEST_COORDINATE).all():
         raise MeshError(
             "a coordinate is not finite or out of reach", where="occluder", remedy="repair it"
         )
-    original = _Original.of(filled.to_grid(mesh.vertices), mesh.faces, touched, filled)
-    return _largest_distance(triangles, original) * filled.cell_size
+    original = _Original.of(interior.to_grid(mesh.vertices), mesh.faces, interior.inside)
+    return _largest_distance(triangles, original) * interior.cell_size
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,14 +65,12 @@ class _Original:
     faces: IntArray
 
     @classmethod
-    def of(
-        cls, points: FloatArray, faces: IntArray, touched: VoxelGrid, filled: VoxelGrid
-    ) -> _Original:
+    def of(cls, points: FloatArray, faces: IntArray, interior: BoolArray) -> _Original:
         lows = np.empty((len(faces), 3))
         highs = np.empty((len(faces), 3))
         run_chunks(lambda a, b: triangle_boxes(points, faces, a, b, lows, highs), len(faces))
         nodes, order = build_box_tree(lows, highs, TRIANGLES_PER_LEAF)
-        return cls(_box_nodes(filled.inside & ~touched.inside), nodes, order, points, faces)
+        return cls(_box_nodes(interior), nodes, order, points, faces)
 
     def distances(self, queries: FloatArray) -> FloatArray:
         """(n,) exact, of (n, 3) points."""
@@ -133,25 +127,18 @@ def _largest_distance(triangles: FloatArray, original: _Original) -> float:
 
 def _box_nodes(inside: BoolArray) -> FloatArray:
     """Tree over the runs of voxels along z, one box a run."""
+    parts = [_runs(inside[x : x + _PLANES], x) for x in range(0, len(inside), _PLANES)]
+    lows, highs = (np.concatenate(ends) for ends in zip(*parts, strict=True))
+    nodes, _ = build_box_tree(lows, highs, 1)
+    return nodes
+
+
+def _runs(inside: BoolArray, first: int) -> tuple[FloatArray, FloatArray]:
+    """Low and high corners (n, 3) of the runs along z in planes from ``first`` on."""
     nx, ny, nz = inside.shape
     padded = np.zeros((nx, ny, nz + 2), dtype=np.int8)
     padded[:, :, 1:-1] = inside
     step = np.diff(padded, axis=2)
-    lows = np.array(np.argwhere(step == 1), dtype=np.float64, order="C")
-    highs = np.argwhere(step == -1) + np.array([1.0, 1.0, 0.0])
-    nodes, _ = build_box_tree(lows, np.ascontiguousarray(highs), 1)
-    return nodes
-
-
-def _check_grids(touched: VoxelGrid, filled: VoxelGrid) -> None:
-    same = (
-        touched.shape == filled.shape
-        and touched.cell_size == filled.cell_size
-        and bool((touched.origin == filled.origin).all())
-    )
-    if not same:
-        raise OptionError(
-            "touched and filled are not solids of one grid",
-            where="deviation",
-            remedy="pass the two grids of one voxelization",
-        )
+    lows = np.argwhere(step == 1) + np.array([first, 0.0, 0.0])
+    highs = np.argwhere(step == -1) + np.array([first + 1.0, 1.0, 0.0])
+    return np.ascontiguousarray(lows), np.ascontiguousarray(highs)

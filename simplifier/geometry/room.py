@@ -21,12 +21,18 @@ WHOLE = 254
 """The share of a cell that is all inside; even, so that a half is whole too."""
 
 _FINEST = 256  # voxels along the longest edge: pictures of 512 pixels tell little more
+_FINEST_INSIDE = 512  # the shell of those that the surface touches is given up there
 _MOST = 4  # voxels a cell along each axis
+_MOST_INSIDE = 8
 
 
-def fineness(shape: tuple[int, int, int]) -> int:
-    """Voxels a cell along each axis, of the room for a solid of so many cells."""
-    return min(max(_FINEST // max(shape), 1), _MOST)
+def fineness(shape: tuple[int, int, int], inside: bool = False) -> int:
+    """Voxels a cell along each axis, of the room for a solid of so many cells.
+
+    ``inside``  whether triangles keep to voxels wholly inside.
+    """
+    finest, most = (_FINEST_INSIDE, _MOST_INSIDE) if inside else (_FINEST, _MOST)
+    return min(max(finest // max(shape), 1), most)
 
 
 @dataclass(frozen=True, eq=False)

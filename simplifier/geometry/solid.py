@@ -32,6 +32,9 @@ class Solid:
                  without the regions that are to be left open.
     ``reach``    voxels that the occluder may go past the core: 1, or 0 for not at all.
     ``wholly_inside``  whether the core is the interior alone, without any touched voxel.
+    ``inner``    that interior in finer voxels, where triangles keep to those.
+    ``open``     whether that may be seen past, since the mesh has a border; what is not kept wholly
+                 inside is not asked.
     ``closed_by``  what closed the surface, in the order in which it was applied.
     """
 
@@ -41,6 +44,15 @@ class Solid:
     reach: int = 1
     closed_by: tuple[Closing, ...] = ()
     wholly_inside: bool = False
+    open: bool = False
+    inner: VoxelGrid | None = None
+
+    @property
+    def interior(self) -> VoxelGrid:
+        """What is inside without touching a triangle, as finely as it is known."""
+        if self.inner is not None:
+            return self.inner
+        return self.filled.with_inside(self.filled.inside & ~self.touched.inside)
 
     @property
     def inside_fraction(self) -> float:

@@ -51,64 +51,72 @@ def take_sides(touched, layers):
     """Give each voxel that waits the side, inside or out, that reaches it first; inside if none.
 
     Both sides spread across voxels that the surface does not touch, a step at a time.  A closed
-    surface keeps them apart; by a hole they meet half-way between.
+    surface keeps them apart; by a hole they meet half-way between.  No cell on the border of
+    ``touched`` may be set, so that every voxel that waits has six neighbours.
     """
-    sizes = layers.shape
+    size = layers.shape[0] // touched.shape[0]
     flat = layers.reshape(-1)
-    size = sizes[0] // touched.shape[0]
+    row, plane = layers.shape[2], layers.shape[1] * layers.shape[2]
+    steps = (plane, -plane, row, -row, 1, -1)
+    corners = _first_voxels(touched, size, row, plane)
     total = 0
-    for place in range(len(flat)):
-        total += flat[place] == _UNKNOWN
-    queue = np.empty(total, np.int32)
-    waiting = 0
-    for i in range(touched.shape[0]):
-        for j in range(touched.shape[1]):
-            for k in range(touched.shape[2]):
-                if not touched[i, j, k]:
-                    continue
-                for place in range(size**3):
-                    x = i * size + place // (size * size)
-                    y = j * size + place // size % size
-                    index = (x * sizes[1] + y) * sizes[2] + k * size + place % size
-                    if flat[index] == _UNKNOWN:
-                        queue[waiting] = index
-                        waiting += 1
-    # First those beside a cell that is known; they stand at the front of the same queue.
+    for corner in corners:
+        for x in range(0, size * plane, plane):
+            for place in range(corner + x, corner + x + size * row, row):
+                for index in range(place, place + size):
+                    total += flat[index] == _UNKNOWN
+    front = np.empty(total, np.int32)
+    # First those beside a cell that is known: all of them, before any has got its side.
+    sides = np.empty(total, np.uint8)
     ends = 0
-    for number in range(waiting):
-        place = queue[number]
-        side = _UNKNOWN
-        for step in SIX:
-            there, other = _neighbour(place, step, sizes)
-            if there and (flat[other] == INTERIOR or flat[other] == NEVER):
-                side = flat[other]
-        if side != _UNKNOWN:
-            queue[number], queue[ends] = queue[ends], place
-            ends += 1
-    sides = np.empty(ends, np.uint8)
+    for corner in corners:
+        for x in range(0, size * plane, plane):
+            for place in range(corner + x, corner + x + size * row, row):
+                for index in range(place, place + size):
+                    if flat[index] != _UNKNOWN:
+                        continue
+                    side = _UNKNOWN
+                    for step in steps:
+                        other = flat[index + step]
+                        if other in (INTERIOR, NEVER):
+                            side = other
+                    if side != _UNKNOWN:
+                        front[ends], sides[ends] = index, side
+                        ends += 1
     for number in range(ends):
-        sides[number] = _UNKNOWN
-        for step in SIX:
-            there, other = _neighbour(queue[number], step, sizes)
-            if there and (flat[other] == INTERIOR or flat[other] == NEVER):
-                sides[number] = flat[other]
-    for number in range(ends):
-        flat[queue[number]] = sides[number]
-    front = np.empty(waiting, np.int32)
-    front[:ends] = queue[:ends]
+        flat[front[number]] = sides[number]
     done = 0
     while done < ends:
         place = front[done]
         done += 1
-        for step in SIX:
-            there, other = _neighbour(place, step, sizes)
-            if there and flat[other] == _UNKNOWN:
-                flat[other] = flat[place]
-                front[ends] = other
+        side = flat[place]
+        for step in steps:
+            if flat[place + step] == _UNKNOWN:
+                flat[place + step] = side
+                front[ends] = place + step
                 ends += 1
-    for number in range(waiting):
-        if flat[queue[number]] == _UNKNOWN:
-            flat[queue[number]] = INTERIOR
+    if ends == total:
+        return
+    for corner in corners:
+        for x in range(0, size * plane, plane):
+            for place in range(corner + x, corner + x + size * row, row):
+                for index in range(place, place + size):
+                    if flat[index] == _UNKNOWN:
+                        flat[index] = INTERIOR
+
+
+@kernel
+def _first_voxels(touched, size, row, plane):
+    """(n,) int64 flat indices of the lowest voxels of touched cells; see :func:`take_sides`."""
+    corners = np.empty(np.sum(touched), np.int64)
+    count = 0
+    for i in range(touched.shape[0]):
+        for j in range(touched.shape[1]):
+            for k in range(touched.shape[2]):
+                if touched[i, j, k]:
+                    corners[count] = size * (i * plane + j * row + k)
+                    count += 1
+    return corners
 
 
 @kernel

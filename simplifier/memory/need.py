@@ -78,6 +78,7 @@ _REPORT_VIEWS, _REPORT_IMAGE = 64, 128  # of the occlusion measure
 _OVERHANG_IMAGE = 514  # pixels a side, where the occluder stays within the mesh's sphere
 _VIEWING_TRIANGLES = 300_000  # meshes of more are thinned to be looked at
 
+_PLANES = 16  # of the interior that are looked at together
 _IMAGE = 512  # bytes of 64 x 64 bits
 _FEW = 64  # triangles that any start is filled up to
 _POLYGON = 40  # triangles of a section's polygon, more or less: copies fill a search to twice that
@@ -141,7 +142,19 @@ def _grown(shape: Shape, margin: int) -> int:
 
 def solid(shape: Shape, options: SolidOptions) -> int:
     """What stays of it until the report: touched, filled, and the core where it is another."""
-    return (3 if options.wholly_inside else 2) * math.prod(shape)
+    return (3 if options.wholly_inside else 2) * math.prod(shape) + _inner(shape, options)
+
+
+def _inner(shape: Shape, options: SolidOptions) -> int:
+    """The interior in finer voxels, where there is one."""
+    size = _inner_fineness(shape, options)
+    return size**3 * math.prod(shape) if size > 1 else 0
+
+
+def _inner_fineness(shape: Shape, options: SolidOptions) -> int:
+    """Voxels of the interior to a cell along each axis."""
+    fine = options.wholly_inside and options.shrink == 0.0
+    return fineness(shape, inside=True) if fine else 1
 
 
 def sections(shape: Shape, options: SectionOptions) -> int:
@@ -163,8 +176,9 @@ def refine(size: MeshSize, shape: Shape, options: Options) -> int:
     reach = 0 if options.solid.wholly_inside or options.solid.glue else 1
     allowed = _grown(shape, reach + 1)
     growing = 3 * allowed  # the dilation copies twice
-    if reach and options.refine.overhang < 1.0:
-        allowed, growing = _fine_room(shape)
+    inside = options.solid.wholly_inside and options.solid.shrink == 0.0
+    if inside or (reach and options.refine.overhang < 1.0):
+        allowed, growing = _fine_room(shape, inside)
     # Placed vertices, the cell of each, and a copy of the faces.
     placing = (_VERTEX + 4) * size.vertices + _FACE * size.triangles
     # Where there may be cracks: vertices in cells, these cells, their keys, and who is in each.
@@ -175,14 +189,14 @@ def refine(size: MeshSize, shape: Shape, options: Options) -> int:
     return fixed + max(growing, allowed + max(placing, _searches(size, options)))
 
 
-def _fine_room(shape: Shape) -> tuple[int, int]:
+def _fine_room(shape: Shape, inside: bool) -> tuple[int, int]:
     """The voxels and what is known of each cell; and with that what both are made of: cells that
-    are touched and filled, two queues of the voxels in cells of the surface, and a layer's."""
-    size, cells = fineness(shape), _grown(shape, 3)
+    are touched and filled, a queue of the voxels in cells of the surface, and a layer's."""
+    size, cells = fineness(shape, inside), _grown(shape, 1 if inside else 3)
     a, b, c = shape
     surface = 2 * (a * b + b * c + c * a)
     held = size**3 * cells + (3 if size > 1 else 1) * cells
-    waiting = 8 * (size**3 if size > 1 else 0) * surface
+    waiting = 5 * (size**3 if size > 1 else 0) * surface
     return held, held + 2 * cells + waiting + 24 * size**2 * surface
 
 
@@ -198,14 +212,15 @@ def _searches(size: MeshSize, options: Options) -> int:
     return pictures * (options.refine.searches + 1)
 
 
-def deviation(size: MeshSize, shape: Shape) -> int:
+def deviation(size: MeshSize, shape: Shape, options: SolidOptions) -> int:
     """A tree over the triangles, and one over the runs of the interior."""
-    voxels = math.prod(shape)
+    fine = _inner_fineness(shape, options)
+    a, b, c = (fine * length for length in shape)
     leaves = 1 << math.ceil(math.log2(max(size.triangles / 4.0, 1.0)))
     # Placed vertices; of each triangle its box, its Morton key, and its place twice; nodes of six.
     tree = _VERTEX * size.vertices + (48 + 8 + 8 + 8) * size.triangles + 96 * leaves
-    # Interior, padded, its steps and where they begin; boxes and nodes of one run a column or two.
-    runs = 4 * voxels + 300 * shape[0] * shape[1]
+    # Interior, padded and its steps, a few planes at once; boxes and nodes of runs, two a column.
+    runs = math.prod(shape) + 4 * _PLANES * b * c + 300 * a * b
     # The keys are gone before the interior is looked at.
     return max(tree, tree - 16 * size.triangles + runs)
 

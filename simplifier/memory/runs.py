@@ -61,7 +61,7 @@ def seeing(size: MeshSize, how: Judging) -> MemoryNeed:
 def judging(size: MeshSize, shape: Shape, options: Options, how: Judging) -> MemoryNeed:
     """Accuracy, deviation and report of an occluder, whose solid is still there."""
     solid = stages.solid(shape, options.solid)
-    report = max(stages.report(size), stages.deviation(size, shape))
+    report = max(stages.report(size), stages.deviation(size, shape, options.solid))
     told = MemoryNeed({"report": report}).beside(size.held)
     return seeing(size, how).joined(told).beside(solid)
 

@@ -57,7 +57,8 @@ class SolidOptions(OptionSet):
 
     fill: Fill = shared(SimplifyOptions, "fill")
     """``sight`` counts as inside what viewers see from next to no direction, beside what is closed
-    off; ``flood`` that alone.  Where all is to be wholly inside it is always ``flood``."""
+    off; ``flood`` that alone.  Where all is to be wholly inside, closed meshes are always filled by
+    ``flood``, and with a ``shrink`` all are."""
 
     tolerance: float = option(0.1, low=0.0, high=1.0)
     """Share of all directions, 0 to 1, from which viewers may see what counts as inside by sight.
@@ -89,8 +90,8 @@ class SolidOptions(OptionSet):
 
     @property
     def by_sight(self) -> bool:
-        """Whether what is hardly seen counts as inside."""
-        return self.fill == "sight" and not self.wholly_inside
+        """Whether what is hardly seen counts as inside, of open meshes at least."""
+        return self.fill == "sight" and self.shrink == 0.0
 
 
 @dataclass(frozen=True)
@@ -249,6 +250,8 @@ def stage_options(chosen: SimplifyOptions | EvaluateOptions, longest_edge: float
             chosen,
             moves=_moves(effort, chosen.budget) if chosen.moves is None else chosen.moves,
             precision=chosen.least_precision,
+            # What keeps wholly inside sticks out nowhere, so there is nothing to be fined.
+            overhang=1.0 if chosen.wholly_inside else chosen.overhang,
             views=effort.views,
             decimated=effort.decimated,
         ),

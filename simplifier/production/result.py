@@ -116,7 +116,7 @@ class SimplifyResult:
         if isinstance(self.made, Levels):
             return self.made.chain
         solid = self.made.solid
-        strays = deviation(self.occluder, self.mesh, solid.touched, solid.filled)
+        strays = deviation(self.occluder, self.mesh, solid.interior)
         return LodChain((Level(self.occluder, self.stages.solid.resolution, strays),), Lens())
 
 

@@ -55,7 +55,7 @@ def build_report(
     if overhang is None:
         overhang = measure_overhang(mesh, occluder, accuracy.directions)
     if strays is None:
-        strays = deviation(occluder, mesh, solid.touched, solid.filled)
+        strays = deviation(occluder, mesh, solid.interior)
     return {
         "schema_version": SCHEMA_VERSION,
         "version": VERSION,

@@ -14,14 +14,17 @@ from simplifier.kernels.threads import run_chunks
 from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
-from simplifier.refinement.finalists import FineViews, Outlines, best_of
+from simplifier.refinement.finalists import OUTLINE, FineViews, Outlines, best_of
 from simplifier.refinement.search import pull_into, refine
 from simplifier.refinement.thin import thin_for_pictures
+from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.time_limit import FEW_VIEWS, affordable_views
 
 _FINE_VIEWS = 12  # that decide between what was found and the starts
 _OUTLINES = 32  # that overhang is judged in
+_SEALING_VIEWS = 4096  # in which nothing may stick out of an open mesh that is kept inside
+_CLEAN_VIEWS = 896  # in a row, after which no others are looked at
 _ALL_AROUND = 110.0  # times the overhang asked for: what the room could have all around
 _TINY = 1e-9
 _FEW_FINE_VIEWS = 6  # where a time limit is short
@@ -53,6 +56,31 @@ def improve(
     """
     if room is None:
         return start, ERROR_VOXELS
+    found, bound = _moved(start, mesh, solid, room, options, watch, deadline, overrides)
+    return (_sealed(found, mesh, solid, options) if solid.open else found), bound
+
+
+def _sealed(
+    triangles: FloatArray, mesh: TriangleMesh, solid: Solid, options: Options
+) -> FloatArray:
+    """Of an open mesh, which lets some see past what is wholly inside: where nobody does."""
+    lines = search_projections(solid, options, _SEALING_VIEWS) * (OUTLINE / 64)
+    lines = np.random.default_rng(options.seed).permutation(lines)  # near ones show the same
+    placed = solid.core.to_grid(mesh.vertices)
+    return withdraw(triangles, placed, mesh.faces, lines, OUTLINE, _CLEAN_VIEWS)
+
+
+def _moved(
+    start: FloatArray,
+    mesh: TriangleMesh,
+    solid: Solid,
+    room: Room,
+    options: Options,
+    watch: Stopwatch,
+    deadline: Deadline,
+    overrides: Overrides,
+) -> tuple[FloatArray, float]:
+    """As :func:`improve`, in a room."""
     margin = room.margin
     if options.refine.moves == 0:
         return pull_into(start + margin, room) - margin, room.bound
@@ -83,7 +111,7 @@ def improve(
         starts += _decimated_starts(mesh, solid, options.selection.budget, room)
     judged = several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
     outlines = None
-    if several or not deadline.limited:
+    if solid.reach > 0 and (several or not deadline.limited):
         lines = search_projections(solid, options, _OUTLINES, margin)
         outlines = Outlines.of(*original, lines, drawn)
     found = refine(

@@ -9,6 +9,7 @@ from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Closing, Solid
 from simplifier.options.stages import SolidOptions
 from simplifier.progress import Stopwatch
+from simplifier.voxel.border import is_closed
 from simplifier.voxel.core import barred_voxels, core, deepest, open_regions
 from simplifier.voxel.fill import Side, enclose
 from simplifier.voxel.leaks import leak_warning, leaks
@@ -35,7 +36,8 @@ def solidify(
     with watch.stage("fill"):
         sides = _sides_on_ground(options)
         filled, closed_by = enclose(touched, sides, touched.in_voxels(options.smallest_hole))
-        if options.by_sight:
+        is_open = options.wholly_inside and options.by_sight and not is_closed(mesh)
+        if options.by_sight and (is_open or not options.wholly_inside):
             enclosed = filled
             up = "xyz".index(options.up) if options.viewers == "above" else None
             filled = fill_unseen(touched, enclosed, options.tolerance, up)
@@ -46,7 +48,7 @@ def solidify(
             return Solid(touched, filled, hidden_in, 0 if options.glue else 1, closed_by)
         shrink, lowest = touched.in_voxels(options.shrink), touched.to_grid(mesh.bounds[0])
         inner = open_regions(core(touched, filled, shrink, lowest, sides), regions)
-        return Solid(touched, filled, inner, 0, closed_by, wholly_inside=True)
+        return Solid(touched, filled, inner, 0, closed_by, wholly_inside=True, open=is_open)
 
 
 def solid_warnings(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.overrides import Region
-from simplifier.geometry.room import SURFACE, WHOLE, Room
+from simplifier.geometry.room import INTERIOR, SURFACE, WHOLE, Room
 from simplifier.geometry.solid import Solid, VoxelGrid
 from simplifier.kernels.room import (
     SIX,
@@ -50,18 +50,20 @@ def make_room(mesh: TriangleMesh, solid: Solid, size: int) -> Room:
     """The room of ``size`` voxels to a cell of the solid along each axis.
 
     A cell that the surface does not touch is as the solid has it.  In the others the voxels that
-    the surface does not touch belong to the side, inside or out, that reaches them first.  Around
-    the solid lie as many layers as keep the error bound: a cell's diagonal for the surface to be
-    somewhere in its cell, and one for the layers.  These grow across sides twice and across corners
-    once, so that they are nearly as far off all around.
+    the surface does not touch belong to the side, inside or out, that reaches them first.
+
+    Around the solid lie as many layers as keep the error bound: a cell's diagonal for the surface
+    to be somewhere in its cell, and one for the layers.  These grow across sides twice and across
+    corners once, so that they are nearly as far off all around.  A solid that is kept wholly inside
+    has none of them, and triangles keep to voxels that the surface does not touch.
     """
     steps = [(SIX, 1.0), (_ALL, math.sqrt(3.0)), (SIX, 1.0)]
     reaches, away = [0.0, math.sqrt(3.0) / size], 0.0
-    while (away := away + steps[(len(reaches) - 2) % 3][1] / size) <= math.sqrt(3.0):
+    while (away := away + steps[(len(reaches) - 2) % 3][1] / size) <= solid.reach * math.sqrt(3.0):
         reaches.append(away + reaches[SURFACE])
     margin = math.ceil((len(reaches) - 2) / size) + 1
     touched = np.pad(solid.touched.inside, margin)
-    filled = np.pad(solid.filled.inside, margin)
+    filled = np.pad((solid.filled if solid.reach > 0 else solid.core).inside, margin)
     layers = np.zeros([size * length for length in touched.shape], dtype=np.uint8)
     origin = solid.touched.origin - margin * solid.touched.cell_size
     scale, surface = size / solid.touched.cell_size, layers.view(np.bool_)
@@ -74,15 +76,16 @@ def make_room(mesh: TriangleMesh, solid: Solid, size: int) -> Room:
     )
     run_chunks(lambda begin, end: sort_cells(touched, filled, begin, end, layers), len(touched))
     take_sides(touched, layers)
-    border = _border(layers)
-    for layer in range(SURFACE + 1, len(reaches)):
-        border = add_layer(layers, border, steps[(layer - 2) % 3][0], layer)
+    if solid.reach > 0:
+        border = _border(layers)
+        for layer in range(SURFACE + 1, len(reaches)):
+            border = add_layer(layers, border, steps[(layer - 2) % 3][0], layer)
     shares = np.empty(touched.shape, dtype=np.uint8)
     # A voxel that is a cell is its own lowest and highest, which a fine grid need not hold thrice.
     least, most = (np.empty_like(shares) if size > 1 else layers for _ in range(2))
     run_chunks(lambda begin, end: sum_cells(layers, begin, end, least, most, shares), len(least))
-    reach, limit = tuple(reaches), len(reaches) - 1
-    return Room(layers, least, most, shares, limit, reach, float(margin))
+    limit = len(reaches) - 1 if solid.reach > 0 else INTERIOR
+    return Room(layers, least, most, shares, limit, tuple(reaches), float(margin))
 
 
 def _border(layers: NDArray[np.uint8]) -> NDArray[np.int64]:

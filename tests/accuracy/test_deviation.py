@@ -8,10 +8,11 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from simplifier.accuracy.deviation import SLACK, deviation
-from simplifier.errors import MeshError, OptionError
+from simplifier.errors import MeshError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.solid import VoxelGrid
+from tests.solids import interior_of
 
 CELL = 0.5
 ORIGIN = np.array([10.0, -20.0, 30.0])
@@ -36,13 +37,18 @@ def occluder_of(grid_points):
 
 def test_inside_costs_nothing():
     mesh, touched, filled = solid_box()
-    assert deviation(occluder_of([[1, 1, 1], [7, 7, 7], [1, 7, 2]]), mesh, touched, filled) == 0.0
+    assert (
+        deviation(
+            occluder_of([[1, 1, 1], [7, 7, 7], [1, 7, 2]]), mesh, interior_of(touched, filled)
+        )
+        == 0.0
+    )
 
 
 def test_on_the_surface_costs_nothing():
     mesh, touched, filled = solid_box()
     same = Occluder(mesh.vertices, mesh.faces)
-    assert deviation(same, mesh, touched, filled) == pytest.approx(0.0, abs=1e-12)
+    assert deviation(same, mesh, interior_of(touched, filled)) == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -58,20 +64,22 @@ def test_on_the_surface_costs_nothing():
 )
 def test_point_near_a_cube(corner, expected):
     mesh, touched, filled = solid_box()
-    found = deviation(occluder_of([corner] * 3), mesh, touched, filled) / CELL
+    found = deviation(occluder_of([corner] * 3), mesh, interior_of(touched, filled)) / CELL
     assert found == pytest.approx(expected, abs=1e-12)
 
 
 def test_plate_that_sticks_out_of_a_cube():
     mesh, touched, filled = solid_box()
     plate = [[4, 4, 4], [11, 4, 4], [11, 6, 4], [4, 4, 4], [11, 6, 4], [4, 6, 4]]
-    assert deviation(occluder_of(plate), mesh, touched, filled) == pytest.approx(3 * CELL)
+    assert deviation(occluder_of(plate), mesh, interior_of(touched, filled)) == pytest.approx(
+        3 * CELL
+    )
 
 
 def test_without_interior_only_the_surface_counts():
     mesh, touched, _ = solid_box()
     everything = touched.with_inside(np.ones(touched.shape, bool))
-    found = deviation(occluder_of([[4, 4, 4]] * 3), mesh, everything, everything)
+    found = deviation(occluder_of([[4, 4, 4]] * 3), mesh, interior_of(everything, everything))
     assert found == pytest.approx(4 * CELL, abs=1e-12)
 
 
@@ -80,7 +88,7 @@ def test_the_middle_of_a_triangle_counts():
     mesh, touched, _ = solid_box(16)
     hollow = touched.with_inside(np.zeros(touched.shape, bool))
     occluder = occluder_of([[0, 0, 8], [16, 0, 8], [8, 16, 8]])
-    found = deviation(occluder, mesh, touched, hollow) / CELL
+    found = deviation(occluder, mesh, interior_of(touched, hollow)) / CELL
     x, y = np.meshgrid(np.linspace(0, 16, 801), np.linspace(0, 16, 801))
     inside = y <= np.minimum(2 * x, 2 * (16 - x))
     true = np.minimum.reduce([x, 16 - x, y, 16 - y])[inside].max()
@@ -139,7 +147,9 @@ def test_against_brute_force_over_dense_samples(seed):
     squares = np.minimum(squares, squared_to_voxels(samples, interior))
     sampled = np.sqrt(squares.max())
     filled = touched.with_inside(interior)
-    found = deviation(occluder_of(triangles.reshape(-1, 3)), mesh, touched, filled) / CELL
+    found = (
+        deviation(occluder_of(triangles.reshape(-1, 3)), mesh, interior_of(touched, filled)) / CELL
+    )
     # The lattice itself misses the true maximum by at most its covering radius.
     spacing = max(np.linalg.norm(t - np.roll(t, 1, axis=0), axis=1).max() for t in triangles) / 60
     assert sampled - SLACK - 1e-9 <= found <= sampled + spacing / np.sqrt(3) + 1e-9
@@ -153,7 +163,7 @@ def test_corners_are_exact(seed):
     for point in triangles.reshape(-1, 3):
         squares = squared_to_triangles(point[None], corners)
         expected = np.sqrt(min(squares[0], squared_to_voxels(point[None], interior)[0]))
-        found = deviation(occluder_of([point] * 3), mesh, touched, filled) / CELL
+        found = deviation(occluder_of([point] * 3), mesh, interior_of(touched, filled)) / CELL
         assert found == pytest.approx(expected, abs=1e-9)
 
 
@@ -161,14 +171,14 @@ def test_a_voxel_that_is_touched_is_not_interior():
     mesh, touched, filled = solid_box()
     everything = touched.with_inside(np.ones(touched.shape, bool))
     occluder = occluder_of([[3, 4, 4], [5, 4, 4], [4, 5, 4]])
-    assert deviation(occluder, mesh, touched, filled) == 0.0
-    assert deviation(occluder, mesh, everything, filled) / CELL >= 3.0
+    assert deviation(occluder, mesh, interior_of(touched, filled)) == 0.0
+    assert deviation(occluder, mesh, interior_of(everything, filled)) / CELL >= 3.0
 
 
 def test_huge_triangle_is_bounded_work():
     mesh, touched, filled = solid_box()
     occluder = occluder_of([[4e9, 0, 0], [-4e9, 3e9, 0], [0, -4e9, 5e9]])
-    found = deviation(occluder, mesh, touched, filled) / CELL
+    found = deviation(occluder, mesh, interior_of(touched, filled)) / CELL
     assert found == pytest.approx(np.hypot(4e9, 5e9), rel=1e-8)
 
 
@@ -179,33 +189,23 @@ def test_same_on_any_number_of_threads(monkeypatch):
     results = []
     for threads in ("1", "2", "5"):
         monkeypatch.setenv("OCCLUDER_THREADS", threads)
-        results.append(deviation(occluder_of(triangles), mesh, touched, filled))
+        results.append(deviation(occluder_of(triangles), mesh, interior_of(touched, filled)))
     assert len(set(results)) == 1
 
 
 def test_no_triangles_do_not_deviate():
     mesh, touched, filled = solid_box()
     empty = Occluder(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
-    assert deviation(empty, mesh, touched, filled) == 0.0
-
-
-def test_two_grids_are_refused():
-    mesh, touched, filled = solid_box()
-    occluder = occluder_of([[4, 4, 4]] * 3)
-    for other in (
-        VoxelGrid(filled.inside[1:].copy(), ORIGIN, CELL),
-        VoxelGrid(filled.inside.copy(), ORIGIN + 1.0, CELL),
-        VoxelGrid(filled.inside.copy(), ORIGIN, CELL * 2),
-    ):
-        with pytest.raises(OptionError, match="one grid"):
-            deviation(occluder, mesh, touched, other)
+    assert deviation(empty, mesh, interior_of(touched, filled)) == 0.0
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, 1e200])
 def test_coordinates_out_of_reach_are_refused(value):
     mesh, touched, filled = solid_box()
     with pytest.raises(MeshError, match="occluder"):
-        deviation(occluder_of([[value, 4, 4], [5, 4, 4], [4, 5, 4]]), mesh, touched, filled)
+        deviation(
+            occluder_of([[value, 4, 4], [5, 4, 4], [4, 5, 4]]), mesh, interior_of(touched, filled)
+        )
 
 
 def test_real_mesh_does_not_deviate_from_itself(asset):
@@ -215,9 +215,9 @@ def test_real_mesh_does_not_deviate_from_itself(asset):
     cell = float((high - low).max()) / 32
     nothing = VoxelGrid(np.zeros((32, 32, 32), bool), low, cell)
     occluder = Occluder(mesh.vertices, mesh.faces)
-    assert deviation(occluder, mesh, nothing, nothing) == pytest.approx(0.0, abs=1e-9)
+    assert deviation(occluder, mesh, nothing) == pytest.approx(0.0, abs=1e-9)
     lifted = Occluder(mesh.vertices + np.array([0.0, 5.0 * cell, 0.0]), mesh.faces)
-    found = deviation(lifted, mesh, nothing, nothing)
+    found = deviation(lifted, mesh, nothing)
     samples, _ = trimesh.sample.sample_surface(
         trimesh.Trimesh(lifted.vertices, lifted.faces), 2000, seed=1
     )

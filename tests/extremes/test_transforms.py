@@ -79,7 +79,7 @@ def expected(undisturbed):
 
 def strays(mesh, occluder):
     solid = solidify(mesh, SolidOptions(24, ground=True), Stopwatch())
-    return deviation(occluder, mesh, solid.touched, solid.filled)
+    return deviation(occluder, mesh, solid.interior)
 
 
 def figures(mesh, occluder):

@@ -21,17 +21,17 @@ from simplifier.options.stages import ERROR_VOXELS
 from simplifier.selection.measure import directional_measures
 from simplifier.voxel.fill import fill
 from simplifier.voxel.voxelize import voxelize
-from tests.solids import blob, box, joined, sphere, table
+from tests.solids import blob, box, interior_of, joined, sphere, table
 
 OPTIONS = SceneOptions(budget=12, resolution=16, moves=60)
 ANYHOW = Stand()
 FINE = sphere(rings=12)
 
 
-def within(mesh, occluder, resolution=96):
+def within(mesh, occluder, resolution=256):
     """Whether an occluder is in what a fine grid holds to be the mesh or its inside."""
     touched = voxelize(mesh, resolution)
-    return deviation(occluder, mesh, touched, fill(touched)) <= 1e-9
+    return deviation(occluder, mesh, interior_of(touched, fill(touched))) <= 1e-9
 
 
 def test_few_triangles_are_their_own_near_occluder():
@@ -60,7 +60,7 @@ def test_others_have_an_error_that_is_proved(kind):
     cell = mesh.extent.max() / OPTIONS.resolution
     assert 0.0 < occluder.error_bound <= ERROR_VOXELS * cell
     touched = voxelize(mesh, 4 * OPTIONS.resolution)
-    strays = deviation(occluder, mesh, touched, fill(touched))
+    strays = deviation(occluder, mesh, interior_of(touched, fill(touched)))
     # A finer grid encloses less or as much, within one of its voxels.
     assert strays + SLACK * touched.cell_size <= occluder.error_bound + 2.0 * touched.cell_size
 
@@ -107,7 +107,7 @@ def test_neighbours_half_a_voxel_apart_become_one_solid():
     across = (corners.min(axis=1) < 0.45) & (corners.max(axis=1) > 0.55)
     assert across.any()  # a triangle spans the gap
     touched = voxelize(pair, 16)
-    assert deviation(occluder, pair, touched, fill(touched)) <= occluder.error_bound
+    assert deviation(occluder, pair, interior_of(touched, fill(touched))) <= occluder.error_bound
 
 
 def test_ground_closes_an_open_base():

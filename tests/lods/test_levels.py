@@ -46,7 +46,7 @@ def check_chain(mesh, chain):
     solid = solidify(mesh, SolidOptions(64), Stopwatch())
     cell = solid.filled.cell_size
     for level in chain.levels:
-        far = deviation(level.occluder, mesh, solid.touched, solid.filled)
+        far = deviation(level.occluder, mesh, solid.interior)
         assert far <= level.error_bound + SLACK * cell
 
 

@@ -115,3 +115,17 @@ def test_an_open_box_is_full_and_its_rim_is_shared_between_the_sides():
     assert (room.layers == INTERIOR).sum() > 0.4 * 64**3
     low = int(room.margin) * 4
     assert (room.layers[:, :, : low - 8] > SURFACE).all()
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_what_keeps_wholly_inside_has_no_layers_around(name):
+    """Its voxels are those that no path reaches from outside, in the fine grid itself."""
+    mesh = SHAPES[name]
+    solid = solidify(mesh, SolidOptions(resolution=12, conservative=True), Stopwatch())
+    room = make_room(mesh, solid, 4)
+    free = room.layers != SURFACE
+    parts, _ = ndimage.label(free)
+    reached = free & (parts == parts[0, 0, 0])
+    np.testing.assert_array_equal(room.layers == NEVER, reached)
+    assert set(np.unique(room.layers)) <= {INTERIOR, SURFACE, NEVER}
+    assert room.limit == INTERIOR

@@ -12,7 +12,9 @@ from typing import Any
 
 from simplifier.accuracy.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracies
 from simplifier.accuracy.deviation import deviation
+from simplifier.accuracy.front import measure_front
 from simplifier.accuracy.overhang import Overhang, measure_overhang
+from simplifier.accuracy.view_shares import ViewShares
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Level, LodChain, Occluder
@@ -108,9 +110,12 @@ class SimplifyResult:
                 [level.occluder for level in chain.levels],
                 passed_on(AccuracyOptions, self.options),
             )
-            overhang = measure_overhang(self.mesh, self.occluder, accuracies[0].directions)
+            directions = accuracies[0].directions
+            overhang = measure_overhang(self.mesh, self.occluder, directions)
+            front = measure_front(self.mesh, self.occluder, directions)
             notes = remarks(self.mesh, self.occluder, self.made.solid, self.overrides)
-        return MeasuredResult(self, chain, accuracies, overhang, watch.timings["accuracy"], notes)
+        taken = watch.timings["accuracy"]
+        return MeasuredResult(self, chain, accuracies, overhang, front, taken, notes)
 
     def _chain(self) -> LodChain:
         if isinstance(self.made, Levels):
@@ -127,6 +132,7 @@ class MeasuredResult:
     ``chain``       the levels, finest first; a single occluder is a chain of one.
     ``accuracies``  one a level, in the same order.
     ``overhang``    of the finest level.
+    ``front``       of the finest level, the shares of pixels that it stands before.
     ``seconds``     that measuring took.
     ``remarks``     on overrides and what was left out, a sentence each.
     """
@@ -135,6 +141,7 @@ class MeasuredResult:
     chain: LodChain
     accuracies: tuple[AccuracyReport, ...]
     overhang: Overhang
+    front: ViewShares
     seconds: float
     remarks: tuple[str, ...] = ()
 
@@ -203,7 +210,7 @@ class MeasuredResult:
             options=_options_row(self.result),
             timings={**self.timings, "load": load_seconds, "write": write_seconds},
             warnings=self.warnings, seed=self.result.options.seed, strays=self.levels[0].deviation,
-            overhang=self.overhang,
+            overhang=self.overhang, front=self.front,
             levels=level_rows(self.chain, self.accuracies, files) if self.result.chain else (),
             left_out=left_out_rows(self.chain),
         )  # fmt: skip

@@ -156,10 +156,10 @@ def _draw_limits(vertices, faces, points, cells, away, threshold, limits, hidden
             x0, z0, x1, z1 = _ends(points, low, middle, high, depths, row, bend)
             first, last = _columns(x0, x1, columns)
             if first <= last:
-                slope, start = _slope(x0, z0, x1, z1), z0 + threshold
-                for column in range(first, last + 1):
-                    limit = start + (column - x0) * slope
-                    limits[row, column] = min(limits[row, column], limit)
+                slope = _slope(x0, z0, x1, z1)
+                start, line = z0 + threshold, limits[row, first : last + 1]
+                for place in range(len(line)):
+                    line[place] = min(start + (first + place - x0) * slope, line[place])
                 set_span(hidden, row, first, last)
 
 

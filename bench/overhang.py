@@ -1,7 +1,8 @@
 """How much is hidden at how little overhang: ``python -m bench.overhang [MESH ...]``.
 
-A table as Markdown, a row a mesh: recall at overhang in the mean and in the worst view, by preset
-and by what is asked for (``--presets balanced,best``, ``--overhangs 0.005,0.05``).  256 views that
+A table as Markdown, a row a mesh: recall at overhang in the mean and in the worst view, and front
+in the mean and in the worst view, by preset and by what is asked for (``--presets balanced,best``,
+``--overhangs 0.005,0.05``).  256 views that
 no search has seen, all quads counted, no option but the budget and the up axis; seconds and CPU
 seconds from the mesh in memory to its triangles, kernels warm.  ``--seeds N``: the least and the
 most recall over as many seeds in place of one.
@@ -26,6 +27,8 @@ MESHES = {
     "broken_lyon_palais_de_justice.ply": (64, "y"),
     "cad_reciprocating_saw.glb": (64, "y"),
     "bunny_69k.ply": (64, "y"),
+    "level_dungeon.ply": (64, "y"),
+    "broken_truck.ply": (64, "y"),
 }
 """Budget and up axis."""
 
@@ -36,9 +39,10 @@ def cell(mesh: TriangleMesh, **options: object) -> tuple[float, str]:
     made = simplifier.simplify(mesh, **options)
     seconds, work = time.perf_counter() - begin, time.process_time() - work
     found = simplifier.evaluate(mesh, made.occluder, exact=True)
-    over = found.overhang
+    over, front = found.overhang, found.front
     return found.recall, (
         f"{100 * found.recall:.1f} at {100 * over.mean:.2f} ({100 * over.worst:.1f}),"
+        f" front {100 * front.mean:.2f} ({100 * front.worst:.1f}),"
         f" precision {100 * found.precision:.2f}, {seconds:.1f} s ({work:.1f})"
     )
 

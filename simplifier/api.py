@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
+from simplifier.accuracy.front import measure_front
 from simplifier.accuracy.overhang import measure_overhang
 from simplifier.checks import as_path, check_callable, check_cancel, check_kind
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
@@ -125,8 +126,9 @@ def evaluate(
     with watch.stage("accuracy"):
         accuracy = evaluate_accuracy(mesh, occluder, passed_on(AccuracyOptions, chosen))
         overhang = measure_overhang(mesh, occluder, accuracy.directions)
+        front = measure_front(mesh, occluder, accuracy.directions)
     return EvaluateResult(
-        mesh, occluder, chosen, stages, solid, accuracy, overhang, watch.timings, overrides
+        mesh, occluder, chosen, stages, solid, accuracy, overhang, front, watch.timings, overrides
     )
 
 

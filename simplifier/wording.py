@@ -30,6 +30,11 @@ def percent_at_most(share: float) -> str:
     return f"{math.ceil(share * 1e4 - _ROUNDING) / 100.0:.2f} %"
 
 
+def mean_and_worst(mean: float, worst: float) -> str:
+    """``"3.48 %, at worst 4.71 %"``: over all views, of what is to be small."""
+    return f"{percent_at_most(mean)}, at worst {percent_at_most(worst)}"
+
+
 def exact_percent(share: float) -> str:
     """``"99 %"``, ``"99.95 %"``: a bar as it was typed."""
     return f"{100.0 * share:.6g} %"

@@ -10,6 +10,7 @@ from simplifier.wording import (
     exact_percent,
     grid_size,
     length,
+    mean_and_worst,
     median_points,
     percent,
     percent_at_most,
@@ -45,6 +46,10 @@ def test_percentages_are_rounded_down_and_never_to_nothing(share, digits, text):
 )
 def test_what_is_to_be_small_is_rounded_up(share, text):
     assert percent_at_most(share) == text
+
+
+def test_the_worst_follows_the_mean():
+    assert mean_and_worst(0.03471, 0.04701) == "3.48 %, at worst 4.71 %"
 
 
 @pytest.mark.parametrize(

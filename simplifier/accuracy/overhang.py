@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simplifier.accuracy.accuracy import checked_directions, mask_blocks
+from simplifier.accuracy.view_shares import ViewShares
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import BoundingSphere
@@ -28,34 +29,16 @@ _LARGEST = 2048  # pixels a side of a picture, of an occluder that is much large
 
 
 @dataclass(frozen=True, eq=False)
-class Overhang:
+class Overhang(ViewShares):
     """How far and how much an occluder sticks out.
 
-    ``by_view``    (V,) float64: covered pixels beside the original as a share of the original's;
-                   where the original shows nothing 1 if the occluder shows anything, else 0.
+    ``by_view``    covered pixels beside the original as a share of the original's; where the
+                   original shows nothing 1 if the occluder shows anything, else 0.
     ``stick_out``  world units: the largest distance of such a pixel from the silhouette, over all
                    views in which the original shows.
-    ``directions`` (V, 3) float64 unit vectors, the lines of sight.
     """
 
-    by_view: FloatArray
     stick_out: float
-    directions: FloatArray
-
-    @property
-    def mean(self) -> float:
-        """Over all views."""
-        return float(self.by_view.mean())
-
-    @property
-    def worst_view(self) -> int:
-        """The view with most overhang, the first of equals."""
-        return int(np.argmax(self.by_view))
-
-    @property
-    def worst(self) -> float:
-        """The overhang in that view."""
-        return float(self.by_view[self.worst_view])
 
 
 def measure_overhang(mesh: TriangleMesh, occluder: Occluder, directions: FloatArray) -> Overhang:
@@ -76,7 +59,7 @@ def measure_overhang(mesh: TriangleMesh, occluder: Occluder, directions: FloatAr
     for first, last, original, (hidden,) in mask_blocks(mesh, [occluder], lines, image, ACROSS):
         _count(original, hidden, image, pixels[first:last], farthest[first:last])
     furthest = math.sqrt(max(int(farthest.max()), 0)) * (2.0 * sphere.radius / ACROSS)
-    return Overhang(shares_beside(pixels), furthest, lines)
+    return Overhang(shares_beside(pixels), lines, furthest)
 
 
 def _image_size(occluder: FloatArray) -> int:

@@ -22,7 +22,7 @@ from rich.table import Table
 from rich.text import Text
 
 from simplifier.progress import STAGES, Listener, Progress
-from simplifier.wording import grid_size, length, percent, percent_at_most, seconds
+from simplifier.wording import grid_size, length, mean_and_worst, percent, seconds
 
 _UNBROKEN = 1000  # columns
 
@@ -196,7 +196,7 @@ def _printable(text: str) -> str:
 
 
 def _rows(report: dict[str, Any]) -> list[tuple[str, str]]:
-    worst, over = report["worst_view"], report["overhang"]
+    worst, over, front = report["worst_view"], report["overhang"], report["front"]
     rows = [
         ("triangles", f"{report['input']['triangles']:,} -> {report['triangles']:,}"),
         ("precision", percent(report["precision"], 2)),
@@ -205,12 +205,9 @@ def _rows(report: dict[str, Any]) -> list[tuple[str, str]]:
             "worst view",
             f"recall {percent(worst['recall'], 2)}, precision {percent(worst['precision'], 2)}",
         ),
-        (
-            "overhang",
-            f"{percent_at_most(over['share'])}, at worst"
-            f" {percent_at_most(over['worst_view']['share'])}",
-        ),
+        ("overhang", mean_and_worst(over["share"], over["worst_view"]["share"])),
         ("stick-out", length(over["stick_out"])),
+        ("front", mean_and_worst(front["share"], front["worst_view"]["share"])),
         ("occlusion measure kept", percent(report["occlusion_measure"]["ratio"], 2)),
         ("error bound", length(report["error_bound"])),
         ("deviation", length(report["deviation"])),

@@ -51,11 +51,7 @@ def coverage_masks(
     ValueError for wrong shapes, indices out of range, values that are not finite or too large,
     and images of no pixel or of more than 65535 rows or columns.
     """
-    # Writable: a read-only array would be another type, and compile the kernel once more.
-    points = np.require(np.asarray(vertices).T, np.float64, _PLAIN)
-    indices = np.require(faces, np.int32, _PLAIN)
-    views = np.require(projections, np.float64, _PLAIN)
-    _check(points, indices, views, rows, columns)
+    points, indices, views = drawable(vertices, faces, projections, (2, rows, columns))
     masks = np.zeros((len(views), rows, -(-columns // 64)), dtype=np.uint64)
     if len(indices) > 0:
         run_chunks(
@@ -73,19 +69,29 @@ def unpack_masks(masks: MaskArray, columns: int) -> NDArray[np.bool_]:
     return np.unpackbits(octets, axis=-1, count=columns, bitorder="little").astype(np.bool_)
 
 
-def _check(
-    points: NDArray[np.float64],
-    indices: NDArray[np.int32],
-    views: NDArray[np.float64],
-    rows: int,
-    columns: int,
-) -> None:
+def drawable(
+    vertices: NDArray[np.float64],
+    faces: NDArray[np.int32],
+    projections: NDArray[np.float64],
+    view: tuple[int, int, int],
+) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.float64]]:
+    """What kernels draw, as they take it: vertices (3, n), faces (m, 3), projections (V, k, 4).
+
+    ``view``  rows of a projection, k, then rows and columns of the image.
+
+    Raises ValueError as :func:`coverage_masks` does.
+    """
+    axes, rows, columns = view
+    # Writable: a read-only array would be another type, and compile the kernel once more.
+    points = np.require(np.asarray(vertices).T, np.float64, _PLAIN)
+    indices = np.require(faces, np.int32, _PLAIN)
+    views = np.require(projections, np.float64, _PLAIN)
     if points.ndim != 2 or points.shape[0] != 3:
         raise ValueError("vertices must be (n, 3)")
     if indices.ndim != 2 or indices.shape[1] != 3:
         raise ValueError("faces must be (m, 3)")
-    if views.ndim != 3 or views.shape[1:] != (2, 4):
-        raise ValueError("projections must be (V, 2, 4)")
+    if views.ndim != 3 or views.shape[1:] != (axes, 4):
+        raise ValueError(f"projections must be (V, {axes}, 4)")
     if not (1 <= rows <= LARGEST_IMAGE and 1 <= columns <= LARGEST_IMAGE):
         raise ValueError(f"an image has 1 to {LARGEST_IMAGE} rows and columns")
     if indices.size and not (indices.min() >= 0 and indices.max() < points.shape[1]):
@@ -94,6 +100,7 @@ def _check(
         # Written so that NaN fails too.
         if values.size and not (values.min() > -LARGEST_VALUE and values.max() < LARGEST_VALUE):
             raise ValueError(f"vertices and projections must be finite, below {LARGEST_VALUE:g}")
+    return points, indices, views
 
 
 @kernel
@@ -106,12 +113,12 @@ def draw_views(vertices, faces, projections, columns, begin, end, masks):
     points = np.empty((vertices.shape[1], 2))
     cells = np.empty(vertices.shape[1], np.uint32)
     for view in range(begin, end):
-        _project(vertices, projections[view], masks.shape[1], columns, points, cells)
+        project(vertices, projections[view], masks.shape[1], columns, points, cells)
         _draw(points, cells, faces, columns, masks[view])
 
 
 @kernel
-def _project(vertices, projection, rows, columns, points, cells):
+def project(vertices, projection, rows, columns, points, cells):
     """Image coordinates with pixel centres at the integers, and each vertex's packed cell.
 
     A cell is (first row at or above y, first column at or right of x), clamped to the image, the
@@ -140,15 +147,34 @@ def _crossing(points, low, high, row):
 
 
 @inline_kernel
-def _run(first, count):
+def run_of_ones(first, count):
     """``count`` (1..64) ones from bit ``first`` on, within one word."""
     return (~np.uint64(0) >> np.uint64(64 - count)) << np.uint64(first)
+
+
+@inline_kernel
+def rows_of(p, q, r, i, j, k):
+    """(first row, row of the bend, row end, and the vertices in that order) of a triangle.
+
+    ``p``, ``q``, ``r`` are the cells of its vertices ``i``, ``j``, ``k``.  Sorted without branches;
+    equal rows may come in any order, their edge is not used.
+    """
+    a = (np.uint64(p) << np.uint64(32)) | np.uint64(i)
+    b = (np.uint64(q) << np.uint64(32)) | np.uint64(j)
+    c = (np.uint64(r) << np.uint64(32)) | np.uint64(k)
+    low = min(a, b, c)
+    high = max(a, b, c)
+    middle = a ^ b ^ c ^ low ^ high
+    row, vertex = np.uint64(48), np.uint64(0xFFFFFFFF)
+    return (
+        np.int64(low >> row), np.int64(middle >> row), np.int64(high >> row),
+        np.int64(low & vertex), np.int64(middle & vertex), np.int64(high & vertex),
+    )  # fmt: skip
 
 
 @kernel
 def _draw(points, cells, faces, columns, mask):
     low_half = np.uint32(0xFFFF)
-    index_bits = np.uint64(0xFFFFFFFF)
     for face in range(faces.shape[0]):
         i = faces[face, 0]
         j = faces[face, 1]
@@ -165,20 +191,8 @@ def _draw(points, cells, faces, columns, mask):
         box_word = left >> 6
         box = np.uint64(0)
         if box_word == right >> 6:
-            box = _run(left & 63, right - left + 1)
-        # Sorted by row without branches; equal rows may come in any order, their edge is not used.
-        a = (np.uint64(p) << np.uint64(32)) | np.uint64(i)
-        b = (np.uint64(q) << np.uint64(32)) | np.uint64(j)
-        c = (np.uint64(r) << np.uint64(32)) | np.uint64(k)
-        low = min(a, b, c)
-        high = max(a, b, c)
-        middle = a ^ b ^ c ^ low ^ high
-        bottom = np.int64(low >> np.uint64(48))
-        bend = np.int64(middle >> np.uint64(48))
-        top = np.int64(high >> np.uint64(48))
-        low_vertex = np.int64(low & index_bits)
-        middle_vertex = np.int64(middle & index_bits)
-        high_vertex = np.int64(high & index_bits)
+            box = run_of_ones(left & 63, right - left + 1)
+        bottom, bend, top, low_vertex, middle_vertex, high_vertex = rows_of(p, q, r, i, j, k)
         for row in range(bottom, top):
             # Behind other triangles: nothing to add.  Halves the work, soups are layered.
             if box != 0 and (mask[row, box_word] & box) == box:
@@ -191,15 +205,15 @@ def _draw(points, cells, faces, columns, mask):
             first = np.int64(np.ceil(min(max(min(x0, x1), 0.0), float(columns))))
             last = np.int64(np.ceil(min(max(max(x0, x1), 0.0), float(columns)))) - 1
             if first <= last:
-                _set_span(mask, row, first, last)
+                set_span(mask, row, first, last)
 
 
 @inline_kernel
-def _set_span(mask, row, first, last):
+def set_span(mask, row, first, last):
     word = first >> 6
     last_word = last >> 6
     if word == last_word:
-        mask[row, word] |= _run(first & 63, last - first + 1)
+        mask[row, word] |= run_of_ones(first & 63, last - first + 1)
     else:
         mask[row, word] |= ~np.uint64(0) << np.uint64(first & 63)
         for between in range(word + 1, last_word):

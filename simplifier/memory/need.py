@@ -240,7 +240,10 @@ def quads(count: int, image: int, occluders: int, *, exact: bool) -> int:
 
 
 def overhang(size: MeshSize, count: int) -> int:
-    """Larger views, and of each thread how far each pixel is from the mesh's (int32)."""
+    """Larger views, and of each thread how far each pixel is from the mesh's (int32).
+
+    What the front takes is less: a quarter of the pixels, and of each thread a depth (float64).
+    """
     heights = min(thread_count(), count) * 4 * _OVERHANG_IMAGE**2
     return views(size, count, _OVERHANG_IMAGE, 1) + heights
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from simplifier.accuracy.accuracy import AccuracyReport
 from simplifier.accuracy.overhang import Overhang
+from simplifier.accuracy.view_shares import ViewShares
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
@@ -23,6 +24,7 @@ from simplifier.report.report import Report, build_report
 class EvaluateResult:
     """How good an occluder is.
 
+    ``front``     the shares of the mesh's pixels that the occluder stands before.
     ``stages``    what counts as the mesh's inside, in the solid.
     ``timings``   seconds by stage.
     """
@@ -34,6 +36,7 @@ class EvaluateResult:
     solid: Solid
     accuracy: AccuracyReport
     overhang: Overhang
+    front: ViewShares
     timings: Mapping[str, float]
     overrides: Overrides = NO_OVERRIDES
 
@@ -67,7 +70,7 @@ class EvaluateResult:
                 "accuracy": asdict(self.accuracy.options),
             },
             timings={**self.timings, "load": load_seconds}, warnings=self.warnings,
-            seed=self.options.seed, overhang=self.overhang,
+            seed=self.options.seed, overhang=self.overhang, front=self.front,
         )  # fmt: skip
 
     def write_pictures(

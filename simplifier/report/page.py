@@ -126,7 +126,7 @@ def _summary(report: Report) -> str:
 
 def _tiles(report: Report) -> list[tuple[str, str, str]]:
     """The headline figures: what each is, its value and a note."""
-    worst, over = report["worst_view"], report["overhang"]
+    worst, over, front = report["worst_view"], report["overhang"], report["front"]
     return [
         ("Recall", percent(report["recall"]), "of what could be hidden is hidden"),
         ("Precision", percent(report["precision"], 2), "of what is hidden is hidden rightly"),
@@ -136,6 +136,12 @@ def _tiles(report: Report) -> list[tuple[str, str, str]]:
             percent_at_most(over["share"]),
             f"covered beside it; at worst {percent_at_most(over['worst_view']['share'])},"
             f" {length(over['stick_out'])} units out",
+        ),
+        (
+            "Front",
+            percent_at_most(front["share"]),
+            "of what is seen lies well behind it; at worst"
+            f" {percent_at_most(front['worst_view']['share'])}",
         ),
         ("Triangles", f"{report['triangles']:,}", f"from {report['input']['triangles']:,}"),
         ("Occlusion kept", percent(report["occlusion_measure"]["ratio"]), "of the total measure"),

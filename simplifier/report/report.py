@@ -14,8 +14,10 @@ from typing import Any
 
 from simplifier.accuracy.accuracy import AccuracyReport
 from simplifier.accuracy.deviation import deviation
+from simplifier.accuracy.front import measure_front
 from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.accuracy.overhang import Overhang, measure_overhang
+from simplifier.accuracy.view_shares import ViewShares
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import LodChain, Occluder
 from simplifier.geometry.solid import Solid
@@ -43,17 +45,20 @@ def build_report(
     left_out: Sequence[Report] = (),
     strays: float | None = None,
     overhang: Overhang | None = None,
+    front: ViewShares | None = None,
 ) -> Report:
     """All that is known of an occluder, ready for ``json.dumps``.
 
     ``options`` as resolved; ``timings`` seconds by stage, stages that did not run count 0.  With
     ``levels`` of detail and those ``left_out``, rows of :mod:`simplifier.report.report`,
     the occluder is that of the finest.  ``strays`` is its deviation, ``overhang`` what it covers
-    beside the mesh; each is measured here if it is None.
+    beside the mesh, ``front`` what it stands before; each is measured here if it is None.
     """
     measures = occlusion_measures(mesh, occluder)
     if overhang is None:
         overhang = measure_overhang(mesh, occluder, accuracy.directions)
+    if front is None:
+        front = measure_front(mesh, occluder, accuracy.directions)
     if strays is None:
         strays = deviation(occluder, mesh, solid.interior)
     return {
@@ -64,7 +69,8 @@ def build_report(
         "recall": accuracy.recall,
         "by_view": [_view(accuracy, index) for index in range(len(accuracy.directions))],
         "worst_view": {"index": accuracy.worst_view, **_view(accuracy, accuracy.worst_view)},
-        "overhang": _overhang(overhang),
+        "overhang": {**_shares(overhang), "stick_out": overhang.stick_out},
+        "front": _shares(front),
         "occlusion_measure": {
             "occluder": measures.occluder,
             "original": measures.original,
@@ -100,11 +106,10 @@ def _view(accuracy: AccuracyReport, index: int) -> Report:
     }
 
 
-def _overhang(found: Overhang) -> Report:
+def _shares(found: ViewShares) -> Report:
     worst = found.worst_view
     return {
         "share": found.mean,
-        "stick_out": found.stick_out,
         "worst_view": {
             "index": worst,
             "direction": [float(x) for x in found.directions[worst]],

@@ -8,6 +8,7 @@ import pytest
 
 import simplifier
 from simplifier import CancelledError, SimplifyOptions
+from simplifier.wording import percent_at_most
 from tests.schema import check_report
 from tests.solids import blob, box
 
@@ -55,6 +56,17 @@ def test_every_level_has_its_figures(tmp_path):
     ]
     pages = product.write_pictures(tmp_path / "pictures", "the blob")
     assert "not written" in pages[-1].read_text()
+
+
+def test_what_stands_before_much_says_so_and_what_helps():
+    rough = produced(blob(), overhang=1.0)
+    (told,) = (words for words in rough.warnings if "well behind" in words)
+    assert told.startswith(f"{percent_at_most(rough.front.mean)} of what one sees of the mesh")
+    assert told in rough.report()["warnings"]
+    assert rough.front.mean > 0.05
+    finer = produced(blob(), overhang=0.002, resolution=64, moves=2000)
+    assert 0.0 < finer.front.mean < 0.05
+    assert not any("well behind" in words for words in finer.warnings)
 
 
 def test_pictures_are_of_the_name(tmp_path):

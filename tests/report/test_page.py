@@ -62,6 +62,10 @@ def report(scene):
             "stick_out": 0.0789,
             "worst_view": {"index": 1, "direction": [0.0, 0.0, 1.0], "share": 0.04701},
         },
+        "front": {
+            "share": 0.0234,
+            "worst_view": {"index": 1, "direction": [0.0, 0.0, 1.0], "share": 0.05678},
+        },
         "occlusion_measure": {"occluder": 1.0, "original": 1.5, "ratio": 0.7654},
         "error_bound": 0.05432,
         "deviation": 0.02345,
@@ -165,6 +169,7 @@ def test_all_figures_are_there(report, gallery):
         "0.02345", "-1.000, 0.000, -2.000", "1.000, 3.000, 2.500", "3 non finite, 7 zero area",
         "64 x 63 x 50 voxels", "0.01235 units", "45.6 %", "ground (added 2.500 cubic units)",
         "budget 64", "ground yes", "smallest hole default", "trim gain", "9.8.7", "seed 42",
+        "Front 2.34 % of what is seen lies well behind it; at worst 5.68 %",
         "sections 1.25 s", "cut 500 ms", "total 1.75 s",
     ):  # fmt: skip
         assert figure in text, figure

@@ -1,0 +1,222 @@
+"""Pixels of a mesh before which an occluder stands, and by more than a threshold.
+
+Centres are covered as in :mod:`simplifier.kernels.coverage`, bit for bit, and nothing is kept of a
+mesh but what its pictures still lack.  A pixel is settled by the first of the mesh's triangles that
+is no further behind the occluder than the threshold, or by any where the occluder does not show.
+Most triangles of a fine mesh are left out as soon as their box holds settled pixels alone; depths
+are worked out for the few others.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.kernels.bit_image import popcount
+from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.coverage import drawable, project, rows_of, run_of_ones, set_span
+from simplifier.kernels.threads import run_chunks
+
+_NARROWEST = 1e-9  # pixels
+
+
+def front_pixels(
+    mesh: tuple[NDArray[np.float64], NDArray[np.int32]],
+    occluder: tuple[NDArray[np.float64], NDArray[np.int32]],
+    projections: NDArray[np.float64],
+    image: int,
+    threshold: float,
+) -> NDArray[np.int64]:
+    """(V, 2) int64: pixels that the mesh covers, and those of them that the occluder stands before.
+
+    ``mesh``, ``occluder``  vertices (n, 3) and faces (m, 3) each; both windings are drawn.
+    ``projections``  (V, 3, 4): a view's [x, y, depth] is A p + b with A the first three columns and
+                     b the last: x and y in pixels, the depth rising away from the viewer.
+    ``image``        pixels a side; what falls outside is clipped.
+    ``threshold``    units of depth: the occluder's nearest surface has to be nearer by more.
+
+    Raises ValueError as :func:`~simplifier.kernels.coverage.coverage_masks` does.
+    """
+    points, faces, views = drawable(*mesh, projections, (3, image, image))
+    other_points, other_faces, _ = drawable(*occluder, projections, (3, image, image))
+    pixels = np.zeros((len(views), 2), dtype=np.int64)
+    run_chunks(
+        lambda begin, end: count_front(
+            points, faces, other_points, other_faces, views, image, threshold, begin, end, pixels
+        ),
+        len(views),
+        chunks_per_thread=16,
+    )
+    return pixels
+
+
+@kernel
+def count_front(
+    vertices, faces, other_vertices, other_faces, projections, image, threshold, begin, end, pixels
+):
+    """Fill views ``begin`` to ``end`` of ``pixels`` (V, 2) int64 as :func:`front_pixels` says.
+
+    ``vertices``, ``other_vertices``  (3, n) float64, ``faces``, ``other_faces`` (m, 3) int32: of
+    the mesh and of the occluder.
+    """
+    most = max(vertices.shape[1], other_vertices.shape[1])
+    points, cells = np.empty((most, 2)), np.empty(most, np.uint32)
+    limits = np.empty((image, image))
+    words = (image + 63) >> 6
+    hidden, waiting, seen = (
+        np.empty((image, words), np.uint64),
+        np.empty((image, words), np.uint64),
+        np.empty((image, words), np.uint64),
+    )
+    for view in range(begin, end):
+        limits[:] = np.inf
+        hidden[:] = 0
+        waiting[:] = ~np.uint64(0)
+        seen[:] = 0
+        flat, away = projections[view, :2], projections[view, 2]
+        project(other_vertices, flat, image, image, points, cells[: other_vertices.shape[1]])
+        _draw_limits(other_vertices, other_faces, points, cells, away, threshold, limits, hidden)
+        project(vertices, flat, image, image, points, cells[: vertices.shape[1]])
+        _draw_mesh(vertices, faces, points, cells, away, limits, hidden, waiting, seen)
+        pixels[view, 0], pixels[view, 1] = 0, 0
+        for row in range(image):
+            for word in range(words):
+                pixels[view, 0] += np.int64(popcount(seen[row, word]))
+                pixels[view, 1] += np.int64(popcount(seen[row, word] & waiting[row, word]))
+
+
+@inline_kernel
+def _depth(vertices, away, vertex):
+    return (
+        away[0] * vertices[0, vertex]
+        + away[1] * vertices[1, vertex]
+        + away[2] * vertices[2, vertex]
+        + away[3]
+    )
+
+
+@inline_kernel
+def _fill_depths(vertices, away, low, middle, high, depths):
+    depths[0] = _depth(vertices, away, low)
+    depths[1] = _depth(vertices, away, middle)
+    depths[2] = _depth(vertices, away, high)
+
+
+@inline_kernel
+def _ends(points, low, middle, high, depths, row, bend):
+    """(x, depth, x, depth) where a row enters and leaves a triangle, from left to right.
+
+    A depth lies on the edge, so it is between the corners' however thin the triangle is.
+    """
+    low_x, low_y = points[low, 0], points[low, 1]
+    high_x, high_y = points[high, 0], points[high, 1]
+    middle_x, middle_y = points[middle, 0], points[middle, 1]
+    share = (row - low_y) / (high_y - low_y)
+    x0, z0 = low_x + share * (high_x - low_x), depths[0] + share * (depths[2] - depths[0])
+    if row < bend:
+        share = (row - low_y) / (middle_y - low_y)
+        x1, z1 = low_x + share * (middle_x - low_x), depths[0] + share * (depths[1] - depths[0])
+    else:
+        share = (row - middle_y) / (high_y - middle_y)
+        x1 = middle_x + share * (high_x - middle_x)
+        z1 = depths[1] + share * (depths[2] - depths[1])
+    if x1 < x0:
+        return x1, z1, x0, z0
+    return x0, z0, x1, z1
+
+
+@inline_kernel
+def _columns(x0, x1, columns):
+    """First column with its centre from x0 on, and the last one with it before x1."""
+    first = np.int64(np.ceil(min(max(x0, 0.0), float(columns))))
+    return first, np.int64(np.ceil(min(max(x1, 0.0), float(columns)))) - 1
+
+
+@inline_kernel
+def _slope(x0, z0, x1, z1):
+    """Depth by column.  Between ends that rounding cannot tell apart either depth is right."""
+    return (z1 - z0) / (x1 - x0) if x1 - x0 > _NARROWEST else 0.0
+
+
+@kernel
+def _draw_limits(vertices, faces, points, cells, away, threshold, limits, hidden):
+    """Draw the occluder: its nearest depth plus the threshold, and into ``hidden`` where it is."""
+    columns = limits.shape[1]
+    low_half = np.uint32(0xFFFF)
+    depths = np.empty(3)
+    for face in range(faces.shape[0]):
+        i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
+        p, q, r = cells[i], cells[j], cells[k]
+        differ = (p ^ q) | (p ^ r)
+        if (differ & low_half) == 0 or (differ >> np.uint32(16)) == 0:
+            continue
+        bottom, bend, top, low, middle, high = rows_of(p, q, r, i, j, k)
+        _fill_depths(vertices, away, low, middle, high, depths)
+        for row in range(bottom, top):
+            x0, z0, x1, z1 = _ends(points, low, middle, high, depths, row, bend)
+            first, last = _columns(x0, x1, columns)
+            if first <= last:
+                slope = _slope(x0, z0, x1, z1)
+                start, line = z0 + threshold, limits[row, first : last + 1]
+                for place in range(len(line)):
+                    line[place] = min(start + (first + place - x0) * slope, line[place])
+                set_span(hidden, row, first, last)
+
+
+@kernel
+def _draw_mesh(vertices, faces, points, cells, away, limits, hidden, waiting, seen):
+    """Add the mesh's pixels to ``seen``, and take out of ``waiting`` those that are settled.
+
+    What is both seen and waiting in the end lies behind the occluder by more than the threshold.
+    """
+    columns = limits.shape[1]
+    low_half = np.uint32(0xFFFF)
+    depths = np.empty(3)
+    for face in range(faces.shape[0]):
+        i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
+        p, q, r = cells[i], cells[j], cells[k]
+        differ = (p ^ q) | (p ^ r)
+        # No pixel centre in the bounding box: the fate of most triangles of a fine mesh.
+        if (differ & low_half) == 0 or (differ >> np.uint32(16)) == 0:
+            continue
+        left = np.int64(min(p & low_half, q & low_half, r & low_half))
+        right = np.int64(max(p & low_half, q & low_half, r & low_half)) - 1
+        box_word = left >> 6
+        box = np.uint64(0)
+        if box_word == right >> 6:
+            box = run_of_ones(left & 63, right - left + 1)
+        bottom, bend, top, low, middle, high = rows_of(p, q, r, i, j, k)
+        known = False
+        for row in range(bottom, top):
+            if box != 0 and (waiting[row, box_word] & box) == 0:
+                continue
+            if not known:
+                _fill_depths(vertices, away, low, middle, high, depths)
+                known = True
+            x0, z0, x1, z1 = _ends(points, low, middle, high, depths, row, bend)
+            first, last = _columns(x0, x1, columns)
+            if first <= last:
+                _settle(
+                    x0, z0, x1, z1, first, last, limits[row], hidden[row], waiting[row], seen[row]
+                )
+
+
+@inline_kernel
+def _settle(x0, z0, x1, z1, first, last, limits, hidden, waiting, seen):
+    """Of one row the columns ``first`` to ``last`` of a triangle."""
+    slope = _slope(x0, z0, x1, z1)
+    for word in range(first >> 6, (last >> 6) + 1):
+        begin, end = max(first - 64 * word, 0), min(last - 64 * word, 63)
+        span = run_of_ones(begin, end - begin + 1)
+        seen[word] |= span
+        asked = waiting[word] & span
+        waiting[word] &= ~(span & ~hidden[word])
+        asked &= hidden[word]
+        for place in range(begin, end + 1):
+            if asked == 0:
+                break
+            one = np.uint64(1) << np.uint64(place)
+            if asked & one:
+                asked ^= one
+                if z0 + (64 * word + place - x0) * slope <= limits[64 * word + place]:
+                    waiting[word] ^= one

@@ -1,6 +1,6 @@
 # make demo   install, make an occluder for a generated castle, write everything to out/demo
 # make test   format, lint, types, import contracts, tests
-# make test-slow  what takes minutes: a start with an empty kernel cache
+# make test-slow  what takes minutes: a start with an empty kernel cache, long forms
 # make test-faults  kills, a full disk, damage, wrong clocks, slow clients, in their long form (minutes)
 # make fuzz   ten minutes of broken files and strange meshes (FUZZ_SECONDS, FUZZ_ENGINE=guided, …)
 # make mutants  small mistakes in what promises safety: which do the tests near them miss (minutes)
@@ -33,7 +33,7 @@ test: $(READY)
 	$(MAKE) -j 2 check kernels
 	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
 
-# A first start with an empty kernel cache: minutes.
+# A first start with an empty kernel cache, statues, the service's contract at length: minutes.
 test-slow: $(READY)
 	$(BIN)/python -m pytest -m slow
 

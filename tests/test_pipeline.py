@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import simplifier
 from examples.castle import castle
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.deviation import deviation
 from simplifier.errors import BackendUnavailableError, CancelledError
 from simplifier.geometry.mesh import TriangleMesh
@@ -33,7 +34,7 @@ def run(mesh, listener=None, cancel=None, **options):
 def judged(mesh, **options):
     """Precision and recall, free of sampling noise, and the result."""
     result = run(mesh, **options)
-    report = simplifier.evaluate(mesh, result.occluder, exact=True, views=64, image=128).accuracy
+    report = evaluate_accuracy(mesh, result.occluder, AccuracyOptions(64, 128, exact=True))
     return report.precision, report.recall, result
 
 
@@ -447,8 +448,9 @@ def test_opengl_does_as_well_as_the_sampler():
     assert diary.begun == ["voxelize", "fill", "surface", *RUN[2:]]
     assert list(drawn.occluder.timings) == diary.begun
     check_bound(mesh, drawn)
-    ours = simplifier.evaluate(mesh, run(mesh, **options).occluder, exact=True, image=128).accuracy
-    theirs = simplifier.evaluate(mesh, drawn.occluder, exact=True, image=128).accuracy
+    seen_by = AccuracyOptions(image=128, exact=True)
+    ours = evaluate_accuracy(mesh, run(mesh, **options).occluder, seen_by)
+    theirs = evaluate_accuracy(mesh, drawn.occluder, seen_by)
     assert theirs.recall == pytest.approx(ours.recall, abs=0.03)
     assert theirs.precision == pytest.approx(ours.precision, abs=0.005)
 

@@ -26,7 +26,7 @@ def run(mesh, **options):
 
 
 def judged(mesh, occluder, views):
-    return simplifier.evaluate(mesh, occluder, views=views, image=96, exact=True).accuracy
+    return evaluate_accuracy(mesh, occluder, AccuracyOptions(views, 96, exact=True))
 
 
 def check_precision_is_1(mesh, occluder, views=4096):

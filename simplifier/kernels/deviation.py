@@ -22,6 +22,8 @@ _TREE_DEPTH = (
     64  # entries of a search's stack; a tree over fewer than 2^32 things is at most 33 deep
 )
 
+_ROUNDING = 1e-9  # of the slack: what rounding adds to the distance from a triangle to itself
+
 
 @kernel
 def triangle_boxes(points, faces, begin, end, lows, highs):
@@ -85,8 +87,10 @@ def _nearest_squared(px, py, pz, nodes, order, points, faces, best, stop, enough
     triangles, ``TRIANGLES_PER_LEAF`` a leaf.  Exact when above ``enough``; else an upper bound,
     and ``stop`` or less when the exact value is.  In the middle of a round limb thousands of
     triangles are nearly as near as the nearest: telling them apart is most of the cost, and only
-    a new record needs it.  ``stack``, ``keys`` are scratch.
+    a new record needs it.  ``stack``, ``keys`` are scratch.  Returns that and the triangle that it
+    is the distance to, -1 for a box or what ``best`` was.
     """
+    nearest = -1
     leaves = nodes.shape[0] // 2
     stack[0] = 1
     keys[0] = squared_distance_to_box(px, py, pz, nodes, 1)
@@ -106,7 +110,8 @@ def _nearest_squared(px, py, pz, nodes, order, points, faces, best, stop, enough
                 face = order[place]
                 a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
                 distance = squared_distance_to_triangle(px, py, pz, points[a], points[b], points[c])
-                best = min(best, distance)
+                if distance < best:
+                    best, nearest = distance, face
             continue
         near = 2 * node
         far = near + 1
@@ -123,7 +128,7 @@ def _nearest_squared(px, py, pz, nodes, order, points, faces, best, stop, enough
             stack[top] = near
             keys[top] = near_key
             top += 1
-    return best
+    return best, nearest
 
 
 @kernel
@@ -133,18 +138,19 @@ def _squared(bound):
 
 @kernel
 def _distance(px, py, pz, stop, enough, box_nodes, nodes, order, points, faces, stack, keys):
-    """To the boxes or the triangles, whichever is nearer; exact when above ``enough``.
+    """To the boxes or the triangles, whichever is nearer, and which triangle; else -1.
 
-    ``stop`` and ``enough`` as in :func:`_nearest_squared`, not squared; negative: never.
+    Exact when above ``enough``.  ``stop`` and ``enough`` as in :func:`_nearest_squared`, not
+    squared; negative: never.
     """
     s = _squared(stop)
     e = _squared(enough)
     best = np.inf
-    best = _nearest_squared(
+    best, _ = _nearest_squared(
         px, py, pz, box_nodes, order, points, faces[:0], best, s, e, stack, keys
     )
-    best = _nearest_squared(px, py, pz, nodes, order, points, faces, best, s, e, stack, keys)
-    return np.sqrt(best)
+    best, face = _nearest_squared(px, py, pz, nodes, order, points, faces, best, s, e, stack, keys)
+    return np.sqrt(best), face
 
 
 @kernel
@@ -154,7 +160,7 @@ def point_distances(queries, box_nodes, nodes, order, points, faces, begin, end,
     keys = np.empty(_TREE_DEPTH)
     for i in range(begin, end):
         x, y, z = queries[i]
-        distances[i] = _distance(
+        distances[i], _ = _distance(
             x, y, z, -1.0, -1.0, box_nodes, nodes, order, points, faces, stack, keys
         )
 
@@ -169,6 +175,10 @@ def piece_distances(
     further away than distance + reach.  With stop = ``largest`` + ``slack`` - reach: the result is
     at most stop where the distance is; it is the distance where that is above both stop and
     ``largest``; else it is an upper bound.
+
+    Nor is any point further from one triangle than the furthest corner is, as the distance to a
+    convex set is a convex function.  Where that tells that the piece holds no record, the reach is
+    0 and the distance at most ``largest``: a piece on a large flat triangle need not be cut up.
     """
     stack = np.empty(_TREE_DEPTH, np.int64)
     keys = np.empty(_TREE_DEPTH)
@@ -184,9 +194,25 @@ def piece_distances(
             square = max(square, dx * dx + dy * dy + dz * dz)
         reaches[i] = np.sqrt(square)
         stop = largest + slack - reaches[i]
-        distances[i] = _distance(
+        distances[i], face = _distance(
             x, y, z, stop, largest, box_nodes, nodes, order, points, faces, stack, keys
         )
+        if face >= 0 and distances[i] > stop:
+            bound = _furthest_corner(pieces[i], points, faces[face])
+            if bound <= largest + _ROUNDING * slack:
+                distances[i] = min(bound, largest)
+                reaches[i] = 0.0
+
+
+@kernel
+def _furthest_corner(piece, points, face):
+    """Largest distance of the corners of a (3, 3) piece from a triangle."""
+    a, b, c = points[face[0]], points[face[1]], points[face[2]]
+    square = 0.0
+    for corner in range(3):
+        x, y, z = piece[corner]
+        square = max(square, squared_distance_to_triangle(x, y, z, a, b, c))
+    return np.sqrt(square)
 
 
 @kernel

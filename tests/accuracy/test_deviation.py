@@ -7,7 +7,7 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from simplifier.accuracy.deviation import SLACK, deviation
+from simplifier.accuracy.deviation import SLACK, _Original, deviation
 from simplifier.errors import MeshError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
@@ -153,6 +153,33 @@ def test_against_brute_force_over_dense_samples(seed):
     # The lattice itself misses the true maximum by at most its covering radius.
     spacing = max(np.linalg.norm(t - np.roll(t, 1, axis=0), axis=1).max() for t in triangles) / 60
     assert sampled - SLACK - 1e-9 <= found <= sampled + spacing / np.sqrt(3) + 1e-9
+
+
+@pytest.mark.parametrize("largest", [0.0, 0.4, 3.0])
+@pytest.mark.parametrize("seed", range(4))
+def test_no_point_of_a_piece_is_further_than_it_says_or_than_the_largest(seed, largest):
+    corners, interior, mesh, touched, _ = random_case(seed)
+    filled = touched.with_inside(interior)
+    # Pieces beside the triangles of the mesh, and some of their own place.
+    generator = np.random.default_rng(seed + 100)
+    pieces = corners + generator.normal(0.0, 0.3, corners.shape)
+    pieces = np.concatenate([pieces, corners, generator.uniform(0, 8, (9, 3, 3))])
+    original = _Original.of(
+        touched.to_grid(mesh.vertices), mesh.faces, interior_of(touched, filled).inside
+    )
+    distances, reaches = original.piece_bounds(pieces, largest, SLACK)
+    for piece, distance, reach in zip(pieces, distances, reaches, strict=True):
+        samples = lattice(piece, 24)
+        squares = squared_to_triangles(samples, corners)
+        furthest = np.sqrt(np.minimum(squares, squared_to_voxels(samples, interior)).max())
+        assert furthest <= max(distance + reach, largest) + 1e-6
+
+
+def test_a_mesh_that_is_its_own_occluder_is_not_cut_up(monkeypatch):
+    """A cube of twelve triangles once took half a million pieces."""
+    monkeypatch.setattr("simplifier.accuracy.deviation.halve_pieces", None)
+    mesh, touched, filled = solid_box()
+    assert deviation(Occluder(mesh.vertices, mesh.faces), mesh, interior_of(touched, filled)) == 0.0
 
 
 @pytest.mark.parametrize("seed", range(12))

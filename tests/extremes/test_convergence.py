@@ -57,7 +57,7 @@ def test_four_times_the_views_halve_the_error(castle_recall_and_precision):
 def test_default_reports_of_a_round_solid_are_good_to_half_a_point():
     mesh = bumpy_sphere(1000)
     occluder = simplifier.simplify(mesh, preset="draft").occluder
-    reports = [simplifier.evaluate(mesh, occluder, seed=seed).accuracy for seed in range(8)]
+    reports = [evaluate_accuracy(mesh, occluder, AccuracyOptions(seed=seed)) for seed in range(8)]
     for figure in ("recall", "precision"):
         found = Spread.of([100.0 * getattr(report, figure) for report in reports])
         assert 0.0 < found.deviation < HALF_A_POINT

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import simplifier
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.errors import EmptyMeshError, MeshError, UnreadableMeshError
 from simplifier.io.formats import readable_suffixes
 from tests.extremes.inputs import CASES, Refused, Usable
@@ -66,7 +67,7 @@ def test_the_truck_with_one_vertex_at_1e30_is_hidden_as_the_truck(
         for name in ("broken_truck.ply", "broken_DERIVED_truck_nan.ply")
     )
     occluder = simplifier.simplify(damaged, preset="draft").occluder
-    report = simplifier.evaluate(whole, occluder, views=64).accuracy
+    report = evaluate_accuracy(whole, occluder, AccuracyOptions(views=64))
     assert report.precision > 0.99
     assert report.recall > 0.6  # the triangles that are lost leave a hole into the cabin
 

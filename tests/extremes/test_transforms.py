@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import simplifier
 from examples.castle import castle
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.deviation import deviation
 from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.camera_paths.generate import generate_path
@@ -55,7 +56,7 @@ FAST = {
     "budget": 24, "resolution": 24, "ground": True, "preset": "draft", "moves": 400,
     "overhang": 1.0,
 }  # fmt: skip
-SEEN_BY = {"views": 32, "image": 96, "exact": True}
+SEEN_BY = AccuracyOptions(views=32, image=96, exact=True)
 CASTLE = castle()
 LONGEST = float(CASTLE.extent.max())
 
@@ -84,7 +85,7 @@ def strays(mesh, occluder):
 
 def figures(mesh, occluder):
     """Precision, recall, deviation in longest edges, share of the measure."""
-    report = simplifier.evaluate(mesh, occluder, **SEEN_BY).accuracy
+    report = evaluate_accuracy(mesh, occluder, SEEN_BY)
     longest = float(mesh.extent.max())
     ratio = occlusion_measures(mesh, occluder).ratio
     return np.array([report.precision, report.recall, strays(mesh, occluder) / longest, ratio])
@@ -176,7 +177,7 @@ def recalls(mesh, seeds, voxel):
     resolution = round(float(mesh.extent.max()) / voxel)
     chosen = {**FAST, "ground": False, "moves": 2000, "resolution": resolution}
     made = [simplifier.simplify(mesh, **chosen, seed=seed).occluder for seed in seeds]
-    return [simplifier.evaluate(mesh, one, **SEEN_BY).accuracy.recall for one in made]
+    return [evaluate_accuracy(mesh, one, SEEN_BY).recall for one in made]
 
 
 @each("placement", turns("y"), ids=named)
@@ -440,9 +441,7 @@ def test_a_surface_cut_in_halves_was_full_of_slits_and_hid_nothing():
     chosen = {"budget": 64, "resolution": 32, "up": "z", "ground": True, "moves": 10_000}
     chosen["overhang"] = 1.0
     here, there = (
-        simplifier.evaluate(
-            one, simplifier.simplify(one, **chosen).occluder, **SEEN_BY
-        ).accuracy.recall
+        evaluate_accuracy(one, simplifier.simplify(one, **chosen).occluder, SEEN_BY).recall
         for one in (hills, halves)
     )
     assert here > 0.95

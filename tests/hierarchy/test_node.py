@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simplifier import evaluate
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.deviation import SLACK, deviation
 from simplifier.errors import CancelledError
 from simplifier.geometry.mesh import TriangleMesh
@@ -24,6 +24,7 @@ from simplifier.voxel.voxelize import voxelize
 from tests.solids import blob, box, interior_of, joined, sphere, table
 
 OPTIONS = SceneOptions(budget=12, resolution=16, moves=60)
+SEEN_BY = AccuracyOptions(views=16, image=64, exact=True)
 ANYHOW = Stand()
 FINE = sphere(rings=12)
 
@@ -49,7 +50,7 @@ def test_a_near_occluder_of_many_triangles_keeps_inside():
     assert occluder.error_bound == 0.0
     assert 0 < len(occluder.faces) <= OPTIONS.budget
     assert within(FINE, occluder)
-    assert evaluate(FINE, occluder, views=16, image=64, exact=True).accuracy.precision == 1.0
+    assert evaluate_accuracy(FINE, occluder, SEEN_BY).precision == 1.0
 
 
 @pytest.mark.parametrize("kind", ["far", "inner"])
@@ -71,7 +72,7 @@ def test_conservative_ones_hide_nothing_wrongly(kind):
     assert occluder.error_bound == 0.0
     assert len(occluder.faces) > 0
     assert within(FINE, occluder)
-    assert evaluate(FINE, occluder, views=16, image=64, exact=True).accuracy.precision == 1.0
+    assert evaluate_accuracy(FINE, occluder, SEEN_BY).precision == 1.0
 
 
 def specks(count=300):

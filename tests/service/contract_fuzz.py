@@ -7,6 +7,7 @@ other, nor that a file's name tells its format.
 
 from __future__ import annotations
 
+import os
 import threading
 
 import pytest
@@ -23,6 +24,9 @@ from tests.service.routes.serving import served
 
 load_all_checks()
 schema = schemathesis.openapi.from_path(FILE)
+EXAMPLES = int(os.environ.get("CONTRACT_EXAMPLES", "8"))
+"""Of each operation, and of ways from answer to answer."""
+
 BOUNDED = settings(
     deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
 )
@@ -62,7 +66,7 @@ def work(hand, stop):
 
 
 @schema.parametrize()
-@settings(BOUNDED, max_examples=12)
+@settings(BOUNDED, max_examples=EXAMPLES)
 def test_every_answer_is_as_documented(case, address, session):
     case.call_and_validate(
         base_url=address, session=session, excluded_checks=[positive_data_acceptance]
@@ -80,4 +84,4 @@ def test_answers_lead_on_as_documented(address):
                 response, additional_checks=additional_checks, excluded_checks=excluded
             )
 
-    Machine.run(settings=settings(BOUNDED, max_examples=10, stateful_step_count=8))
+    Machine.run(settings=settings(BOUNDED, max_examples=EXAMPLES, stateful_step_count=8))

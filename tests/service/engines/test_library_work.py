@@ -319,7 +319,8 @@ def test_cancel_ends_reading_a_large_mesh(place, asset):
 
 def test_a_long_search_hears_that_it_is_cancelled(place, ball, monkeypatch):
     monkeypatch.setattr("service.engines.attempt._PATIENCE", 600.0)  # the work ends itself
-    files, options = {"input/mesh.obj": ball}, {"preset": "best", "moves": 50_000_000}
+    files = {"input/mesh.obj": ball}
+    options = {"preset": "best", "resolution": 24, "moves": 50_000_000}
     id_ = place.submit_files(JobKind.OCCLUDER, files, options, name="heavy")
     until(lambda: (now := place.board.latest(id_)) and now.stage == "refine")
     assert end_of_cancelled(place, id_) is JobState.CANCELLED

@@ -136,5 +136,5 @@ class History(RuleBasedStateMachine):
 def test_any_history(tmp_path):
     run_state_machine_as_test(
         lambda: History(tmp_path / "blobs"),
-        settings=settings(max_examples=25, stateful_step_count=25, deadline=None),
+        settings=settings(max_examples=16, stateful_step_count=25, deadline=None),
     )

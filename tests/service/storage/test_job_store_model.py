@@ -235,4 +235,4 @@ class JobStoreMachine(RuleBasedStateMachine):
 
 
 TestJobStore = JobStoreMachine.TestCase
-TestJobStore.settings = settings(max_examples=25, stateful_step_count=40)
+TestJobStore.settings = settings(max_examples=16, stateful_step_count=40)

@@ -8,33 +8,31 @@ wrongly is what pixels miss.
 
 from __future__ import annotations
 
-import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bench.inner_boxes import inner_boxes
 from bench.peers import meshoptimizer, missing
 from bench.record import Row
-from simplifier.camera_paths.generate import generate_path
 from simplifier.culling.depth_buffer import DepthBuffer
 from simplifier.culling.fate import Counts, Fate, fates
 from simplifier.culling.item_buffer import ItemBuffer
-from simplifier.geometry.camera import Camera
+from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.scene import Scene
-from simplifier.hierarchy.occluder_tree import leaf_occluders
-from simplifier.hierarchy.scene_build import build_occluders
-from simplifier.hierarchy.scene_file import load_occluder_tree, occluder_store, write_manifest
-from simplifier.options.scene import CullOptions, PathOptions, SceneOptions
+from simplifier.hierarchy.node import node_occluder
+from simplifier.hierarchy.node_plan import plan_occluders
+from simplifier.hierarchy.parts import split_large
+from simplifier.hierarchy.tree import build_tree
+from simplifier.kernels.threads import run_chunks
+from simplifier.options.scene import CullOptions, SceneOptions
 from simplifier.options.stages import make_options
 from simplifier.progress import Stopwatch
 from simplifier.steps.solid import solidify
 
-FRAMES = 40
 BUDGET = 32  # triangles of a building
 RESOLUTION = 64  # voxels along the longest edge of a building that inner boxes are made of
 
@@ -52,32 +50,29 @@ class Truth:
 
 
 def dense_rows(
-    name: str, scene: Scene, folder: Path, frames: int = FRAMES, **options: object
+    scene: Scene, path: CameraPath, budget: int = BUDGET, **options: object
 ) -> Iterator[Row]:
-    """A row a way to make occluders; ``options`` of the scene's own beside ``up`` and ``ground``.
-
-    ``folder`` is emptied, and holds the scene's own occluders after.
-    """
-    path = generate_path(scene, PathOptions("street", frames, "z"))
+    """A row a way to make occluders; ``options`` of the scene beside its budget and its ground."""
     truths = [truth(scene, camera) for camera in path.cameras]
-
-    def ours(city: Scene) -> Soup:
-        return scene_occluders(city, folder, **options)
-
+    ours = SceneOptions(budget=budget, up="z", ground=True, **options)
     makers: Mapping[str, Callable[[Scene], Soup]] = {
         "all triangles": all_triangles,
-        f"meshoptimizer, {BUDGET} a building": few_triangles,
         "inner box": largest_inner_boxes,
-        "near occluders of the scene": ours,
+        "meshoptimizer": lambda city: few_triangles(city, budget),
+        "near occluders": lambda city: near_occluders(city, ours),
+        "near occluders, --overhang 0": lambda city: near_occluders(
+            city, replace(ours, overhang=0.0)
+        ),
     }
     for method, make in makers.items():
-        row: Row = {"city": name, "method": method}
-        if method.startswith("meshoptimizer") and missing("meshoptimizer"):
-            yield {**row, "note": f"skipped: {missing('meshoptimizer')}"}
+        if method == "meshoptimizer" and missing(method):
+            yield {"method": method, "note": f"skipped: {missing(method)}"}
             continue
         begin = time.perf_counter()
         soup = make(scene)
-        yield {**row, "made_s": time.perf_counter() - begin, **judged(scene, truths, soup)}
+        yield {"method": method, "made_s": time.perf_counter() - begin} | judged(
+            scene, truths, soup
+        )
 
 
 def truth(scene: Scene, camera: Camera) -> Truth:
@@ -116,11 +111,11 @@ def all_triangles(scene: Scene) -> Soup:
     return _placed(scene, [(mesh.vertices, mesh.faces) for mesh in scene.meshes])
 
 
-def few_triangles(scene: Scene) -> Soup:
+def few_triangles(scene: Scene, budget: int) -> Soup:
     """Each building by quadric edge collapse, as the peer of ``bench.quality`` is called."""
 
     def few(mesh: TriangleMesh) -> Soup:
-        points, faces = meshoptimizer(mesh.vertices, mesh.faces.astype(np.int64), BUDGET)
+        points, faces = meshoptimizer(mesh.vertices, mesh.faces.astype(np.int64), budget)
         used, corners = np.unique(faces, return_inverse=True)
         return points[used], corners.reshape(-1, 3).astype(np.int32)
 
@@ -140,14 +135,22 @@ def largest_inner_boxes(scene: Scene) -> Soup:
     return _placed(scene, [box(mesh) for mesh in scene.meshes])
 
 
-def scene_occluders(scene: Scene, folder: Path, **options: object) -> Soup:
-    """The near occluders of all leaves of a build, as ``occluder scene`` makes them."""
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    chosen = SceneOptions(up="z", ground=True, **options)
-    build = build_occluders(scene, chosen, occluder_store(folder), {})
-    write_manifest(folder, scene, chosen, build)
-    return all_triangles(leaf_occluders(load_occluder_tree(folder)))
+def near_occluders(scene: Scene, options: SceneOptions) -> Soup:
+    """Of all leaves, as ``occluder scene`` makes them, which makes those of all other nodes too."""
+    parts = split_large(scene)
+    plan = plan_occluders(parts, build_tree(parts.scene.bounds(), options.width), options)
+    jobs = [job for job in plan.jobs.values() if job.kind == "near"]
+    meshes = parts.scene.mesh_of
+    soups: list[Soup] = [(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))] * len(meshes)
+
+    def make(begin: int, end: int) -> None:
+        for job in jobs[begin:end]:
+            mesh = int(meshes[job.parts[0]])
+            made = node_occluder(parts.scene.meshes[mesh], "near", job.stand, options)
+            soups[mesh] = made.vertices, made.faces
+
+    run_chunks(make, len(jobs))
+    return _placed(parts.scene, soups)
 
 
 def _placed(scene: Scene, soups: Sequence[Soup]) -> Soup:

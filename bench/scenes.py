@@ -4,7 +4,7 @@
     cull     walks and flights: what is hidden, found and hidden wrongly; a table a path, by frame
     closed   the same on a city of closed buildings, built with --conservative: nothing wrongly
     growth   time and peak memory of a first build against the number of instanced objects
-    dense    500 buildings of 2.4 million triangles: near occluders beside other ways to make them
+    dense    500 buildings of 2.3 million triangles: near occluders beside other ways to make them
 
 Scenes are the shared ones and a generated city.  Times are wall clock of the whole command, all
 processors, kernels warm.  ``scenes_PART.csv`` hold the figures, ``scenes.md`` shows them all.
@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.dense import dense_rows
-from bench.dense_city import FILE, central, dense_city, scattered
+from bench.dense_city import dense, some_buildings
 from bench.machine import ROOT
 from bench.meshes import ASSETS
 from bench.plot import plot_scene_growth
@@ -138,12 +138,10 @@ def growth_rows(scenes: Sequence[BenchScene]) -> Iterator[Row]:
         before = here
 
 
-def city_rows(scenes: Sequence[BenchScene]) -> Iterator[Row]:
-    """Two choices of buildings: in the middle of Lyon, and from all over it."""
-    del scenes
-    source = load_scene(ASSETS / FILE)
-    for name, chosen in (("central", central(source)), ("scattered", scattered(source))):
-        yield from dense_rows(name, dense_city(source, chosen), _fresh("dense"))
+def city_rows() -> Iterator[Row]:
+    """A walk through buildings of the first scene, which leads past them as they were."""
+    source = some_buildings(SCENES[0].load())
+    yield from dense_rows(dense(source), generate_path(source, PathOptions("street", 40, "z")))
 
 
 def _fresh(name: str) -> Path:
@@ -228,7 +226,7 @@ PARTS: Mapping[str, Callable[[Sequence[BenchScene], Path], Iterator[Row]]] = {
     "cull": cull_rows,
     "closed": closed_rows,
     "growth": lambda scenes, folder: growth_rows(scenes),
-    "dense": lambda scenes, folder: city_rows(scenes),
+    "dense": lambda scenes, folder: city_rows(),
 }
 
 

@@ -5,18 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench import dense
-from bench.dense_city import SHAKE, central, dense_city, scattered, subdivided, welded
+from bench.dense import all_triangles, dense_rows, judged, truth
+from bench.dense_city import SHAKE, dense, some_buildings, subdivided, welded
+from simplifier.camera_paths.generate import generate_path
 from simplifier.geometry.camera import Camera
+from simplifier.options.scene import PathOptions
 from tests.hierarchy.scenes import moved, scene_of
 from tests.solids import box, joined
 
 
-def row_of_houses(count=6):
-    """Houses 10 units apart along x, the first one twice as wide and high as the others."""
-    house = box((4.0, 4.0, 6.0), (-2.0, -2.0, 0.0))
-    places = [moved(10.0 * index) for index in range(count)]
-    places[0] = moved(linear=np.diag([2.0, 2.0, 2.0]))
+def two_rows_of_houses(count=12):
+    """Houses 9 units apart, the first one twice as wide and high as the others."""
+    house = box((6.0, 6.0, 6.0), (-3.0, -3.0, 0.0))
+    places = [moved(9.0 * (index // 2), 9.0 * (index % 2)) for index in range(count)]
+    places[0] = moved(-9.0, linear=np.diag([2.0, 2.0, 2.0]))
     return scene_of([house], [0] * count, places)
 
 
@@ -35,13 +37,11 @@ def test_subdividing_keeps_the_surface_and_what_is_shared():
 
 
 def test_a_city_is_as_dense_as_asked_for_and_the_same_for_a_seed():
-    source = row_of_houses()
-    city = dense_city(source, central(source, 3), least=100)
-    assert len(city) == 3
+    source = two_rows_of_houses()
+    city, again, other = (dense(source, least=100, seed=seed) for seed in (0, 0, 1))
     assert (city.triangle_counts == 192).all()
-    again, other = (dense_city(source, central(source, 3), least=100, seed=seed) for seed in (0, 1))
-    assert np.array_equal(city.meshes[2].vertices, again.meshes[2].vertices)
-    assert not np.array_equal(city.meshes[2].vertices, other.meshes[2].vertices)
+    assert np.array_equal(city.meshes[0].vertices, again.meshes[0].vertices)
+    assert not np.array_equal(city.meshes[0].vertices, other.meshes[0].vertices)
     still = welded(source.meshes[0])
     while len(still.faces) < 100:
         still = subdivided(still)
@@ -50,26 +50,27 @@ def test_a_city_is_as_dense_as_asked_for_and_the_same_for_a_seed():
 
 
 def test_which_buildings_are_chosen():
-    source = row_of_houses()
-    assert central(source, 2).tolist() == [2, 3]
-    assert len(set(scattered(source, 5).tolist())) == 5
-    assert scattered(source, 3).tolist() == scattered(source, 3).tolist()
+    source = two_rows_of_houses()
+    some = some_buildings(source, 5)
+    assert len(some) == len(some.meshes) == len(set(some.names)) == 5
+    assert set(some.names) < set(source.names)
+    assert some.names == some_buildings(source, 5).names
+    assert some.names != some_buildings(source, 5, seed=1).names
 
 
-def test_rows_of_a_tiny_city(tmp_path):
-    source = row_of_houses()
-    city = dense_city(source, np.arange(6), least=60)
-    few = {"budget": 8, "resolution": 12, "moves": 60}
-    rows = {row["method"]: row for row in dense.dense_rows("row", city, tmp_path / "a", 3, **few)}
-    assert [name.split(",")[0] for name in rows] == [
-        "all triangles", "meshoptimizer", "inner box", "near occluders of the scene",
-    ]  # fmt: skip
-    whole, box_row = rows["all triangles"], rows["inner box"]
-    assert whole["triangles"] == city.triangle_counts.sum()
-    assert box_row["triangles"] == 12 * len(city)
-    assert len({row["hidden"] for row in rows.values() if "hidden" in row}) == 1
-    assert box_row["wrong_pixels"] == 0
-    assert (tmp_path / "a" / "scene.json").exists()
+def test_rows_of_a_tiny_city():
+    source = two_rows_of_houses()
+    city, path = dense(source, least=60), generate_path(source, PathOptions("street", 5, "z"))
+    rows = {row["method"]: row for row in dense_rows(city, path, 8, resolution=12, moves=60)}
+    few = [row for row in rows.values() if "recall" in row]
+    assert len(rows) == 5
+    assert rows["all triangles"]["triangles"] == city.triangle_counts.sum()
+    assert rows["inner box"]["triangles"] == 12 * len(city)
+    assert rows["inner box"]["wrong_pixels"] == 0
+    assert len({row["hidden"] for row in few}) == 1
+    near, inside = rows["near occluders"], rows["near occluders, --overhang 0"]
+    assert near["triangles"] > 0
+    assert near["recall"] >= inside["recall"]
 
 
 def test_the_truth_judges_what_hides_and_what_does_not():
@@ -80,12 +81,12 @@ def test_the_truth_judges_what_hides_and_what_does_not():
     eye = np.array([0.0, -20.0, 1.7])
     ahead, up = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
     camera = Camera.looking(eye, ahead, up, 60.0, 0.1)
-    truths = [dense.truth(scene, camera)]
-    found = dense.judged(scene, truths, dense.all_triangles(scene))
+    truths = [truth(scene, camera)]
+    found = judged(scene, truths, all_triangles(scene))
     assert (found["hidden"], found["recall"], found["wrong_pixels"]) == (1, 1.0, 0)
     none = (np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))
-    assert dense.judged(scene, truths, none)["recall"] == 0.0
+    assert judged(scene, truths, none)["recall"] == 0.0
     wide = box((200.0, 1.0, 200.0), (-100.0, -10.0, -50.0))
-    wrong = dense.judged(scene, truths, (wide.vertices, wide.faces))
+    wrong = judged(scene, truths, (wide.vertices, wide.faces))
     assert (wrong["recall"], wrong["wrong_objects"]) == (1.0, 2)
     assert wrong["wrong_share"] == pytest.approx(1.0)

@@ -21,6 +21,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from bench.failure import PeerFailedError
 from bench.machine import ROOT
 from simplifier.geometry.mesh import FloatArray
 
@@ -33,16 +34,12 @@ _QUICK = {"mcts_iterations": 60, "mcts_nodes": 10, "resolution": 1000}
 take more than two minutes on one core."""
 
 
-class DecompositionError(Exception):
-    """There are no parts, and why."""
-
-
 def convex_boxes(
     points: FloatArray, faces: Faces, budget: int, time_limit: float | None = None
 ) -> tuple[FloatArray, Faces]:
     """At most ``budget // 12`` boxes, the largest where there are more.
 
-    Raises :class:`DecompositionError` after ``time_limit`` seconds (:data:`TIME_LIMIT`) and when
+    Raises :class:`PeerFailedError` after ``time_limit`` seconds (:data:`TIME_LIMIT`) and when
     CoACD fails on the mesh.
     """
     limit = TIME_LIMIT if time_limit is None else time_limit
@@ -55,9 +52,9 @@ def convex_boxes(
         try:
             done = subprocess.run(command, cwd=ROOT, timeout=limit, capture_output=True, text=True)
         except subprocess.TimeoutExpired:
-            raise DecompositionError(f"took longer than {limit:g} s") from None
+            raise PeerFailedError(f"took longer than {limit:g} s") from None
         if done.returncode != 0:
-            raise DecompositionError(f"CoACD ended with status {done.returncode}")
+            raise PeerFailedError(f"CoACD ended with status {done.returncode}")
         with np.load(boxes) as made:
             return made["points"], made["faces"]
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import simplifier
-from bench.boxes import DecompositionError
+from bench.failure import PeerFailedError
 from bench.peers import PEERS, missing, occluder_from, prepared, simplified
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
@@ -55,7 +55,7 @@ def peer_results(
         begin = time.perf_counter()
         try:
             made = simplified(PEERS[name], ready, budget)
-        except DecompositionError as error:
+        except PeerFailedError as error:
             yield Result(name, reason=str(error))
             continue
         seconds = time.perf_counter() - begin

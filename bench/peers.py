@@ -16,13 +16,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.boxes import convex_boxes
+from bench.failure import PeerFailedError
+from bench.hulls import convex_hull
+from bench.inner_boxes import TRIANGLES, inner_boxes
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.options.stages import make_options
+from simplifier.progress import Stopwatch
+from simplifier.steps.solid import solidify
 
 Faces = NDArray[np.int64]
 Peer = Callable[[FloatArray, Faces, int], tuple[FloatArray, Faces]]
 
 _NO_LIMIT = 1e9  # error allowed, in extents of the mesh: the budget alone is to stop them
+_BOX_VOXELS = 64  # along the longest edge, that inner boxes are made of
 
 
 def fast_simplification(points: FloatArray, faces: Faces, budget: int) -> tuple[FloatArray, Faces]:
@@ -50,14 +57,42 @@ def meshoptimizer_sloppy(points: FloatArray, faces: Faces, budget: int) -> tuple
     return points, _collapsed(import_module("meshoptimizer").simplify_sloppy, points, faces, budget)
 
 
+def pymeshlab(points: FloatArray, faces: Faces, budget: int) -> tuple[FloatArray, Faces]:
+    """Quadric edge collapse (MeshLab)."""
+    library = import_module("pymeshlab")
+    meshes = library.MeshSet(verbose=False)
+    meshes.add_mesh(library.Mesh(points, faces))
+    try:
+        meshes.meshing_decimation_quadric_edge_collapse(targetfacenum=budget)
+    except library.PyMeshLabException as error:
+        raise PeerFailedError(f"pymeshlab refuses it ({error})") from None
+    made = meshes.current_mesh()
+    return made.vertex_matrix(), made.face_matrix().astype(np.int64)
+
+
+def voxel_boxes(points: FloatArray, faces: Faces, budget: int) -> tuple[FloatArray, Faces]:
+    """Axis-aligned boxes of voxels that this library holds to be wholly inside."""
+    mesh = TriangleMesh.from_soup(points, faces)
+    options = make_options(float(mesh.extent.max()), resolution=_BOX_VOXELS).solid
+    solid = solidify(mesh, options, Stopwatch())
+    inside = solid.filled.with_inside(solid.filled.inside & ~solid.touched.inside)
+    return inner_boxes(inside, budget // TRIANGLES)
+
+
 PEERS: dict[str, Peer] = {
     "fast-simplification": fast_simplification,
     "meshoptimizer": meshoptimizer,
     "meshoptimizer prune": meshoptimizer_prune,
     "meshoptimizer sloppy": meshoptimizer_sloppy,
+    "pymeshlab": pymeshlab,
+    "convex hull": convex_hull,
+    "inner boxes": voxel_boxes,
     "coacd boxes": convex_boxes,
 }
-"""By the name that tables show; the first word is the package."""
+"""By the name that tables show; the first word is the package, but for those of :data:`OWN`."""
+
+OWN = ("convex hull", "inner boxes")
+"""Well-known ways that need no package beside those of this library."""
 
 SLOW_PEERS = ("coacd boxes",)
 """Those that take minutes on a large mesh; what takes longer than their limit is skipped."""
@@ -65,6 +100,8 @@ SLOW_PEERS = ("coacd boxes",)
 
 def missing(name: str) -> str:
     """Why a peer has to be skipped, empty when its package is there."""
+    if name in OWN:
+        return ""
     package = name.split()[0]
     found = find_spec(package.replace("-", "_"))
     return "" if found else f"{package} is not installed (pip install -e '.[bench]')"

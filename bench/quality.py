@@ -14,8 +14,9 @@ judging are left out.
     seeds      (--seeds N) the spread of the sampled figures over N seeds of views and quads; the
                occluders are the same
     peers      (--peers) every readable asset at 16, 64 and 256 triangles by the other simplifiers,
-               128 views; with --slow-peers by boxes around convex parts as well.  What the file
-               holds from an earlier run is not measured again.
+               by convex hulls and by inner boxes, 128 views; with --slow-peers by boxes around
+               convex parts as well.  What the file holds from an earlier run is not measured
+               again.  --asset NAME, which may be repeated, for some assets alone
     against_peers  (--peers, without --only-peers) this library on the same, default options, beside
                the best peer within the budget that is no less precise and has no more overhang
 
@@ -32,7 +33,7 @@ from typing import Any
 
 import simplifier
 from bench import comparison
-from bench.meshes import STAND_INS, StandIn, load_stand_in, readable_assets
+from bench.meshes import ASSETS, STAND_INS, StandIn, load_stand_in, readable_assets
 from bench.methods import OURS, Result, results, timed
 from bench.record import Row, told, write_page, write_table
 from bench.times import met, skipped
@@ -135,7 +136,8 @@ def compare(given: argparse.Namespace) -> None:
 
     found: list[Row] = []
     known = comparison.known_rows(path)
-    for rows in comparison.peer_rows(judge, known, slow=given.slow_peers):
+    paths = [ASSETS / name for name in sorted(given.asset)] if given.asset else None
+    for rows in comparison.peer_rows(judge, known, slow=given.slow_peers, paths=paths):
         for row in rows:
             print(f"peers: {told(row)}", flush=True)
         found += rows
@@ -145,7 +147,7 @@ def compare(given: argparse.Namespace) -> None:
         write_table(path, [*found, *rest], _command(given))
     if not given.only_peers:
         peers = comparison.known_rows(path).values()
-        _write("against_peers", comparison.verdict_rows(judge, peers), given)
+        _write("against_peers", comparison.verdict_rows(judge, peers, paths), given)
 
 
 def _write(name: str, rows: Iterator[Row], given: argparse.Namespace) -> None:
@@ -159,6 +161,7 @@ def _write(name: str, rows: Iterator[Row], given: argparse.Namespace) -> None:
 def _command(given: argparse.Namespace) -> str:
     flags = ("all", "seeds", "peers", "slow_peers", "only_peers")
     words = [f"--{flag.replace('_', '-')}" for flag in flags if getattr(given, flag)]
+    words += [f"--asset {name}" for name in given.asset or ()]
     if given.seeds:
         words.insert(words.index("--seeds") + 1, str(given.seeds))
     return " ".join(["python -m bench.quality", *words])
@@ -172,6 +175,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seeds", type=int, default=0, help="seeds of the accuracy sample, too")
     parser.add_argument("--peers", action="store_true", help="only every asset beside the peers")
     parser.add_argument("--slow-peers", action="store_true", help="with --peers: CoACD, too")
+    parser.add_argument("--asset", action="append", help="with --peers: a file name; repeatable")
     parser.add_argument("--only-peers", action="store_true", help="with --peers: ours another time")
     parser.add_argument("-o", "--output", type=Path, default=RESULTS, help="folder of the results")
     given = parser.parse_args(arguments)

@@ -23,13 +23,14 @@ COARSENESS = 2.0
 """Voxels of a node that its occluder strays at least, or lacks where it keeps wholly inside."""
 
 NodeKind = Literal["near", "far", "inner"]
-"""Of a leaf's two occluders: exact, and cheaper with an error; or that of an inner node."""
+"""Of a leaf's two occluders: narrow, and cheaper with an error; or that of an inner node."""
 
 _SECTIONS = SectionOptions(directions=8, depths=3)
 _VIEWS = 40  # that the search looks from; a scene has thousands of nodes
 _NEAR_EFFORT = 2  # times the moves: drawn from near by, and for all instances of its mesh
+_ALIKE = 0.995  # precision of the others: their error is what they are chosen by
 _FINER = 2  # times the voxels of what keeps wholly inside: it loses up to one on every side
-_ITSELF = 4  # times the budget: with fewer triangles a mesh is its own exact occluder
+_ITSELF = 4  # times the budget: with fewer triangles a mesh is its own near occluder
 _MEASURED_VIEWS = 16
 _SHARES: dict[NodeKind, float] = {"near": 1.0, "far": 0.25, "inner": 0.5}  # of the budget
 
@@ -59,11 +60,12 @@ def node_occluder(
     ``mesh`` and the result are in one space: a leaf's is that of its mesh, an inner node's the
     world.
 
-    The *near* one of a leaf is exact, so it can be drawn from anywhere: the triangles themselves if
-    they are few, else what hides more, the largest of them or an occluder that keeps wholly inside.
-    The *far* one has a quarter of the budget and an error: from where that does not show, a node of
-    64 voxels is a dozen pixels wide.  An inner node's is made after one dilation step, which glues
-    neighbours together, with half of the budget, as there is more below it.
+    The *near* one of a leaf is narrow, so it can be drawn from anywhere: the triangles themselves
+    if they are few, else what hides more, the largest of them or an occluder that covers no more
+    beside them than ``options.overhang``; with an overhang of 0 it keeps wholly inside.  The *far*
+    one has a quarter of the budget and an error: from where that does not show, a node of 64 voxels
+    is a dozen pixels wide.  An inner node's is made after one dilation step, which glues neighbours
+    together, with half of the budget, as there is more below it.
 
     ``error_bound`` is what was measured and is proved: no point of the occluder is further from the
     triangles or from the interior that they enclose.  Raises
@@ -89,7 +91,7 @@ def node_occluder(
 
 
 def is_own_occluder(mesh: TriangleMesh, options: SceneOptions) -> bool:
-    """Whether a mesh has so few triangles that no other exact occluder is worth making."""
+    """Whether a mesh has so few triangles that no other near occluder is worth making."""
     return len(mesh.faces) <= _ITSELF * options.budget
 
 
@@ -124,24 +126,26 @@ def hiding_radius(occluder: Occluder) -> float:
 
 def node_options(longest: float, kind: NodeKind, stand: Stand, options: SceneOptions) -> Options:
     """Of a node whose longest edge is that, in the space of its occluder."""
-    resolution = options.resolution
-    if kind == "near":
+    resolution, near = options.resolution, kind == "near"
+    inside = options.conservative or (near and options.overhang == 0.0)
+    if near and inside:
         resolution = min(_FINER * resolution, MOST_VOXELS)
     budget = max(1, round(options.budget * _SHARES[kind]))
     made = make_options(
         longest, budget=budget, resolution=resolution, up=stand.ground or "y",
         ground=stand.ground is not None, smallest_hole=min(stand.smallest_hole, longest),
         # Viewers are between the objects, where a street is seen from few directions.
-        fill="flood", conservative=options.conservative or kind == "near", preset="draft",
-        overhang=1.0, min_precision=0.995,  # its error is what an occluder of a node is chosen by
-        seed=options.seed,
-        moves=min(options.moves * (_NEAR_EFFORT if kind == "near" else 1), MOST_MOVES),
+        fill="flood", conservative=inside, preset="draft", seed=options.seed,
+        overhang=options.overhang if near and not inside else 1.0,
+        min_precision=None if near and not inside else _ALIKE,
+        moves=min(options.moves * (_NEAR_EFFORT if near else 1), MOST_MOVES),
     )  # fmt: skip
     return replace(
         made,
         solid=replace(made.solid, glue=kind == "inner"),
         sections=_SECTIONS,
-        refine=replace(made.refine, views=_VIEWS, searches=1),
+        # A near one is drawn most, and of many triangles a decimated surface is mostly the best.
+        refine=replace(made.refine, views=_VIEWS, searches=1, decimated=near and not inside),
     )
 
 

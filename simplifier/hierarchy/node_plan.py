@@ -46,7 +46,7 @@ class Keys:
     """Of a node's occluders; None for none.
 
     ``far``   with an error, to be drawn from where that is small: of inner nodes the only one.
-    ``near``  exact, for leaves alone.
+    ``near``  narrow, to be drawn from anywhere, for leaves alone.
     """
 
     far: str | None = None
@@ -154,7 +154,7 @@ def _upright_axis(transforms: FloatArray, up: int) -> Axis | None:
     return None
 
 
-_FORMAT = b"5"  # raised when the same input is to give another occluder
+_FORMAT = b"6"  # raised when the same input is to give another occluder
 _DIGITS = 32
 
 
@@ -172,8 +172,8 @@ def options_key(options: SceneOptions) -> bytes:
     Up, ground and hole are not among it: a :class:`Stand` has what they mean for some triangles.
     """
     kept = (
-        options.budget, options.resolution, options.moves, options.conservative, options.seed,
-        VERSION,
+        options.budget, options.resolution, options.moves, options.conservative, options.overhang,
+        options.seed, VERSION,
     )  # fmt: skip
     return _digest(_FORMAT, repr(kept).encode())
 

@@ -15,7 +15,7 @@ from simplifier.hierarchy.tree import Tree
 from simplifier.options.scene import SceneOptions
 
 LEVELS = ("far", "near")
-"""A node's occluders: with an error that shows from near by; exact, for leaves alone."""
+"""A node's occluders: with an error that shows from near by; narrow, for leaves alone."""
 
 FAR, NEAR = range(2)
 
@@ -50,9 +50,12 @@ class OccluderTree:
         return int(self.tree.order[self.tree.spans[leaf, 0]])
 
     def placed(self, node: int, level: int) -> tuple[FloatArray, IntArray, float]:
-        """Vertices (n, 3), faces (m, 3) and error bound of one of its occluders, world units."""
+        """Vertices (n, 3), faces (m, 3) and error of one of its occluders, world units.
+
+        The error is what drawing has to answer for, as in :meth:`errors`.
+        """
         occluder = self.occluders[self.occluder_of[node, level]]
-        points, error = occluder.vertices, occluder.error_bound
+        points, error = occluder.vertices, occluder.error_bound if level == FAR else 0.0
         if self.tree.children[node, 1] == 0:
             transform = self.transforms[self.part_of(node)]
             points = points @ transform[:3, :3].T + transform[:3, 3]
@@ -60,9 +63,15 @@ class OccluderTree:
         return points, occluder.faces, error
 
     def errors(self) -> FloatArray:
-        """(k, 2) how far the occluders may stray, world units; infinite for none."""
+        """(k, 2) the errors that drawing has to answer for, world units; infinite for none.
+
+        Of far occluders how far they may stray.  Near ones have none: what they cover beside their
+        triangles is held down to the overhang of the build, whatever they are seen from.
+        """
         bounds = np.array([*(occluder.error_bound for occluder in self.occluders), np.inf])
-        return np.asarray(bounds[self.occluder_of] * self._stretch())
+        found = np.asarray(bounds[self.occluder_of] * self._stretch())
+        found[self.occluder_of[:, NEAR] >= 0, NEAR] = 0.0
+        return found
 
     def hiding_radii(self) -> FloatArray:
         """(k, 2) world units; 0 for none."""

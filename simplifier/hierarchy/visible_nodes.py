@@ -65,9 +65,9 @@ class CutFinder:
                          it, after those before it were drawn: what is hidden hides nothing.
 
         A node whose error is too large is opened: always so when the camera may be inside of the
-        occluder, within its error of the node's box.  A leaf has its near occluder then, which is
-        exact, or nothing: so nothing is ever hidden wrongly by more than the pixel error (as it is
-        in the middle of the picture: towards a corner a pixel sees less).
+        occluder, within its error of the node's box.  A leaf has its near occluder then, or
+        nothing: so nothing is ever hidden wrongly by more than the pixel error (as it is in the
+        middle of the picture: towards a corner a pixel sees less) and the overhang of near ones.
         """
         distances = self._distances(camera)
         levels = self._levels(distances, focal, pixel_error).tolist()

@@ -31,6 +31,8 @@ class SceneOptions(OptionSet):
     ``resolution``   raising it makes occluders of use from nearer by, and costs time.
     ``up``, ``ground``, ``smallest_hole``, ``conservative``  as for a single mesh; the ground is
                      where each object stands, and the hole is in world units for all.
+    ``overhang``     of the leaves' near occluders, which are drawn as if they were exact; all
+                     others have an error that is answered for when they are drawn.
     ``pixel_error``  nodes whose occluder is never that exact from within the scene get none.
     ``preview``      whether all leaves' occluders are written to ``preview.glb``, too.
 
@@ -61,6 +63,11 @@ class SceneOptions(OptionSet):
         help="Openings narrower than this count as closed, scene's units.",
     )  # fmt: skip
     conservative: bool = shared(SimplifyOptions, "conservative")
+    overhang: float = shared(
+        SimplifyOptions, "overhang",
+        help="Most that an object's near occluder may cover beside it, as a share of its"
+        " silhouette; 0 keeps wholly inside, and hides less.",
+    )  # fmt: skip
     pixel_error: float = option(
         0.5, "Largest error of what is drawn, in pixels of the depth buffer.",
         above=0.0, high=1000.0, unit="pixels",

@@ -11,7 +11,8 @@ import trimesh
 
 import simplifier
 from bench import boxes, comparison, methods, quality, record
-from bench.boxes import DecompositionError, boxes_of, convex_boxes
+from bench.boxes import boxes_of, convex_boxes
+from bench.failure import PeerFailedError
 from bench.peers import prepared
 from tests.solids import box, joined, sphere
 
@@ -39,7 +40,7 @@ def fakes(monkeypatch):
         def peer(points, faces, budget):
             asked.append((name, budget))
             if share == 0:
-                raise DecompositionError("took longer than 1 s")
+                raise PeerFailedError("took longer than 1 s")
             return points, faces[: int(share * budget)]
 
         return peer
@@ -74,6 +75,19 @@ def test_rows_are_measured_once_and_slow_peers_only_when_asked(assets, fakes, tm
 
 def test_no_rows_of_a_file_that_is_not_there(tmp_path):
     assert comparison.known_rows(tmp_path / "absent.csv") == {}
+
+
+def test_rows_without_overhang_are_measured_again(assets, fakes, tmp_path):
+    path = tmp_path / "quality_peers.csv"
+    place = {"mesh": "ball", "method": "small", "precision": 1.0, "recall": 0.5}
+    old = [{**place, "budget": 16, "triangles": 8}, {**place, "budget": 64, "triangles": ""}]
+    record.write_table(path, old, "me")
+    known = comparison.known_rows(path)
+    assert list(known) == [("ball", "64", "small")]
+    (rows,) = comparison.peer_rows(judge, known, slow=False, paths=assets[:1])
+    assert fakes.count(("small", 16)) == 1
+    assert ("small", 64) not in fakes
+    assert all("overhang" in row for row in rows if row["budget"] == 16)
 
 
 def row_of(method, triangles, precision, recall, overhang=0.005):
@@ -114,6 +128,19 @@ def test_command_writes_both_tables(assets, fakes, tmp_path, monkeypatch):
     assert "## against peers" in (out / "quality.md").read_text()
 
 
+def test_command_for_one_asset_alone(assets, fakes, tmp_path, monkeypatch):
+    monkeypatch.setattr(quality, "warm_up", lambda: None)
+    monkeypatch.setattr(quality, "ASSETS", tmp_path)
+    monkeypatch.setattr(comparison, "VIEWS", 2)
+    monkeypatch.setattr(comparison, "BUDGETS", (16,))
+    out = tmp_path / "out"
+    quality.main(["--peers", "--only-peers", "--asset", "ball.ply", "-o", str(out)])
+    table = record.read_table(out / "quality_peers.csv")
+    assert table.remarks[0].endswith("--peers --only-peers --asset ball.ply")
+    assert {row[0] for row in table.rows} == {"ball"}
+    assert "overhang" in table.columns
+
+
 def test_boxes_hold_their_parts_and_the_largest_are_kept():
     turned = trimesh.transformations.rotation_matrix(0.5, [1, 2, 3])[:3, :3]
     places = (
@@ -143,11 +170,11 @@ def test_slow_decomposition_is_ended(tmp_path, monkeypatch):
     (sleeper / "boxes.py").write_text("import time\ntime.sleep(60)\n")
     monkeypatch.setattr(boxes, "ROOT", tmp_path)
     begin = time.perf_counter()
-    with pytest.raises(DecompositionError, match=r"longer than 0\.5 s"):
+    with pytest.raises(PeerFailedError, match=r"longer than 0\.5 s"):
         convex_boxes(np.zeros((3, 3)), np.array([[0, 1, 2]]), 12, 0.5)
     assert time.perf_counter() - begin < 10.0
     (sleeper / "boxes.py").write_text("raise SystemExit(3)\n")
-    with pytest.raises(DecompositionError, match="status 3"):
+    with pytest.raises(PeerFailedError, match="status 3"):
         convex_boxes(np.zeros((3, 3)), np.array([[0, 1, 2]]), 12, 30.0)
 
 

@@ -1,4 +1,4 @@
-"""Occluders of nodes: exact near by, cheaper with a proved error from afar, glued above."""
+"""Occluders of nodes: narrow near by, cheaper with a proved error from afar, glued above."""
 
 from __future__ import annotations
 
@@ -45,8 +45,21 @@ def test_few_triangles_are_their_own_near_occluder():
     np.testing.assert_array_equal(occluder.faces, mesh.faces)
 
 
-def test_a_near_occluder_of_many_triangles_keeps_inside():
-    occluder = node_occluder(FINE, "near", ANYHOW, OPTIONS)
+def test_a_near_occluder_covers_little_beside_its_mesh_and_hides_more_than_one_inside():
+    narrow, inside = (
+        node_occluder(FINE, "near", ANYHOW, replace(OPTIONS, overhang=share, moves=600))
+        for share in (0.02, 0.0)
+    )
+    assert 0 < len(narrow.faces) <= OPTIONS.budget
+    assert narrow.error_bound > 0.0
+    judged = [evaluate(FINE, one, views=64, exact=True) for one in (narrow, inside)]
+    assert judged[0].overhang.mean <= 0.02
+    assert judged[0].precision > 0.99
+    assert judged[0].recall > judged[1].recall
+
+
+def test_without_overhang_a_near_occluder_keeps_inside():
+    occluder = node_occluder(FINE, "near", ANYHOW, replace(OPTIONS, overhang=0.0))
     assert occluder.error_bound == 0.0
     assert 0 < len(occluder.faces) <= OPTIONS.budget
     assert within(FINE, occluder)
@@ -195,7 +208,7 @@ def test_nothing_has_no_radius():
 
 
 def test_an_open_mesh_of_many_triangles_lends_its_largest():
-    """Nothing is inside, so what keeps inside would hide nothing: two walls and their ornaments."""
+    """Nothing keeps inside of two walls and their ornaments, which are all they hide with."""
     walls = np.array([
         [[0, 0, 0], [8, 0, 0], [8, 4, 0]], [[0, 0, 0], [8, 4, 0], [0, 4, 0]],
         [[0, 0, 0], [0, 0, 8], [0, 4, 8]], [[0, 0, 0], [0, 4, 8], [0, 4, 0]],

@@ -18,6 +18,7 @@ BAD = [
     ("ground", "ground", [1, "no", None]),
     ("smallest_hole", "smallest hole", [-1.0, math.nan, math.inf, "1"]),
     ("conservative", "conservative", [0, "yes"]),
+    ("overhang", "overhang", [-0.1, 1.1, math.nan, "1", True]),
     ("pixel_error", "pixel error", [0.0, -1.0, math.nan, 1001.0, "1", True]),
     ("rows", "rows", [0, 16_385, 1.5]),
     ("fov", "fov", [0.0, 9e-7, 179.5, math.nan, "60", True]),
@@ -35,7 +36,8 @@ def test_out_of_range(field, name, value):
 
 
 def test_limits_are_within():
-    SceneOptions(1, 1, 2, 0, "x", True, 1e300, True, 1e-9, 1, 1e-6, seed=0)
+    SceneOptions(1, 1, 2, 0, "x", True, 1e300, True, 0.0, 1e-9, 1, 1e-6, seed=0)
     SceneOptions(
-        100_000, 1024, 64, 100_000_000, "z", False, 0, False, 1000, 16_384, 179.0, seed=2**63 - 1
-    )
+        100_000, 1024, 64, 100_000_000, "z", False, 0, False, 1.0, 1000, 16_384, 179.0,
+        seed=2**63 - 1,
+    )  # fmt: skip

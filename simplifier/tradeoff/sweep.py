@@ -258,7 +258,7 @@ class _Run:
         mesh = self.mesh
         try:
             resolved = setting_options(self.options, setting, float(mesh.extent.max()))
-            check_making(mesh, resolved, self.options.memory_limit, Judging(exact=True))
+            check_making(mesh, resolved, self.options.memory_limit, Judging())
             begin = time.perf_counter()
             result = simplify_mesh(mesh, resolved, cancel=cancel, overrides=self.overrides)
             seconds = time.perf_counter() - begin

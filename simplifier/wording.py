@@ -31,6 +31,11 @@ def percent_at_most(share: float) -> str:
     return f"{math.ceil(share * 1e4 - _ROUNDING) / 100.0:.2f} %"
 
 
+def overhang_words(share: float | None) -> str:
+    """As :func:`percent_at_most`; empty where it was not measured."""
+    return "" if share is None else percent_at_most(share)
+
+
 def exact_percent(share: float) -> str:
     """``"99 %"``, ``"99.95 %"``: a bar as it was typed."""
     return f"{100.0 * share:.6g} %"

@@ -150,11 +150,11 @@ def print_report(report: dict[str, Any], name: str) -> None:
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Rows under named columns as a table on standard output, all but the first and last as
-    numbers."""
+    """Rows under named columns as a table on standard output: all but the first, the last and
+    verdicts as numbers."""
     table = Table(title=Text(_printable(title)), title_justify="left")
     for place, column in enumerate(columns):
-        number = 0 < place < len(columns) - 1
+        number = 0 < place < len(columns) - 1 and column != "verdict"
         table.add_column(column, justify="right" if number else "left", overflow="fold")
     for row in rows:
         table.add_row(*(Text(_printable(cell)) for cell in row))

@@ -216,7 +216,7 @@ def test_names_that_mean_harm_stay_names(studio: Studio, page: Page) -> None:
 
 def test_a_stricter_threshold_turns_an_asset_red(studio: Studio, page: Page) -> None:
     studio.open(page, "few")
-    expect(page.get_by_text("Below thresholds: 1.")).to_be_visible()
+    expect(page.get_by_text("Thresholds missed: 1.")).to_be_visible()
     assert verdict(page, "props/tower") == "held"
     page.get_by_label("Set the thresholds of props/tower").click()
     page.get_by_label("Least recall, %").fill("101")
@@ -224,7 +224,7 @@ def test_a_stricter_threshold_turns_an_asset_red(studio: Studio, page: Page) -> 
     expect(page.get_by_text("Between 0 and 100")).to_be_visible()
     page.get_by_label("Least recall, %").fill("85.5")
     page.get_by_role("button", name="Save").click()
-    expect(page.get_by_text("Below thresholds: 2.")).to_be_visible()
+    expect(page.get_by_text("Thresholds missed: 2.")).to_be_visible()
     red = page.locator(".verdict.bad", has_text="missed")
     expect(red).to_have_count(2)
     choose(page, "missed")

@@ -78,11 +78,11 @@ def _finer(image: int) -> int:
 
 
 def _given(options: OptionSet) -> dict[str, Any]:
-    """Those that are not as by default."""
+    """Those that are not as by default and have a part in the result."""
     return {
         one.name: getattr(options, one.name)
         for one in type(options).fields()
-        if getattr(options, one.name) != one.default
+        if one.of_result and getattr(options, one.name) != one.default
     }
 
 

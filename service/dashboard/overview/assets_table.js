@@ -7,7 +7,8 @@ import { assetsAt } from "occluder-assets";
 AgGrid.ModuleRegistry.registerModules([AgGrid.AllCommunityModule]);
 
 const STORED = "occluder.overview.columns";
-const NARROW = 1000; // pixels; below, the less important columns begin hidden
+const NARROW = 1000; // pixels; below, the less important columns begin hidden,
+const MIDDLE = 1400; // and below this the least important
 const WORD_CLASS = { held: "good", missed: "bad", good: "good", weak: "doubt", unusable: "bad" };
 const SVG = "http://www.w3.org/2000/svg";
 const SPARK = { width: 92, height: 22, margin: 3, leastSpan: 0.02 };
@@ -110,6 +111,7 @@ function sparkCell(cell) {
 function columns(editable) {
   const number = { type: "rightAligned", cellClass: ["number", "ag-right-aligned-cell"] };
   const narrow = window.innerWidth < NARROW;
+  const middle = window.innerWidth < MIDDLE;
   const all = [
     { field: "name", headerName: "Asset", flex: 1, minWidth: 200, cellRenderer: nameCell,
       lockVisible: true },
@@ -119,17 +121,17 @@ function columns(editable) {
       valueFormatter: shown(percent) },
     { field: "recall", headerName: "Recall", width: 86, ...number, valueFormatter: shown(percent) },
     { field: "recalls", headerName: "Recall so far", width: 114, cellRenderer: sparkCell,
-      sortable: false },
-    { field: "worst", headerName: "Worst view", width: 100, ...number,
+      sortable: false, hide: narrow },
+    { field: "worst", headerName: "Worst view", width: 100, ...number, hide: narrow,
       valueFormatter: shown(percent),
       tooltipValueGetter: (cell) => cell.data.worstView === null ? "" : `view ${cell.data.worstView}` },
     { field: "overhang", headerName: "Overhang", width: 96, ...number,
       valueFormatter: shown(atMost) },
-    { field: "input", headerName: "Triangles in", width: 108, ...number, hide: narrow,
+    { field: "input", headerName: "Triangles in", width: 108, ...number, hide: middle,
       valueFormatter: shown((value) => value.toLocaleString("en-US")) },
     { field: "triangles", headerName: "Out", width: 64, ...number,
       valueFormatter: shown((value) => value.toLocaleString("en-US")) },
-    { field: "seconds", headerName: "Run time", width: 90, ...number, hide: narrow,
+    { field: "seconds", headerName: "Run time", width: 90, ...number, hide: middle,
       valueFormatter: shown((value) => `${value.toFixed(1)} s`) },
     { field: "created", headerName: "Latest run", width: 144, hide: narrow,
       valueFormatter: shown(moment) },

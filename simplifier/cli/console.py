@@ -115,11 +115,11 @@ def count_bar(what: str) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: bars.update(task, completed=done, total=total)
 
 
-def print_front(title: str, rows: Sequence[tuple[str, str, str, str]]) -> None:
-    """A Pareto front as a table on standard output: setting, time, recall, precision."""
+def print_front(title: str, rows: Sequence[tuple[str, str, str, str, str]]) -> None:
+    """A Pareto front as a table on standard output: setting, time, recall, precision, overhang."""
     table = Table(title=Text(_printable(title)), title_justify="left")
     table.add_column("setting")
-    for column in ("time", "recall", "precision"):
+    for column in ("time", "recall", "precision", "overhang"):
         table.add_column(column, justify="right")
     for row in rows:
         table.add_row(*row)

@@ -113,7 +113,10 @@ class SimplifyResult:
             )
             overhangs = measure_overhangs(self.mesh, occluders, accuracies[0].directions)
             verdicts = tuple(
-                verdict_on(verdict_figures(level.occluder, accuracy, overhang), self._aims(level))
+                verdict_on(
+                    verdict_figures(level.occluder, accuracy, overhang),
+                    _aims(self.options, chain.levels[0].resolution / level.resolution),
+                )
                 for level, accuracy, overhang in zip(
                     chain.levels, accuracies, overhangs, strict=True
                 )
@@ -122,16 +125,6 @@ class SimplifyResult:
         return MeasuredResult(
             self, chain, accuracies, overhangs, verdicts, watch.timings["accuracy"], notes
         )
-
-    def _aims(self, level: Level) -> Aims:
-        """What making a level aimed for; a chosen aim is one that is not as by default."""
-        options, distance = self.options, self.stages.solid.resolution / level.resolution
-        overhang = None
-        if not options.wholly_inside:
-            allowed = min(options.overhang * distance, 1.0)  # as the levels are made
-            overhang = Aim(allowed, chosen=options.overhang != _DEFAULT_OVERHANG)
-        precision = Aim(options.least_precision, chosen=options.min_precision is not None)
-        return Aims(precision, overhang, distance)
 
     def _chain(self) -> LodChain:
         if isinstance(self.made, Levels):
@@ -260,6 +253,19 @@ class MeasuredResult:
         return write_pictures(
             folder, self.mesh, self.occluder, self.accuracies[0], shown, name=name
         )
+
+
+def _aims(options: SimplifyOptions, distance: float) -> Aims:
+    """What a level aimed for that is looked at from so many times as far as the finest there is.
+
+    A chosen aim is one that is not as by default.
+    """
+    overhang = None
+    if not options.wholly_inside:
+        allowed = min(options.overhang * distance, 1.0)  # as the levels are made
+        overhang = Aim(allowed, chosen=options.overhang != _DEFAULT_OVERHANG)
+    precision = Aim(options.least_precision, chosen=options.min_precision is not None)
+    return Aims(precision, overhang, distance)
 
 
 def _options_row(result: SimplifyResult, judging: AccuracyOptions) -> dict[str, Any]:

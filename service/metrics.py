@@ -94,6 +94,15 @@ class _Assets(Collector):
         recall = GaugeMetricFamily(
             "occluder_asset_recall", "Recall of the latest run, 0 to 1.", labels=labels
         )
+        overhang = GaugeMetricFamily(
+            "occluder_asset_overhang",
+            "Covered beside the mesh by the latest run, as a share of its silhouette.",
+            labels=labels,
+        )
+        verdict = GaugeMetricFamily(
+            "occluder_asset_verdict", "1 for the word on the latest run: good, weak or unusable.",
+            labels=[*labels, "verdict"],
+        )  # fmt: skip
         holds = GaugeMetricFamily(
             "occluder_asset_holds", "1 where the latest run meets the thresholds, else 0.",
             labels=labels,
@@ -105,11 +114,14 @@ class _Assets(Collector):
             names = [asset.tenant, asset.name]
             held = asset.thresholds.held_by(summary)
             for gauge, value in (
-                (precision, summary.precision), (recall, summary.recall), (holds, held),
+                (precision, summary.precision), (recall, summary.recall),
+                (overhang, summary.overhang), (holds, held),
             ):  # fmt: skip
                 if value is not None:
                     gauge.add_metric(names, float(value))
-        yield from (precision, recall, holds)
+            if summary.verdict is not None:
+                verdict.add_metric([*names, summary.verdict], 1.0)
+        yield from (precision, recall, overhang, verdict, holds)
 
     def _all(self) -> Iterator[Asset]:
         after: str | None = None

@@ -1,4 +1,5 @@
 from .accuracy.accuracy import AccuracyReport as AccuracyReport
+from .accuracy.verdict import VerdictWord as VerdictWord
 from .api import evaluate as evaluate
 from .api import save as save
 from .api import simplify as simplify

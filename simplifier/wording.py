@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 _ROUNDING = 1e-9  # 0.29 * 100 is 28.999999999999996
 
@@ -33,6 +34,11 @@ def percent_at_most(share: float) -> str:
 def mean_and_worst(mean: float, worst: float) -> str:
     """``"3.48 %, at worst 4.71 %"``: over all views, of what is to be small."""
     return f"{percent_at_most(mean)}, at worst {percent_at_most(worst)}"
+
+
+def overhang_words(share: float | None) -> str:
+    """As :func:`percent_at_most`; empty where it was not measured."""
+    return "" if share is None else percent_at_most(share)
 
 
 def exact_percent(share: float) -> str:
@@ -103,6 +109,11 @@ def grid_size(cells: Iterable[int]) -> str:
 def count(number: int, what: str) -> str:
     """``"1 part"``, ``"1,234 parts"``."""
     return f"{number:,} {what}{'' if number == 1 else 's'}"
+
+
+def verdict_words(verdict: Mapping[str, Any]) -> str:
+    """``"weak: precision is 98.12 %, ..."``: the word and the reason of a report's verdict."""
+    return f"{verdict['word']}: {verdict['reason']}"
 
 
 def picture_line(text: str) -> str:

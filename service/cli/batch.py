@@ -16,7 +16,14 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 
 from service.cli.mesh_submission import MeshOutcome, MeshSubmission, submit_one
 from service.client import Client, ClientError
-from simplifier.cli.plugin import INTERRUPTED, interrupts, percent, print_line, print_text
+from simplifier.cli.plugin import (
+    INTERRUPTED,
+    interrupts,
+    percent,
+    percent_at_most,
+    print_line,
+    print_text,
+)
 
 _GLANCE = 0.1  # seconds between looks at whether to stop
 _PATIENCE = 3600.0  # seconds for which a full queue is waited for
@@ -111,6 +118,10 @@ def _line(outcome: MeshOutcome) -> str:
     figures = [f"{told.input_triangles:,} -> {told.triangles:,} triangles"]
     if told.precision is not None and told.recall is not None:
         figures += [f"precision {percent(told.precision, 2)}", f"recall {percent(told.recall, 2)}"]
+    if told.overhang is not None:
+        figures.append(f"overhang {percent_at_most(told.overhang)}")
+    if told.verdict is not None:
+        figures.insert(0, told.verdict)
     return f"{mesh}: {', '.join(figures)}; {', '.join(map(str, outcome.files))}"
 
 

@@ -61,6 +61,8 @@ class RemoteLevel:
     files: Mapping[str, str]
     precision: float | None = None
     recall: float | None = None
+    overhang: float | None = None
+    verdict: str | None = None
     error_bound: float | None = None
     switch_distance: float | None = None
 

@@ -10,10 +10,18 @@ from simplifier import wording
 
 _UNKNOWN = "-"
 
+VERDICT_CLASSES = {"good": "good", "weak": "doubt", "unusable": "bad"}
+"""How a verdict looks, by its word."""
+
 
 def percent(share: float | None, digits: int = 1) -> str:
     """A share of 0 to 1, never more than it is: 98.99 % does not reach 99, nor 99.99 all."""
     return _UNKNOWN if share is None else wording.percent(share, digits)
+
+
+def overhang(share: float | None) -> str:
+    """What is to be small: never less than it is."""
+    return _UNKNOWN if share is None else wording.percent_at_most(share)
 
 
 def length(value: float | None) -> str:

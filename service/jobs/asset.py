@@ -11,18 +11,22 @@ from service.jobs.job import Job, Summary
 
 @dataclass(frozen=True, slots=True)
 class Thresholds:
-    """Least precision and recall of a run, 0 to 1; None demands nothing."""
+    """Least precision and recall of a run, and most overhang; shares, None demands nothing."""
 
     min_precision: float | None = None
     min_recall: float | None = None
+    max_overhang: float | None = None
 
     def held_by(self, run: Summary | RunNumbers) -> bool | None:
-        """Whether a run is good enough; None when nothing is demanded."""
+        """Whether a run is good enough; None when nothing is demanded.
+
+        A figure that a run does not have, as those of before it was kept, holds nothing.
+        """
         pairs = [(self.min_precision, run.precision), (self.min_recall, run.recall)]
-        asked = [(least, value) for least, value in pairs if least is not None]
-        if not asked:
-            return None
-        return all(value is not None and value >= least for least, value in asked)
+        held = [value is not None and value >= least for least, value in pairs if least is not None]
+        if self.max_overhang is not None:
+            held.append(run.overhang is not None and run.overhang <= self.max_overhang)
+        return all(held) if held else None
 
 
 LONGEST_NAME = 300
@@ -74,6 +78,8 @@ class RunNumbers:
     recall: float | None
     worst_recall: float | None
     worst_view: int | None
+    overhang: float | None
+    verdict: str | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -93,6 +93,8 @@ class Summary:
     """The numbers of a result that lists and histories show; None where the kind has none.
 
     ``precision``, ``recall``  of the finest level, 0 to 1; ``worst_recall`` in its worst view.
+    ``overhang``        in the mean over all views; ``verdict`` on it in a word, with the ``reason``
+                        and the command to ``try_next``.  Jobs of before they were kept have none.
     ``triangles``       of the finest occluder (of all occluders, for a scene; of the setting that
                         recalls most, as precision and recall, for a trade-off).
     ``levels``          of detail (occluders, for a scene; settings, for a trade-off).
@@ -111,6 +113,10 @@ class Summary:
     error_bound: float | None = None
     timings: Mapping[str, float] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    overhang: float | None = None
+    verdict: str | None = None
+    reason: str | None = None
+    try_next: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 from datetime import datetime
 from typing import Annotated, Any, Self
 
@@ -23,14 +24,15 @@ class ThresholdsBody(BaseModel):
 
     min_precision: Share | None = None
     min_recall: Share | None = None
+    max_overhang: Share | None = Field(None, description="In the mean over all views.")
 
     @property
     def demands(self) -> Thresholds:
-        return Thresholds(self.min_precision, self.min_recall)
+        return Thresholds(self.min_precision, self.min_recall, self.max_overhang)
 
     @classmethod
     def of(cls, thresholds: Thresholds) -> Self:
-        return cls(min_precision=thresholds.min_precision, min_recall=thresholds.min_recall)
+        return cls(**asdict(thresholds))
 
 
 class NewAsset(ThresholdsBody):
@@ -163,7 +165,7 @@ class Comparison(BaseModel):
 
 _COMPARED = (
     "triangles", "input_triangles", "levels", "seconds", "precision", "recall", "worst_recall",
-    "error_bound",
+    "overhang", "error_bound",
 )  # fmt: skip
 
 

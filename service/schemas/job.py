@@ -13,6 +13,7 @@ from pydantic import AwareDatetime, BaseModel, BeforeValidator, Field
 
 from service.jobs.job import Job, JobKind, JobState, Summary
 from service.jobs.progress import JobProgress
+from simplifier import VerdictWord
 
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
@@ -79,6 +80,12 @@ class SummaryBody(BaseModel):
     recall: float | None = Field(description="Of what could be hidden, the share that is, 0 to 1.")
     worst_recall: float | None = Field(description="In the worst view.")
     worst_view: int | None = Field(description="Number of that view.")
+    overhang: float | None = Field(
+        description="Covered beside the mesh, as a share of its silhouette; mean over all views."
+    )
+    verdict: VerdictWord | None = Field(description="Whether it is good for an engine.")
+    reason: str | None = Field(description="Of the verdict, from the figures.")
+    try_next: str | None = Field(description="A command to try, where it is not good.")
     error_bound: float | None = Field(description="Of the finest occluder, in the mesh's units.")
     timings: dict[str, float] = Field(description="Seconds by stage.")
     warnings: list[str] = Field(description="What the owner should know, a sentence each.")

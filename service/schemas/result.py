@@ -11,6 +11,7 @@ from pydantic import BaseModel, Field
 
 from service.jobs.job import JobFile
 from service.schemas.job import JobBody
+from simplifier import VerdictWord
 
 _LEVEL_FILE = re.compile(r"lod(\d+)\.(\w+)")
 
@@ -48,6 +49,10 @@ class Level(BaseModel):
     triangles: int
     precision: float | None = Field(description="Of what is hidden, the share rightly so, 0 to 1.")
     recall: float | None = Field(description="Of what could be hidden, the share that is, 0 to 1.")
+    overhang: float | None = Field(
+        description="Covered beside the mesh, as a share of its silhouette."
+    )
+    verdict: VerdictWord | None = Field(description="Whether it is good for an engine.")
     error_bound: float | None = Field(description="In the mesh's units.")
     switch_distance: float | None = Field(
         description="From how far it may be used, in the mesh's units; null for a single level."
@@ -88,6 +93,9 @@ def _levels(report: Mapping[str, Any], files: Iterable[ResultFile]) -> list[Leve
             triangles=rows[number]["triangles"],
             precision=rows[number]["precision"],
             recall=rows[number]["recall"],
+            # A report of an older version has neither.
+            overhang=rows[number].get("overhang", {}).get("share"),
+            verdict=rows[number].get("verdict", {}).get("word"),
             error_bound=rows[number]["error_bound"],
             switch_distance=rows[number].get("switch_distance"),
             files=links[number],

@@ -36,6 +36,7 @@ def all_standings(tenant: str, recalls: int) -> Select[Any]:
             AssetRow.name,
             AssetRow.min_precision,
             AssetRow.min_recall,
+            AssetRow.max_overhang,
             history.label("recalls"),
             *_numbers(),
         )
@@ -50,7 +51,7 @@ def standing_of(row: Row[Any]) -> Standing:
     return Standing(
         id=row.id,
         name=row.name,
-        thresholds=Thresholds(row.min_precision, row.min_recall),
+        thresholds=Thresholds(row.min_precision, row.min_recall, row.max_overhang),
         latest=None if row.job_id is None else numbers_of(row),
         recalls=tuple(recall for recall in reversed(newest_first) if recall is not None),
     )
@@ -76,6 +77,8 @@ def numbers_of(row: Row[Any]) -> RunNumbers:
         recall=row.recall,
         worst_recall=row.worst_recall,
         worst_view=row.worst_view,
+        overhang=row.overhang,
+        verdict=row.verdict,
     )
 
 
@@ -94,8 +97,10 @@ def change_stamp(tenant: str) -> Select[Any]:
             func.count().label("assets"),
             func.total(AssetRow.min_precision * AssetRow.number).label("precisions"),
             func.total(AssetRow.min_recall * AssetRow.number).label("recalls"),
+            func.total(AssetRow.max_overhang * AssetRow.number).label("overhangs"),
             func.count(AssetRow.min_precision).label("with_precision"),
             func.count(AssetRow.min_recall).label("with_recall"),
+            func.count(AssetRow.max_overhang).label("with_overhang"),
         )
         .where(AssetRow.tenant == tenant)
         .subquery()
@@ -120,10 +125,11 @@ def _latest(before: float | None = None) -> ScalarSelect[int]:
 def _numbers() -> tuple[ColumnElement[Any], ...]:
     summary = JobRow.summary
     whole = ("triangles", "input_triangles", "worst_view")
-    shares = ("seconds", "precision", "recall", "worst_recall")
+    shares = ("seconds", "precision", "recall", "worst_recall", "overhang")
     return (
         JobRow.id.label("job_id"),
         JobRow.created.label("created"),
         *(summary[name].as_integer().label(name) for name in whole),
         *(summary[name].as_float().label(name) for name in shares),
+        summary["verdict"].as_string().label("verdict"),
     )

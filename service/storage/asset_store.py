@@ -141,6 +141,7 @@ def _read_asset(session: Session, row: AssetRow) -> Asset:
 def _demand(row: AssetRow, thresholds: Thresholds) -> None:
     row.min_precision = thresholds.min_precision
     row.min_recall = thresholds.min_recall
+    row.max_overhang = thresholds.max_overhang
 
 
 def _cursor(row: AssetRow) -> str:

@@ -113,7 +113,7 @@ def asset_of(row: AssetRow, latest: JobRow | None, runs: int) -> Asset:
         tenant=row.tenant,
         name=row.name,
         created=row.created,
-        thresholds=Thresholds(row.min_precision, row.min_recall),
+        thresholds=Thresholds(**by_name(row, Thresholds)),
         runs=runs,
         latest=None if latest is None else job_of(latest),
     )

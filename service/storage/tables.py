@@ -85,6 +85,7 @@ class AssetRow(Base):
         CheckConstraint("length(name) BETWEEN 1 AND 300", name="name"),
         CheckConstraint("min_precision BETWEEN 0 AND 1", name="min_precision"),
         CheckConstraint("min_recall BETWEEN 0 AND 1", name="min_recall"),
+        CheckConstraint("max_overhang >= 0", name="max_overhang"),
         Index("ix_assets_name", "name", "number"),
         {"sqlite_autoincrement": True},
     )
@@ -97,6 +98,7 @@ class AssetRow(Base):
     created: Mapped[float]
     min_precision: Mapped[float | None]
     min_recall: Mapped[float | None]
+    max_overhang: Mapped[float | None]
 
 
 class JobRow(Base):

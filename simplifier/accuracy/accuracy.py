@@ -26,10 +26,12 @@ lesser to the greater in each axis, both included.  With full(mask) = the whole 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from simplifier.accuracy.coverage import mean_quad_areas
+from simplifier.accuracy.verdict import LEAST_COVERAGE
 from simplifier.checks import check_kind, check_whole
 from simplifier.errors import MeshError, OptionError
 from simplifier.geometry.mesh import A_MESH, FloatArray, TriangleMesh
@@ -81,8 +83,10 @@ class AccuracyReport:
     ``precision_by_view``, ``recall_by_view``  (V,) float64.
     ``nt``, ``pf``, ``nf``     (V,) float64: mean pixels a quad that are hidden rightly, missed, and
                                hidden wrongly.
+    ``coverage``               how much there is to hide, as :mod:`~simplifier.accuracy.coverage`
+                               says.
     ``options``                how it was measured (``options.views`` is not used where directions
-                               were given).
+                               were given); ``exact`` also where a sample would have been noise.
     """
 
     precision: float
@@ -93,12 +97,8 @@ class AccuracyReport:
     nt: FloatArray
     pf: FloatArray
     nf: FloatArray
+    coverage: float
     options: AccuracyOptions
-
-    @property
-    def shows_nothing(self) -> bool:
-        """Whether the original covers no pixel in any view, so that the figures are no measure."""
-        return not (self.nt + self.pf).any()
 
     @property
     def worst_view(self) -> int:
@@ -133,8 +133,10 @@ def evaluate_accuracy(
     ``directions``  (V, 3) unit vectors to use in place of ``options.views`` random ones, whatever
                     ``options.viewers`` says.
 
-    An occluder without triangles has precision 1 and recall 0.  Raises :class:`MeshError` when the
-    occluder's arrays cannot be drawn and :class:`OptionError` for directions that are not unit
+    An occluder without triangles has precision 1 and recall 0.  Where the mesh fills next to
+    nothing (:data:`~simplifier.accuracy.verdict.LEAST_COVERAGE`) all quads are counted, since a
+    sample would be noise.  Raises :class:`MeshError` when the occluder's arrays cannot be drawn
+    and :class:`OptionError` for directions that are not unit
     vectors.
     """
     return evaluate_accuracies(mesh, [occluder], options, directions=directions)[0]
@@ -153,15 +155,34 @@ def evaluate_accuracies(
         check_kind("occluder", occluder, Occluder, AN_OCCLUDER)
     chosen = options if options is not None else AccuracyOptions()
     lines = checked_directions(_sight(chosen) if directions is None else directions)
+    found = _measured(mesh, occluders, lines, chosen)
+    if not chosen.exact and any(0.0 < one.coverage < LEAST_COVERAGE for one in found):
+        return _measured(mesh, occluders, lines, replace(chosen, exact=True))
+    return found
+
+
+def _measured(
+    mesh: TriangleMesh,
+    occluders: Sequence[Occluder],
+    lines: FloatArray,
+    options: AccuracyOptions,
+) -> tuple[AccuracyReport, ...]:
     pixels = np.zeros((len(occluders), len(lines), 3))
-    for first, last, original, masks in mask_blocks(mesh, occluders, lines, chosen.image):
+    areas = np.zeros(len(lines))
+    for first, last, original, masks in mask_blocks(mesh, occluders, lines, options.image):
+        areas[first:last] = mean_quad_areas(original)
         for index, hidden in enumerate(masks):
-            pixels[index, first:last] = _quad_pixels(original, hidden, chosen, first)
-    return tuple(_report(one, lines, chosen) for one in pixels)
+            pixels[index, first:last] = _quad_pixels(original, hidden, options, first)
+    return tuple(_report(one, areas, lines, options) for one in pixels)
 
 
-def _report(pixels: FloatArray, lines: FloatArray, options: AccuracyOptions) -> AccuracyReport:
-    """``pixels`` (V, 3): hidden rightly, missed and hidden wrongly in each view."""
+def _report(
+    pixels: FloatArray, areas: FloatArray, lines: FloatArray, options: AccuracyOptions
+) -> AccuracyReport:
+    """``pixels`` (V, 3): hidden rightly, missed and hidden wrongly in each view.
+
+    ``areas``  (V,): pixels of a quad, filled or not.
+    """
     nt, pf, nf = np.ascontiguousarray(pixels.T)
     return AccuracyReport(
         precision=float(_share(nt.sum(), nf.sum())),
@@ -172,6 +193,7 @@ def _report(pixels: FloatArray, lines: FloatArray, options: AccuracyOptions) -> 
         nt=nt,
         pf=pf,
         nf=nf,
+        coverage=min(float((nt + pf).sum() / max(areas.sum(), 1.0)), 1.0),
         options=options,
     )
 

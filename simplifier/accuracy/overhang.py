@@ -9,6 +9,7 @@ pixels; the *stick-out* is how far from the silhouette the furthest of them is.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,15 +52,26 @@ def measure_overhang(mesh: TriangleMesh, occluder: Occluder, directions: FloatAr
     occluder's arrays cannot be drawn and :class:`~simplifier.errors.OptionError` for directions
     that are not unit vectors.
     """
+    return measure_overhangs(mesh, [occluder], directions)[0]
+
+
+def measure_overhangs(
+    mesh: TriangleMesh, occluders: Sequence[Occluder], directions: FloatArray
+) -> tuple[Overhang, ...]:
+    """As :func:`measure_overhang` each, but the mesh is drawn once for all."""
     lines = checked_directions(directions)
     sphere = BoundingSphere.of(mesh)
-    image = _image_size(sphere.to_unit(occluder.vertices))
-    pixels = np.empty((len(lines), 2), dtype=np.int64)
-    farthest = np.empty(len(lines), dtype=np.int64)
-    for first, last, original, (hidden,) in mask_blocks(mesh, [occluder], lines, image, ACROSS):
-        _count(original, hidden, image, pixels[first:last], farthest[first:last])
-    furthest = math.sqrt(max(int(farthest.max()), 0)) * (2.0 * sphere.radius / ACROSS)
-    return Overhang(shares_beside(pixels), lines, furthest)
+    image = max((_image_size(sphere.to_unit(one.vertices)) for one in occluders), default=ACROSS)
+    pixels = np.empty((len(occluders), len(lines), 2), dtype=np.int64)
+    farthest = np.empty((len(occluders), len(lines)), dtype=np.int64)
+    for first, last, original, masks in mask_blocks(mesh, occluders, lines, image, ACROSS):
+        for index, hidden in enumerate(masks):
+            _count(original, hidden, image, pixels[index, first:last], farthest[index, first:last])
+    pixel = 2.0 * sphere.radius / ACROSS
+    return tuple(
+        Overhang(shares_beside(beside), lines, math.sqrt(max(int(far.max()), 0)) * pixel)
+        for beside, far in zip(pixels, farthest, strict=True)
+    )
 
 
 def _image_size(occluder: FloatArray) -> int:

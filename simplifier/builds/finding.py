@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import Any, Literal
 
+from simplifier.accuracy.verdict import VerdictWord, falls_short
 from simplifier.options.fields import OptionSet, option
 from simplifier.options.simplify import MOST_TRIANGLES
 
@@ -62,6 +63,8 @@ class Requirements(OptionSet):
 
     min_precision: float | None = option(None, "Least precision.", low=0.0, high=1.0)
     min_recall: float | None = option(None, "Least recall.", low=0.0, high=1.0)
+    max_overhang: float | None = option(None, "Most overhang.", low=0.0, high=1.0)
+    verdict: Literal["good", "weak"] | None = option(None, "Worst verdict.")
     max_triangles: int | None = option(None, "Most triangles.", low=1, high=MOST_TRIANGLES)
     max_recall_loss: float = option(0.005, "Most recall lost to before.", low=0.0, high=1.0)
 
@@ -77,10 +80,22 @@ def shortfalls(
         yield f"precision {_share(found.precision)} is below {_share(demanded.min_precision)}"
     if demanded.min_recall is not None and found.recall < demanded.min_recall:
         yield f"recall {_share(found.recall)} is below {_share(demanded.min_recall)}"
+    most, overhang = demanded.max_overhang, found.overhang
+    if most is not None and overhang is not None and overhang > most:
+        yield f"overhang {_share(overhang)} is above {_share(most)}"
+    if demanded.verdict and found.verdict and falls_short(found.verdict, demanded.verdict):
+        yield f"the verdict is {found.verdict}, not {demanded.verdict}"
     if demanded.max_triangles is not None and found.triangles > demanded.max_triangles:
         yield f"{found.triangles:,} triangles are more than {demanded.max_triangles:,}"
     if before is not None and before.recall - found.recall > demanded.max_recall_loss:
         yield f"recall fell from {_share(before.recall)} to {_share(found.recall)}"
+
+
+def unknown_figure(demanded: Requirements, found: AssetFigures) -> str:
+    """A figure that something is demanded of and an old record does not have; or empty."""
+    if demanded.max_overhang is not None and found.overhang is None:
+        return "overhang"
+    return "verdict" if demanded.verdict and found.verdict is None else ""
 
 
 def _share(value: float) -> str:
@@ -96,6 +111,8 @@ class AssetFigures:
     """Of the finest level where there are several.
 
     ``precision``, ``recall``  from 0 to 1, to six digits.
+    ``overhang``, ``verdict``  likewise in the mean over all views, and in a word; None in records
+                     from before they were kept.
     ``deviation``    how far it strays from the mesh, in its units, to six significant digits.
     ``error_bound``  how far it may; None where no promise was made.
     """
@@ -105,17 +122,21 @@ class AssetFigures:
     recall: float
     deviation: float
     error_bound: float | None
+    overhang: float | None = None
+    verdict: VerdictWord | None = None
 
     @classmethod
     def of(cls, report: Mapping[str, Any]) -> AssetFigures:
         """Of a report as ``docs/report.schema.json`` says."""
-        bound = report["error_bound"]
+        bound, overhang = report["error_bound"], report["overhang"]["share"]
         return cls(
             int(report["triangles"]),
             round(report["precision"], _SHARE_DIGITS),
             round(report["recall"], _SHARE_DIGITS),
             _short(report["deviation"]),
             None if bound is None else _short(bound),
+            round(overhang, _SHARE_DIGITS),
+            report["verdict"]["word"],
         )
 
 

@@ -27,6 +27,7 @@ from simplifier.errors import MeshError, OccluderError, OptionError, OutputError
 from simplifier.io.files import read_bytes
 from simplifier.io.suffixes import overrides_beside
 from simplifier.options.simplify import SimplifyOptions
+from simplifier.wording import verdict_words
 
 if TYPE_CHECKING:
     from simplifier.production.result import MeasuredResult
@@ -61,7 +62,8 @@ Raises :class:`~simplifier.errors.OccluderError`.
 
 @dataclass(frozen=True)
 class MadeAsset:
-    """``mesh`` and ``beside`` as in :class:`~simplifier.builds.record.Entry`."""
+    """``mesh`` and ``beside`` as in :class:`~simplifier.builds.record.Entry`; a verdict that is not
+    good is the first of the ``warnings``."""
 
     mesh: str
     beside: Mapping[str, str]
@@ -85,9 +87,11 @@ def make_asset(maker: Maker, job: AssetJob) -> MadeAsset:
     if _stamp(job.mesh) != before:
         raise MeshError("it changed while it was read", where=str(job.mesh), remedy="build again")
     mesh, beside = before
+    verdict = report["verdict"]
+    not_good = () if verdict["word"] == "good" else (verdict_words(verdict),)
     return MadeAsset(
-        mesh, beside, str(report["version"]), AssetFigures.of(report), tuple(report["warnings"]),
-        time.perf_counter() - begin,
+        mesh, beside, str(report["version"]), AssetFigures.of(report),
+        (*not_good, *report["warnings"]), time.perf_counter() - begin,
     )  # fmt: skip
 
 

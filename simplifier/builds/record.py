@@ -22,6 +22,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from simplifier.accuracy.verdict import VERDICT_WORDS, VerdictWord
 from simplifier.builds.finding import AssetFigures
 from simplifier.checks import is_finite
 from simplifier.errors import ManifestError, OptionError
@@ -144,6 +145,8 @@ def _entry(data: Mapping[str, Any]) -> Entry:
     """Raises what a value of another kind makes of it."""
     figures = data["figures"]
     bound = figures["error_bound"]
+    # A record from before they were kept lacks them.
+    overhang, verdict = figures.get("overhang"), figures.get("verdict")
     return Entry(
         _text(data["mesh"]),
         _texts(data["beside"]),
@@ -156,9 +159,18 @@ def _entry(data: Mapping[str, Any]) -> Entry:
             _number(figures["recall"]),
             _number(figures["deviation"]),
             None if bound is None else _number(bound),
+            None if overhang is None else _number(overhang),
+            None if verdict is None else _verdict(verdict),
         ),
         {_text(output): _settings(said) for output, said in data["written"].items()},
     )
+
+
+def _verdict(word: str) -> VerdictWord:
+    for one in VERDICT_WORDS:
+        if word == one:
+            return one
+    raise ValueError
 
 
 def _texts(data: Mapping[str, Any]) -> dict[str, str]:

@@ -20,7 +20,7 @@ from typing import Any
 
 from simplifier.builds.finding import Finding, State
 from simplifier.version import VERSION
-from simplifier.wording import percent
+from simplifier.wording import overhang_words, percent
 
 _MOST_ROWS = 500  # such pages take a megabyte
 
@@ -32,8 +32,8 @@ def markdown_report(name: str, findings: Sequence[Finding]) -> bytes:
     lines = [f"### {_plain(name)}: {headline(findings)}", ""]
     if rows:
         lines += [
-            "| asset | | triangles | recall | precision | |",
-            "|---|---|---:|---:|---:|---|",
+            "| asset | | verdict | triangles | recall | precision | overhang | |",
+            "|---|---|---|---:|---:|---:|---:|---|",
             *map(_markdown_row, rows[:_MOST_ROWS]),
         ]
     if len(rows) > _MOST_ROWS:
@@ -45,10 +45,13 @@ def _markdown_row(finding: Finding) -> str:
     found = finding.figures
     mark = "❌" if finding.faults else "✅"
     figures = (
-        ["", "", ""]
+        [""] * 5
         if found is None
-        else [f"{found.triangles:,}", percent(found.recall, 2), percent(found.precision, 2)]
-    )
+        else [
+            found.verdict or "", f"{found.triangles:,}", percent(found.recall, 2),
+            percent(found.precision, 2), overhang_words(found.overhang),
+        ]
+    )  # fmt: skip
     why = "; ".join(finding.faults) or finding.why
     return f"| {' | '.join([_plain(finding.asset), mark, *figures, _plain(why)])} |"
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from simplifier.builds.asset_plan import Asset, plan_assets
-from simplifier.builds.finding import Finding, State, shortfalls
+from simplifier.builds.finding import Finding, State, shortfalls, unknown_figure
 from simplifier.builds.manifest import Manifest, read_manifest
 from simplifier.builds.outputs import Output, level_base
 from simplifier.builds.record import Digests, Entry, Record, read_record, record_path
@@ -63,7 +63,8 @@ def reason(folder: Path, asset: Asset, entry: Entry | None, found: Found) -> str
         now = found[folder / output]
         if now != digest:
             return f"'{output}' is missing" if now is None else f"'{output}' was changed"
-    return ""
+    unknown = unknown_figure(asset.requirements, entry.figures)
+    return f"its record is from before the {unknown} was kept" if unknown else ""
 
 
 def _beside(mesh: Path, entry: Entry) -> list[str]:

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from io import TextIOWrapper
 from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -22,7 +23,15 @@ from rich.table import Table
 from rich.text import Text
 
 from simplifier.progress import STAGES, Listener, Progress
-from simplifier.wording import grid_size, length, mean_and_worst, percent, seconds
+from simplifier.wording import (
+    grid_size,
+    length,
+    mean_and_worst,
+    percent,
+    percent_at_most,
+    seconds,
+    verdict_words,
+)
 
 _UNBROKEN = 1000  # columns
 
@@ -107,11 +116,11 @@ def count_bar(what: str) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: bars.update(task, completed=done, total=total)
 
 
-def print_front(title: str, rows: Sequence[tuple[str, str, str, str]]) -> None:
-    """A Pareto front as a table on standard output: setting, time, recall, precision."""
+def print_front(title: str, rows: Sequence[tuple[str, str, str, str, str]]) -> None:
+    """A Pareto front as a table on standard output: setting, time, recall, precision, overhang."""
     table = Table(title=Text(_printable(title)), title_justify="left")
     table.add_column("setting")
-    for column in ("time", "recall", "precision"):
+    for column in ("time", "recall", "precision", "overhang"):
         table.add_column(column, justify="right")
     for row in rows:
         table.add_row(*row)
@@ -124,19 +133,29 @@ def print_text(line: str) -> None:
 
 
 def print_report(report: dict[str, Any], name: str) -> None:
-    """The report's headline figures as a table on standard output."""
+    """The report's headline figures as a table on standard output, and its verdict.
+
+    A verdict that is not good is a warning, on standard error, with what to try next.
+    """
     print_rows(name, _rows(report))
     if report.get("levels"):
         _print_levels(report)
+    verdict = report["verdict"]
+    if verdict["word"] == "good":
+        print_text(verdict_words(verdict))
+    else:
+        _print_warnings([verdict_words(verdict)])
+    if verdict["next"]:
+        print_line(f"try: {verdict['next']}")
     _print_warnings(report["warnings"])
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Rows under named columns as a table on standard output, all but the first and last as
-    numbers."""
+    """Rows under named columns as a table on standard output: all but the first, the last and
+    verdicts as numbers."""
     table = Table(title=Text(_printable(title)), title_justify="left")
     for place, column in enumerate(columns):
-        number = 0 < place < len(columns) - 1
+        number = 0 < place < len(columns) - 1 and column != "verdict"
         table.add_column(column, justify="right" if number else "left", overflow="fold")
     for row in rows:
         table.add_row(*(Text(_printable(cell)) for cell in row))
@@ -163,15 +182,23 @@ def _print_warnings(warnings: Sequence[str]) -> None:
 
 def _print_levels(report: dict[str, Any]) -> None:
     """A row a level of detail, then why others were left out."""
-    table = Table(title="levels of detail", title_justify="left")
-    names = ("level", "triangles", "recall", "precision", "error bound", "voxels", "from distance")
+    # As narrow as a terminal: eight columns leave no room for lines between them.
+    table = Table(
+        title="levels of detail", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0)
+    )
+    names = (
+        "level", "verdict", "triangles", "recall", "precision", "overhang", "error bound",
+        "from distance",
+    )  # fmt: skip
     for name in names:
-        table.add_column(name, justify="right")
+        whole = name in ("verdict", "triangles", "recall", "precision", "overhang")
+        table.add_column(name, justify="left" if name == "verdict" else "right", no_wrap=whole)
     for level in report["levels"]:
         table.add_row(
-            str(level["level"]), f"{level['triangles']:,}", percent(level["recall"], 2),
-            percent(level["precision"], 2), length(level["error_bound"]),
-            f"{level['resolution']:,}", length(level["switch_distance"]),
+            str(level["level"]), level["verdict"]["word"], f"{level['triangles']:,}",
+            percent(level["recall"], 2), percent(level["precision"], 2),
+            percent_at_most(level["overhang"]["share"]), length(level["error_bound"]),
+            length(level["switch_distance"]),
         )  # fmt: skip
     Console(soft_wrap=True).print(table)
     for one in report["left_out"]:
@@ -198,6 +225,7 @@ def _printable(text: str) -> str:
 def _rows(report: dict[str, Any]) -> list[tuple[str, str]]:
     worst, over, front = report["worst_view"], report["overhang"], report["front"]
     rows = [
+        ("verdict", report["verdict"]["word"]),
         ("triangles", f"{report['input']['triangles']:,} -> {report['triangles']:,}"),
         ("precision", percent(report["precision"], 2)),
         ("recall", percent(report["recall"], 2)),

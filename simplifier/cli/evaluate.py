@@ -10,7 +10,7 @@ import typer
 from simplifier.api import evaluate as measure
 from simplifier.cli.options import Mesh, PicturesFolder, ReportFile, read_options, with_options
 from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_overrides
-from simplifier.cli.report import check_extras, run_and_show
+from simplifier.cli.report import Strict, check_extras, run_and_show
 from simplifier.cli.running import Debug, Interrupts
 from simplifier.io.load import load, load_occluder
 from simplifier.options.simplify import EvaluateOptions
@@ -28,6 +28,7 @@ def evaluate(
     no_overrides: NoOverrides = False,
     report: ReportFile = None,
     pictures: PicturesFolder = None,
+    strict: Strict = False,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
@@ -52,11 +53,11 @@ def evaluate(
             )
             judged = load_occluder(occluder, memory_limit=limit)
         found = measure(soup, judged, options, listener=listener, overrides=by_hand)
-        summary = found.report(load_seconds=watch.timings["load"])
+        summary = found.report(load_seconds=watch.timings["load"], names=(str(mesh), str(occluder)))
         if report is not None:
             write_report(summary, report)
         if pictures is not None:
             found.write_pictures(pictures, mesh.name, summary)
         return summary
 
-    run_and_show(run, f"{mesh.name}, {occluder.name}", debug=debug)
+    run_and_show(run, f"{mesh.name}, {occluder.name}", debug=debug, strict=strict)

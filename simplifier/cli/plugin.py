@@ -5,6 +5,7 @@
 :func:`print_line`     a line on standard error; :func:`print_text` one on standard output
 :func:`with_options`   gives it the options of a table, such as ``SimplifyOptions.fields()``
 :func:`percent`        a share of 0 to 1 as all commands write it
+:func:`percent_at_most`  one that is to be small
 :func:`read_values`    reads those of a table that are typed as lists
 :func:`overrides_beside`  the file of overrides that belongs to a mesh
 :func:`interrupts`     listens to Ctrl-C; :data:`INTERRUPTED` is the exit status then
@@ -18,7 +19,7 @@ from simplifier.cli.console import print_line, print_text
 from simplifier.cli.options import read_values, with_options
 from simplifier.cli.running import INTERRUPTED, Debug, interrupts, run_guarded
 from simplifier.io.suffixes import overrides_beside
-from simplifier.wording import percent
+from simplifier.wording import percent, percent_at_most
 
 __all__ = [
     "INTERRUPTED",
@@ -26,6 +27,7 @@ __all__ = [
     "interrupts",
     "overrides_beside",
     "percent",
+    "percent_at_most",
     "print_line",
     "print_text",
     "read_values",

@@ -11,7 +11,7 @@ from simplifier.api import simplify as simplify_soup
 from simplifier.cli.console import print_line, print_rows
 from simplifier.cli.options import Mesh, PicturesFolder, ReportFile, read_options, with_options
 from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_overrides
-from simplifier.cli.report import check_extras, run_and_show
+from simplifier.cli.report import Strict, check_extras, run_and_show
 from simplifier.cli.running import Debug, Interrupts
 from simplifier.errors import OptionError, OutputError
 from simplifier.io.glb_embed import check_place
@@ -41,6 +41,7 @@ def simplify(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Say what memory it would need, and make nothing.")
     ] = False,
+    strict: Strict = False,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
@@ -91,7 +92,7 @@ def simplify(
             product = made.measure(listener)
             summary = product.report(
                 load_seconds=watch.timings["load"], write_seconds=watch.timings["write"],
-                files=files,
+                files=files, names=(str(mesh), str(output)),
             )  # fmt: skip
             with interrupts.held():
                 if report is not None:
@@ -109,7 +110,7 @@ def simplify(
                 print_line(f"warning: interrupted: {pictures} may lack pictures")
         return summary
 
-    run_and_show(run, mesh.name, debug=debug)
+    run_and_show(run, mesh.name, debug=debug, strict=strict and not dry_run)
 
 
 def _check_embedding(mesh: Path, output: Path, *, levels: bool) -> None:

@@ -233,19 +233,20 @@ def views(size: MeshSize, count: int, image: int, occluders: int) -> int:
     return drawn + scratch + _masks(count, image, occluders)
 
 
-def quads(count: int, image: int, occluders: int, *, exact: bool) -> int:
-    """Masks, and of each thread a table of sums, or of three moments, a pixel."""
-    table = (24 if exact else 8) * image * image
+def quads(count: int, image: int, occluders: int) -> int:
+    """Masks, and of each thread three moments a pixel; a sample needs less, and may turn out to be
+    noise, so that all quads are counted after all."""
+    table = 24 * image * image
     return min(thread_count(), count) * table + _masks(count, image, occluders)
 
 
-def overhang(size: MeshSize, count: int) -> int:
+def overhang(size: MeshSize, count: int, occluders: int) -> int:
     """Larger views, and of each thread how far each pixel is from the mesh's (int32).
 
     What the front takes is less: a quarter of the pixels, and of each thread a depth (float64).
     """
     heights = min(thread_count(), count) * 4 * _OVERHANG_IMAGE**2
-    return views(size, count, _OVERHANG_IMAGE, 1) + heights
+    return views(size, count, _OVERHANG_IMAGE, occluders) + heights
 
 
 def _masks(count: int, image: int, occluders: int) -> int:

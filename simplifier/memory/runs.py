@@ -23,7 +23,6 @@ class Judging:
     views: int = 256
     image: int = 256
     levels: int = 1
-    exact: bool = False
 
 
 def loading(vertices: int, triangles: int, decoding: int) -> MemoryNeed:
@@ -53,8 +52,8 @@ def simplifying(size: MeshSize, shape: Shape, cell_size: float, options: Options
 def seeing(size: MeshSize, how: Judging) -> MemoryNeed:
     """Accuracy alone."""
     drawing = stages.views(size, how.views, how.image, how.levels)
-    counting = stages.quads(how.views, how.image, how.levels, exact=how.exact)
-    beside = stages.overhang(size, how.views)
+    counting = stages.quads(how.views, how.image, how.levels)
+    beside = stages.overhang(size, how.views, how.levels)
     return MemoryNeed({"accuracy": max(drawing, counting, beside)}).beside(size.held)
 
 

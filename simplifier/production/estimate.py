@@ -33,7 +33,7 @@ def judging_of(chosen: Chosen) -> Judging:
     """What of a run's measure memory depends on; all levels that are asked for may be kept."""
     levels = chosen.levels if isinstance(chosen, SimplifyOptions) else None
     count = 1 if levels is None else levels.lods or len(levels.error_bounds or ())
-    return Judging(chosen.views, chosen.image, count, chosen.exact)
+    return Judging(chosen.views, chosen.image, count)
 
 
 def estimate_memory(

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from simplifier.accuracy.accuracy import AccuracyReport
 from simplifier.accuracy.overhang import Overhang
+from simplifier.accuracy.verdict import EngineVerdict, verdict_on
 from simplifier.accuracy.view_shares import ViewShares
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
@@ -15,9 +16,10 @@ from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.options.simplify import EvaluateOptions
 from simplifier.options.stages import Options
+from simplifier.production.next_try import NAMES, Names, next_evaluate
 from simplifier.production.remarks import overrides_summary, remarks
 from simplifier.report.page import write_pictures
-from simplifier.report.report import Report, build_report
+from simplifier.report.report import Report, build_report, verdict_figures
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,16 +53,23 @@ class EvaluateResult:
         return self.accuracy.recall
 
     @property
+    def verdict(self) -> EngineVerdict:
+        """Whether it is good for an engine, and why."""
+        return verdict_on(verdict_figures(self.occluder, self.accuracy, self.overhang))
+
+    @property
     def warnings(self) -> tuple[str, ...]:
-        """What the user should know, a sentence each."""
+        """What the user should know beside the verdict, a sentence each."""
         kept = Overrides(open=self.overrides.open)  # what is drawn is the occluder's own affair
         return remarks(self.mesh, self.occluder, self.solid, kept)
 
-    def report(self, *, load_seconds: float = 0.0) -> Report:
+    def report(self, *, load_seconds: float = 0.0, names: Names = NAMES) -> Report:
         """What ``--report`` writes, as ``docs/report.schema.json`` says.
 
         ``load_seconds``  what reading the mesh and the occluder took.
+        ``names``  of mesh and occluder in the command to try next.
         """
+        verdict = self.verdict
         return build_report(
             self.mesh, self.occluder, self.solid, self.accuracy,
             options={
@@ -70,7 +79,8 @@ class EvaluateResult:
                 "accuracy": asdict(self.accuracy.options),
             },
             timings={**self.timings, "load": load_seconds}, warnings=self.warnings,
-            seed=self.options.seed, overhang=self.overhang, front=self.front,
+            seed=self.options.seed, overhang=self.overhang, front=self.front, verdict=verdict,
+            command=next_evaluate(self.options, verdict, names),
         )  # fmt: skip
 
     def write_pictures(

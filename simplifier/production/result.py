@@ -13,7 +13,8 @@ from typing import Any
 from simplifier.accuracy.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracies
 from simplifier.accuracy.deviation import deviation
 from simplifier.accuracy.front import measure_front
-from simplifier.accuracy.overhang import Overhang, measure_overhang
+from simplifier.accuracy.overhang import Overhang, measure_overhangs
+from simplifier.accuracy.verdict import Aim, Aims, EngineVerdict, verdict_on
 from simplifier.accuracy.view_shares import ViewShares
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.mesh import TriangleMesh
@@ -27,19 +28,21 @@ from simplifier.options.fields import passed_on
 from simplifier.options.simplify import Embedding, SimplifyOptions
 from simplifier.options.stages import Options
 from simplifier.pipeline import Simplification
+from simplifier.production.next_try import NAMES, Names, next_simplify
 from simplifier.production.remarks import overrides_summary, remarks
 from simplifier.progress import Listener, Stopwatch
 from simplifier.report.page import write_pictures
-from simplifier.report.report import Report, build_report, left_out_rows, level_rows
-from simplifier.wording import exact_percent, percent, percent_at_most
-
-_NEARLY = 1.1  # times an aim: views differ by as much
-_MUCH_FRONT = 0.05
-"""In the mean over all views.  Standing off by a voxel, as all may, gives most meshes 2 to 4 %."""
-_UNSEEN = (
-    "the mesh is so thin that no view shows a pixel of it, so precision and recall say nothing; "
-    "raise the image"
+from simplifier.report.report import (
+    Report,
+    build_report,
+    left_out_rows,
+    level_rows,
+    verdict_figures,
+    verdict_row,
 )
+from simplifier.wording import percent_at_most
+
+_DEFAULT_OVERHANG = {one.name: one.default for one in SimplifyOptions.fields()}["overhang"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,21 +106,28 @@ class SimplifyResult:
         return (path,)
 
     def measure(self, listener: Listener | None = None) -> MeasuredResult:
-        """Precision and recall, of every level."""
+        """Precision, recall, overhang and a verdict, of every level."""
         watch = Stopwatch(listener)
         with watch.stage("accuracy"):
             chain = self._chain()
+            occluders = [level.occluder for level in chain.levels]
             accuracies = evaluate_accuracies(
-                self.mesh,
-                [level.occluder for level in chain.levels],
-                passed_on(AccuracyOptions, self.options),
+                self.mesh, occluders, passed_on(AccuracyOptions, self.options)
             )
-            directions = accuracies[0].directions
-            overhang = measure_overhang(self.mesh, self.occluder, directions)
-            front = measure_front(self.mesh, self.occluder, directions)
+            overhangs = measure_overhangs(self.mesh, occluders, accuracies[0].directions)
+            verdicts = tuple(
+                verdict_on(
+                    verdict_figures(level.occluder, accuracy, overhang),
+                    _aims(self.options, chain.levels[0].resolution / level.resolution),
+                )
+                for level, accuracy, overhang in zip(
+                    chain.levels, accuracies, overhangs, strict=True
+                )
+            )
+            front = measure_front(self.mesh, self.occluder, accuracies[0].directions)
             notes = remarks(self.mesh, self.occluder, self.made.solid, self.overrides)
         taken = watch.timings["accuracy"]
-        return MeasuredResult(self, chain, accuracies, overhang, front, taken, notes)
+        return MeasuredResult(self, chain, accuracies, overhangs, front, verdicts, taken, notes)
 
     def _chain(self) -> LodChain:
         if isinstance(self.made, Levels):
@@ -133,7 +143,7 @@ class MeasuredResult:
 
     ``chain``       the levels, finest first; a single occluder is a chain of one.
     ``accuracies``  one a level, in the same order.
-    ``overhang``    of the finest level.
+    ``overhangs``, ``verdicts``  likewise.
     ``front``       of the finest level, the shares of pixels that it stands before.
     ``seconds``     that measuring took.
     ``remarks``     on overrides and what was left out, a sentence each.
@@ -142,8 +152,9 @@ class MeasuredResult:
     result: SimplifyResult
     chain: LodChain
     accuracies: tuple[AccuracyReport, ...]
-    overhang: Overhang
+    overhangs: tuple[Overhang, ...]
     front: ViewShares
+    verdicts: tuple[EngineVerdict, ...]
     seconds: float
     remarks: tuple[str, ...] = ()
 
@@ -163,6 +174,16 @@ class MeasuredResult:
         return self.accuracies[0].recall
 
     @property
+    def overhang(self) -> Overhang:
+        """What the finest occluder covers beside the mesh."""
+        return self.overhangs[0]
+
+    @property
+    def verdict(self) -> EngineVerdict:
+        """Whether the finest occluder is good for an engine, and why."""
+        return self.verdicts[0]
+
+    @property
     def levels(self) -> tuple[Level, ...]:
         """At least one, finest first."""
         return self.chain.levels
@@ -174,10 +195,14 @@ class MeasuredResult:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the user should know, a sentence each."""
-        unseen = (_UNSEEN,) if self.accuracies[0].shows_nothing else ()
-        missed = _missed_aims(self.result.options, self.accuracies[0], self.overhang)
-        return (*self.result.warnings, *unseen, *missed, *_much_front(self.front), *self.remarks)
+        """What the user should know beside the verdict, a sentence each."""
+        coarser = tuple(
+            f"level {index} is {verdict.word}: {verdict.reason}"
+            for index, verdict in enumerate(self.verdicts)
+            if index > 0 and verdict.word == "unusable"
+        )
+        noted = (*self.verdict.remarks, *_much_front(self.front), *coarser, *self.remarks)
+        return (*self.result.warnings, *noted)
 
     @property
     def interrupted(self) -> bool:
@@ -201,19 +226,24 @@ class MeasuredResult:
         load_seconds: float = 0.0,
         write_seconds: float = 0.0,
         files: Sequence[Path] | None = None,
+        names: Names = NAMES,
     ) -> Report:
         """What ``--report`` writes, as ``docs/report.schema.json`` says.
 
         ``load_seconds``, ``write_seconds``  what reading the mesh and :meth:`save` took.
         ``files``  what :meth:`save` returned; None where nothing was saved.
+        ``names``  of mesh and occluder in the command to try next.
         """
+        commands = [next_simplify(self.result.options, one, names) for one in self.verdicts]
+        rows = [verdict_row(*one) for one in zip(self.verdicts, commands, strict=True)]
+        levels = level_rows(self.chain, self.accuracies, self.overhangs, rows, files)
         return build_report(
             self.mesh, self.occluder, self.result.made.solid, self.accuracies[0],
-            options=_options_row(self.result),
+            options=_options_row(self.result, self.accuracies[0].options),
             timings={**self.timings, "load": load_seconds, "write": write_seconds},
             warnings=self.warnings, seed=self.result.options.seed, strays=self.levels[0].deviation,
-            overhang=self.overhang, front=self.front,
-            levels=level_rows(self.chain, self.accuracies, files) if self.result.chain else (),
+            overhang=self.overhang, front=self.front, verdict=self.verdict, command=commands[0],
+            levels=levels if self.result.chain else (),
             left_out=left_out_rows(self.chain),
         )  # fmt: skip
 
@@ -231,25 +261,21 @@ class MeasuredResult:
         )
 
 
-def _missed_aims(
-    options: SimplifyOptions, accuracy: AccuracyReport, overhang: Overhang
-) -> tuple[str, ...]:
-    """Which aims of the search the finest level misses, in views that it never saw."""
-    missed = []
-    asked = options.overhang
-    if not options.wholly_inside and overhang.mean > _NEARLY * asked:
-        missed.append(
-            f"the occluder covers {percent_at_most(overhang.mean)} beside the mesh, more than the"
-            f" {exact_percent(asked)} asked for; allow more overhang, raise the budget, or choose"
-            " the preset best"
-        )
-    least = options.least_precision
-    if 1.0 - accuracy.precision > _NEARLY * (1.0 - least):
-        missed.append(
-            f"precision is {percent(accuracy.precision, 2)}, below the {exact_percent(least)} aimed"
-            " for; allow less overhang, raise the budget, or choose the preset best"
-        )
-    return tuple(missed)
+def _aims(options: SimplifyOptions, distance: float) -> Aims:
+    """What a level aimed for that is looked at from so many times as far as the finest there is.
+
+    A chosen aim is one that is not as by default.
+    """
+    overhang = None
+    if not options.wholly_inside:
+        allowed = min(options.overhang * distance, 1.0)  # as the levels are made
+        overhang = Aim(allowed, chosen=options.overhang != _DEFAULT_OVERHANG)
+    precision = Aim(options.least_precision, chosen=options.min_precision is not None)
+    return Aims(precision, overhang, distance)
+
+
+_MUCH_FRONT = 0.05
+"""In the mean over all views.  Standing off by a voxel, as all may, gives most meshes 2 to 4 %."""
 
 
 def _much_front(front: ViewShares) -> tuple[str, ...]:
@@ -263,8 +289,11 @@ def _much_front(front: ViewShares) -> tuple[str, ...]:
     )
 
 
-def _options_row(result: SimplifyResult) -> dict[str, Any]:
-    """Every option that had a part in the result, by the name that users type."""
+def _options_row(result: SimplifyResult, judging: AccuracyOptions) -> dict[str, Any]:
+    """Every option that had a part in the result, by the name that users type.
+
+    ``judging``  how it was measured.
+    """
     chosen, options = result.options, result.stages
     return {
         **asdict(options.solid),
@@ -275,5 +304,5 @@ def _options_row(result: SimplifyResult) -> dict[str, Any]:
         "refine": asdict(options.refine),
         "time_limit": options.time_limit,
         "lods": None if chosen.levels is None else asdict(chosen.levels),
-        "accuracy": asdict(passed_on(AccuracyOptions, chosen)),
+        "accuracy": asdict(judging),
     }

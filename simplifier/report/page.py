@@ -22,6 +22,7 @@ from simplifier.wording import (
     percent,
     percent_at_most,
     seconds,
+    small_percent,
 )
 
 if TYPE_CHECKING:
@@ -32,8 +33,8 @@ Report = Mapping[str, Any]
 Rows = Sequence[tuple[str, str]]
 
 _LEVEL_COLUMNS = (
-    "Level", "Triangles", "Recall", "Precision", "Error bound", "Deviation", "Voxels",
-    "From distance", "File",
+    "Level", "Verdict", "Triangles", "Recall", "Precision", "Overhang", "Error bound", "Deviation",
+    "Voxels", "From distance", "File",
 )  # fmt: skip
 
 
@@ -87,6 +88,7 @@ def page_text(report: Report, gallery: Gallery, *, name: str = "mesh") -> str:
         heading="Occluder of",
         name=name,
         summary=_summary(report),
+        verdict=report["verdict"],
         warnings=report["warnings"],
         tiles=_tiles(report),
         levels=[_level_cells(level) for level in report.get("levels", ())],
@@ -103,7 +105,7 @@ def page_text(report: Report, gallery: Gallery, *, name: str = "mesh") -> str:
         timings=list(_timing_rows(report["timings"])),
         total_time=seconds(sum(report["timings"].values())),
         facts=[
-            ("Input", _input_rows(report["input"])),
+            ("Input", _input_rows(report["input"], report["coverage"])),
             ("Solid", _solid_rows(report["solid"])),
             ("Options", list(_option_rows(report["options"]))),
         ],
@@ -154,9 +156,11 @@ def _level_cells(level: Report) -> tuple[str, ...]:
     """As :data:`_LEVEL_COLUMNS` has them."""
     return (
         str(level["level"]),
+        level["verdict"]["word"],
         f"{level['triangles']:,}",
         percent(level["recall"]),
         percent(level["precision"], 2),
+        percent_at_most(level["overhang"]["share"]),
         length(level["error_bound"]),
         length(level["deviation"]),
         f"{level['resolution']:,}",
@@ -189,7 +193,7 @@ def _timing_rows(timings: Mapping[str, float]) -> Iterator[tuple[str, str, str]]
             yield stage, seconds(time), f"{100.0 * time / longest:.2f}"
 
 
-def _input_rows(facts: Report) -> Rows:
+def _input_rows(facts: Report, coverage: float) -> Rows:
     low, high = facts["bounds"]
     dropped = [
         f"{count:,} {reason.replace('_', ' ')}"
@@ -203,6 +207,7 @@ def _input_rows(facts: Report) -> Rows:
         ("lowest corner", ", ".join(map(length, low))),
         ("highest corner", ", ".join(map(length, high))),
         ("left out", ", ".join([*dropped, *omitted]) or "none"),
+        ("fills", f"{small_percent(coverage)} of what is looked at"),
     ]
 
 

@@ -17,6 +17,7 @@ from simplifier.accuracy.deviation import deviation
 from simplifier.accuracy.front import measure_front
 from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.accuracy.overhang import Overhang, measure_overhang
+from simplifier.accuracy.verdict import EngineVerdict, VerdictFigures, verdict_on
 from simplifier.accuracy.view_shares import ViewShares
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import LodChain, Occluder
@@ -46,13 +47,16 @@ def build_report(
     strays: float | None = None,
     overhang: Overhang | None = None,
     front: ViewShares | None = None,
+    verdict: EngineVerdict | None = None,
+    command: str | None = None,
 ) -> Report:
     """All that is known of an occluder, ready for ``json.dumps``.
 
     ``options`` as resolved; ``timings`` seconds by stage, stages that did not run count 0.  With
     ``levels`` of detail and those ``left_out``, rows of :mod:`simplifier.report.report`,
     the occluder is that of the finest.  ``strays`` is its deviation, ``overhang`` what it covers
-    beside the mesh, ``front`` what it stands before; each is measured here if it is None.
+    beside the mesh, ``front`` what it stands before, and ``verdict`` what is to be thought of it;
+    each is found here if it is None.  ``command`` is what to try next.
     """
     measures = occlusion_measures(mesh, occluder)
     if overhang is None:
@@ -61,15 +65,19 @@ def build_report(
         front = measure_front(mesh, occluder, accuracy.directions)
     if strays is None:
         strays = deviation(occluder, mesh, solid.interior)
+    if verdict is None:
+        verdict = verdict_on(verdict_figures(occluder, accuracy, overhang))
     return {
         "schema_version": SCHEMA_VERSION,
         "version": VERSION,
+        "verdict": verdict_row(verdict, command),
         "triangles": len(occluder.faces),
         "precision": accuracy.precision,
         "recall": accuracy.recall,
+        "coverage": accuracy.coverage,
         "by_view": [_view(accuracy, index) for index in range(len(accuracy.directions))],
         "worst_view": {"index": accuracy.worst_view, **_view(accuracy, accuracy.worst_view)},
-        "overhang": {**_shares(overhang), "stick_out": overhang.stick_out},
+        "overhang": _overhang(overhang),
         "front": _shares(front),
         "occlusion_measure": {
             "occluder": measures.occluder,
@@ -98,12 +106,30 @@ def write_report(report: Report, path: Path) -> None:
     write_whole(path, text.encode())
 
 
+def verdict_figures(
+    occluder: Occluder, accuracy: AccuracyReport, overhang: Overhang
+) -> VerdictFigures:
+    """What is known of an occluder that a verdict is made of."""
+    return VerdictFigures(
+        len(occluder.faces), accuracy.precision, accuracy.recall, overhang.mean, accuracy.coverage
+    )
+
+
+def verdict_row(verdict: EngineVerdict, command: str | None) -> Report:
+    """A word, its reason, and the command to try next, if there is one."""
+    return {"word": verdict.word, "reason": verdict.reason, "next": command}
+
+
 def _view(accuracy: AccuracyReport, index: int) -> Report:
     return {
         "direction": [float(x) for x in accuracy.directions[index]],
         "precision": float(accuracy.precision_by_view[index]),
         "recall": float(accuracy.recall_by_view[index]),
     }
+
+
+def _overhang(found: Overhang) -> Report:
+    return {**_shares(found), "stick_out": found.stick_out}
 
 
 def _shares(found: ViewShares) -> Report:
@@ -149,11 +175,16 @@ Rows = list[dict[str, Any]]
 
 
 def level_rows(
-    chain: LodChain, accuracies: Sequence[AccuracyReport], files: Sequence[Path] | None
+    chain: LodChain,
+    accuracies: Sequence[AccuracyReport],
+    overhangs: Sequence[Overhang],
+    verdicts: Sequence[Report],
+    files: Sequence[Path] | None,
 ) -> Rows:
-    """A row a level, finest first; ``accuracies`` and ``files`` in the same order.
+    """A row a level, finest first; the rest in the same order.
 
-    ``files`` is None where the levels were not written.
+    ``verdicts`` are rows as :func:`verdict_row` has them; ``files`` is None where the levels were
+    not written.
     """
     names = [None] * len(chain.levels) if files is None else [file.name for file in files]
     return [
@@ -166,10 +197,12 @@ def level_rows(
             "switch_distance": _finite(chain.switch_distance(index)),
             "precision": accuracy.precision,
             "recall": accuracy.recall,
+            "overhang": _overhang(overhang),
+            "verdict": verdict,
             "file": name,
         }
-        for index, (level, accuracy, name) in enumerate(
-            zip(chain.levels, accuracies, names, strict=True)
+        for index, (level, accuracy, overhang, verdict, name) in enumerate(
+            zip(chain.levels, accuracies, overhangs, verdicts, names, strict=True)
         )
     ]
 

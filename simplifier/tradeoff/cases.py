@@ -47,6 +47,10 @@ class Judged:
         return self.outcome.trial.precision
 
     @property
+    def overhang(self) -> float:
+        return self.outcome.trial.overhang
+
+    @property
     def counts(self) -> bool:
         """Whether it is precise enough to be compared."""
         return self.verdict in ("front", "dominated")

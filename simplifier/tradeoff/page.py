@@ -19,7 +19,15 @@ from simplifier.tradeoff.cases import Case, Judged
 from simplifier.tradeoff.plot import DARK, LIGHT, case_picture
 from simplifier.tradeoff.sweep import Outcome
 from simplifier.version import VERSION
-from simplifier.wording import count, exact_percent, median_points, percent, points, short_seconds
+from simplifier.wording import (
+    count,
+    exact_percent,
+    median_points,
+    percent,
+    percent_at_most,
+    points,
+    short_seconds,
+)
 
 Tile = tuple[str, str, str]
 """What it is about, its value and a note."""
@@ -148,9 +156,12 @@ def _case_values(case: Case, precision: float) -> dict[str, Any]:
 
 
 def _setting_values(item: Judged, precision: float) -> dict[str, Any]:
-    figures = ("-", "-", "-")
+    figures: tuple[str, ...] = ("-",) * 4
     if item.verdict != "failed":
-        figures = (short_seconds(item.seconds), percent(item.recall), percent(item.precision, 2))
+        figures = (
+            short_seconds(item.seconds), percent(item.recall), percent(item.precision, 2),
+            percent_at_most(item.overhang),
+        )  # fmt: skip
     return {
         "verdict": item.verdict,
         "knob": item.setting.knob or "several",
@@ -170,6 +181,8 @@ def _reading(precision: float) -> tuple[str, ...]:
     return (
         "Recall is the share of what the mesh hides that the occluder hides too; precision the "
         "share of what the occluder hides that is truly hidden. Both are exact, from 256 views.",
+        "Overhang is what the occluder covers beside the mesh, as a share of its silhouette. All "
+        "settings aim for the same, so the front does not depend on it.",
         "Time runs from the mesh in memory to the triangles, kernels warm, the median of the "
         "runs. A setting called time has a time limit: less shortens the preset's work, more goes "
         "on refining.",

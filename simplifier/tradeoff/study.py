@@ -21,10 +21,10 @@ from simplifier.tradeoff.advice import Advice, advise
 from simplifier.tradeoff.cases import Case, judge_cases
 from simplifier.tradeoff.sweep import Outcome, Trial, mesh_trials, outcomes, settings_of
 from simplifier.tradeoff.table import json_bytes, rows_of, tradeoff_csv
-from simplifier.wording import percent, short_seconds
+from simplifier.wording import percent, percent_at_most, short_seconds
 
-FrontRow = tuple[str, str, str, str]
-"""Setting, time, recall, precision."""
+FrontRow = tuple[str, str, str, str, str]
+"""Setting, time, recall, precision, overhang."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,13 @@ def study_files(study: Study) -> Iterator[tuple[str, bytes]]:
 
 def _rows(case: Case) -> list[FrontRow]:
     return [
-        (i.setting.name, short_seconds(i.seconds), percent(i.recall), percent(i.precision, 2))
+        (
+            i.setting.name,
+            short_seconds(i.seconds),
+            percent(i.recall),
+            percent(i.precision, 2),
+            percent_at_most(i.overhang),
+        )
         for i in case.front
     ]
 

@@ -13,9 +13,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
+from simplifier.accuracy.overhang import measure_overhang
 from simplifier.errors import CancelledError, OccluderError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
@@ -118,7 +119,8 @@ class Trial:
     """One run of one setting; ``failure`` says why there is no result, else it is empty.
 
     ``mesh``  its name; ``setting`` None where the mesh itself could not be read.
-    ``seconds``  from the mesh in memory to the triangles; ``triangles`` of the occluder.
+    ``seconds``  from the mesh in memory to the triangles; ``triangles`` of the occluder;
+    ``overhang`` in the mean over all views.
     """
 
     mesh: str
@@ -129,6 +131,7 @@ class Trial:
     recall: float = math.nan
     warnings: tuple[str, ...] = ()
     failure: str = ""
+    overhang: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -258,19 +261,22 @@ class _Run:
         mesh = self.mesh
         try:
             resolved = setting_options(self.options, setting, float(mesh.extent.max()))
-            check_making(mesh, resolved, self.options.memory_limit, Judging(exact=True))
+            check_making(mesh, resolved, self.options.memory_limit, Judging())
             begin = time.perf_counter()
             result = simplify_mesh(mesh, resolved, cancel=cancel, overrides=self.overrides)
             seconds = time.perf_counter() - begin
             if result.interrupted:
                 raise CancelledError("cancelled while a setting ran")
-            precision, recall = self.judge.precision_and_recall(result.occluder)
+            shares = self.judge.shares(result.occluder)
         except CancelledError:
             raise
         except Exception as error:
             return Trial(self.name, setting, failure=_reason(error))
         count = len(result.occluder.faces)
-        return Trial(self.name, setting, seconds, count, precision, recall, result.warnings)
+        return Trial(
+            self.name, setting, seconds, count, shares.precision, shares.recall, result.warnings,
+            overhang=shares.overhang,
+        )  # fmt: skip
 
 
 def _reason(error: Exception) -> str:
@@ -282,17 +288,24 @@ def _reason(error: Exception) -> str:
     return f"unexpected {type(error).__name__}: {error}"
 
 
+class _Shares(NamedTuple):
+    precision: float
+    recall: float
+    overhang: float
+
+
 class _Judge:
-    """Exact accuracy; equal occluders, as repeats mostly give, are judged once."""
+    """Exact accuracy and overhang; equal occluders, as repeats mostly give, are judged once."""
 
     def __init__(self, mesh: TriangleMesh, seed: int) -> None:
         self._mesh = mesh
         self._options = AccuracyOptions(seed=seed, exact=True)
-        self._known: dict[tuple[bytes, bytes], tuple[float, float]] = {}
+        self._known: dict[tuple[bytes, bytes], _Shares] = {}
 
-    def precision_and_recall(self, occluder: Occluder) -> tuple[float, float]:
+    def shares(self, occluder: Occluder) -> _Shares:
         key = (occluder.vertices.tobytes(), occluder.faces.tobytes())
         if key not in self._known:
             report = evaluate_accuracy(self._mesh, occluder, self._options)
-            self._known[key] = (report.precision, report.recall)
+            overhang = measure_overhang(self._mesh, occluder, report.directions).mean
+            self._known[key] = _Shares(report.precision, report.recall, overhang)
         return self._known[key]

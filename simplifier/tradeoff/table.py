@@ -22,7 +22,7 @@ COLUMNS = (
     "mesh", "budget", "setting", "preset", "resolution", "directions", "depths", "exchanges",
     "time", "moves", "ground", "up", "seed", "seconds", "seconds_min", "seconds_max", "repeats",
     "triangles", "precision", "recall", "standing", "dominated_by", "reason", "warnings",
-    "version", "processor", "cores", "threads",
+    "version", "processor", "cores", "threads", "overhang",
 )  # fmt: skip
 """New ones go to the end; none changes its meaning."""
 
@@ -82,6 +82,7 @@ def _figure_cells(item: Judged) -> dict[str, str]:
         "triangles": str(outcome.trial.triangles),
         "precision": f"{outcome.trial.precision:.6f}",
         "recall": f"{outcome.trial.recall:.6f}",
+        "overhang": f"{outcome.trial.overhang:.6f}",
         "warnings": "; ".join(outcome.trial.warnings),
         "dominated_by": "" if dominator is None else dominator.name,
     }
@@ -148,6 +149,7 @@ def _row(item: Judged) -> dict[str, Any]:
         "triangles": trial.triangles,
         "precision": trial.precision,
         "recall": trial.recall,
+        "overhang": trial.overhang,
         "dominated_by": dominator.name if dominator else None,
         "warnings": list(trial.warnings),
     }

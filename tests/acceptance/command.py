@@ -31,6 +31,12 @@ def occluder(*arguments, cwd=None, timeout=120, **changes):
     )  # fmt: skip
 
 
+def beside_verdict(errors):
+    """What was told on standard error but for the verdict, which few views or moves leave weak."""
+    said = ("warning: weak: ", "warning: unusable: ", "try: ")
+    return "".join(line for line in errors.splitlines(keepends=True) if not line.startswith(said))
+
+
 def occluder_here(monkeypatch, capfd, *arguments, cwd=None):
     """The same in this process, without the second of processor time that a start takes."""
     if cwd is not None:

@@ -80,6 +80,33 @@ def test_it_builds_checks_and_reports(folder):
     assert contents(folder)["alone.glb"] == contents(folder)["props/torus_occluder.glb"]
 
 
+def test_overhang_and_a_verdict_can_be_required(folder, here):
+    """The verdict of four views of 32 pixels counts as any other."""
+    manifest = folder / "occluders.toml"
+    kept = "require = { max_overhang = 1.0, verdict = 'weak' }\n"
+    manifest.write_text(QUICK + kept)
+    done = here("build", "--json", "j.json", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assets = json.loads((folder / "j.json").read_text())["assets"]
+    figures = {one["asset"]: one["figures"] for one in assets}
+    assert {one["verdict"] for one in figures.values()} <= {"good", "weak"}
+    assert "verdict" in done.stdout
+    assert "overhang" in done.stdout
+    manifest.write_text(QUICK + "budget = 2\n" + kept)
+    done = here("build", cwd=folder)
+    assert done.returncode == 1
+    assert "error: props/torus.ply: the verdict is unusable, not weak\n" in done.stderr
+    assert "warning: props/torus.ply: unusable: it hides " in done.stderr
+    manifest.write_text(QUICK + "overhang = 0.5\nrequire = { max_overhang = 0.0001 }\n")
+    done = here("build", cwd=folder)
+    assert done.returncode == 1
+    assert "error: props/ball.ply: overhang " in done.stderr
+    assert " is above 0.01 %\n" in done.stderr
+    again = here("build", "--check", cwd=folder)
+    assert again.returncode == 1
+    assert " is above 0.01 %\n" in again.stderr
+
+
 def test_a_check_loads_nothing_that_makes_occluders(folder, here):
     assert here("build", cwd=folder).returncode == 0
     code = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import pty
+import shlex
 import subprocess
 
 import pytest
@@ -12,7 +13,13 @@ import pytest
 import simplifier
 from simplifier import api
 from simplifier.io.formats import writable_suffixes
-from tests.acceptance.command import OCCLUDER, environment, occluder, read_all
+from tests.acceptance.command import (
+    OCCLUDER,
+    beside_verdict,
+    environment,
+    occluder,
+    read_all,
+)
 from tests.schema import check_report
 from tests.solids import blob, box, joined
 
@@ -80,7 +87,7 @@ def test_report_and_pictures(folder, tmp_path):
         tmp_path / "report.json", "--pictures", tmp_path / "pictures", "--seed", "4", *QUICK,
         *FEW_VIEWS, "--budget", "11",
     )  # fmt: skip
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.returncode, beside_verdict(done.stderr)) == (0, "")
     report = json.loads((tmp_path / "report.json").read_text(), parse_constant=pytest.fail)
     check_report(report)
     assert report["triangles"] == len(simplifier.load(tmp_path / "out.obj").faces)
@@ -98,13 +105,37 @@ def test_report_and_pictures(folder, tmp_path):
     assert b"boxes.ply" in pictures["report.html"]
 
 
+def test_a_result_that_is_not_good_is_never_silent(command, folder, tmp_path):
+    """A shell has no inside in a flood fill, so that keeping wholly inside recalls nothing."""
+    made, report = tmp_path / "out.obj", tmp_path / "report.json"
+    run = ("simplify", folder / "open.obj", "-o", made, "--fill", "flood", "--report", report)
+    status, shown, errors = command(*run, "--conservative", *QUICK, *FEW_VIEWS)
+    assert status == 0
+    assert "unusable" in shown
+    assert "warning: unusable: it has no triangles, so it hides nothing\n" in errors
+    told = json.loads(report.read_text())["verdict"]
+    assert f"try: {told['next']}\n" in errors
+    status, _, errors = command(*run, "--conservative", *QUICK, *FEW_VIEWS, "--strict")
+    assert status == 1
+    assert errors.endswith("error: open.obj: the occluder is not good\n")
+    assert made.exists()
+    status, shown, errors = command(*shlex.split(told["next"])[1:], "--strict")
+    assert status == 0
+    assert "try: " not in errors
+    assert "\ngood: it hides " in shown
+    made.write_text("v .1 .1 .5\nv .2 .1 .5\nv .2 .2 .5\nf 1 2 3\n")
+    status, _, errors = command("evaluate", folder / "boxes.ply", made, *FEW_VIEWS, "--strict")
+    assert status == 1
+    assert "try: occluder simplify " in errors
+
+
 def test_evaluate_an_obj_made_elsewhere(folder, tmp_path, here):
     (tmp_path / "hand_made.obj").write_text("v .1 .1 .5\nv .9 .1 .5\nv .9 .9 .5\nf 1 2 3\n")
     done = here(
         "evaluate", folder / "open.obj", tmp_path / "hand_made.obj", "--ground", "--exact",
         "--resolution", "16", "--report", tmp_path / "report.json",
     )  # fmt: skip
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.returncode, beside_verdict(done.stderr)) == (0, "")
     assert "no promise" in done.stdout
     report = json.loads((tmp_path / "report.json").read_text())
     check_report(report)
@@ -169,7 +200,7 @@ def test_options_are_understood(command, folder, tmp_path, option):
         "simplify", folder / "boxes.ply", "-o", tmp_path / "o.glb", *size, *moves,
         *FEW_VIEWS, *option, "--report", tmp_path / "r.json",
     )  # fmt: skip
-    assert (status, errors) == (0, "")
+    assert (status, beside_verdict(errors)) == (0, "")
     report = json.loads((tmp_path / "r.json").read_text())
     check_report(report)
     assert report["options"]["time_limit"] == (None if moves else 0.05)
@@ -383,7 +414,7 @@ def reported(command, *arguments):
     assert status == 0
     report = json.loads(arguments[-1].read_text())
     check_report(report)
-    assert list(map(str.strip, errors.splitlines())) == [
+    assert list(map(str.strip, beside_verdict(errors).splitlines())) == [
         f"warning: {words}" for words in report["warnings"]
     ]
     return report

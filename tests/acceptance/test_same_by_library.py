@@ -39,7 +39,9 @@ def test_simplify(command, tmp_path, more):
     product = simplifier.simplify(
         simplifier.load(mesh), simplifier.SimplifyOptions.of(chosen)
     ).measure()
-    report = product.report(load_seconds=1.5, write_seconds=0.5, files=product.save(out))
+    report = product.report(
+        load_seconds=1.5, write_seconds=0.5, files=product.save(out), names=(str(mesh), str(out))
+    )
     assert out.read_bytes() == contents
     check_report(report)
     assert (report["timings"]["load"], report["timings"]["write"]) == (1.5, 0.5)
@@ -57,6 +59,7 @@ def test_evaluate(command, tmp_path):
         simplifier.EvaluateOptions.of(chosen),
     )  # fmt: skip
     by_command = json.loads(written.read_text())
-    assert {**judgement.report(), "timings": 0} == {**by_command, "timings": 0}
+    report = judgement.report(names=(str(mesh), str(occluder)))
+    assert {**report, "timings": 0} == {**by_command, "timings": 0}
     pages = judgement.write_pictures(tmp_path / "pictures", "the box")
     assert "the box" in pages[-1].read_text()

@@ -137,7 +137,10 @@ def test_submit_writes_occluders_and_prints_figures(server, command, tmp_path):
         "--asset", "props/{name}",
     )  # fmt: skip
     assert done.returncode == 1
-    assert re.search(r"box.obj: 12 -> \d+ triangles, precision \d+\.\d+ %, recall", done.stdout)
+    assert re.search(
+        r"box.obj: good, 12 -> \d+ triangles, precision \d+\.\d+ %, recall .*, overhang 0.00 %;",
+        done.stdout,
+    )
     assert "error: broken.obj: " in done.stderr
     assert str(tmp_path) not in done.stdout
     assert len(simplifier.load_lods(tmp_path / "box_occluder.glb").levels) >= 1

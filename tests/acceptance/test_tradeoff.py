@@ -61,11 +61,14 @@ def test_a_sweep_with_a_mesh_that_fails_and_a_hostile_name(folder, tmp_path):
     for row in measured:
         assert 0.0 < float(row["seconds_min"]) <= float(row["seconds"])
         assert float(row["seconds"]) <= float(row["seconds_max"])
+        assert 0.0 <= float(row["overhang"]) < 0.5
         assert row["dominated_by"] in (front if row["standing"] == "dominated" else {""})
     assert "a <script>$(id) é [bold].ply, budget 24" in done.stdout
     assert "For more recall" in done.stdout
+    assert "overhang" in done.stdout
     page = (out / "tradeoff.html").read_text("utf-8")
     assert "<script" not in page
+    assert ">Overhang</th>" in page
     assert "&lt;script&gt;$(id)" in page
     assert (out / "tradeoff.png").read_bytes()[:4] == b"\x89PNG"
 

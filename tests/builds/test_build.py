@@ -6,13 +6,14 @@ import os
 import shutil
 import threading
 import time
+from dataclasses import replace
 from hashlib import sha256
 
 import pytest
 
 from simplifier.builds import staleness
 from simplifier.builds.build import build_assets, exclusive
-from simplifier.builds.record import read_record
+from simplifier.builds.record import read_record, write_record
 from simplifier.builds.staleness import check_assets
 from simplifier.errors import CancelledError, ManifestError, OutputError
 from tests.builds.quick import (
@@ -242,6 +243,21 @@ def test_requirements_are_judged_whether_or_not_it_was_made_now(built):
     for found in (run(built)["a.obj"], check_assets(built, {})[0]):
         assert found.state is CURRENT
         assert found.faults == ("recall 90 % is below 95 %",)
+
+
+def test_what_an_old_record_does_not_tell_is_made_again_once_it_is_demanded(built):
+    lock = built.with_suffix(".lock")
+    old = {
+        name: replace(entry, figures=replace(entry.figures, overhang=None, verdict=None))
+        for name, entry in read_record(lock).items()
+    }
+    write_record(lock, old)
+    assert set(states(run(built)).values()) == {CURRENT}
+    write(built.parent, SETTINGS + "require = { max_overhang = 0.001 }\n")
+    stale = check_assets(built, {})[0]
+    assert stale.faults == ("stale: its record is from before the overhang was kept",)
+    found = run(built)["a.obj"]
+    assert (found.state, found.faults) == (BUILT, ("overhang 0.4 % is above 0.1 %",))
 
 
 def test_recall_is_compared_with_what_was(built):

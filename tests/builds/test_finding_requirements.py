@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from simplifier.builds.finding import AssetFigures, Requirements, shortfalls
+from simplifier.builds.finding import AssetFigures, Requirements, shortfalls, unknown_figure
 
-FOUND = AssetFigures(64, 0.99, 0.8, 0.0, None)
+FOUND = AssetFigures(64, 0.99, 0.8, 0.0, None, 0.0124, "weak")
+OLD = AssetFigures(64, 0.99, 0.8, 0.0, None)
 
 
 def short(found=FOUND, before=None, **demanded):
@@ -20,6 +21,9 @@ def short(found=FOUND, before=None, **demanded):
         ({"min_precision": 0.99, "min_recall": 0.8, "max_triangles": 64}, []),
         ({"min_precision": 0.995}, ["precision 99 % is below 99.5 %"]),
         ({"min_recall": 0.80001}, ["recall 80 % is below 80.001 %"]),
+        ({"max_overhang": 0.0124, "verdict": "weak"}, []),
+        ({"max_overhang": 0.01}, ["overhang 1.24 % is above 1 %"]),
+        ({"verdict": "good"}, ["the verdict is weak, not good"]),
         ({"max_triangles": 63}, ["64 triangles are more than 63"]),
         ({"min_recall": 0.9, "max_triangles": 1}, ["recall 80 % is below 90 %",
                                                    "64 triangles are more than 1"]),
@@ -27,6 +31,15 @@ def short(found=FOUND, before=None, **demanded):
 )  # fmt: skip
 def test_what_falls_short_is_said(demanded, words):
     assert short(**demanded) == words
+
+
+def test_an_old_record_falls_short_of_nothing_that_it_does_not_have():
+    demanded = {"max_overhang": 0.0, "verdict": "good"}
+    assert short(OLD, **demanded) == []
+    assert unknown_figure(Requirements(**demanded), OLD) == "overhang"
+    assert unknown_figure(Requirements(verdict="good"), OLD) == "verdict"
+    assert unknown_figure(Requirements(min_recall=0.9), OLD) == ""
+    assert unknown_figure(Requirements(**demanded), FOUND) == ""
 
 
 @pytest.mark.parametrize(("before", "falls"), [(0.7, 0), (0.804, 0), (0.806, 1), (1.0, 1)])

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from simplifier.accuracy.verdict import VERDICT_WORDS
 from simplifier.builds.finding import AssetFigures
 from simplifier.builds.record import Entry, parse_record, read_record, write_record
 from simplifier.errors import ManifestError
 
 SHARES = st.floats(0.0, 1.0)
 FIGURES = st.builds(
-    AssetFigures, st.integers(0, 100_000), SHARES, SHARES, SHARES, st.one_of(st.none(), SHARES)
-)
+    AssetFigures, st.integers(0, 100_000), SHARES, SHARES, SHARES, st.one_of(st.none(), SHARES),
+    st.one_of(st.none(), SHARES), st.sampled_from([None, *VERDICT_WORDS]),
+)  # fmt: skip
 HASHES = st.dictionaries(st.text(max_size=5), st.text("0123456789abcdef", max_size=8), max_size=3)
 OPTIONS = st.dictionaries(
     st.sampled_from(["budget", "up", "error_bounds"]),
@@ -60,6 +63,18 @@ def test_changes_of_different_assets_merge(tmp_path):
         cwd=tmp_path, capture_output=True, check=True,
     ).stdout  # fmt: skip
     assert parse_record(merged, "") == base | ours | {n: theirs[n] for n in ("b.glb", "bb.glb")}
+
+
+def test_a_record_from_before_overhang_was_kept_is_read(tmp_path):
+    path = tmp_path / "occluders.lock"
+    write_record(path, {"a.glb": entry(0.5)})
+    content = json.loads(path.read_bytes())
+    figures = content["assets"]["a.glb"]["figures"]
+    del figures["overhang"], figures["verdict"]
+    assert parse_record(json.dumps(content).encode(), "") == {"a.glb": entry(0.5)}
+    figures["verdict"] = "excellent"
+    with pytest.raises(ManifestError, match="no record"):
+        parse_record(json.dumps(content).encode(), "")
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from simplifier.builds.finding import AssetFigures, Finding, State
 from simplifier.builds.reports import headline, json_report, junit_report, markdown_report
 
-FIGURES = AssetFigures(64, 0.99, 0.8, 0.125, None)
+FIGURES = AssetFigures(64, 0.99, 0.8, 0.125, None, 0.00412, "weak")
 FINDINGS = [
     Finding("props/a.glb", State.CURRENT, "", FIGURES),
     Finding("props/b|<c>.glb", State.BUILT, "the mesh has changed", FIGURES, ("recall",), ("w",)),
@@ -36,7 +36,8 @@ def test_markdown_leads_with_what_is_wrong_and_leaves_out_what_is_as_it_was():
     rows = [line for line in lines if line.startswith("| ")][1:]
     assert rows[0].startswith(r"| d.glb | ❌ |") or rows[0].startswith(r"| props/b")
     assert any(
-        r"props/b\|\<c\>.glb | ❌ | 64 | 80.00 % | 99.00 % | recall |" in row for row in rows
+        r"props/b\|\<c\>.glb | ❌ | weak | 64 | 80.00 % | 99.00 % | 0.42 % | recall |" in row
+        for row in rows
     )
     assert len(rows) == 3
 
@@ -52,6 +53,8 @@ def test_json_holds_all():
     assert content["good"] is False
     assert [one["state"] for one in content["assets"]] == ["current", "built", "failed", "gone"]
     assert content["assets"][1]["figures"]["error_bound"] is None
+    assert content["assets"][1]["figures"]["overhang"] == 0.00412
+    assert content["assets"][1]["figures"]["verdict"] == "weak"
     assert content["assets"][2]["faults"] == ["failed: it is\x00\n*broken*"]
 
 

@@ -110,7 +110,9 @@ def test_a_fault_that_is_taken_back_is_said(watch, tmp_path):
     watch.hears("a.obj", FAILED)
     (tmp_path / "a.obj").write_bytes(TRIANGLE)
     found = watch.hears("a.obj", CURRENT)
-    assert line_of(found) == "a.obj: current: 64 triangles, recall 90.00 %, precision 99.00 %"
+    assert line_of(found) == (
+        "a.obj: current: good, 64 triangles, recall 90.00 %, precision 99.00 %, overhang 0.40 %"
+    )
 
 
 def test_a_renamed_mesh_is_built_and_its_old_occluder_stays(watch, tmp_path):

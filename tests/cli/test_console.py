@@ -9,6 +9,7 @@ from simplifier.cli.console import accept_any_text, print_line, print_report, pr
 from simplifier.progress import STAGES, Progress
 
 REPORT = {
+    "verdict": {"word": "good", "reason": "it hides most of it", "next": None},
     "triangles": 53,
     "precision": 0.9987,
     "recall": 0.8354,
@@ -35,24 +36,42 @@ def test_the_table_has_the_headline_figures(capsys):
     ):  # fmt: skip
         assert words in shown.out
     assert "surface" not in shown.out
+    assert shown.out.endswith("\ngood: it hides most of it\n")
     assert shown.err == "warning: mind the gap\n"
+
+
+def test_a_verdict_that_is_not_good_is_a_warning(capsys):
+    weak = {"word": "weak", "reason": "it hides 1.55 %", "next": "occluder simplify a -o b"}
+    print_report({**REPORT, "verdict": weak}, "castle.obj")
+    shown = capsys.readouterr()
+    assert "weak" in shown.out.splitlines()[2]
+    assert shown.err == (
+        "warning: weak: it hides 1.55 %\ntry: occluder simplify a -o b\nwarning: mind the gap\n"
+    )
 
 
 LEVEL = {
     "level": 0, "triangles": 53, "recall": 0.8354, "precision": 0.9987, "error_bound": 0.0537,
     "deviation": 0.03, "resolution": 64, "switch_distance": 50.2, "file": "castle_lod0.glb",
+    "overhang": {"share": 0.0234}, "verdict": {"word": "good"},
 }  # fmt: skip
 
 
 def test_levels_and_what_was_left_out(capsys):
-    coarse = {**LEVEL, "level": 1, "triangles": 8, "error_bound": None, "switch_distance": None}
+    coarse = {
+        **LEVEL, "level": 1, "triangles": 8, "error_bound": None, "switch_distance": None,
+        "verdict": {"word": "unusable"},
+    }  # fmt: skip
     left_out = [{"resolution": 1024, "reason": "it hides nothing"}]
     print_report({**REPORT, "levels": [LEVEL, coarse], "left_out": left_out}, "castle.obj")
     shown = capsys.readouterr().out
     assert "levels of detail" in shown
     assert "50.20" in shown
-    assert shown.count("no promise ") == 2
-    assert shown.endswith("left out: 1,024 voxels: it hides nothing\n")
+    assert "unusable" in shown
+    assert shown.count("2.34 %") == 2
+    assert "\u2026" not in shown  # every cell has room on a narrow terminal
+    assert shown.count("promise") == 2
+    assert "left out: 1,024 voxels: it hides nothing\n" in shown
 
 
 def test_no_promise_is_told(capsys):

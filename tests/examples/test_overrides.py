@@ -23,7 +23,7 @@ def test_what_is_drawn_lies_within_the_castle_and_nothing_stands_in_the_gate():
     solid = solidify(mesh, SolidOptions(64, ground=True), Stopwatch())
     for part in overrides.drawn:
         drawn = simplifier.Occluder(*as_mesh(part.triangles))
-        assert deviation(drawn, mesh, solid.touched, solid.filled) < solid.core.cell_size
+        assert deviation(drawn, mesh, solid.interior) < solid.core.cell_size
     (gate,) = overrides.open
     inner = type(gate.region)(
         gate.region.centre, gate.region.half * [0.9, 0.6, 1.0], gate.region.axes

@@ -96,9 +96,11 @@ def test_a_needle_within_the_budget_is_its_own_occluder():
 
 def test_figures_of_what_no_view_shows_are_said_to_be_none():
     product = produced(needle())
-    assert product.accuracies[0].shows_nothing
-    assert any("precision and recall say nothing" in line for line in product.warnings)
-    assert produced(SHAPES["cube"](), **DRAFT).warnings == ()
+    assert product.accuracies[0].coverage == 0.0
+    assert product.verdict.word == "unusable"
+    assert "precision and recall say nothing" in product.verdict.reason
+    assert not any("precision" in line for line in product.warnings)
+    assert produced(SHAPES["cube"](), **DRAFT).verdict.is_good
 
 
 @pytest.mark.parametrize("length", [100.0, 1e4, 1e6])

@@ -73,7 +73,7 @@ transparent = "keep"
 _MANIFEST = b"""
 [defaults]
 budget = 32
-require = { min_recall = 0.5, max_triangles = 40 }
+require = { min_recall = 0.5, max_triangles = 40, max_overhang = 0.1, verdict = "weak" }
 
 [[asset]]
 files = ["*.obj", "props/**/*.[pg]l?"]
@@ -308,7 +308,7 @@ def _decided_files() -> Iterator[tuple[str, str, bytes]]:
     yield "overrides", "all", _OVERRIDES
     yield "overrides", "ignoring", b'[ignore]\nmaterials = ["cl?th"]\nmeshes = ["[f]*"]\n'
     yield "build_manifest", "all", _MANIFEST
-    figures = AssetFigures(12, 0.99, 0.9, 0.125, None)
+    figures = AssetFigures(12, 0.99, 0.9, 0.125, None, 0.004, "good")
     entries = {
         "wall.obj": Entry("ab", {"a.mtl": ""}, {"budget": 12}, "1", {"x.glb": "cd"}, figures),
         "props/crate.ply": Entry(

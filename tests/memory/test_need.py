@@ -38,8 +38,7 @@ CHOSEN = st.fixed_dictionaries(
 
 @given(SIZES, SHAPES, CHOSEN, st.integers(1, 65_536), st.integers(8, 4096), st.data())
 def test_no_stage_needs_less_for_more(size, shape, chosen, views, image, data):
-    exact = data.draw(st.booleans())
-    options, how = make_options(1e9, **chosen), Judging(views, image, exact=exact)
+    options, how = make_options(1e9, **chosen), Judging(views, image)
     before = whole(size, shape, options, how)
     more = st.integers(0, 1000)
     larger = whole(
@@ -50,7 +49,6 @@ def test_no_stage_needs_less_for_more(size, shape, chosen, views, image, data):
             views + data.draw(more),
             image + data.draw(more),
             1 + data.draw(st.integers(0, 3)),
-            exact,
         ),
     )
     assert all(larger.stages[name] >= need for name, need in before.stages.items())

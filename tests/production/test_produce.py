@@ -8,6 +8,7 @@ import pytest
 
 import simplifier
 from simplifier import CancelledError, SimplifyOptions
+from simplifier.accuracy.overhang import measure_overhang
 from simplifier.wording import percent_at_most
 from tests.schema import check_report
 from tests.solids import blob, box
@@ -67,6 +68,32 @@ def test_what_stands_before_much_says_so_and_what_helps():
     finer = produced(blob(), overhang=0.002, resolution=64, moves=2000)
     assert 0.0 < finer.front.mean < 0.05
     assert not any("well behind" in words for words in finer.warnings)
+
+
+def test_every_level_has_a_verdict_and_an_overhang():
+    product = produced(blob(), resolution=32, lods=3, budget=32)
+    report = product.report()
+    assert report["verdict"]["word"] == product.verdict.word == product.verdicts[0].word
+    assert product.overhang is product.overhangs[0]
+    alone = measure_overhang(
+        product.mesh, product.levels[-1].occluder, product.accuracies[0].directions
+    )
+    assert product.overhangs[-1].mean == alone.mean
+    for row, overhang, verdict in zip(
+        report["levels"], product.overhangs, product.verdicts, strict=True
+    ):
+        assert row["overhang"]["share"] == overhang.mean
+        assert (row["verdict"]["word"], row["verdict"]["reason"]) == (verdict.word, verdict.reason)
+    told = [line for line in product.warnings if line.startswith("level ")]
+    assert len(told) == sum(one.word == "unusable" for one in product.verdicts[1:])
+
+
+def test_an_aim_that_the_user_set_and_missed_makes_it_weak():
+    missed = produced(blob(), min_precision=1.0, overhang=0.1, budget=200, image=256)
+    assert missed.precision < 1.0
+    assert missed.verdict.word != "good"
+    assert "below the 100 % aimed for" in missed.verdict.reason
+    assert not any("aimed for" in line for line in missed.warnings)
 
 
 def test_pictures_are_of_the_name(tmp_path):

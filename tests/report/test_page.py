@@ -52,6 +52,8 @@ def report(scene):
     return {
         "schema_version": 1,
         "version": "9.8.7",
+        "verdict": {"word": "good", "reason": "it hides most of it", "next": None},
+        "coverage": 0.0214,
         "triangles": 53,
         "precision": 0.99876,
         "recall": 0.8351,
@@ -212,11 +214,26 @@ def test_warnings_come_first_and_only_when_there_are_some(report, gallery):
     assert page.index('class="warnings"') < page.index('class="tiles')
 
 
+def test_the_verdict_comes_first_with_what_to_try(report, gallery):
+    page = page_text(report, gallery)
+    assert "Good for an engine It hides most of it." in Reader(page).text
+    assert "Try next" not in page
+    report["warnings"] = ["the surface is open"]
+    report["verdict"] = {"word": "unusable", "reason": f"it is {HOSTILE}", "next": f"run {HOSTILE}"}
+    page = page_text(report, gallery)
+    reader = Reader(page)
+    assert "Unusable for an engine" in reader.text
+    assert "script" not in reader.tags
+    assert "".join(reader.words).count(HOSTILE) == 2
+    assert page.index('class="verdict unusable"') < page.index('class="warnings"')
+
+
 def test_levels_are_a_table_and_only_when_there_are_some(report, gallery):
     assert "Levels of detail" not in page_text(report, gallery)
     level = {
         "level": 0, "triangles": 1053, "recall": 0.8351, "precision": 0.99876, "error_bound": 0.05,
         "deviation": 0.02, "resolution": 64, "switch_distance": 50.25, "file": HOSTILE,
+        "overhang": {"share": 0.0123}, "verdict": {"word": "weak"},
     }  # fmt: skip
     coarse = {**level, "level": 1, "triangles": 8, "error_bound": None, "switch_distance": None}
     report["levels"] = [level, coarse]
@@ -225,8 +242,8 @@ def test_levels_are_a_table_and_only_when_there_are_some(report, gallery):
     reader = Reader(page)
     assert "script" not in reader.tags
     assert "".join(reader.words).count(HOSTILE) == 3
-    assert "0 1,053 83.5 % 99.87 % 0.05000 0.02000 64 50.25" in reader.text
-    assert "1 8 83.5 % 99.87 % no promise 0.02000 64 no promise" in reader.text
+    assert "0 weak 1,053 83.5 % 99.87 % 1.23 % 0.05000 0.02000 64 50.25" in reader.text
+    assert "1 weak 8 83.5 % 99.87 % 1.23 % no promise 0.02000 64 no promise" in reader.text
     assert "Left out: 16 voxels:" in reader.text
     report["left_out"] = []
     assert "Left out" not in page_text(report, gallery)
@@ -263,7 +280,7 @@ def test_contrast_of_words_is_at_least_4_5(mode):
     light, dark = re.findall(r":root \{(.*?)\}", text, flags=re.S)
     colours = dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6})", light if mode == "light" else dark))
     for ground in ("page", "card", "alert"):
-        for ink in ("ink",) if ground == "alert" else ("ink", "soft", "bad"):
+        for ink in ("ink",) if ground == "alert" else ("ink", "soft", "bad", "fine", "doubt"):
             low, high = sorted(luminance(colours[name]) for name in (ground, ink))
             assert (high + 0.05) / (low + 0.05) >= 4.5, (ground, ink)
 

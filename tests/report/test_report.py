@@ -16,12 +16,21 @@ from simplifier.accuracy.accuracy import (
     evaluate_accuracies,
     evaluate_accuracy,
 )
+from simplifier.accuracy.overhang import measure_overhangs
+from simplifier.accuracy.verdict import verdict_on
 from simplifier.errors import OutputError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import LeftOut, Level, LodChain, Occluder
 from simplifier.options.stages import SolidOptions
 from simplifier.progress import STAGES, Stopwatch
-from simplifier.report.report import build_report, left_out_rows, level_rows, write_report
+from simplifier.report.report import (
+    build_report,
+    left_out_rows,
+    level_rows,
+    verdict_figures,
+    verdict_row,
+    write_report,
+)
 from simplifier.steps.solid import solidify
 from simplifier.version import VERSION
 from tests.schema import SCHEMA, check_report
@@ -98,12 +107,20 @@ def test_levels(report):
     chain = LodChain(levels, left_out=(LeftOut(4, "it hides nothing"),))
     occluders = [level.occluder for level in levels]
     accuracies = evaluate_accuracies(mesh, occluders, AccuracyOptions(views=3, image=32))
-    rows = level_rows(chain, accuracies, [Path("a/x_lod0.glb"), Path("a/x_lod1.glb")])
+    overhangs = measure_overhangs(mesh, occluders, accuracies[0].directions)
+    verdicts = [
+        verdict_row(verdict_on(verdict_figures(*one)), None)
+        for one in zip(occluders, accuracies, overhangs, strict=True)
+    ]
+    files = [Path("a/x_lod0.glb"), Path("a/x_lod1.glb")]
+    rows = level_rows(chain, accuracies, overhangs, verdicts, files)
     made = report_of(mesh, occluders[0], levels=rows, left_out=left_out_rows(chain))
     check_report(json.loads(json.dumps(made, allow_nan=False)))
     first, second = made["levels"]
     assert (first["level"], first["triangles"], first["file"]) == (0, 12, "x_lod0.glb")
     assert first["recall"] == accuracies[0].recall == 1.0
+    assert (first["verdict"]["word"], first["overhang"]["share"]) == ("good", 0.0)
+    assert second["verdict"]["reason"] == verdicts[1]["reason"] != first["verdict"]["reason"]
     assert first["switch_distance"] == chain.switch_distance(0)
     assert (second["error_bound"], second["switch_distance"]) == (None, None)
     assert made["left_out"] == [{"resolution": 4, "reason": "it hides nothing"}]

@@ -40,6 +40,7 @@ def report(directions, precision=None, recall=None) -> AccuracyReport:
         ones,
         ones,
         ones,
+        1.0,
         AccuracyOptions(views=count),
     )
 

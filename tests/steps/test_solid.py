@@ -66,4 +66,4 @@ def test_the_error_bound_holds(mesh: TriangleMesh):
     assert 0.5 < made.occluder.error_bound / (ERROR_VOXELS * cell) <= 1.0
     # Against the plain solid: what gluing alone encloses counts as outside.
     plain = solid_of(mesh)
-    assert deviation(made.occluder, mesh, plain.touched, plain.filled) <= ERROR_VOXELS * cell
+    assert deviation(made.occluder, mesh, plain.interior) <= ERROR_VOXELS * cell

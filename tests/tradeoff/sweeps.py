@@ -14,6 +14,7 @@ SMALL = TradeoffOptions(
 
 
 def trial(setting, seconds, recall, precision=0.999, mesh="a.obj", **more):
+    more = {"overhang": 0.0042, **more}
     return Trial(mesh, setting, seconds, setting.budget, precision, recall, **more)
 
 

@@ -16,26 +16,29 @@ from service.dashboard.frame import page_frame, panel
 from service.dashboard.notices import showing_unknown
 from service.dashboard.overview.thresholds_dialog import open_demand
 from service.dashboard.visitor import Visitor, current_caller, current_visitor
-from service.dashboard.wording import percent, seconds, whole
+from service.dashboard.wording import overhang, percent, seconds, whole
 from service.jobs.asset import Asset, Thresholds
 
 _COLUMNS: list[dict[str, Any]] = [
     {"name": "when", "label": "Run (UTC)", "field": "when", "align": "left", "sortable": True},
+    {"name": "verdict", "label": "Verdict", "field": "verdict", "align": "left"},
     {"name": "recall", "label": "Recall", "field": "recall"},
     {"name": "precision", "label": "Precision", "field": "precision"},
     {"name": "worst", "label": "Worst view", "field": "worst"},
+    {"name": "overhang", "label": "Overhang", "field": "overhang"},
     {"name": "triangles", "label": "Triangles", "field": "triangles"},
     {"name": "time", "label": "Time", "field": "time"},
     {"name": "holds", "label": "Thresholds", "field": "holds", "align": "left"},
     {"name": "options", "label": "Options", "field": "options", "align": "left"},
     {"name": "version", "label": "Version", "field": "version", "align": "left"},
 ]
-_VERDICT_WORDS = {True: "held", False: "missed", None: ""}
+_HOLDS_WORDS = {True: "held", False: "missed", None: ""}
 # Ours; what comes from outside is filled in as text by Vue.
 _WHEN_CELL = """<q-td :props="props"><a :href="props.row.address"
     :aria-current="props.row.shown ? 'true' : null">{{ props.value }}</a></q-td>"""
-_VERDICT_CELL = """<q-td :props="props"><span
-    :class="{ good: props.value === 'held', bad: props.value === 'missed' }">{{ props.value
+_WORD_CELL = """<q-td :props="props"><span
+    :class="{ good: ['held', 'good'].includes(props.value), doubt: props.value === 'weak',
+              bad: ['missed', 'unusable'].includes(props.value) }">{{ props.value
     }}</span></q-td>"""
 _OPTIONS_CELL = """<q-td :props="props" class="wrapping">{{ props.value }}</q-td>"""
 
@@ -88,7 +91,9 @@ def _demand(visitor: Visitor, asset: Asset, job_id: str | None = None) -> None:
 def _words(thresholds: Thresholds) -> str:
     pairs = [("precision", thresholds.min_precision), ("recall", thresholds.min_recall)]
     asked = [f"{name} {percent(least, 2)}" for name, least in pairs if least is not None]
-    return f"Demanded: {' and '.join(asked)}." if asked else "Nothing is demanded."
+    if thresholds.max_overhang is not None:
+        asked.append(f"overhang up to {overhang(thresholds.max_overhang)}")
+    return f"Demanded: {', '.join(asked)}." if asked else "Nothing is demanded."
 
 
 async def _reload() -> None:
@@ -107,7 +112,8 @@ def history_panel(asset_id: str, history: Sequence[RunLine], shown: str) -> None
         ).props("dense flat")
         table.classes("history")
         table.add_slot("body-cell-when", _WHEN_CELL)
-        table.add_slot("body-cell-holds", _VERDICT_CELL)
+        table.add_slot("body-cell-verdict", _WORD_CELL)
+        table.add_slot("body-cell-holds", _WORD_CELL)
         table.add_slot("body-cell-options", _OPTIONS_CELL)
         words = ui.label().classes("quiet")
         compare = ui.button("Compare the two").props("no-caps unelevated")
@@ -138,9 +144,11 @@ def _row(asset_id: str, line: RunLine, shown: str) -> dict[str, Any]:
         "recall": percent(line.recall),
         "precision": percent(line.precision, 2),
         "worst": percent(line.worst_recall),
+        "overhang": overhang(line.overhang),
+        "verdict": line.verdict or "",
         "triangles": whole(line.triangles),
         "time": seconds(line.seconds),
-        "holds": _VERDICT_WORDS[line.holds],
+        "holds": _HOLDS_WORDS[line.holds],
         "options": line.options,
         "version": line.version,
     }

@@ -8,7 +8,7 @@ from typing import Any
 
 from service.dashboard.asset.details import RunDetail, Stores, read_run
 from service.dashboard.views import View
-from service.dashboard.wording import length, percent, points, seconds, whole
+from service.dashboard.wording import length, overhang, percent, points, seconds, whole
 from service.errors import NotFoundError
 from service.jobs.job import JobFile, Summary, inputs_by_part
 
@@ -106,6 +106,8 @@ def _numbers(a: Summary | None, b: Summary | None) -> list[NumberChange]:
         _change("Precision", a.precision, b.precision, _fine, more_is_better=True, apart=points),
         _change("Worst view's recall", a.worst_recall, b.worst_recall, percent,
                 more_is_better=True, apart=points),
+        _change("Overhang", a.overhang, b.overhang, overhang, more_is_better=False,
+                apart=points),
         _change("Triangles", a.triangles, b.triangles, _whole, more_is_better=False),
         _change("Error bound", a.error_bound, b.error_bound, length, more_is_better=False),
         _change("Time", a.seconds, b.seconds, seconds, more_is_better=False),

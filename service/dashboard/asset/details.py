@@ -114,6 +114,8 @@ class RunLine:
     precision: float | None
     recall: float | None
     worst_recall: float | None
+    overhang: float | None
+    verdict: str | None
     triangles: int
     seconds: float
     holds: bool | None
@@ -172,6 +174,8 @@ def run_line(stores: Stores, asset: Asset, job: Job) -> RunLine:
         precision=summary.precision,
         recall=summary.recall,
         worst_recall=summary.worst_recall,
+        overhang=summary.overhang,
+        verdict=summary.verdict,
         triangles=summary.triangles,
         seconds=summary.seconds,
         holds=asset.thresholds.held_by(summary),

@@ -1,6 +1,7 @@
 """All that there is to see of one run: a panel each, put together by :func:`run_panels`.
 
 numbers      what came out, in a line
+verdict      whether it is good for an engine, why, and what to try next
 warnings     what the owner should know
 levels       the levels of detail: how good each is, and from how far it may be used
 histograms   how recall and precision spread over the views
@@ -23,7 +24,7 @@ from service.dashboard.colours import css
 from service.dashboard.frame import panel
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.views import Bin, Measure, View, histogram, quantile
-from service.dashboard.wording import length, percent, seconds, whole
+from service.dashboard.wording import VERDICT_CLASSES, length, overhang, percent, seconds, whole
 from service.jobs.job import Summary
 from service.schemas.result import Level, ResultFile
 
@@ -47,6 +48,8 @@ def run_panels(
     summary = run.job.summary
     assert summary is not None, "a job that has succeeded has a summary"
     numbers_panel(summary, holds)
+    if summary.verdict:
+        verdict_panel(summary)
     beside()
     if summary.warnings:
         warnings_panel(summary.warnings)
@@ -73,6 +76,7 @@ def numbers_panel(summary: Summary, holds: bool | None) -> None:
         _number("Recall", percent(summary.recall))
         _number("Precision", percent(summary.precision, 2))
         _number("Worst view", percent(summary.worst_recall))
+        _number("Overhang", overhang(summary.overhang))
         _number("Triangles", f"{whole(summary.input_triangles)} to {whole(summary.triangles)}")
         _number("Time", seconds(summary.seconds))
         if holds is not None:
@@ -88,6 +92,20 @@ def _number(name: str, value: str, look: str = "") -> None:
             ui.label(value)
 
 
+def verdict_panel(summary: Summary) -> None:
+    """Say whether it is good for an engine, and why."""
+    word, reason = summary.verdict or "", summary.reason or ""
+    with ui.element("section").classes(f"panel engine-verdict {VERDICT_CLASSES.get(word, '')}"):
+        ui.label(f"{word.capitalize()} for an engine").classes("panel-title").props(
+            "role=heading aria-level=2"
+        )
+        ui.label(f"{reason[:1].upper()}{reason[1:]}.").classes("name")
+        if summary.try_next:
+            ui.label("Try next:").classes("quiet")
+            with ui.element("pre").classes("command"):
+                ui.label(summary.try_next)
+
+
 def levels_panel(run: RunDetail) -> None:
     with panel("Levels of detail"):
         with ui.element("div").classes("scrolled"):
@@ -99,14 +117,26 @@ def levels_panel(run: RunDetail) -> None:
 def _levels_table(levels: Sequence[Level]) -> None:
     table = PlainTable(
         "Levels of detail, finest first",
-        ["Level", "#Triangles", "#Recall", "#Precision", "#Error bound", "#Used from", "Files"],
+        [
+            "Level",
+            "Verdict",
+            "#Triangles",
+            "#Recall",
+            "#Precision",
+            "#Overhang",
+            "#Error bound",
+            "#Used from",
+            "Files",
+        ],
     )
     for level in levels:
         with table.row():
             table.heading(str(level.level))
+            table.text(level.verdict or "-", VERDICT_CLASSES.get(level.verdict or "", "quiet"))
             table.number(whole(level.triangles))
             table.number(percent(level.recall))
             table.number(percent(level.precision, 2))
+            table.number(overhang(level.overhang))
             table.number(length(level.error_bound))
             table.number(length(level.switch_distance))
             with table.cell():

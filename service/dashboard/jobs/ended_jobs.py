@@ -12,7 +12,14 @@ from service.dashboard.jobs.words import STATE_CLASSES, STATES
 from service.dashboard.notices import showing_refusals, tell
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.visitor import Visitor
-from service.dashboard.wording import moment, percent, seconds, whole
+from service.dashboard.wording import (
+    VERDICT_CLASSES,
+    moment,
+    overhang,
+    percent,
+    seconds,
+    whole,
+)
 from service.jobs.job import JobState
 from service.routes import actions
 
@@ -81,8 +88,8 @@ class EndedJobs:
             if not page.lines:
                 ui.label("None has ended so.").classes("quiet")
                 return
-            columns = ["Mesh", "Asset", "Kind", "State", "#Precision", "#Recall", "#Triangles",
-                       "#Time", "Ended", ""]  # fmt: skip
+            columns = ["Mesh", "Asset", "Kind", "State", "Verdict", "#Precision", "#Recall",
+                       "#Overhang", "#Triangles", "#Time", "Ended", ""]  # fmt: skip
             with ui.element("div").classes("wide-table"):
                 table = PlainTable("Jobs that have ended", columns)
             for line in page.lines:
@@ -93,8 +100,10 @@ class EndedJobs:
         with table.row():
             name_cells(table, line)
             table.text(STATES[line.state], STATE_CLASSES[line.state])
+            table.text(line.verdict or "", VERDICT_CLASSES.get(line.verdict or "", ""))
             table.number(percent(line.precision, 2) if done else "")
             table.number(percent(line.recall) if done else "")
+            table.number(overhang(line.overhang) if done else "")
             table.number(whole(line.triangles) if done else "")
             table.number(seconds(line.seconds) if done else "")
             table.text(moment(line.ended or line.created), "moment")

@@ -42,6 +42,9 @@ class JobLine:
     seconds: float = 0.0
     precision: float | None = None
     recall: float | None = None
+    overhang: float | None = None
+    verdict: str | None = None
+    verdict_reason: str = ""
     triangles: int | None = None
     title: str = ""
     reason: str = ""
@@ -109,6 +112,9 @@ def line_of(job: Job, progress: JobProgress | None = None, place: int | None = N
         seconds=running.seconds if running else summary.seconds if summary else 0.0,
         precision=summary.precision if summary else None,
         recall=summary.recall if summary else None,
+        overhang=summary.overhang if summary else None,
+        verdict=summary.verdict if summary else None,
+        verdict_reason=(summary.reason or "") if summary else "",
         triangles=summary.triangles if summary else None,
         title=failure_title(failure) if failure else "",
         reason=sentence(failure.detail) if failure else "",

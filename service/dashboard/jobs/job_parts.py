@@ -7,7 +7,7 @@ from nicegui import ui
 from service.dashboard.jobs.job_lines import JobLine
 from service.dashboard.jobs.words import KINDS
 from service.dashboard.plain_table import PlainTable
-from service.dashboard.wording import percent, seconds
+from service.dashboard.wording import VERDICT_CLASSES, overhang, percent, seconds
 from service.jobs.job import JobKind, JobState
 
 
@@ -39,6 +39,9 @@ def _show_figures(line: JobLine) -> None:
                 _term(name)
                 with ui.element("dd").classes("number"):
                     ui.label(value)
+    if line.verdict:
+        words = f"{line.verdict.capitalize()} for an engine: {line.verdict_reason}."
+        ui.label(words).classes(f"name {VERDICT_CLASSES[line.verdict]}")
     with ui.element("div").classes("row-of-controls"):
         if line.asset_id and line.kind is JobKind.TRADEOFF:
             ui.link("See the trade-off", f"/tradeoff/{line.asset_id}")
@@ -60,6 +63,7 @@ def _figures(line: JobLine) -> list[tuple[str, str]]:
         ("triangles", f"{line.triangles:,}" if line.triangles is not None else "-"),
         ("its precision" if swept else "precision", percent(line.precision, 2)),
         ("best recall" if swept else "recall", percent(line.recall)),
+        ("its overhang" if swept else "overhang", overhang(line.overhang)),
         ("time", seconds(line.seconds)),
     ]
 

@@ -15,7 +15,7 @@ from weakref import WeakKeyDictionary
 from service.jobs.asset import AssetStore, RunNumbers, Standing, Thresholds
 
 _NOTICED = 0.0005
-"""Fall of a share from which on a run counts as worse: half of the last digit that is shown."""
+"""Change of a share from which on a run counts as worse: half of the last digit that is shown."""
 
 _MOST_KEPT = 4
 """Readings of a store; each of 5,000 assets takes 10 MiB."""
@@ -23,8 +23,8 @@ _kept: WeakKeyDictionary[AssetStore, dict[tuple[str, datetime], Overview]] = Wea
 _lock = threading.Lock()
 
 
-class Verdict(StrEnum):
-    """Whether an asset's latest run is good enough, in a word."""
+class Holds(StrEnum):
+    """Whether an asset's latest run keeps its thresholds, in a word."""
 
     HELD = "held"
     MISSED = "missed"
@@ -39,7 +39,7 @@ class AssetLine:
     id: str
     name: str
     thresholds: Thresholds
-    verdict: Verdict
+    holds: Holds
     latest: RunNumbers | None
     recalls: tuple[float, ...]
 
@@ -49,7 +49,7 @@ class AssetLine:
             id=standing.id,
             name=standing.name,
             thresholds=standing.thresholds,
-            verdict=_verdict(standing.thresholds, standing.latest),
+            holds=_holds(standing.thresholds, standing.latest),
             latest=standing.latest,
             recalls=standing.recalls,
         )
@@ -59,19 +59,20 @@ class AssetLine:
 class Change:
     """An asset whose latest run is worse than the one it had on some day.
 
-    ``precision``, ``recall``  before and after, of those that fell.
+    ``precision``, ``recall``  before and after, of those that fell; ``overhang`` if it rose.
     """
 
     line: AssetLine
     before: RunNumbers
     precision: tuple[float, float] | None
     recall: tuple[float, float] | None
+    overhang: tuple[float, float] | None = None
 
     @property
     def fall(self) -> float:
-        """The larger one."""
-        pairs = [pair for pair in (self.precision, self.recall) if pair is not None]
-        return max(before - after for before, after in pairs)
+        """The largest one, or rise."""
+        pairs = [pair for pair in (self.precision, self.recall, self.overhang) if pair is not None]
+        return max(abs(before - after) for before, after in pairs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,12 +91,12 @@ class Overview:
 def summary(overview: Overview) -> str:
     """The whole overview in a line of words."""
     count = len(overview.lines)
-    missed = _count(sum(line.verdict is Verdict.MISSED for line in overview.lines))
+    missed = _count(sum(line.holds is Holds.MISSED for line in overview.lines))
     worse = _count(len(overview.worse))
     day = f"{overview.since.day} {overview.since:%B %Y}"
     return (
         f"{count:,} {'asset' if count == 1 else 'assets'}. "
-        f"Below thresholds: {missed}. Worse since {day}: {worse}."
+        f"Thresholds missed: {missed}. Worse since {day}: {worse}."
     )
 
 
@@ -126,9 +127,11 @@ def _change(line: AssetLine, before: RunNumbers) -> Change | None:
         return None
     precision = _fall(before.precision, after.precision)
     recall = _fall(before.recall, after.recall)
-    if precision is None and recall is None:
+    rise = _fall(after.overhang, before.overhang)
+    overhang = None if rise is None else (rise[1], rise[0])
+    if precision is None and recall is None and overhang is None:
         return None
-    return Change(line, before, precision, recall)
+    return Change(line, before, precision, recall, overhang)
 
 
 def _fall(before: float | None, after: float | None) -> tuple[float, float] | None:
@@ -137,13 +140,13 @@ def _fall(before: float | None, after: float | None) -> tuple[float, float] | No
     return before, after
 
 
-def _verdict(thresholds: Thresholds, latest: RunNumbers | None) -> Verdict:
+def _holds(thresholds: Thresholds, latest: RunNumbers | None) -> Holds:
     if latest is None:
-        return Verdict.NEVER_RUN
+        return Holds.NEVER_RUN
     held = thresholds.held_by(latest)
     if held is None:
-        return Verdict.OPEN
-    return Verdict.HELD if held else Verdict.MISSED
+        return Holds.OPEN
+    return Holds.HELD if held else Holds.MISSED
 
 
 def midnight(day: str) -> datetime:

@@ -7,8 +7,9 @@ import { assetsAt } from "occluder-assets";
 AgGrid.ModuleRegistry.registerModules([AgGrid.AllCommunityModule]);
 
 const STORED = "occluder.overview.columns";
-const NARROW = 1000; // pixels; below, the less important columns begin hidden
-const VERDICT_CLASS = { held: "good", missed: "bad" };
+const NARROW = 1000; // pixels; below, the less important columns begin hidden,
+const MIDDLE = 1400; // and below this the least important
+const WORD_CLASS = { held: "good", missed: "bad", good: "good", weak: "doubt", unusable: "bad" };
 const SVG = "http://www.w3.org/2000/svg";
 const SPARK = { width: 92, height: 22, margin: 3, leastSpan: 0.02 };
 
@@ -43,6 +44,8 @@ function moment(seconds) {
 
 const shown = (format) => (cell) => (cell.value === null ? "" : format(cell.value));
 
+const isPoor = (row) => row.verdict === "weak" || row.verdict === "unusable";
+
 function nameCell(cell) {
   const link = document.createElement("a");
   link.className = "asset-name";
@@ -53,9 +56,15 @@ function nameCell(cell) {
   return link;
 }
 
-function verdictCell(cell) {
+/* Of what is to be small: never less than it is. */
+function atMost(share) {
+  return `${(Math.ceil(share * 10000 - 1e-6) / 100).toFixed(2)} %`;
+}
+
+function wordCell(cell) {
+  if (cell.value === null) return "";
   const word = document.createElement("span");
-  word.className = `verdict ${VERDICT_CLASS[cell.value] ?? "quiet"}`;
+  word.className = `verdict ${WORD_CLASS[cell.value] ?? "quiet"}`;
   word.textContent = cell.value;
   return word;
 }
@@ -102,23 +111,27 @@ function sparkCell(cell) {
 function columns(editable) {
   const number = { type: "rightAligned", cellClass: ["number", "ag-right-aligned-cell"] };
   const narrow = window.innerWidth < NARROW;
+  const middle = window.innerWidth < MIDDLE;
   const all = [
     { field: "name", headerName: "Asset", flex: 1, minWidth: 200, cellRenderer: nameCell,
       lockVisible: true },
-    { field: "verdict", headerName: "Thresholds", width: 108, cellRenderer: verdictCell },
+    { field: "verdict", headerName: "Verdict", width: 104, cellRenderer: wordCell },
+    { field: "holds", headerName: "Thresholds", width: 108, cellRenderer: wordCell },
     { field: "precision", headerName: "Precision", width: 96, ...number,
       valueFormatter: shown(percent) },
     { field: "recall", headerName: "Recall", width: 86, ...number, valueFormatter: shown(percent) },
     { field: "recalls", headerName: "Recall so far", width: 114, cellRenderer: sparkCell,
-      sortable: false },
-    { field: "worst", headerName: "Worst view", width: 100, ...number,
+      sortable: false, hide: narrow },
+    { field: "worst", headerName: "Worst view", width: 100, ...number, hide: narrow,
       valueFormatter: shown(percent),
       tooltipValueGetter: (cell) => cell.data.worstView === null ? "" : `view ${cell.data.worstView}` },
-    { field: "input", headerName: "Triangles in", width: 108, ...number, hide: narrow,
+    { field: "overhang", headerName: "Overhang", width: 96, ...number,
+      valueFormatter: shown(atMost) },
+    { field: "input", headerName: "Triangles in", width: 108, ...number, hide: middle,
       valueFormatter: shown((value) => value.toLocaleString("en-US")) },
     { field: "triangles", headerName: "Out", width: 64, ...number,
       valueFormatter: shown((value) => value.toLocaleString("en-US")) },
-    { field: "seconds", headerName: "Run time", width: 90, ...number, hide: narrow,
+    { field: "seconds", headerName: "Run time", width: 90, ...number, hide: middle,
       valueFormatter: shown((value) => `${value.toFixed(1)} s`) },
     { field: "created", headerName: "Latest run", width: 144, hide: narrow,
       valueFormatter: shown(moment) },
@@ -141,6 +154,7 @@ export default {
           <select v-model="wanted" @change="narrow">
             <option value="all">all ({{ counts.all }})</option>
             <option value="missed">thresholds missed ({{ counts.missed }})</option>
+            <option value="poor">weak or unusable ({{ counts.poor }})</option>
             <option value="worse">got worse ({{ counts.worse }})</option>
           </select>
         </label>
@@ -164,7 +178,7 @@ export default {
     return {
       wanted: "all",
       displayed: 0,
-      counts: { all: 0, missed: 0, worse: 0 },
+      counts: { all: 0, missed: 0, poor: 0, worse: 0 },
       choices: [],
     };
   },
@@ -251,7 +265,8 @@ export default {
     },
 
     passes(row) {
-      if (this.wanted === "missed" && row.verdict !== "missed") return false;
+      if (this.wanted === "missed" && row.holds !== "missed") return false;
+      if (this.wanted === "poor" && !isPoor(row)) return false;
       if (this.wanted === "worse" && !row.worse) return false;
       const name = row.name.toLowerCase();
       return this.words.every((word) => name.includes(word));
@@ -262,10 +277,11 @@ export default {
       else api.hideOverlay();
     },
     count() {
-      const counts = { all: 0, missed: 0, worse: 0 };
+      const counts = { all: 0, missed: 0, poor: 0, worse: 0 };
       this.api.forEachNode((row) => {
         counts.all += 1;
-        counts.missed += row.data.verdict === "missed";
+        counts.missed += row.data.holds === "missed";
+        counts.poor += isPoor(row.data);
         counts.worse += row.data.worse;
       });
       this.counts = counts;

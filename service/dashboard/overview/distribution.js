@@ -65,7 +65,7 @@ export default {
       const of = (missed) =>
         this.points
           .map((point, index) => [point.precision, point.recall, index])
-          .filter((row) => (this.points[row[2]].verdict === "missed") === missed);
+          .filter((row) => (this.points[row[2]].holds === "missed") === missed);
       this.chart.setOption(
         {
           animation: false,

@@ -21,8 +21,8 @@ from fastapi import APIRouter, Request, Response
 
 from service.dashboard.overview.asset_lines import (
     AssetLine,
+    Holds,
     Overview,
-    Verdict,
     midnight,
     shared_overview,
 )
@@ -34,17 +34,18 @@ SOURCE = str(Path(__file__).with_name("source"))
 
 _PATH = "/dashboard/assets.json"
 _URGENCY = {
-    Verdict.MISSED: 0,
-    Verdict.NEVER_RUN: 1,
-    Verdict.OPEN: 2,
-    Verdict.HELD: 2,
+    Holds.MISSED: 0,
+    Holds.NEVER_RUN: 1,
+    Holds.OPEN: 2,
+    Holds.HELD: 2,
 }
 
 router = APIRouter(include_in_schema=False)
 
 _COLUMNS = (
-    "asset", "precision", "recall", "worst_recall", "worst_view", "input_triangles", "triangles",
-    "seconds", "min_precision", "min_recall", "thresholds", "latest_run", "asset_id",
+    "asset", "verdict", "precision", "recall", "worst_recall", "worst_view", "overhang",
+    "input_triangles", "triangles", "seconds", "min_precision", "min_recall", "max_overhang",
+    "thresholds", "latest_run", "asset_id",
 )  # fmt: skip
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
 
@@ -78,7 +79,7 @@ def _pack(overview: Overview) -> bytes:
 def rows_of(overview: Overview) -> list[Mapping[str, Any]]:
     """What the browser is told, those that miss their thresholds first."""
     worse = {change.line.id for change in overview.worse}
-    urgent_first = sorted(overview.lines, key=lambda line: _URGENCY[line.verdict])
+    urgent_first = sorted(overview.lines, key=lambda line: _URGENCY[line.holds])
     return [_row(line, worse) for line in urgent_first]
 
 
@@ -88,12 +89,14 @@ def _row(line: AssetLine, worse: Collection[str]) -> Mapping[str, Any]:
     return {
         "id": line.id,
         "name": line.name,
-        "verdict": str(line.verdict),
+        "holds": str(line.holds),
+        "verdict": run and run.verdict,
         "precision": run and run.precision,
         "recall": run and run.recall,
         "recalls": [round(recall, 4) for recall in line.recalls],
         "worst": run and run.worst_recall,
         "worstView": run and run.worst_view,
+        "overhang": run and run.overhang,
         "input": run and run.input_triangles,
         "triangles": run and run.triangles,
         "seconds": run and run.seconds,
@@ -118,15 +121,15 @@ def harmless(text: str) -> str:
 
 def _csv_row(line: AssetLine) -> list[object]:
     run, demanded = line.latest, line.thresholds
-    numbers: list[object] = [None] * 7
+    numbers: list[object] = [None] * 9
     created = None
     if run is not None:
         numbers = [
-            run.precision, run.recall, run.worst_recall, run.worst_view, run.input_triangles,
-            run.triangles, run.seconds,
+            run.verdict, run.precision, run.recall, run.worst_recall, run.worst_view, run.overhang,
+            run.input_triangles, run.triangles, run.seconds,
         ]  # fmt: skip
         created = datetime.fromtimestamp(run.created, UTC).isoformat(timespec="seconds")
     return [
-        harmless(line.name), *numbers, demanded.min_precision, demanded.min_recall, line.verdict,
-        created and created.replace("+00:00", "Z"), line.id,
+        harmless(line.name), *numbers, demanded.min_precision, demanded.min_recall,
+        demanded.max_overhang, line.holds, created and created.replace("+00:00", "Z"), line.id,
     ]  # fmt: skip

@@ -134,7 +134,7 @@ class Worsened:
                 ).classes("date")
             self._said = ui.label().classes("quiet").props("role=status")
             with ui.element("table").classes("plain-table") as self._table:
-                _head(("Asset", ""), ("Before", "number"), ("Now", "number"), ("Fall", "number"))
+                _head(("Asset", ""), ("Before", "number"), ("Now", "number"), ("Change", "number"))
                 self._body = ui.element("tbody")
 
     def show(self, overview: Overview) -> None:
@@ -158,7 +158,7 @@ def _count_words(count: int) -> str:
     if count == 0:
         return "Nothing did."
     if count > _MOST_ROWS:
-        return f"{count:,} assets did; these fell most."
+        return f"{count:,} assets did; these most."
     return "1 asset did." if count == 1 else f"{count} assets did."
 
 
@@ -170,8 +170,10 @@ def _head(*columns: tuple[str, str]) -> None:
 
 
 def _change_rows(change: Change) -> None:
-    """Add a row for each share that fell."""
-    for word, pair in (("recall", change.recall), ("precision", change.precision)):
+    """Add a row for each share that got worse."""
+    for word, pair in (
+        ("recall", change.recall), ("precision", change.precision), ("overhang", change.overhang),
+    ):  # fmt: skip
         if pair is not None:
             _change_row(change, word, pair)
 
@@ -186,7 +188,7 @@ def _change_row(change: Change, word: str, pair: tuple[float, float]) -> None:
             with ui.element("td").classes("number"):
                 ui.label(text)
         with ui.element("td").classes("number bad"):
-            ui.label(f"-{100.0 * (before - after):.2f}")
+            ui.label(f"{100.0 * (after - before):+.2f}")
 
 
 def _comparison(change: Change) -> str:

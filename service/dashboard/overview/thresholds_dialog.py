@@ -23,12 +23,14 @@ def open_demand(
         ui.label(line.name).classes("panel-title name").props("role=heading aria-level=2")
         precision = _share("Least precision, %", line.thresholds.min_precision).props("autofocus")
         recall = _share("Least recall, %", line.thresholds.min_recall)
+        overhang = _share("Most overhang, %", line.thresholds.max_overhang)
         ui.label("An empty field demands nothing.").classes("quiet")
 
         async def save() -> None:
-            if not (precision.validate() and recall.validate()):
+            fields = (precision, recall, overhang)
+            if not all(one.validate() for one in fields):
                 return
-            demanded = Thresholds(_of_percent(precision.value), _of_percent(recall.value))
+            demanded = Thresholds(*(_of_percent(one.value) for one in fields))
 
             def store() -> None:
                 caller = visitor.caller(Scope.WRITE)

@@ -10,7 +10,7 @@ from nicegui import ui
 
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.tradeoff.points import Point, Tradeoff
-from service.dashboard.wording import percent, side_by_side, whole
+from service.dashboard.wording import overhang, percent, side_by_side, whole
 
 _SYMBOLS = ("rect", "diamond", "roundRect", "pin", "arrow")
 _COLOURS = ("#3b82c4", "#c0742a", "#2f8f6b", "#8a63c9", "#b0506a", "#6b7a2f")
@@ -26,7 +26,16 @@ _STANDINGS = {
     "dominated": "another is better",
     "imprecise": "not precise enough",
 }
-_COLUMNS = ("Setting", "#Budget", "#Time", "#Recall", "#Precision", "#Triangles", "Standing")
+_COLUMNS = (
+    "Setting",
+    "#Budget",
+    "#Time",
+    "#Recall",
+    "#Precision",
+    "#Overhang",
+    "#Triangles",
+    "Standing",
+)
 
 
 class TradeoffChart:
@@ -110,7 +119,8 @@ def _scatter(name: str, points: Sequence[Point], colour: str, symbol: str) -> di
 def _words(point: Point) -> str:
     return (
         f"{point.name}\n{side_by_side(point.seconds)}, recall {percent(point.recall)}, "
-        f"precision {percent(point.precision, 2)}, {point.triangles:,} triangles"
+        f"precision {percent(point.precision, 2)}, overhang {overhang(point.overhang)}, "
+        f"{point.triangles:,} triangles"
     )
 
 
@@ -132,6 +142,7 @@ def show_points(caption: str, points: Sequence[Point], precision: float, *, link
             table.number(side_by_side(one.seconds))
             table.number(percent(one.recall))
             table.number(percent(one.precision, 2))
+            table.number(overhang(one.overhang))
             table.number(whole(one.triangles))
             table.text(_standing(one, precision), "good" if one.front else "quiet")
 

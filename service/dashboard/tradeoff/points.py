@@ -37,6 +37,7 @@ class Point:
     job_id: str
     front: bool = False
     standing: str = ""
+    overhang: float | None = None
 
 
 @dataclass(frozen=True)
@@ -100,6 +101,7 @@ def points_of(runs: Iterable[Job]) -> list[Point]:
             precision=run.summary.precision,
             triangles=run.summary.triangles,
             job_id=run.id,
+            overhang=run.summary.overhang,
         )
         for run in runs
         if run.kind is JobKind.OCCLUDER
@@ -163,6 +165,7 @@ def _setting(row: Mapping[str, Any], job_id: str) -> Point:
         name=row["setting"], budget=row["budget"], seconds=row["seconds"], recall=row["recall"],
         precision=row["precision"], triangles=row["triangles"], job_id=job_id,
         front=row["standing"] == "front", standing=row["standing"],
+        overhang=row.get("overhang"),  # sweeps of before it was measured have none
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ import simplifier
 from service.engines.messages import Task
 from service.engines.work.inputs import input_path, options_within_memory, read_mesh
 from service.engines.work.meter import JUDGING, Meter
-from service.engines.work.report_files import summary_of, write_pages
+from service.engines.work.report_files import command_names, summary_of, write_pages
 from service.engines.worker import Cancel, ReportProgress, TaskCancelledError
 from service.jobs.job import Summary
 
@@ -35,7 +35,7 @@ def evaluate_mesh(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     if cancel.is_set():
         raise TaskCancelledError
     meter.at("write", 0.8)
-    report = found.report(load_seconds=load_seconds)
+    report = found.report(load_seconds=load_seconds, names=command_names(task.name))
     results = Path(task.results)
     write_pages(found, report, task.name, results)
     simplifier.save_for_viewing(mesh, results / "original.glb")

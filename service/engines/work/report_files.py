@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any, Protocol
 
 from service.jobs.job import Summary
@@ -30,9 +30,14 @@ def write_pages(judged: Judged, report: dict[str, Any], name: str, results: Path
     (results / "pictures" / "report.html").replace(results / "report.html")
 
 
+def command_names(name: str) -> tuple[str, str]:
+    """Of mesh and occluder in a command to try: the mesh as its owner calls it."""
+    return name, f"{PurePosixPath(name).stem}_occluder.glb"
+
+
 def summary_of(report: Mapping[str, Any], levels: int, seconds: float) -> Summary:
     """The numbers of the finest level; ``report`` as ``docs/report.schema.json`` says."""
-    worst = report["worst_view"]
+    worst, verdict = report["worst_view"], report["verdict"]
     return Summary(
         triangles=report["triangles"],
         input_triangles=report["input"]["triangles"],
@@ -42,6 +47,10 @@ def summary_of(report: Mapping[str, Any], levels: int, seconds: float) -> Summar
         recall=report["recall"],
         worst_recall=worst["recall"],
         worst_view=worst["index"],
+        overhang=report["overhang"]["share"],
+        verdict=verdict["word"],
+        reason=verdict["reason"],
+        try_next=verdict["next"],
         error_bound=report["error_bound"],
         timings=dict(report["timings"]),
         warnings=tuple(report["warnings"]),

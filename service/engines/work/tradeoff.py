@@ -57,5 +57,6 @@ def _summary(study: simplifier.Study, input_triangles: int, seconds: float) -> S
         seconds=seconds,
         precision=best["precision"],
         recall=best["recall"],
+        overhang=best["overhang"],
         warnings=tuple(study.warnings),
     )

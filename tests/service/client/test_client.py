@@ -243,7 +243,7 @@ def test_thresholds_go_and_come_back(talk):
     client, seen = talk(Reply(body))
     asset = client.put_asset("props/castle", Thresholds(min_precision=0.99))
     assert json.loads(seen[0].body) == {
-        "name": "props/castle", "min_precision": 0.99, "min_recall": None,
+        "name": "props/castle", "min_precision": 0.99, "min_recall": None, "max_overhang": None,
     }  # fmt: skip
     assert asset.thresholds == Thresholds(0.99, None)
     assert asset.holds is False

@@ -28,6 +28,7 @@ class Past:
     triangles: int = 64
     input_triangles: int = 5000
     seconds: float = 1.5
+    overhang: float | None = 0.0042
 
 
 def seed_assets(
@@ -73,7 +74,12 @@ def _asset(past: Past, tenant: str, now: float) -> dict[str, object]:
         "created": now - DAY * len(past.recalls),
         "min_precision": past.thresholds.min_precision,
         "min_recall": past.thresholds.min_recall,
+        "max_overhang": past.thresholds.max_overhang,
     }
+
+
+def _word(recall: float) -> str:
+    return "good" if recall >= 0.4 else "weak" if recall >= 0.1 else "unusable"
 
 
 def _runs(past: Past, asset: int, tenant: str, now: float) -> Iterator[dict[str, object]]:
@@ -90,6 +96,10 @@ def _runs(past: Past, asset: int, tenant: str, now: float) -> Iterator[dict[str,
             recall=recall,
             worst_recall=0.8 * recall,
             worst_view=17,
+            overhang=past.overhang,
+            verdict=None if past.overhang is None else _word(recall),
+            reason=f"it hides {100.0 * recall:.1f} % of what the mesh hides",
+            try_next=None if recall >= 0.4 else "occluder simplify mesh.glb -o occluder.glb",
             timings={"voxelize": 0.25, "refine": 1.0},
             warnings=("the mesh is open; its base was closed",),
         )

@@ -85,6 +85,11 @@ def test_the_summary_says_what_the_report_says(place, ball):
     assert (summary.precision, summary.recall) == (report["precision"], report["recall"])
     assert (summary.triangles, summary.input_triangles) == (report["triangles"], 16 * 16 - 32)
     assert summary.worst_recall == report["worst_view"]["recall"]
+    assert summary.overhang == report["overhang"]["share"]
+    told = report["verdict"]
+    assert (summary.verdict, summary.reason, summary.try_next) == (
+        told["word"], told["reason"], told["next"],
+    )  # fmt: skip
     assert summary.error_bound == report["error_bound"]
     assert summary.timings == report["timings"]
     assert 0.0 < sum(summary.timings.values()) <= summary.seconds
@@ -243,6 +248,7 @@ def test_a_tradeoff_measures_settings_and_tells_how_many_are_done(place, tmp_pat
     assert job.summary.recall == max(
         row["recall"] for row in settings if row["standing"] == "front"
     )
+    assert job.summary.overhang in [row["overhang"] for row in settings]
     assert tells_no_path(place, [results["tradeoff.html"].decode(), repr(job.summary)])
 
 

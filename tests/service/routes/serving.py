@@ -37,7 +37,7 @@ REPORT = {
     "triangles": 2, "precision": 0.999, "recall": 0.8, "error_bound": 0.1,
     "levels": [
         {"level": 0, "triangles": 2, "precision": 0.999, "recall": 0.8, "error_bound": 0.1,
-         "switch_distance": 0.0},
+         "switch_distance": 0.0, "overhang": {"share": 0.0042}, "verdict": {"word": "weak"}},
         {"level": 1, "triangles": 1, "precision": 0.99, "recall": 0.6, "error_bound": 0.2,
          "switch_distance": 7.5},
     ],
@@ -82,11 +82,14 @@ class ByHand:
         self.board.announce(claim.job.id)
         return True
 
-    def succeed(self, *, recall: float = 0.8, seconds: float = 1.5) -> Job:
+    def succeed(
+        self, *, recall: float = 0.8, seconds: float = 1.5, overhang: float | None = 0.0042
+    ) -> Job:
         """End the job that was begun, with two levels of detail."""
         summary = Summary(
-            2, 12, 2, seconds, 0.999, recall, 0.5, 17, 0.1, {"refine": 1.0}, ("one hole",)
-        )
+            2, 12, 2, seconds, 0.999, recall, 0.5, 17, 0.1, {"refine": 1.0}, ("one hole",),
+            overhang, "weak", "it hides little", "occluder simplify a.obj -o a.glb --budget 128",
+        )  # fmt: skip
         with self.blobs.keeping() as keeping:
             files = [
                 JobFile(name, keeping.put(io.BytesIO(data)), media_type)

@@ -26,7 +26,9 @@ def test_an_asset_is_made_once_and_keeps_its_thresholds(service):
     again = put(service, name="a/b c", min_precision=0.9)
     assert again.status_code == 200
     assert again.json()["id"] == asset["id"]
-    assert again.json()["thresholds"] == {"min_precision": 0.9, "min_recall": None}
+    assert again.json()["thresholds"] == {
+        "min_precision": 0.9, "min_recall": None, "max_overhang": None,
+    }  # fmt: skip
     found = service.http.get("/v1/assets", params={"name": "a/b c"}).json()["items"]
     assert [one["id"] for one in found] == [asset["id"]]
 
@@ -42,9 +44,30 @@ def test_whether_thresholds_hold_follows_the_latest_run(service):
     runs = service.http.get(asset["links"]["runs"]).json()
     assert [one["holds"] for one in runs["items"]] == [True, False]
     lower = service.http.put(asset["links"]["thresholds"], json={"min_recall": 0.5}).json()
-    assert lower["thresholds"] == {"min_precision": None, "min_recall": 0.5}
+    assert lower["thresholds"]["min_recall"] == 0.5
     runs = service.http.get(asset["links"]["runs"]).json()
     assert [one["holds"] for one in runs["items"]] == [True, True]
+
+
+def test_overhang_is_a_threshold_and_a_run_without_the_figure_does_not_hold_it(service):
+    asset = put(service, name="wide", max_overhang=0.005).json()
+    assert asset["thresholds"]["max_overhang"] == 0.005
+    run(service, "wide", overhang=0.0042)
+    assert service.http.get(asset["links"]["self"]).json()["holds"] is True
+    run(service, "wide", "&seed=1", overhang=0.0051)
+    run(service, "wide", "&seed=2", overhang=None)
+    runs = service.http.get(asset["links"]["runs"]).json()["items"]
+    assert [one["holds"] for one in runs] == [False, False, True]
+    told = runs[1]["summary"]
+    assert (told["overhang"], told["verdict"], told["reason"]) == (
+        0.0051,
+        "weak",
+        "it hides little",
+    )
+    assert told["try_next"] == "occluder simplify a.obj -o a.glb --budget 128"
+    pair = {"a": runs[2]["job_id"], "b": runs[1]["job_id"]}
+    change = service.http.get(asset["links"]["compare"], params=pair).json()["change"]
+    assert round(change["overhang"], 6) == 0.0009
 
 
 def test_runs_are_read_page_by_page(service):
@@ -127,6 +150,7 @@ def test_an_asset_goes_with_its_jobs_once_they_have_ended(service):
         ({"name": "x" * 301}, "name"),
         ({"name": "a", "min_recall": 1.5}, "min_recall"),
         ({"name": "a", "min_recall": "0.5"}, "min_recall"),
+        ({"name": "a", "max_overhang": -0.1}, "max_overhang"),
         ({"name": "a", "colour": 1}, "colour"),
         ({}, "name"),
     ],

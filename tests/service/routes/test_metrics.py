@@ -68,4 +68,7 @@ def test_each_asset_shows_how_good_its_latest_run_is(fresh):
     told = samples(fresh)
     assert told["occluder_asset_recall", name, "local"] == 0.6
     assert told["occluder_asset_holds", name, "local"] == 0.0
+    assert told["occluder_asset_overhang", name, "local"] == 0.0042
+    assert told["occluder_asset_verdict", name, "local", "weak"] == 1.0
+    assert sum(key[0] == "occluder_asset_verdict" for key in told) == 1
     assert sum(key[0] == "occluder_asset_precision" for key in told) == 1

@@ -34,6 +34,8 @@ def test_a_single_level_has_the_figures_of_the_whole_report():
     assert result.report["levels"] == []
     for name in ("triangles", "precision", "recall", "error_bound"):
         assert getattr(level, name) == result.report[name]
+    assert level.overhang == result.report["overhang"]["share"]
+    assert level.verdict == result.report["verdict"]["word"]
     assert (level.level, level.switch_distance) == (0, None)
     assert level.files == {
         "glb": "/v1/jobs/j1/files/lod0.glb", "obj": "/v1/jobs/j1/files/lod0.obj",
@@ -45,6 +47,8 @@ def test_levels_have_a_row_each():
     assert len(result.levels) == len(result.report["levels"]) > 1
     for level, row in zip(result.levels, result.report["levels"], strict=True):
         assert (level.level, level.recall) == (row["level"], row["recall"])
+        assert level.overhang == row["overhang"]["share"]
+        assert level.verdict == row["verdict"]["word"]
         assert level.files["obj"].endswith(f"/lod{level.level}.obj")
 
 

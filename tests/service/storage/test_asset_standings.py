@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
+from sqlalchemy import text
 
 from service.jobs.asset import Thresholds
 from service.jobs.job import JobState
 from service.storage.asset_store import SqlAssetStore
+from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
 from tests.service.storage.samples import DIED, Clock, results, submission, summary
 
@@ -51,6 +55,48 @@ def test_its_history_ends_with_the_latest_and_is_no_longer_than_asked(
         runs.make("castle", recall)
     (castle,) = assets.standings("studio", recalls=3)
     assert castle.recalls == (0.2, 0.3, 0.4)
+
+
+def test_overhang_and_verdict_stand_where_a_run_has_them(
+    assets: SqlAssetStore, jobs: SqlJobStore, database: Database
+) -> None:
+    """Summaries that were stored before they were kept have no such member."""
+    job, _ = jobs.submit(submission("mesh", asset="castle", tenant="studio"), 10)
+    claim = jobs.claim("one", 30.0)
+    assert claim is not None
+    told = replace(summary(0.7), overhang=0.0042, verdict="weak")
+    assert jobs.succeed(claim, results("of it"), told)
+    stored = jobs.job("studio", job.id).summary
+    assert stored is not None
+    assert (stored.overhang, stored.verdict) == (0.0042, "weak")
+    (castle,) = assets.standings("studio")
+    assert castle.latest is not None
+    assert (castle.latest.overhang, castle.latest.verdict) == (0.0042, "weak")
+    with database.writing() as session:
+        session.execute(text(
+            "UPDATE jobs SET summary = json_remove(summary, '$.overhang', '$.verdict', '$.reason',"
+            " '$.try_next')"
+        ))  # fmt: skip
+    (castle,) = assets.standings("studio")
+    assert castle.latest is not None
+    assert (castle.latest.recall, castle.latest.overhang, castle.latest.verdict) == (
+        0.7,
+        None,
+        None,
+    )
+    old = jobs.job("studio", job.id).summary
+    assert old is not None
+    assert (old.recall, old.overhang, old.verdict) == (0.7, None, None)
+
+
+def test_what_is_demanded_of_overhang_changes_the_stamp(assets: SqlAssetStore) -> None:
+    castle, _ = assets.put("studio", "castle", Thresholds(0.9, 0.5))
+    before = assets.stamp("studio")
+    found = assets.set_thresholds("studio", castle.id, Thresholds(0.9, 0.5, 0.01))
+    assert (
+        found.thresholds == assets.standings("studio")[0].thresholds == Thresholds(0.9, 0.5, 0.01)
+    )
+    assert assets.stamp("studio") != before
 
 
 def test_an_asset_without_runs_stands_there_too(assets: SqlAssetStore) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +12,8 @@ import pytest
 from alembic import command
 from sqlalchemy import Connection, create_engine, inspect
 
+from service.jobs.asset import Thresholds
+from service.storage.asset_store import SqlAssetStore
 from service.storage.database import Database, alembic_config, migrate
 from service.storage.tables import Base
 
@@ -60,6 +63,39 @@ def test_migrations_can_be_undone_and_done_again(connection: Connection) -> None
     assert schema(connection) == {}
     migrate(connection)
     assert schema(connection) == made
+
+
+def test_assets_and_jobs_of_before_overhang_stay(tmp_path: Path) -> None:
+    """A table that is copied and dropped would take all jobs of its assets along."""
+    file = tmp_path / "occluder.db"
+    with create_engine(f"sqlite:///{file}").begin() as connection:
+        command.upgrade(alembic_config(connection), "0002")
+    old = sqlite3.connect(file)
+    old.execute(
+        "INSERT INTO assets (id, tenant, name, folded, created, min_recall)"
+        " VALUES ('a1', 'studio', 'castle', 'castle', 1.0, 0.8)"
+    )
+    old.execute(
+        "INSERT INTO jobs (id, tenant, kind, state, name, options, version, work_key, created,"
+        " ended, attempt, attempts, asset_number, cancel_asked, summary, beat, lease_seconds)"
+        " VALUES ('j1', 'studio', 'occluder', 'succeeded', 'castle.glb', '{}', '0.1.0', 'w', 1.0,"
+        " 2.0, 1, 3, 1, 0, ?, 0, 0.0)",
+        (json.dumps({"triangles": 12, "input_triangles": 100, "levels": 1, "seconds": 1.5,
+                     "precision": 0.999, "recall": 0.9, "worst_recall": 0.5, "worst_view": 3,
+                     "error_bound": 0.1, "timings": {}, "warnings": ["one hole"]}),),
+    )  # fmt: skip
+    old.commit()
+    old.close()
+    assets = SqlAssetStore(Database.open(file))
+    (castle,) = assets.assets("studio").assets
+    assert castle.thresholds == Thresholds(min_recall=0.8)
+    assert castle.latest is not None
+    assert castle.latest.summary is not None
+    assert (castle.latest.summary.recall, castle.latest.summary.overhang) == (0.9, None)
+    assert castle.thresholds.held_by(castle.latest.summary) is True
+    assert assets.set_thresholds("studio", "a1", Thresholds(max_overhang=0.01)).runs == 1
+    with pytest.raises(sqlite3.IntegrityError), sqlite3.connect(file) as connection:
+        connection.execute("UPDATE assets SET max_overhang = -0.1")
 
 
 def test_a_migration_that_fails_leaves_nothing(tmp_path: Path) -> None:

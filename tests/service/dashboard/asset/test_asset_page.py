@@ -44,7 +44,10 @@ def filled(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Itera
     finer = castle_result(tmp_path_factory.mktemp("finer"), budget=128, resolution=48)
     with stocked(folder) as stock:
         first, second = (stock.run(one, asset="props/castle") for one in (castle, finer))
-        stock.run(castle, asset=HOSTILE, warnings=("<b>a hole</b> at {{ 1 + 1 }}",))
+        stock.run(
+            castle, asset=HOSTILE, warnings=("<b>a hole</b> at {{ 1 + 1 }}",), verdict="unusable",
+            reason="it hides <i>nothing</i>", try_next="run <b>this</b> {{ 1 + 1 }}",
+        )  # fmt: skip
         failed = stock.failure(
             castle,
             Failure("out-of-memory", "the job used more than 64 MiB", "lower the resolution"),
@@ -105,6 +108,23 @@ def test_the_keyboard_opens_a_view_on_the_map(
     page.keyboard.press("Enter")
     index = castle.report["worst_view"]["index"]
     expect(page.get_by_text(f"View {index}: recall")).to_be_visible()
+
+
+def test_the_verdict_is_told_with_its_reason_and_what_to_try(
+    page: Page, filled: Filled, castle: JobResult
+) -> None:
+    page.goto(f"{filled.address}/assets/{filled.asset}?run={filled.first}")
+    told = castle.report["verdict"]
+    verdict = page.locator(".engine-verdict")
+    expect(verdict).to_contain_text(f"{told['word'].capitalize()} for an engine")
+    expect(verdict).to_contain_text(told["reason"][1:])
+    expect(page.locator(".numbers")).to_contain_text("Overhang")
+    levels = page.get_by_role("table", name="Levels of detail")
+    expect(levels.get_by_role("row").nth(1)).to_contain_text(told["word"])
+    expect(page.locator(".history").get_by_text(told["word"], exact=True).first).to_be_visible()
+    page.goto(f"{filled.address}/assets/{filled.hostile}")
+    expect(page.locator(".engine-verdict .command")).to_have_text("run <b>this</b> {{ 1 + 1 }}")
+    expect(page.locator(".engine-verdict.bad")).to_have_count(1)
 
 
 @pytest.mark.vital

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from service.dashboard.overview.asset_lines import (
     AssetLine,
+    Holds,
     Overview,
-    Verdict,
     falls_since,
     midnight,
     summary,
@@ -22,7 +22,7 @@ from service.dashboard.overview.asset_lines import (
 from service.dashboard.overview.exports import csv_of, harmless, rows_of
 from service.jobs.asset import RunNumbers, Standing, Thresholds
 
-RUN = RunNumbers("job1", 1.7e9, 64, 5000, 1.5, 0.999, 0.8, 0.6, 17)
+RUN = RunNumbers("job1", 1.7e9, 64, 5000, 1.5, 0.999, 0.8, 0.6, 17, 0.0042, "good")
 
 
 def line(
@@ -37,20 +37,22 @@ def overview(*lines: AssetLine) -> Overview:
 
 
 @pytest.mark.parametrize(
-    ("thresholds", "verdict"),
+    ("thresholds", "holds"),
     [
-        (Thresholds(), Verdict.OPEN),
-        (Thresholds(0.999, 0.8), Verdict.HELD),
-        (Thresholds(0.9991, None), Verdict.MISSED),
-        (Thresholds(None, 0.81), Verdict.MISSED),
+        (Thresholds(), Holds.OPEN),
+        (Thresholds(0.999, 0.8), Holds.HELD),
+        (Thresholds(0.9991, None), Holds.MISSED),
+        (Thresholds(None, 0.81), Holds.MISSED),
+        (Thresholds(None, None, 0.0042), Holds.HELD),
+        (Thresholds(0.999, 0.8, 0.0041), Holds.MISSED),
     ],
 )
-def test_a_verdict_follows_the_thresholds(thresholds: Thresholds, verdict: Verdict) -> None:
-    assert line(thresholds=thresholds).verdict is verdict
+def test_thresholds_hold_by_the_latest_run(thresholds: Thresholds, holds: Holds) -> None:
+    assert line(thresholds=thresholds).holds is holds
 
 
-def test_an_asset_without_a_run_has_no_verdict() -> None:
-    assert line(run=None, thresholds=Thresholds(0.9, 0.9)).verdict is Verdict.NEVER_RUN
+def test_an_asset_without_a_run_holds_nothing() -> None:
+    assert line(run=None, thresholds=Thresholds(0.9, 0.9)).holds is Holds.NEVER_RUN
 
 
 def test_what_fell_is_told_with_the_largest_fall_first() -> None:
@@ -74,10 +76,10 @@ def test_what_rose_stayed_or_began_later_is_not_worse() -> None:
 def test_the_summary_counts_in_words() -> None:
     missed = line(thresholds=Thresholds(1.0, 1.0))
     assert summary(overview(line())) == (
-        "1 asset. Below thresholds: none. Worse since 1 May 2024: none."
+        "1 asset. Thresholds missed: none. Worse since 1 May 2024: none."
     )
     assert summary(overview(line(), missed)) == (
-        "2 assets. Below thresholds: 1. Worse since 1 May 2024: none."
+        "2 assets. Thresholds missed: 1. Worse since 1 May 2024: none."
     )
 
 

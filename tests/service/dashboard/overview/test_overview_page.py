@@ -70,9 +70,14 @@ def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
         pasts = [fallen, steady, Past("props/new")]
         seed_assets(database, pasts, now, "few")
         seed_assets(database, pasts, now, "guest")
+        judged = [
+            Past("a/fine", (0.8,)), Past("b/little", (0.0155,)),
+            Past("c/old", (0.8,), overhang=None),
+        ]  # fmt: skip
+        seed_assets(database, judged, now, "limits")
         keys = {
             tenant: store.create(tenant, "artist", Scope.WRITE)[1]
-            for tenant in ("many", "pictured", "hostile", "few", "none")
+            for tenant in ("many", "pictured", "hostile", "few", "none", "limits")
         }
         keys["guest"] = store.create("guest", "reader", Scope.READ)[1]
         surroundings = {
@@ -95,9 +100,9 @@ def crowded(studio: Studio) -> Studio:
     return studio
 
 
-def verdict(page: Page, name: str) -> str:
+def cell(page: Page, name: str, column: str) -> str:
     row = page.get_by_role("row").filter(has=page.get_by_role("link", name=name, exact=True))
-    return row.locator(".verdict").inner_text()
+    return row.locator(f"[col-id={column}]").inner_text()
 
 
 def choose(page: Page, what: str) -> None:
@@ -216,19 +221,40 @@ def test_names_that_mean_harm_stay_names(studio: Studio, page: Page) -> None:
 
 def test_a_stricter_threshold_turns_an_asset_red(studio: Studio, page: Page) -> None:
     studio.open(page, "few")
-    expect(page.get_by_text("Below thresholds: 1.")).to_be_visible()
-    assert verdict(page, "props/tower") == "held"
+    expect(page.get_by_text("Thresholds missed: 1.")).to_be_visible()
+    assert cell(page, "props/tower", "holds") == "held"
     page.get_by_label("Set the thresholds of props/tower").click()
     page.get_by_label("Least recall, %").fill("101")
     page.get_by_role("button", name="Save").click()
     expect(page.get_by_text("Between 0 and 100")).to_be_visible()
     page.get_by_label("Least recall, %").fill("85.5")
     page.get_by_role("button", name="Save").click()
-    expect(page.get_by_text("Below thresholds: 2.")).to_be_visible()
+    expect(page.get_by_text("Thresholds missed: 2.")).to_be_visible()
     red = page.locator(".verdict.bad", has_text="missed")
     expect(red).to_have_count(2)
     choose(page, "missed")
     expect(page.get_by_text("2 shown")).to_be_visible()
+
+
+def test_overhang_and_verdict_are_columns_and_a_limit_turns_an_asset_red(
+    studio: Studio, page: Page
+) -> None:
+    studio.open(page, "limits")
+    expect(page.get_by_text("3 shown")).to_be_visible()
+    assert [cell(page, name, "verdict") for name in ("a/fine", "b/little", "c/old")] == [
+        "good", "unusable", "",
+    ]  # fmt: skip
+    assert [cell(page, name, "overhang") for name in ("a/fine", "b/little", "c/old")] == [
+        "0.42 %", "0.42 %", "",
+    ]  # fmt: skip
+    choose(page, "poor")
+    expect(page.get_by_text("1 shown")).to_be_visible()
+    choose(page, "all")
+    page.get_by_label("Set the thresholds of a/fine").click()
+    page.get_by_label("Most overhang, %").fill("0.4")
+    page.get_by_role("button", name="Save").click()
+    expect(page.get_by_text("Thresholds missed: 1.")).to_be_visible()
+    expect(page.locator("[col-id=holds] .verdict.bad", has_text="missed")).to_have_count(1)
 
 
 def test_what_got_worse_leads_to_the_comparison(studio: Studio, page: Page) -> None:

@@ -1,0 +1,96 @@
+"""The command to try next, where a result is not good: the one that was run, and a change.
+
+The change goes for the worst fault.  What cannot be told from the options is left as it was.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from simplifier.accuracy.verdict import EngineVerdict, Figure
+from simplifier.options.fields import OptionSet
+from simplifier.options.simplify import MOST_TRIANGLES, EvaluateOptions, SimplifyOptions
+
+Names = tuple[str, str]
+"""What the mesh and the occluder are called in a command."""
+
+NAMES: Names = ("MESH", "OCCLUDER")
+"""Where files have no names."""
+
+_LARGEST_IMAGE = 4096
+_FINER = 4  # times as many pixels across
+_DEFAULTS = {one.name: one.default for one in SimplifyOptions.fields()}
+
+
+def next_simplify(
+    options: SimplifyOptions, verdict: EngineVerdict, names: Names = NAMES
+) -> str | None:
+    """What to run after ``occluder simplify``; None where there is nothing to better, or no way."""
+    if verdict.is_good:
+        return None
+    changes = _changes(options, verdict.faults[0].figure)
+    if all(getattr(options, name) == value for name, value in changes.items()):
+        return None
+    mesh, occluder = names
+    words = ["occluder", "simplify", mesh, "-o", occluder]
+    return shlex.join([*words, *_typed({**_given(options), **changes})])
+
+
+def next_evaluate(
+    options: EvaluateOptions, verdict: EngineVerdict, names: Names = NAMES
+) -> str | None:
+    """What to run after ``occluder evaluate``: make one, or look closer at a mesh that is thin."""
+    if verdict.is_good:
+        return None
+    mesh, occluder = names
+    given = _given(options)
+    if verdict.faults[0].figure != "coverage":
+        # Not in the place of what somebody made by hand.
+        place = Path(mesh)
+        own = occluder if names == NAMES else str(place.with_name(f"{place.stem}_occluder.glb"))
+        return shlex.join(["occluder", "simplify", mesh, "-o", own, *_typed(given)])
+    if options.image >= _LARGEST_IMAGE:
+        return None
+    closer = {**given, "image": _finer(options.image)}
+    return shlex.join(["occluder", "evaluate", mesh, occluder, *_typed(closer)])
+
+
+def _changes(options: SimplifyOptions, figure: Figure) -> Mapping[str, Any]:
+    if figure == "coverage":
+        return {"image": _finer(options.image)}
+    if figure == "recall" and options.wholly_inside:
+        freed = {"conservative": False, "shrink": 0.0}
+        return freed if options.overhang > 0.0 else {**freed, "overhang": _DEFAULTS["overhang"]}
+    if figure != "recall" and options.overhang > _DEFAULTS["overhang"]:
+        return {"overhang": _DEFAULTS["overhang"], "min_precision": None}
+    done_all = options.preset == "best" and options.moves is None and options.time_limit is None
+    if figure != "recall" and done_all and options.levels is None:
+        return {"conservative": True}
+    budget = min(2 * options.budget, MOST_TRIANGLES)
+    return {"preset": "best", "moves": None, "time_limit": None, "budget": budget}
+
+
+def _finer(image: int) -> int:
+    return min(_FINER * image, _LARGEST_IMAGE)
+
+
+def _given(options: OptionSet) -> dict[str, Any]:
+    """Those that are not as by default and have a part in the result."""
+    return {
+        one.name: getattr(options, one.name)
+        for one in type(options).fields()
+        if one.of_result and getattr(options, one.name) != one.default
+    }
+
+
+def _typed(values: Mapping[str, Any]) -> Iterator[str]:
+    """As they are typed on the command line; what is as by default need not be."""
+    for name, value in values.items():
+        if value is None or value is False or value == _DEFAULTS[name]:
+            continue
+        yield f"--{name.replace('_', '-')}"
+        if value is not True:
+            yield ",".join(map(str, value)) if isinstance(value, tuple) else str(value)

@@ -185,7 +185,11 @@ def _of_precision(precision: float, aim: Aim | None) -> Iterator[Fault]:
 
 def _of_overhang(overhang: float, aims: Aims) -> Iterator[Fault]:
     what = f"the occluder covers {percent_at_most(overhang)} beside the mesh"
-    most, good = MOST_OVERHANG * aims.distance, GOOD_OVERHANG * aims.distance
+    # Who asks for much gets it: that is no fault.
+    chosen = aims.overhang is not None and aims.overhang.chosen
+    asked = NEARLY * aims.overhang.share if aims.overhang and chosen else 0.0
+    most = max(MOST_OVERHANG * aims.distance, asked)
+    good = max(GOOD_OVERHANG * aims.distance, asked)
     if overhang > most:
         yield Fault("overhang", "unusable", f"{what}, more than {exact_percent(most)}: what stands"
                     " there vanishes")  # fmt: skip

@@ -112,3 +112,11 @@ def test_the_word_is_that_of_the_first_fault_and_every_fault_is_in_the_reason(fi
     if found.faults:
         assert found.word == found.faults[0].word
     assert not set(found.remarks) & {one.what for one in found.faults}
+
+
+def test_overhang_that_was_asked_for_is_no_fault():
+    much = replace(USUAL, overhang=0.054)
+    assert verdict_on(much).word == "unusable"
+    assert verdict_on(much, Aims(overhang=Aim(0.05, chosen=True))).word == "good"
+    assert verdict_on(much, Aims(overhang=Aim(0.05, chosen=False))).word == "unusable"
+    assert verdict_on(much, Aims(overhang=Aim(0.04, chosen=True))).word == "unusable"

@@ -50,7 +50,7 @@ def contents(folder):
             for path in folder.rglob("*") if path.is_file()}  # fmt: skip
 
 
-def test_it_builds_checks_and_reports(folder):
+def test_it_builds_checks_and_reports(folder, here):
     stale = occluder("build", "--check", cwd=folder)
     assert stale.returncode == 1
     assert "error: props/box.ply: stale: it was never made" in stale.stderr
@@ -70,9 +70,9 @@ def test_it_builds_checks_and_reports(folder):
     assert figures["props/torus.ply"]["triangles"] == len(made.faces)
     measured = simplifier.evaluate(mesh, simplifier.Occluder(made.vertices, made.faces)).accuracy
     assert figures["props/torus.ply"]["recall"] == pytest.approx(measured.recall, abs=0.1)
-    check = occluder("build", "--check", cwd=folder)
+    check = here("build", "--check", cwd=folder)
     assert (check.returncode, check.stdout) == (0, "3 assets: 3 current\n")
-    alone = occluder(
+    alone = here(
         "simplify", "props/torus.ply", "-o", "alone.glb", "--resolution", "12", "--moves", "40",
         cwd=folder,
     )  # fmt: skip

@@ -38,6 +38,7 @@ def lightly(declared):
     """For ``running``: workers that do no work to speak of, where the library's is no matter."""
     return {
         "declared": os.pathsep.join([str(SURROUNDINGS), declared]), "FAULTS_WORK": str(LIGHT_WORK),
+        "OCCLUDER_DASHBOARD": "false",
     }  # fmt: skip
 
 

@@ -74,7 +74,7 @@ def test_it_builds_what_changes_until_ctrl_c(watching, tmp_path):
         manifest.write("budgte = 3\n")
     hear(lines, "error: occluders.toml:10: 'budgte' is not known; did you mean 'budget'?")
     (tmp_path / "occluders.toml").write_text(MANIFEST + "budget = 8\n")
-    hear(lines, "props/box.ply: built (budget was 64 and is 8): 8 triangles")
+    hear(lines, "props/box.ply: built (budget was 64 and is 8): good, 8 triangles")
     process.send_signal(signal.SIGINT)
     assert process.wait(60) == 0
     assert not any("Traceback" in line for line in lines)

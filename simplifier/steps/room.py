@@ -31,7 +31,9 @@ def open_room(
             return None
         if options.refine.overhang < 1.0:
             return make_room(mesh, solid, fineness(shape))
-    if solid.wholly_inside and options.solid.shrink == 0.0 and not regions:
+    # What is cut from the core and stays as it is keeps to the core.
+    moves = options.refine.moves > 0
+    if solid.wholly_inside and moves and options.solid.shrink == 0.0 and not regions:
         return make_room(mesh, solid, fineness(shape, inside=True))
     bound = 0.0 if solid.wholly_inside else ERROR_VOXELS
     return coarse_room(solid.core, solid.reach, bound, regions)

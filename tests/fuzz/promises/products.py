@@ -94,13 +94,14 @@ def _check_made(level: Level, mesh: TriangleMesh, budget: int) -> None:
 
 def _check_reach(level: Level, mesh: TriangleMesh, solid: Solid) -> None:
     """Points all over the occluder are no further out than was promised, and than was measured."""
-    grid = solid.filled
+    grid, inner = solid.filled, solid.interior
     if len(level.occluder.faces) == 0:
         return
     points = grid.to_grid(_spread(level.occluder.vertices[level.occluder.faces]))
     surface = grid.to_grid(mesh.vertices)[mesh.faces]
-    interior = np.argwhere(solid.filled.inside & ~solid.touched.inside)
-    away = np.minimum(surface_distances(points, surface), voxel_distances(points, interior))
+    finer = grid.cell_size / inner.cell_size
+    within = voxel_distances(points * finer, np.argwhere(inner.inside)) / finer
+    away = np.minimum(surface_distances(points, surface), within)
     # To grid space and back: coordinates far from the origin have fewer digits left.
     slack = _SLACK + 16.0 * np.finfo(float).eps * float(np.abs(mesh.bounds).max()) / grid.cell_size
     furthest = float(away.max())

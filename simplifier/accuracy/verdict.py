@@ -186,8 +186,8 @@ def _of_precision(precision: float, aim: Aim | None) -> Iterator[Fault]:
 def _of_overhang(overhang: float, aims: Aims) -> Iterator[Fault]:
     what = f"the occluder covers {percent_at_most(overhang)} beside the mesh"
     # Who asks for much gets it: that is no fault.
-    chosen = aims.overhang is not None and aims.overhang.chosen
-    asked = NEARLY * aims.overhang.share if aims.overhang and chosen else 0.0
+    aim = aims.overhang
+    asked = NEARLY * aim.share if aim is not None and aim.chosen else 0.0
     most = max(MOST_OVERHANG * aims.distance, asked)
     good = max(GOOD_OVERHANG * aims.distance, asked)
     if overhang > most:
@@ -196,9 +196,9 @@ def _of_overhang(overhang: float, aims: Aims) -> Iterator[Fault]:
     elif overhang > good:
         yield Fault("overhang", "weak", f"{what}, more than the {exact_percent(good)} of a good"
                     " one")  # fmt: skip
-    elif aims.overhang is not None and overhang > NEARLY * aims.overhang.share:
-        yield Fault("overhang", _missed(aims.overhang), f"{what}, more than the"
-                    f" {exact_percent(aims.overhang.share)} asked for")  # fmt: skip
+    elif aim is not None and overhang > NEARLY * aim.share:
+        yield Fault("overhang", _missed(aim), f"{what}, more than the"
+                    f" {exact_percent(aim.share)} asked for")  # fmt: skip
 
 
 def _missed(aim: Aim) -> VerdictWord:

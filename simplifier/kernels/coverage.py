@@ -63,6 +63,14 @@ def coverage_masks(
     return masks
 
 
+def soup_masks(
+    triangles: NDArray[np.float64], projections: NDArray[np.float64], pixels: int
+) -> MaskArray:
+    """As :func:`coverage_masks` of a soup (m, 3, 3), ``pixels`` a side."""
+    corners = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    return coverage_masks(triangles.reshape(-1, 3), corners, projections, pixels, pixels)
+
+
 def unpack_masks(masks: MaskArray, columns: int) -> NDArray[np.bool_]:
     """(..., rows, columns) bool from bit rows."""
     octets = np.ascontiguousarray(masks).astype("<u8", copy=False).view(np.uint8)
@@ -153,6 +161,29 @@ def run_of_ones(first, count):
 
 
 @inline_kernel
+def lies_between(p, q, r):
+    """Whether no pixel centre is in the box of a triangle: the fate of most of a fine mesh.
+
+    ``p``, ``q``, ``r`` are the cells of its vertices.
+    """
+    differ = (p ^ q) | (p ^ r)
+    return (differ & np.uint32(0xFFFF)) == 0 or (differ >> np.uint32(16)) == 0
+
+
+@inline_kernel
+def box_columns(p, q, r):
+    """(word, bits) of the columns of that box if one word holds them; else no bits."""
+    low_half = np.uint32(0xFFFF)
+    left = np.int64(min(p & low_half, q & low_half, r & low_half))
+    right = np.int64(max(p & low_half, q & low_half, r & low_half)) - 1
+    word = left >> 6
+    bits = np.uint64(0)
+    if word == right >> 6:
+        bits = run_of_ones(left & 63, right - left + 1)
+    return word, bits
+
+
+@inline_kernel
 def rows_of(p, q, r, i, j, k):
     """(first row, row of the bend, row end, and the vertices in that order) of a triangle.
 
@@ -174,7 +205,6 @@ def rows_of(p, q, r, i, j, k):
 
 @kernel
 def _draw(points, cells, faces, columns, mask):
-    low_half = np.uint32(0xFFFF)
     for face in range(faces.shape[0]):
         i = faces[face, 0]
         j = faces[face, 1]
@@ -182,16 +212,9 @@ def _draw(points, cells, faces, columns, mask):
         p = cells[i]
         q = cells[j]
         r = cells[k]
-        differ = (p ^ q) | (p ^ r)
-        # No pixel centre in the bounding box: the fate of most triangles of a fine mesh.
-        if (differ & low_half) == 0 or (differ >> np.uint32(16)) == 0:
+        if lies_between(p, q, r):
             continue
-        left = np.int64(min(p & low_half, q & low_half, r & low_half))
-        right = np.int64(max(p & low_half, q & low_half, r & low_half)) - 1
-        box_word = left >> 6
-        box = np.uint64(0)
-        if box_word == right >> 6:
-            box = run_of_ones(left & 63, right - left + 1)
+        box_word, box = box_columns(p, q, r)
         bottom, bend, top, low_vertex, middle_vertex, high_vertex = rows_of(p, q, r, i, j, k)
         for row in range(bottom, top):
             # Behind other triangles: nothing to add.  Halves the work, soups are layered.

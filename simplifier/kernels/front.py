@@ -14,7 +14,15 @@ from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import popcount
 from simplifier.kernels.compile import inline_kernel, kernel
-from simplifier.kernels.coverage import drawable, project, rows_of, run_of_ones, set_span
+from simplifier.kernels.coverage import (
+    box_columns,
+    drawable,
+    lies_between,
+    project,
+    rows_of,
+    run_of_ones,
+    set_span,
+)
 from simplifier.kernels.threads import run_chunks
 
 _NARROWEST = 1e-9  # pixels
@@ -142,13 +150,11 @@ def _slope(x0, z0, x1, z1):
 def _draw_limits(vertices, faces, points, cells, away, threshold, limits, hidden):
     """Draw the occluder: its nearest depth plus the threshold, and into ``hidden`` where it is."""
     columns = limits.shape[1]
-    low_half = np.uint32(0xFFFF)
     depths = np.empty(3)
     for face in range(faces.shape[0]):
         i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
         p, q, r = cells[i], cells[j], cells[k]
-        differ = (p ^ q) | (p ^ r)
-        if (differ & low_half) == 0 or (differ >> np.uint32(16)) == 0:
+        if lies_between(p, q, r):
             continue
         bottom, bend, top, low, middle, high = rows_of(p, q, r, i, j, k)
         _fill_depths(vertices, away, low, middle, high, depths)
@@ -170,21 +176,13 @@ def _draw_mesh(vertices, faces, points, cells, away, limits, hidden, waiting, se
     What is both seen and waiting in the end lies behind the occluder by more than the threshold.
     """
     columns = limits.shape[1]
-    low_half = np.uint32(0xFFFF)
     depths = np.empty(3)
     for face in range(faces.shape[0]):
         i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
         p, q, r = cells[i], cells[j], cells[k]
-        differ = (p ^ q) | (p ^ r)
-        # No pixel centre in the bounding box: the fate of most triangles of a fine mesh.
-        if (differ & low_half) == 0 or (differ >> np.uint32(16)) == 0:
+        if lies_between(p, q, r):
             continue
-        left = np.int64(min(p & low_half, q & low_half, r & low_half))
-        right = np.int64(max(p & low_half, q & low_half, r & low_half)) - 1
-        box_word = left >> 6
-        box = np.uint64(0)
-        if box_word == right >> 6:
-            box = run_of_ones(left & 63, right - left + 1)
+        box_word, box = box_columns(p, q, r)
         bottom, bend, top, low, middle, high = rows_of(p, q, r, i, j, k)
         known = False
         for row in range(bottom, top):

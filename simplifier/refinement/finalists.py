@@ -9,7 +9,7 @@ import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.overrides import NOTHING
-from simplifier.kernels.coverage import MaskArray, coverage_masks
+from simplifier.kernels.coverage import MaskArray, coverage_masks, soup_masks
 from simplifier.kernels.overhang import count_beside, shares_beside
 from simplifier.kernels.random_quads import exact_quad_pixels
 from simplifier.kernels.threads import run_chunks
@@ -53,7 +53,7 @@ class Outlines:
 
     def overhang(self, triangles: FloatArray) -> FloatArray:
         """(V,) pixels of a soup (m, 3, 3) beside the original, as a share of the original's."""
-        shown = _shown(np.concatenate([triangles, self.drawn]), self.projections, OUTLINE)
+        shown = soup_masks(np.concatenate([triangles, self.drawn]), self.projections, OUTLINE)
         pixels = np.empty((len(shown), 2), dtype=np.int64)
         run_chunks(
             lambda begin, end: count_beside(self.originals, shown, begin, end, pixels), len(shown)
@@ -110,17 +110,12 @@ def precision_and_recall(
 def score_finalist(triangles: FloatArray, views: FineViews) -> FinalistScore:
     """Judge a soup (m, 3, 3); none at all has precision 1, recall 0 and no overhang."""
     together = np.concatenate([triangles, views.outlines.drawn])
-    shown = _shown(together, views.projections, SIZE)
+    shown = soup_masks(together, views.projections, SIZE)
     beside = views.outlines.overhang(triangles)
     return FinalistScore(
         *precision_and_recall(views.originals, shown, SIZE), float(beside.mean()),
         float(beside.max()),
     )  # fmt: skip
-
-
-def _shown(triangles: FloatArray, projections: FloatArray, size: int) -> MaskArray:
-    corners = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
-    return coverage_masks(triangles.reshape(-1, 3), corners, projections, size, size)
 
 
 def best_of(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, IntArray
-from simplifier.kernels.coverage import MaskArray, coverage_masks
+from simplifier.kernels.coverage import MaskArray, coverage_masks, soup_masks
 
 _AT_ONCE = 128  # pictures that are kept together
 _STEP = 1.0 / 16.0  # of the way from a corner to the middle of its triangle
@@ -36,7 +36,7 @@ def withdraw(
             break
         some = projections[first : first + _AT_ONCE]
         outside = ~coverage_masks(vertices, faces, some, pixels, pixels)
-        beside = np.flatnonzero((_drawn(soup[kept], some, pixels) & outside).any(axis=(1, 2)))
+        beside = np.flatnonzero((soup_masks(soup[kept], some, pixels) & outside).any(axis=(1, 2)))
         clean = clean + len(some) if len(beside) == 0 else 0
         for view in beside:
             for index in np.flatnonzero(kept):
@@ -47,7 +47,7 @@ def withdraw(
 def _draw_in(triangle: FloatArray, projection: FloatArray, outside: MaskArray, pixels: int) -> bool:
     """Move corners until nothing lies outside; whether anything is left of the triangle."""
     for step in range(_MOST_STEPS):
-        beside = _drawn(triangle[None], projection[None], pixels)[0] & outside
+        beside = soup_masks(triangle[None], projection[None], pixels)[0] & outside
         rows, words = np.nonzero(beside)
         if len(rows) == 0:
             return step == 0 or not _is_set(outside, projection @ [*triangle.mean(axis=0), 1.0])
@@ -64,8 +64,3 @@ def _is_set(mask: MaskArray, place: FloatArray) -> bool:
     """Whether the pixel of a place (2,) is, which lies in the picture."""
     column, row = place.astype(np.int64)
     return bool(mask[row, column >> 6] >> np.uint64(column & 63) & np.uint64(1))
-
-
-def _drawn(soup: FloatArray, projections: FloatArray, pixels: int) -> MaskArray:
-    corners = np.arange(3 * len(soup), dtype=np.int32).reshape(-1, 3)
-    return coverage_masks(soup.reshape(-1, 3), corners, projections, pixels, pixels)

@@ -60,7 +60,7 @@ def test_conservative_never_hides_what_a_closed_mesh_does_not(name, moves):
     assert result.warnings == ()
     assert result.occluder.error_bound == 0.0
     solid = result.solid
-    assert deviation(result.occluder, mesh, solid.interior) == 0.0
+    assert deviation(result.occluder, mesh, solid.interior, solid.core.cell_size) == 0.0
 
 
 OPEN = {

@@ -30,7 +30,9 @@ _PLANES = 16  # of voxels that are looked at together, for the memory of fine gr
 _LEAST_QUERIES = 64  # fewer are not worth a hand-over to another thread
 
 
-def deviation(occluder: Occluder, mesh: TriangleMesh, interior: VoxelGrid) -> float:
+def deviation(
+    occluder: Occluder, mesh: TriangleMesh, interior: VoxelGrid, voxel: float | None = None
+) -> float:
     """Largest distance from a point of the occluder to the original, world units.
 
     The distance of a point is that to the nearest triangle of ``mesh`` or to the nearest voxel of
@@ -38,7 +40,8 @@ def deviation(occluder: Occluder, mesh: TriangleMesh, interior: VoxelGrid) -> fl
 
     Distances are exact at the points that are looked at, the occluder's corners among them; over a
     triangle, branch and bound stops when no point can be further than the result plus a quarter of
-    a voxel (a share of 1e-9 of the scene for occluders that reach so far out).  The result is never
+    a ``voxel`` (its edge, world units; the interior's own if None), or a share of 1e-9 of the scene
+    for occluders that reach so far out.  The result is never
     above the true value.  Without triangles it is 0.
 
     Raises :class:`MeshError` when the occluder's coordinates are not finite or beyond 1e100 voxels.
@@ -51,7 +54,8 @@ def deviation(occluder: Occluder, mesh: TriangleMesh, interior: VoxelGrid) -> fl
             "a coordinate is not finite or out of reach", where="occluder", remedy="repair it"
         )
     original = _Original.of(interior.to_grid(mesh.vertices), mesh.faces, interior.inside)
-    return _largest_distance(triangles, original) * interior.cell_size
+    voxels = 1.0 if voxel is None else voxel / interior.cell_size
+    return _largest_distance(triangles, original, SLACK * voxels) * interior.cell_size
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +102,7 @@ class _Original:
         return distances, reaches
 
 
-def _largest_distance(triangles: FloatArray, original: _Original) -> float:
+def _largest_distance(triangles: FloatArray, original: _Original, allowed: float) -> float:
     """Branch and bound over ``triangles`` (t, 3, 3), grid space.
 
     The distance changes by at most one unit a unit of length, so a piece can be dropped when the
@@ -107,7 +111,7 @@ def _largest_distance(triangles: FloatArray, original: _Original) -> float:
     the result does not depend on threads.
     """
     largest = float(original.distances(np.unique(triangles.reshape(-1, 3), axis=0)).max())
-    slack = max(SLACK, 1e-9 * (largest + float(np.ptp(triangles))))
+    slack = max(allowed, 1e-9 * (largest + float(np.ptp(triangles))))
     waiting = [triangles]
     while waiting:
         pieces = waiting.pop()

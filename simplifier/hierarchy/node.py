@@ -82,7 +82,7 @@ def node_occluder(
     made = result.occluder
     proved = made.error_bound
     if proved > 0.0:
-        strays = deviation(made, mesh, result.solid.interior)
+        strays = deviation(made, mesh, result.solid.interior, result.solid.core.cell_size)
         proved = min(proved, strays + SLACK * result.solid.core.cell_size)
     found = Occluder(made.vertices, made.faces, proved)
     if kind == "near":

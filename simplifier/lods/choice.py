@@ -152,4 +152,4 @@ def _heir(finer: Kept, coarser: Kept, mesh: TriangleMesh) -> Kept | None:
 
 
 def _deviation(occluder: Occluder, mesh: TriangleMesh, solid: Solid) -> float:
-    return deviation(occluder, mesh, solid.interior)
+    return deviation(occluder, mesh, solid.interior, solid.core.cell_size)

@@ -46,7 +46,7 @@ def _sticking_out(
     found = []
     for part in overrides.drawn:
         drawn = Occluder.of(part.triangles, 0.0, {})
-        strays = deviation(drawn, mesh, solid.interior)
+        strays = deviation(drawn, mesh, solid.interior, solid.core.cell_size)
         if strays > occluder.error_bound:
             found.append(
                 f"{part} sticks out of the mesh by {strays:.3g}, where it may hide what is visible"

@@ -133,7 +133,7 @@ class SimplifyResult:
         if isinstance(self.made, Levels):
             return self.made.chain
         solid = self.made.solid
-        strays = deviation(self.occluder, self.mesh, solid.interior)
+        strays = deviation(self.occluder, self.mesh, solid.interior, solid.core.cell_size)
         return LodChain((Level(self.occluder, self.stages.solid.resolution, strays),), Lens())
 
 

@@ -64,7 +64,7 @@ def build_report(
     if front is None:
         front = measure_front(mesh, occluder, accuracy.directions)
     if strays is None:
-        strays = deviation(occluder, mesh, solid.interior)
+        strays = deviation(occluder, mesh, solid.interior, solid.core.cell_size)
     if verdict is None:
         verdict = verdict_on(verdict_figures(occluder, accuracy, overhang))
     return {

@@ -1,7 +1,7 @@
 # make demo   install, make an occluder for a generated castle, write everything to out/demo
 # make test   format, lint, types, import contracts, tests
-# make test-slow  what takes minutes: a start with an empty kernel cache, long forms
-# make test-faults  kills, a full disk, damage, wrong clocks, slow clients, in their long form (minutes)
+# make test-slow  what takes minutes: a start with an empty kernel cache, long forms, benchmarks
+# make test-faults  kills, a full disk, damage, wrong clocks, slow clients (minutes)
 # make fuzz   ten minutes of broken files and strange meshes (FUZZ_SECONDS, FUZZ_ENGINE=guided, …)
 # make mutants  small mistakes in what promises safety: which do the tests near them miss (minutes)
 # make test-pages  every look at the dashboard in a browser (minutes); `make test` takes the vital ones

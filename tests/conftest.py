@@ -58,8 +58,8 @@ def asset() -> Callable[[str], Path]:
 
 
 ASKED_FOR = {
-    "slow": "takes minutes; run by `make test-slow`",
-    "faults": "the long form of a fault, minutes; run by `make test-faults`",
+    "slow": "takes long, or tries what only developers run; run by `make test-slow`",
+    "faults": "a fault of a real server; run by `make test-faults`",
     "pages": "one of many looks at a page in a browser; run by `make test-pages`",
 }
 """Markers of tests that run only when ``-m`` names them."""

@@ -56,7 +56,7 @@ def without_faces(mesh, left_out):
 def test_conservative_never_hides_what_a_closed_mesh_does_not(name, moves):
     mesh = CLOSED[name]
     result = run(mesh, conservative=True, moves=moves)
-    check_precision_is_1(mesh, result.occluder, 4096 if moves else 512)
+    check_precision_is_1(mesh, result.occluder, 4096 if moves else 128)
     assert result.warnings == ()
     assert result.occluder.error_bound == 0.0
     solid = result.solid
@@ -76,7 +76,7 @@ def test_conservative_is_never_seen_past_an_open_mesh(name, moves):
     result = run(mesh, conservative=True, moves=moves)
     assert result.solid.open
     assert result.occluder.error_bound == 0.0
-    views = 4096 if moves else 512
+    views = 4096 if moves else 128
     report = simplifier.evaluate(mesh, result.occluder, views=views, image=96, exact=True)
     assert (report.accuracy.precision_by_view == 1.0).all()
     assert report.overhang.stick_out == 0.0
@@ -86,7 +86,7 @@ def test_conservative_is_never_seen_past_an_open_mesh(name, moves):
 def test_conservative_is_hardly_ever_seen_past_a_sieve():
     """Its holes line up along a few of all lines of sight, which not all have been looked along."""
     sieve = without_faces(blob(2), range(0, 400, 9))
-    report = simplifier.evaluate(sieve, run(sieve, conservative=True).occluder, views=1024)
+    report = simplifier.evaluate(sieve, run(sieve, conservative=True).occluder, views=512)
     assert report.accuracy.precision > 1.0 - 1e-6
     assert report.overhang.mean < 1e-5
 

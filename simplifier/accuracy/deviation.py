@@ -19,6 +19,7 @@ from simplifier.kernels.deviation import (
     point_distances,
     triangle_boxes,
 )
+from simplifier.kernels.soup_views import all_contained
 from simplifier.kernels.threads import run_chunks
 
 SLACK = 0.25
@@ -53,9 +54,20 @@ def deviation(
         raise MeshError(
             "a coordinate is not finite or out of reach", where="occluder", remedy="repair it"
         )
+    triangles = _leaving(triangles, interior.inside)
+    if len(triangles) == 0:
+        return 0.0
     original = _Original.of(interior.to_grid(mesh.vertices), mesh.faces, interior.inside)
     voxels = 1.0 if voxel is None else voxel / interior.cell_size
     return _largest_distance(triangles, original, SLACK * voxels) * interior.cell_size
+
+
+def _leaving(triangles: FloatArray, inside: BoolArray) -> FloatArray:
+    """Those that touch a voxel which is not inside; the others are at no distance at all."""
+    layers = (~inside).view(np.uint8)
+    within = np.empty(len(triangles), dtype=np.bool_)
+    all_contained(triangles, (layers, layers, layers, 0), within)
+    return triangles[~within]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -53,12 +54,12 @@ def read_all(descriptor):
     return b"".join(_parts(descriptor))
 
 
-def read_until(descriptor, words):
-    """What is written to it until those words were, or its other end is closed."""
+def read_until(descriptor, pattern):
+    """What is written to it until the pattern was, or its other end is closed."""
     shown = b""
     for part in _parts(descriptor):
         shown += part
-        if words in shown:
+        if re.search(pattern, shown):
             break
     return shown
 

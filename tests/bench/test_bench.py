@@ -109,6 +109,7 @@ def test_table_goes_there_and_back(tmp_path):
     assert "| 1.235 | x, y |  |" in page
 
 
+@pytest.mark.slow
 def test_point_measures_its_own_process_only():
     simplifier.warm_up()  # a process that compiles kernels takes twice the memory
     ballast = np.ones(60_000_000)  # 460 MiB that must not count
@@ -198,6 +199,7 @@ def test_kernel_row_is_well_formed():
     assert row["times_floor"] == pytest.approx(row["ns"] / row["floor_ns"])
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_moves")
 def test_quality_rows(tiny_stand_in, tmp_path, monkeypatch):
     quick = {OURS: {"preset": "draft"}, "area": {"preset": "draft", "moves": 0, "trim": "area"}}
@@ -212,6 +214,7 @@ def test_quality_rows(tiny_stand_in, tmp_path, monkeypatch):
     assert {row["method"] for row in read} == {*quick, *PEERS}
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_moves")
 def test_quality_over_seeds_and_assets(tiny_stand_in, tmp_path):
     rows = list(quality.seed_rows(2, (tiny_stand_in,), views=4, image=32, quads=100))
@@ -224,6 +227,7 @@ def test_quality_over_seeds_and_assets(tiny_stand_in, tmp_path):
     assert found["broken"]["note"].startswith("refused: ")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_moves")
 def test_tradeoff_replaces_what_was_measured_and_nothing_else(tiny_stand_in, tmp_path, monkeypatch):
     docs, results = tmp_path / "docs", tmp_path / "results"
@@ -262,6 +266,7 @@ def test_peers_keep_the_place_and_size_of_the_mesh(name):
     assert np.ptp(occluder.vertices, axis=0) == pytest.approx(mesh.extent, rel=turned)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_moves")
 def test_scene(tiny_stand_in, monkeypatch, capsys):
     small = {"resolution": 12, "preset": "draft"}
@@ -275,6 +280,7 @@ def test_scene(tiny_stand_in, monkeypatch, capsys):
     assert times.splitlines()[-1].startswith("| 8 | ")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_moves")
 def test_decimated_starts_of_a_tiny_stand_in(tiny_stand_in, monkeypatch, capsys):
     monkeypatch.setattr(decimated, "BUDGETS", (4,))

@@ -112,6 +112,7 @@ def test_only_peers_within_the_budget_as_precise_and_as_narrow_are_rivals():
     assert comparison._beside(ours, peers[:3], 16)["best_peer"] == "none"
 
 
+@pytest.mark.slow
 def test_command_writes_both_tables(assets, fakes, tmp_path, monkeypatch):
     monkeypatch.setattr(quality, "warm_up", lambda: None)
     monkeypatch.setattr(comparison, "readable_assets", lambda paths: iter([(assets[0], {})]))

@@ -164,6 +164,7 @@ def tiny():
     return convergence.Subject("tiny", meshes.bumpy_sphere(200), options)
 
 
+@pytest.mark.slow
 def test_trials_share_the_default_and_are_judged_alike(small_knobs, tiny, tmp_path, monkeypatch):
     found = list(making.trials(tiny, small_knobs))
     places = [(trial.knob.name, trial.value) for trial in found]

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import pytest
+
 import bench.overhang
 import simplifier
 from tests.solids import sphere
 
 
+@pytest.mark.slow
 def test_a_row_of_one_mesh_and_the_spread_of_two_seeds(tmp_path, monkeypatch, capsys):
     ball = sphere(rings=12)
     simplifier.save(simplifier.Occluder(ball.vertices, ball.faces), tmp_path / "ball.ply")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from bench.meshes import bumpy_sphere
 from bench.stability.input import judged, nonsense_rows
@@ -18,6 +19,7 @@ def test_nonsense_is_timed_under_every_suffix():
     )
 
 
+@pytest.mark.slow
 def test_a_mesh_is_judged_against_what_it_was():
     whole = bumpy_sphere(200)
     vertices = np.array(whole.vertices)

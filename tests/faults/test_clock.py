@@ -53,6 +53,7 @@ def beat_of(serving, job_id):
         return database.execute("SELECT beat FROM jobs WHERE id = ?", [job_id]).fetchone()[0]
 
 
+@pytest.mark.faults
 def test_jumps_of_the_clock_lose_nothing_and_repeat_nothing(server, clock, tmp_path):
     refusals = [(503, {})] * 1000  # until the clock has run back: so webhooks wait then
     with (

@@ -49,6 +49,7 @@ def assert_told(answer):
     assert "backup" in answer.json()["remedy"]
 
 
+@pytest.mark.faults
 def test_damage_while_it_runs_is_told_until_a_backup_is_back(server):
     serving, ids = filled(server, jobs=8, OCCLUDER_CLEAN_SECONDS="0.2")
     backup = shutil.copy(serving.data / "occluder.db", serving.data.with_suffix(".backup"))
@@ -83,6 +84,7 @@ def test_damage_while_it_runs_is_told_until_a_backup_is_back(server):
         serving.assert_served_whole(job_id)
 
 
+@pytest.mark.faults
 def test_a_lost_database_is_not_replaced_by_an_empty_one(server):
     serving, _ = filled(server, jobs=1)
     blobs = {path.name for path in (serving.data / "blobs").glob("??/*")}

@@ -6,6 +6,7 @@ import hashlib
 import json
 from concurrent.futures import ThreadPoolExecutor
 
+import pytest
 from alembic import command
 from sqlalchemy import create_engine
 
@@ -18,6 +19,7 @@ FIRST = "0001"
 """The revision of the first version; what that one wrote is below, never to be changed."""
 
 
+@pytest.mark.faults
 def test_of_servers_started_at_once_one_has_the_folder(server):
     servers = [server(), server()]
     assert servers[0].address != servers[1].address
@@ -31,6 +33,7 @@ def test_of_servers_started_at_once_one_has_the_folder(server):
     assert winner.end_of(winner.submit())["state"] == "succeeded"
 
 
+@pytest.mark.faults
 def test_what_the_first_version_left_is_gone_on_with(server):
     serving = server()
     left_by_first_version(serving.data)

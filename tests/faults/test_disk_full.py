@@ -56,6 +56,7 @@ def assert_refused(answer):
     assert answer.json()["remedy"]
 
 
+@pytest.mark.faults
 def test_a_full_disk_refuses_uploads_and_holds_up_jobs_until_there_is_room(disk, server, tmp_path):
     gate = tmp_path / "gate"
     serving = server(data=disk / "data", OCCLUDER_WORKERS="1", OCCLUDER_MIN_FREE="0").start()

@@ -16,7 +16,8 @@ import simplifier
 from examples.castle import castle
 from tests.golden.figures import TABLE, figures
 
-ROWS = sorted(TABLE)
+_LARGE = {"dragon"}  # takes as long as all the others
+ROWS = [pytest.param(name, marks=[pytest.mark.slow] * (name in _LARGE)) for name in sorted(TABLE)]
 
 
 @functools.cache

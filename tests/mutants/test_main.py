@@ -55,6 +55,7 @@ def project(tmp_path, monkeypatch):
     return Target(f"{package}/subject.py", ("test_it.py",))
 
 
+@pytest.mark.slow
 def test_survivors_are_told_and_those_that_hang_or_end_the_process_are_caught(project, capsys):
     outcomes = command.run_all([project], processes=2, seconds=1.5)
     found = {

@@ -15,7 +15,9 @@ from service.engines.messages import Task
 from service.engines.work.occluder import make_occluder
 from service.jobs.job import JobKind, Summary
 
-DRAFT: Mapping[str, Any] = {"preset": "draft", "lods": 2, "ground": True, "resolution": 32}
+DRAFT: Mapping[str, Any] = {
+    "preset": "draft", "lods": 2, "ground": True, "resolution": 32, "views": 64,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

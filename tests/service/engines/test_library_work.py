@@ -112,7 +112,7 @@ def test_one_level_where_it_keeps_wholly_inside(place, ball):
 @pytest.mark.parametrize("up", ["y", "z"])
 def test_a_job_that_refines_for_long_sends_pictures_of_the_best_so_far(place, ball, up):
     told = []
-    files, options = {"input/mesh.obj": ball}, {**DRAFT, "time_limit": 3.5, "up": up}
+    files, options = {"input/mesh.obj": ball}, {**DRAFT, "time_limit": 2.5, "up": up}
     del options["moves"]
     id_ = place.submit_files(JobKind.OCCLUDER, files, options, name="ball.obj", wake=False)
     stop = place.board.listen(id_, lambda _: told.append(place.board.latest(id_)))

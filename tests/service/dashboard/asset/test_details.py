@@ -33,7 +33,7 @@ def test_a_run_has_everything_that_its_job_has_made(stock: Stock, castle: JobRes
     assert run.levels[1].switch_distance > run.levels[0].switch_distance > 0.0
     assert run.original == f"/v1/jobs/{run.job.id}/files/original.glb"
     assert run.sheet == f"/v1/jobs/{run.job.id}/files/pictures/silhouettes.png"
-    assert len(run.views) == 256
+    assert len(run.views) == 64
     assert run.views[castle.summary.worst_view or 0].recall == castle.summary.worst_recall
     assert run.solid is not None
     assert run.solid.closed_by[0][0] == "ground"

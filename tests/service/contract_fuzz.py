@@ -27,6 +27,8 @@ schema = schemathesis.openapi.from_path(FILE)
 EXAMPLES = int(os.environ.get("CONTRACT_EXAMPLES", "8"))
 """Of each operation, and of ways from answer to answer."""
 
+schema.config.phases.coverage.enabled = EXAMPLES > 8  # a hundred cases of each, which take seconds
+
 BOUNDED = settings(
     deadline=None, derandomize=True, database=None, suppress_health_check=list(HealthCheck)
 )

@@ -21,7 +21,7 @@ CASES = Path(__file__).with_name("contract_fuzz.py")
 METHODS = {"delete", "get", "head", "patch", "post", "put"}
 
 
-@pytest.mark.parametrize("examples", [3, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("examples", [8, pytest.param(60, marks=pytest.mark.slow)])
 def test_every_operation_and_what_it_leads_to_is_as_documented(examples):
     done = subprocess.run(
         [sys.executable, "-m", "pytest", "-p", "schemathesis", "-p", "no:cacheprovider", CASES],

@@ -23,7 +23,7 @@ from simplifier.steps.cut import (
 )
 from simplifier.steps.refine import improve
 from simplifier.steps.room import open_room, solid_to_cut, with_inner
-from simplifier.steps.solid import solid_warnings, solidify
+from simplifier.steps.solid import solid_decisions, solid_warnings, solidify
 from simplifier.steps.time_limit import start_in_time
 from simplifier.steps.verbatim import is_own_occluder, seen_triangles
 
@@ -38,12 +38,14 @@ class Simplification:
     """An occluder, the solid that it was cut from, and what the user should know.
 
     ``interrupted``  whether the run was cancelled, so that this is the best so far.
+    ``decisions``    what was decided on the way, a sentence each.
     """
 
     occluder: Occluder
     solid: Solid
     warnings: tuple[str, ...]
     interrupted: bool = False
+    decisions: tuple[str, ...] = ()
 
     @property
     def timings(self) -> Mapping[str, float]:
@@ -77,11 +79,13 @@ def simplify_mesh(
     solid = solidify(mesh, options.solid, watch, overrides)
     # Before refining, which uses up what a time limit leaves.
     warnings = solid_warnings(mesh, solid, options.solid, overrides)
+    decisions = solid_decisions(solid, options.solid)
     interrupted, bound = False, ERROR_VOXELS
     if left == 0:
         triangles = NOTHING
     elif is_own_occluder(mesh, solid, left, overrides):
         triangles = seen_triangles(mesh, solid)
+        decisions.append("The mesh has no more triangles than the budget, so it hides by itself.")
     else:
         rest = replace(options, selection=replace(options.selection, budget=left))
         by_hand = solid.core.to_grid(overrides.triangles)
@@ -91,11 +95,10 @@ def simplify_mesh(
         triangles = cut_solid(solid_to_cut(solid, room), rest, watch, deadline, by_hand)
         # 6. Past the paper: move the triangles under the same measure.
         with watch.stage("refine", cancels=False):
-            triangles, bound = improve(
-                triangles, mesh, solid, room, rest, watch, deadline, overrides
-            )
+            refined = improve(triangles, mesh, solid, room, rest, watch, deadline, overrides)
             interrupted = watch.cancelled
-        triangles = solid.core.to_world(triangles)
+        triangles, bound = solid.core.to_world(refined.triangles), refined.bound
+        decisions.append(refined.words)
     # A voxel wholly inside is interior, at no distance at all.
     bound = 0.0 if solid.wholly_inside else bound * solid.core.cell_size
     triangles = np.concatenate([overrides.triangles, triangles])
@@ -104,7 +107,7 @@ def simplify_mesh(
         warnings.append(_EMPTY)
     if interrupted:
         warnings.append("interrupted: the best so far")
-    return Simplification(occluder, solid, tuple(warnings), interrupted)
+    return Simplification(occluder, solid, tuple(warnings), interrupted, tuple(decisions))
 
 
 def cut_solid(

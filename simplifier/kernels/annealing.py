@@ -13,7 +13,7 @@ from simplifier.kernels.soup_views import (
     draw_triangle,
     score_view,
     unite_block,
-    unite_others,
+    unite_view,
 )
 from simplifier.kernels.voxelize import is_contained
 
@@ -38,16 +38,25 @@ def _random(state):
 
 
 @kernel
-def _is_poor(others, views, scores, count, union, scratch):
-    """Whether a triangle adds little to what ``others`` score, judged on every second view."""
+def _is_poor(index, views, images, blocks, others, known, scores, union, scratch):
+    """Whether a triangle adds little to what all others score, judged on every sixth view."""
     _, originals, price, fines = views
     value, total = np.int64(0), np.int64(0)
-    for view in range(0, len(scores), 2):
+    for view in range(0, len(scores), 6):
+        _know(index, view, images, blocks, others, known)
         for row in range(64):
             union[row + 1] = others[view, row]
         value += scores[view] - score_view(union, originals[view], price, fines[view], scratch)
         total += scores[view]
-    return value * count < _POOR * total
+    return value * len(images) < _POOR * total
+
+
+@kernel
+def _know(index, view, images, blocks, others, known):
+    """Fill a view of ``others`` where it is not ``known`` (V,) bool yet."""
+    if not known[view]:
+        unite_view(index, view, images, blocks, others)
+        known[view] = True
 
 
 @kernel
@@ -97,8 +106,9 @@ def _place_elsewhere(triangles, room, before, reach, state, trial):
 
 @kernel
 def _try_views(
-    p, q, r, index, stride, seen, views, images, others, scores, drawn, trial, union, scratch, work
-):
+    p, q, r, index, stride, seen, views, images, blocks, others, known, scores, drawn, trial, union,
+    scratch, work,
+):  # fmt: skip
     """Score every ``stride``-th view with the triangle p, q, r at ``index``; return the change.
 
     Writes ``drawn`` (V, 64) and ``trial`` (V,) in those views, less every ``seen``-th, which has
@@ -112,6 +122,7 @@ def _try_views(
         if seen != 0 and view % seen == 0:
             continue
         draw_triangle(p, q, r, projections[view], image)
+        _know(index, view, images, blocks, others, known)
         work[0] += 1
         differs = np.uint64(0)
         for row in range(64):
@@ -150,6 +161,7 @@ def anneal(
     union = np.zeros(66, np.uint64)
     scratch = np.zeros((3, 66), np.uint64)
     others = np.zeros(originals.shape, np.uint64)
+    known = np.zeros(len(originals), np.bool_)
     drawn = np.zeros(originals.shape, np.uint64)
     trial_scores = np.zeros(len(scores), np.int64)
     trial = np.zeros((3, 3))
@@ -166,8 +178,8 @@ def anneal(
         share = shares[0] + (shares[1] - shares[0]) * move / moves
         if move % TRIES == 0:
             index = np.int64(_random(state) * count)
-            unite_others(index, images, blocks, others)
-            poor = _is_poor(others, views, scores, count, union, scratch)
+            known[:] = False
+            poor = _is_poor(index, views, images, blocks, others, known, scores, union, scratch)
             again = False
         for k in range(3):
             for axis in range(3):
@@ -199,8 +211,8 @@ def anneal(
         taken = True
         while taken:
             change += _try_views(
-                p, q, r, index, stride, seen, views, images, others, scores, drawn, trial_scores,
-                union, scratch, work,
+                p, q, r, index, stride, seen, views, images, blocks, others, known, scores, drawn,
+                trial_scores, union, scratch, work,
             )  # fmt: skip
             # A few views that lose this much are hardly made good by the others.
             taken = change * stride >= 2 * least if stride > 1 else change >= least

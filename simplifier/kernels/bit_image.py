@@ -26,6 +26,36 @@ def popcount(typingctx, word):
 
 
 @kernel
+def upright_edge(x0, y0, x1, y1):
+    """An edge as :func:`edge_bits` takes it, from either end.
+
+    Half a pixel left of the upper end, that end's height, how far it goes to the right a row, the
+    first row whose centre it passes, and the one after the last.
+    """
+    if y0 > y1:
+        x0, y0, x1, y1 = x1, y1, x0, y0
+    first = int(np.ceil(max(y0, 0.0) - 0.5))
+    last = int(np.ceil(min(y1, 64.0) - 0.5))
+    if first >= last:
+        return 0.0, 0.0, 0.0, 0, 0
+    return x0 - 0.5, y0, (x1 - x0) / (y1 - y0), first, last
+
+
+@inline_kernel
+def edge_bits(edge, row):
+    """The pixels of a row with their centre right of an edge; none where it does not pass.
+
+    Without a branch, so that a loop over all rows works on several at once.
+    """
+    start, top, slope, first, last = edge
+    # From the end of the edge: the slope of a nearly level one is huge.
+    column = np.ceil(start + (row + 0.5 - top) * slope)
+    passes = (row >= first) & (row < last) & (column < 64.0)
+    shift = max(column, 0.0) if passes else 0.0
+    return ~np.uint64(0) << np.uint64(shift) if passes else np.uint64(0)
+
+
+@kernel
 def draw_edge(x0, y0, x1, y1, image):
     """Flip, in every row whose centre the edge passes, all pixels with their centre right of it.
 
@@ -34,20 +64,9 @@ def draw_edge(x0, y0, x1, y1, image):
     All edges of a ring, drawn so, leave exactly the pixels inside (even-odd): the scan conversion
     of polygons by exclusive or.  Edges that run there and back, as bridges to holes do, cancel.
     """
-    if y0 > y1:
-        x0, y0, x1, y1 = x1, y1, x0, y0
-    first = int(np.ceil(max(y0, 0.0) - 0.5))
-    last = int(np.ceil(min(y1, 64.0) - 0.5))
-    if first < last:
-        slope = (x1 - x0) / (y1 - y0)
-        start = x0 - 0.5
-        for row in range(max(first, 0), min(last, 64)):
-            # From the end of the edge: the slope of a nearly level one is huge.
-            column = np.ceil(start + (row + 0.5 - y0) * slope)
-            if column <= 0.0:
-                image[row + 1] ^= ~np.uint64(0)
-            elif column < 64.0:
-                image[row + 1] ^= ~np.uint64(0) << np.uint64(column)
+    edge = upright_edge(x0, y0, x1, y1)
+    for row in range(edge[3], edge[4]):
+        image[row + 1] ^= edge_bits(edge, row)
 
 
 @inline_kernel

@@ -21,7 +21,13 @@ import math
 
 import numpy as np
 
-from simplifier.kernels.bit_image import draw_edge, measure_both_twice, measure_twice, popcount
+from simplifier.kernels.bit_image import (
+    edge_bits,
+    measure_both_twice,
+    measure_twice,
+    popcount,
+    upright_edge,
+)
 from simplifier.kernels.compile import kernel
 from simplifier.kernels.voxelize import is_contained
 
@@ -61,8 +67,6 @@ def draw_triangle(p, q, r, m, image):
     Its sides are moved inwards by :data:`INSET`: the triangle shrinks about its incentre, in the
     proportion that the distance leaves of the inscribed circle's radius.
     """
-    for row in range(66):
-        image[row] = 0
     px = m[0, 0] * p[0] + m[0, 1] * p[1] + m[0, 2] * p[2] + m[0, 3]
     py = m[1, 0] * p[0] + m[1, 1] * p[1] + m[1, 2] * p[2] + m[1, 3]
     qx = m[0, 0] * q[0] + m[0, 1] * q[1] + m[0, 2] * q[2] + m[0, 3]
@@ -75,6 +79,8 @@ def draw_triangle(p, q, r, m, image):
     around = a + b + c
     twice_area = abs((qx - px) * (ry - py) - (qy - py) * (rx - px))  # the radius times ``around``
     if twice_area <= INSET * around:
+        for row in range(66):
+            image[row] = 0
         return
     lost = INSET * around / twice_area
     x = (a * px + b * qx + c * rx) / around
@@ -82,9 +88,12 @@ def draw_triangle(p, q, r, m, image):
     px, py = px + lost * (x - px), py + lost * (y - py)
     qx, qy = qx + lost * (x - qx), qy + lost * (y - qy)
     rx, ry = rx + lost * (x - rx), ry + lost * (y - ry)
-    draw_edge(px, py, qx, qy, image)
-    draw_edge(qx, qy, rx, ry, image)
-    draw_edge(rx, ry, px, py, image)
+    one = upright_edge(px, py, qx, qy)
+    two = upright_edge(qx, qy, rx, ry)
+    three = upright_edge(rx, ry, px, py)
+    image[0], image[65] = 0, 0
+    for row in range(64):
+        image[row + 1] = edge_bits(one, row) ^ edge_bits(two, row) ^ edge_bits(three, row)
 
 
 @kernel
@@ -106,34 +115,37 @@ def score_view(union, original, price, fine, scratch):
 @kernel
 def unite_block(images, block, blocks):
     """Rebuild one union."""
+    length = block_length(len(images))
     for view in range(blocks.shape[1]):
         for row in range(64):
             blocks[block, view, row] = 0
-    length = block_length(len(images))
-    for index in range(block * length, min((block + 1) * length, len(images))):
-        for view in range(blocks.shape[1]):
+        for index in range(block * length, min((block + 1) * length, len(images))):
             for row in range(64):
                 blocks[block, view, row] |= images[index, view, row]
 
 
 @kernel
-def unite_others(index, images, blocks, others):
-    """The union of all triangles but one, or of all with ``index`` -1: ``others`` (V, 64)."""
-    for view in range(others.shape[0]):
-        for row in range(64):
-            others[view, row] = 0
+def unite_view(index, view, images, blocks, others):
+    """The union of all triangles but one, or of all with ``index`` -1, in a view of ``others``."""
+    for row in range(64):
+        others[view, row] = 0
     length = block_length(len(images))
     for block in range(len(blocks)):
         if block != index // length:
-            for view in range(others.shape[0]):
-                for row in range(64):
-                    others[view, row] |= blocks[block, view, row]
+            for row in range(64):
+                others[view, row] |= blocks[block, view, row]
             continue
         for other in range(block * length, min((block + 1) * length, len(images))):
             if other != index:
-                for view in range(others.shape[0]):
-                    for row in range(64):
-                        others[view, row] |= images[other, view, row]
+                for row in range(64):
+                    others[view, row] |= images[other, view, row]
+
+
+@kernel
+def unite_others(index, images, blocks, others):
+    """The same in all views: ``others`` (V, 64)."""
+    for view in range(len(others)):
+        unite_view(index, view, images, blocks, others)
 
 
 @kernel

@@ -28,6 +28,7 @@ class Levels:
     ``solid``        in which the finest level keeps its error bound.
     ``timings``      seconds by stage over all levels, those that were left out among them.
     ``interrupted``  whether the run was cancelled, so that these are the levels so far.
+    ``decisions``    what was decided on the way to the finest, a sentence each.
     """
 
     chain: LodChain
@@ -35,6 +36,7 @@ class Levels:
     warnings: tuple[str, ...]
     timings: Mapping[str, float]
     interrupted: bool = False
+    decisions: tuple[str, ...] = ()
 
     @property
     def occluder(self) -> Occluder:
@@ -81,6 +83,7 @@ class _Making:
     warnings: tuple[str, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)
     interrupted: bool = False
+    decisions: tuple[str, ...] = ()
     judging: float = 0.0  # seconds, of the last level
 
     def __post_init__(self) -> None:
@@ -108,6 +111,7 @@ class _Making:
             self.leave_out(options.solid.resolution, self.why_not())
             return
         self.interrupted = made.interrupted
+        self.decisions = self.decisions or made.decisions
         if not self.kept or made.interrupted:
             self.warnings = tuple(dict.fromkeys([*self.warnings, *made.warnings]))
         watch = Stopwatch(listener)
@@ -124,7 +128,9 @@ class _Making:
         levels = tuple(one.level for one in self.kept)
         left_out = sorted([*self.left_out, *self.plan.left_out], key=lambda one: -one.resolution)
         chain = LodChain(levels, self.plan.lens, self.plan.pixel_error, tuple(left_out))
-        return Levels(chain, self.kept[0].solid, self.warnings, self.timings, self.interrupted)
+        return Levels(
+            chain, self.kept[0].solid, self.warnings, self.timings, self.interrupted, self.decisions
+        )
 
     def _options(self, index: int) -> Options:
         """Those of the plan, with the budget and the time that are left."""

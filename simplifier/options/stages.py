@@ -165,7 +165,7 @@ class RefineOptions(OptionSet):
     """Overhang that the search aims for at most, 0 to 1, a share of the silhouette in the mean over
     all views, and twice that in any: while there is more it fines what lies past the outline."""
 
-    views: int = option(96, low=1, high=MOST_DIRECTIONS, words="refine views")
+    views: int = option(144, low=1, high=MOST_DIRECTIONS, words="refine views")
     """Directions that the search looks from, 1 to 4096."""
 
     decimated: bool = option(True)
@@ -189,7 +189,7 @@ class Effort:
 
 PRESETS: dict[Preset, Effort] = {
     "draft": Effort(SectionOptions(directions=16, depths=3), 0, 8_400, 64, False),
-    "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 26_400, 96, True),
+    "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 26_400, 144, True),
     "best": Effort(SectionOptions(directions=128, depths=4), 8, 115_200, 144, True),
 }
 

@@ -21,8 +21,6 @@ _OVERLOOKED = 1.5  # what is hidden wrongly in all views, beside those that the 
 _FINE = 800.0  # of a pixel past the outline at first: 25 units of twice a measure
 _HIGHER, _LOWER = 2.0, 0.6  # what a round changes all fines by, at most and at first
 _MOST, _LEAST = 64.0, 1.0 / _FINE  # times the first
-_EXTRA, _RELIEF = 1.3, 0.9  # what it changes the fine of a single view by
-_MOST_EXTRA = 4.0
 
 _CLOSE = 0.85  # of the overhang asked for: what the search aims at, since views differ
 _UNSEEN = 2.5  # times the overhang in the search's own pictures: that in fine ones
@@ -34,9 +32,9 @@ class Bargain:
     """Prices that rise while too much is hidden wrongly or sticks out, and a room that narrows.
 
     Fines are in proportion to what share of a view's silhouette a pixel is, so that they price the
-    mean of these shares; a view that has far more of it than it may asks for more.  Changes get
-    smaller as the search cools: a late one could only take out triangles, not move them.  What
-    sticks out by less than the search's pixels can show is kept in by a narrower room.
+    mean of these shares.  Changes get smaller as the search cools: a late one could only take out
+    triangles, not move them.  What sticks out by less than the search's pixels can show is kept in
+    by a narrower room.
 
     ``outlines``  where overhang is judged; None: by the search's own views.
     """
@@ -50,14 +48,14 @@ class Bargain:
         self._overhang, self._outlines = options.overhang, outlines
         areas = np.maximum(np.bitwise_count(views.originals).sum(axis=1, dtype=np.int64), 1)
         self._fines = _FINE * areas.mean() / areas
-        self._level, self._extra = 1.0, np.ones(len(areas))
+        self._level = 1.0
 
     @property
     def prices(self) -> Prices:
         """As they are now."""
         if self._overhang >= 1.0:
             return Prices(self._price)
-        fines = np.ceil(self._level * self._fines * self._extra)
+        fines = np.ceil(self._level * self._fines)
         return Prices(self._price, fines.astype(np.int64))
 
     def follow(self, search: Annealing, share: float) -> None:
@@ -72,8 +70,7 @@ class Bargain:
 
     def _follow_overhang(self, search: Annealing, share: float) -> None:
         aim = max(_CLOSE * self._overhang, 1e-6)
-        by_view = search.overhang()
-        shown = float(by_view.mean())
+        shown = float(search.overhang().mean())
         if self._outlines is None:
             found = _UNSEEN * shown
         else:
@@ -82,9 +79,5 @@ class Bargain:
         if found <= aim or shown > _SHOWN * aim:
             change = min(max(found / aim, _LOWER), _HIGHER) ** warmth
             self._level = min(max(self._level * change, _LEAST), _MOST)
-            # How far each view is past twice the aim, if fine pictures show as much more of all.
-            past = by_view * (found / max(shown, 1e-9)) / (2.0 * aim)
-            change_by_view = np.clip(past, _RELIEF, _EXTRA) ** warmth
-            self._extra = np.clip(self._extra * change_by_view, 1.0, _MOST_EXTRA)
         elif found > _FAR * aim and share < _SETTLED and self.room.limit > SURFACE:
             self.room = self.room.up_to(self.room.limit - 1)

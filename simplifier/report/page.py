@@ -104,6 +104,7 @@ def page_text(report: Report, gallery: Gallery, *, name: str = "mesh") -> str:
         histograms=[(png_address(data), _spread(report, key)) for key, data in both.items()],
         timings=list(_timing_rows(report["timings"])),
         total_time=seconds(sum(report["timings"].values())),
+        decisions=report.get("decisions", ()),
         facts=[
             ("Input", _input_rows(report["input"], report["coverage"])),
             ("Solid", _solid_rows(report["solid"])),

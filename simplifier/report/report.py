@@ -41,6 +41,7 @@ def build_report(
     options: Mapping[str, Any],
     timings: Mapping[str, float],
     warnings: Sequence[str] = (),
+    decisions: Sequence[str] = (),
     seed: int = 0,
     levels: Sequence[Report] = (),
     left_out: Sequence[Report] = (),
@@ -56,7 +57,8 @@ def build_report(
     ``levels`` of detail and those ``left_out``, rows of :mod:`simplifier.report.report`,
     the occluder is that of the finest.  ``strays`` is its deviation, ``overhang`` what it covers
     beside the mesh, ``front`` what it stands before, and ``verdict`` what is to be thought of it;
-    each is found here if it is None.  ``command`` is what to try next.
+    each is found here if it is None.  ``command`` is what to try next, ``decisions`` are what was
+    decided while the occluder was made, a sentence each.
     """
     measures = occlusion_measures(mesh, occluder)
     if overhang is None:
@@ -92,6 +94,7 @@ def build_report(
         "solid": _solid(solid),
         "levels": list(levels),
         "left_out": list(left_out),
+        "decisions": list(decisions),
         "warnings": list(warnings),
         "seed": seed,
     }

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,6 +34,26 @@ _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
 _JUDGED_SECONDS = 0.1  # and for a look at whether the search has come to anything
 
 
+_STARTS = (
+    "planar sections", "the surface of the solid in fewer triangles", "the mesh in fewer triangles",
+)  # fmt: skip
+_THIN = "the mesh in fewer triangles, those thinner than a voxel too,"
+
+
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """Triangles, how far they may be off, and how they were found.
+
+    ``triangles``  (m, 3, 3) in grid space.
+    ``bound``      cells that the room of these reaches past the original.
+    ``words``      a sentence.
+    """
+
+    triangles: FloatArray
+    bound: float
+    words: str
+
+
 class _StoppedError(Exception):
     """Time is up or the run is cancelled before there is a picture to refine by."""
 
@@ -45,8 +67,8 @@ def improve(
     watch: Stopwatch,
     deadline: Deadline,
     overrides: Overrides = NO_OVERRIDES,
-) -> tuple[FloatArray, float]:
-    """Move the triangles (m, 3, 3) of grid space within the room, and how far that reaches, cells.
+) -> Refined:
+    """Move the triangles (m, 3, 3) of grid space within the room.
 
     That keeps the error bound, and regions open.  Searches begin from them and from decimated
     surfaces; finer pictures then decide between what they find and the starts as they are.
@@ -55,9 +77,15 @@ def improve(
     hides as well.
     """
     if room is None:
-        return start, ERROR_VOXELS
-    found, bound = _moved(start, mesh, solid, room, options, watch, deadline, overrides)
-    return (_sealed(found, mesh, solid, options) if solid.open else found), bound
+        return _unmoved(start, ERROR_VOXELS)
+    found = _moved(start, mesh, solid, room, options, watch, deadline, overrides)
+    if not solid.open:
+        return found
+    return replace(found, triangles=_sealed(found.triangles, mesh, solid, options))
+
+
+def _unmoved(triangles: FloatArray, bound: float) -> Refined:
+    return Refined(triangles, bound, "Planar sections stayed as they were cut.")
 
 
 def _sealed(
@@ -79,11 +107,11 @@ def _moved(
     watch: Stopwatch,
     deadline: Deadline,
     overrides: Overrides,
-) -> tuple[FloatArray, float]:
+) -> Refined:
     """As :func:`improve`, in a room."""
     margin = room.margin
     if options.refine.moves == 0:
-        return pull_into(start + margin, room) - margin, room.bound
+        return _unmoved(pull_into(start + margin, room) - margin, room.bound)
     drawn = solid.core.to_grid(overrides.triangles) + margin
     placed = solid.core.to_grid(mesh.vertices)
     placed += margin
@@ -93,8 +121,8 @@ def _moved(
         views = _views(original, drawn, solid, options, margin, watch, deadline)
     except _StoppedError:
         if solid.reach > 0 and not overrides.open:
-            return start, ERROR_VOXELS
-        return pull_into(start + margin, room) - margin, room.bound
+            return _unmoved(start, ERROR_VOXELS)
+        return _unmoved(pull_into(start + margin, room) - margin, room.bound)
 
     def stop(share: float, measure: float, best: Best) -> bool:
         def shown() -> FloatArray:
@@ -118,8 +146,9 @@ def _moved(
         starts, room, views, options.selection.budget, options.refine, options.seed, stop,
         deadline.part(1.0 - _closing_share(several)) if deadline.limited else None, outlines,
     )  # fmt: skip
+    searched = f"Searches that began with {_listed(_STARTS[: len(starts)])} found what hides most."
     if not judged:
-        return (found or starts)[0] - margin, room.bound
+        return Refined((found or starts)[0] - margin, room.bound, searched)
     fine = search_projections(solid, options, _FINE_VIEWS if several else _FEW_FINE_VIEWS, margin)
 
     def spare() -> list[FloatArray]:  # takes what no limit has left for it
@@ -128,7 +157,16 @@ def _moved(
     judges = FineViews.of(*original, fine, outlines or Outlines.of(*original, fine, drawn))
     aims = options.refine
     best = best_of([*found, *starts], judges, aims.precision, aims.overhang, spare)
-    return best - margin, room.bound
+    words = searched
+    if not any(best is one for one in found):
+        names = [name for one, name in zip(starts, _STARTS, strict=False) if one is best]
+        name = (*names, _THIN if len(best) else "nothing at all")[0]
+        words = f"{name[0].upper()}{name[1:]} hid more rightly than whatever searches found."
+    return Refined(best - margin, room.bound, words)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
 
 
 def _two_as_one(

@@ -16,6 +16,7 @@ from simplifier.voxel.leaks import leak_warning, leaks
 from simplifier.voxel.morphology import glue_neighbours
 from simplifier.voxel.sight import fill_unseen
 from simplifier.voxel.voxelize import voxelize
+from simplifier.wording import count, length, percent
 
 
 def solidify(
@@ -69,6 +70,38 @@ def solid_warnings(
     if solid.core.count == 0:
         warnings.append(_empty_warning(solid, options, overrides))
     return warnings
+
+
+def solid_decisions(solid: Solid, options: SolidOptions) -> list[str]:
+    """How fine the solid is, and what counts as inside, a sentence each."""
+    filled, cells = solid.filled, max(solid.filled.shape)
+    lines = [
+        f"The longest edge of the mesh is cut into {count(cells, 'voxel')} of"
+        f" {length(filled.cell_size)} units each."
+    ]
+    for closing in solid.closed_by:
+        cause = _CLOSED_BY[closing.by].format(percent(options.tolerance, 0))
+        share = percent(closing.voxels / filled.count)
+        lines.append(f"{share} of the solid counts as inside because {cause}.")
+    if not solid.closed_by:
+        lines.append(
+            f"The surface itself encloses {percent(solid.enclosed_fraction)} of the solid."
+        )
+    if solid.wholly_inside:
+        lines.append(
+            "Only what lies wholly inside may hide; the mesh is open, so it is drawn in where it"
+            " could be seen past an edge."
+            if solid.open
+            else "Only what lies wholly inside may hide."
+        )
+    return lines
+
+
+_CLOSED_BY = {
+    "ground": "the ground closes the mesh from below",
+    "smallest_hole": "openings narrower than the smallest hole are closed",
+    "sight": "viewers see it from at most {} of all directions",
+}
 
 
 def _stretched_warning(mesh: TriangleMesh, reach: Reach, solid: Solid) -> str:

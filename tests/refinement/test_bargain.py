@@ -104,16 +104,6 @@ def test_changes_get_smaller_as_the_search_cools():
     assert rises[0] > 1.3 * rises[1] > rises[2] > 1.0
 
 
-def test_a_view_that_has_far_more_than_its_part_asks_for_more():
-    prices = bargain(Judge(0.006), overhang=0.005)
-    shown = np.full(16, 0.002)
-    shown[3] = 0.02
-    before = prices.prices.fines
-    prices.follow(Found(shown=shown), 0.1)
-    change = prices.prices.fines / before
-    assert change[3] > 1.2 * np.delete(change, 3).max()
-
-
 def test_what_the_search_cannot_see_takes_a_narrower_room_and_no_fine():
     prices = bargain(Judge(0.02), overhang=0.005)
     unseen = Found(shown=np.full(16, 0.0005))

@@ -14,7 +14,7 @@ from simplifier.kernels.soup_views import all_contained
 from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.steps.room import open_room
-from tests.solids import box, joined, sphere, torus
+from tests.solids import blob, box, joined, sphere, torus
 
 
 def run(mesh, listener=None, **options):
@@ -148,3 +148,34 @@ def test_starts_of_sections_alone_are_worse_for_a_sheet():
         return simplifier.evaluate(sheet, occluder, exact=True, views=64, image=128).accuracy.recall
 
     assert recall("balanced") > recall("draft") + 0.05  # draft begins from sections alone
+
+
+@pytest.mark.parametrize(
+    ("options", "last"),
+    [
+        ({"preset": "draft"}, "Searches that began with planar sections found what hides most."),
+        ({"moves": 0}, "Planar sections stayed as they were cut."),
+        (
+            {"budget": 1000},
+            "The mesh has no more triangles than the budget, so it hides by itself.",
+        ),
+    ],
+)
+def test_where_the_triangles_come_from_is_said(options, last):
+    chosen = make_options(2.0, **{"budget": 12, "resolution": 24, **options})
+    assert simplify_mesh(blob(rings=8), chosen).decisions[-1] == last
+
+
+def test_several_starts_are_named_and_one_that_stays_as_it_is(monkeypatch):
+    mesh, chosen = blob(rings=8), make_options(2.0, budget=12, resolution=24, moves=600)
+    of_solid = "the surface of the solid in fewer triangles"
+    of_starts = f"planar sections, {of_solid} and the mesh in fewer triangles"
+    for chooses, words in (
+        (0, f"Searches that began with {of_starts} found what hides most."),
+        (-2, f"T{of_solid[1:]} hid more rightly than whatever searches found."),
+        (-3, "Planar sections hid more rightly than whatever searches found."),
+    ):
+        monkeypatch.setattr(
+            "simplifier.steps.refine.best_of", lambda soups, *judging, at=chooses: soups[at]
+        )
+        assert simplify_mesh(mesh, chosen).decisions[-1].startswith(words)

@@ -11,7 +11,7 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.options.stages import ERROR_VOXELS, Options, RefineOptions, SolidOptions
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Stopwatch
-from simplifier.steps.solid import solidify
+from simplifier.steps.solid import solid_decisions, solidify
 from simplifier.voxel.voxelize import voxelize
 from tests.solids import blob, box, joined
 
@@ -67,3 +67,23 @@ def test_the_error_bound_holds(mesh: TriangleMesh):
     # Against the plain solid: what gluing alone encloses counts as outside.
     plain = solid_of(mesh)
     assert deviation(made.occluder, mesh, plain.interior) <= ERROR_VOXELS * cell
+
+
+def decisions_of(mesh, **options):
+    chosen = SolidOptions(resolution=24, **options)
+    return solid_decisions(solidify(mesh, chosen, Stopwatch()), chosen)
+
+
+def test_what_is_decided_is_said():
+    closed = decisions_of(box())
+    assert closed[0] == "The longest edge of the mesh is cut into 24 voxels of 0.04167 units each."
+    [_, inside] = closed
+    assert inside == "The surface itself encloses 77.0 % of the solid."  # (22 / 24) ** 3
+    [_, seen] = decisions_of(box(without=[3]))
+    assert seen.endswith(
+        "counts as inside because viewers see it from at most 10 % of all directions."
+    )
+    [_, ground] = decisions_of(box(without=[2]), ground=True)
+    assert ground.endswith("counts as inside because the ground closes the mesh from below.")
+    assert decisions_of(box(), conservative=True)[-1] == "Only what lies wholly inside may hide."
+    assert "drawn in" in decisions_of(box(without=[3]), conservative=True)[-1]

@@ -16,7 +16,7 @@ from service.engines.work.occluder import make_occluder
 from service.jobs.job import JobKind, Summary
 
 DRAFT: Mapping[str, Any] = {
-    "preset": "draft", "lods": 2, "ground": True, "resolution": 32, "views": 64,
+    "preset": "draft", "lods": 2, "ground": True, "resolution": 32, "views": 64, "overhang": 0.02,
 }  # fmt: skip
 
 

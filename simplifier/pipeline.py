@@ -85,7 +85,9 @@ def simplify_mesh(
         triangles = NOTHING
     elif is_own_occluder(mesh, solid, left, overrides):
         triangles = seen_triangles(mesh, solid)
-        decisions.append("The mesh has no more triangles than the budget, so it hides by itself.")
+        decisions.append(
+            "The mesh has no more triangles than the budget, so it is its own occluder."
+        )
     else:
         rest = replace(options, selection=replace(options.selection, budget=left))
         by_hand = solid.core.to_grid(overrides.triangles)

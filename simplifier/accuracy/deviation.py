@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from simplifier.errors import MeshError
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.solid import BoolArray, VoxelGrid
+from simplifier.geometry.solid import BoolArray, Solid, VoxelGrid
 from simplifier.kernels.deviation import (
     TRIANGLES_PER_LEAF,
     build_box_tree,
@@ -42,8 +42,8 @@ def deviation(
     Distances are exact at the points that are looked at, the occluder's corners among them; over a
     triangle, branch and bound stops when no point can be further than the result plus a quarter of
     a ``voxel`` (its edge, world units; the interior's own if None), or a share of 1e-9 of the scene
-    for occluders that reach so far out.  The result is never
-    above the true value.  Without triangles it is 0.
+    for occluders that reach so far out.  The result is never above the true value.  Without
+    triangles it is 0.
 
     Raises :class:`MeshError` when the occluder's coordinates are not finite or beyond 1e100 voxels.
     """
@@ -60,6 +60,14 @@ def deviation(
     original = _Original.of(interior.to_grid(mesh.vertices), mesh.faces, interior.inside)
     voxels = 1.0 if voxel is None else voxel / interior.cell_size
     return _largest_distance(triangles, original, SLACK * voxels) * interior.cell_size
+
+
+def deviation_from_solid(occluder: Occluder, mesh: TriangleMesh, solid: Solid) -> float:
+    """:func:`deviation` from a mesh and its solid's interior, to a quarter of the solid's voxel.
+
+    What is known of the interior in finer voxels counts, but need not be looked at as finely.
+    """
+    return deviation(occluder, mesh, solid.interior, solid.core.cell_size)
 
 
 def _leaving(triangles: FloatArray, inside: BoolArray) -> FloatArray:

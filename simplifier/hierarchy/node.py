@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from simplifier.accuracy.deviation import SLACK, deviation
+from simplifier.accuracy.deviation import SLACK, deviation_from_solid
 from simplifier.errors import CancelledError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
@@ -82,7 +82,7 @@ def node_occluder(
     made = result.occluder
     proved = made.error_bound
     if proved > 0.0:
-        strays = deviation(made, mesh, result.solid.interior, result.solid.core.cell_size)
+        strays = deviation_from_solid(made, mesh, result.solid)
         proved = min(proved, strays + SLACK * result.solid.core.cell_size)
     found = Occluder(made.vertices, made.faces, proved)
     if kind == "near":

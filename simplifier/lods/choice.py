@@ -21,9 +21,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
-from simplifier.accuracy.deviation import SLACK, deviation
+from simplifier.accuracy.deviation import SLACK, deviation_from_solid
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.geometry.occluder import LeftOut, Level, Occluder
+from simplifier.geometry.occluder import LeftOut, Level
 from simplifier.geometry.solid import Solid
 from simplifier.options.stages import Options
 from simplifier.pipeline import Simplification
@@ -107,7 +107,7 @@ def judge_level(mesh: TriangleMesh, made: Simplification, options: Options) -> K
             up=options.solid.up,
         ),
     )  # fmt: skip
-    strays = _deviation(made.occluder, mesh, made.solid)
+    strays = deviation_from_solid(made.occluder, mesh, made.solid)
     level = Level(made.occluder, options.solid.resolution, strays)
     return Kept(level, made.solid, LevelFigures(level.triangles, found.precision, found.recall))
 
@@ -143,13 +143,9 @@ def _heir(finer: Kept, coarser: Kept, mesh: TriangleMesh) -> Kept | None:
     Measured in the finer solid: what the coarser grid encloses is not all inside there.
     """
     bound, occluder = finer.level.error_bound, coarser.level.occluder
-    strays = _deviation(occluder, mesh, finer.solid)
+    strays = deviation_from_solid(occluder, mesh, finer.solid)
     if strays + SLACK * finer.solid.filled.cell_size > bound:
         return None
     promised = replace(occluder, error_bound=bound)
     level = replace(coarser.level, occluder=promised, deviation=strays)
     return replace(coarser, level=level, solid=finer.solid)
-
-
-def _deviation(occluder: Occluder, mesh: TriangleMesh, solid: Solid) -> float:
-    return deviation(occluder, mesh, solid.interior, solid.core.cell_size)

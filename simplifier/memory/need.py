@@ -213,7 +213,7 @@ def _searches(size: MeshSize, options: Options) -> int:
 
 
 def deviation(size: MeshSize, shape: Shape, options: SolidOptions) -> int:
-    """A tree over the triangles, and one over the runs of the interior."""
+    """The interior twice; a tree over the triangles, and one over the runs of the interior."""
     fine = _inner_fineness(shape, options)
     a, b, c = (fine * length for length in shape)
     leaves = 1 << math.ceil(math.log2(max(size.triangles / 4.0, 1.0)))
@@ -221,8 +221,8 @@ def deviation(size: MeshSize, shape: Shape, options: SolidOptions) -> int:
     tree = _VERTEX * size.vertices + (48 + 8 + 8 + 8) * size.triangles + 96 * leaves
     # Interior, padded and its steps, a few planes at once; boxes and nodes of runs, two a column.
     runs = math.prod(shape) + 4 * _PLANES * b * c + 300 * a * b
-    # The keys are gone before the interior is looked at.
-    return max(tree, tree - 16 * size.triangles + runs)
+    # What is not interior is gone before there is a tree, and the keys before runs are looked for.
+    return max(2 * a * b * c, tree, tree - 16 * size.triangles + runs)
 
 
 def views(size: MeshSize, count: int, image: int, occluders: int) -> int:

@@ -163,7 +163,8 @@ class RefineOptions(OptionSet):
 
     overhang: float = shared(SimplifyOptions, "overhang")
     """Overhang that the search aims for at most, 0 to 1, a share of the silhouette in the mean over
-    all views, and twice that in any: while there is more it fines what lies past the outline."""
+    all views: while there is more it fines what lies past the outline.  Among its results those
+    are preferred that have no more than twice as much in any view."""
 
     views: int = option(144, low=1, high=MOST_DIRECTIONS, words="refine views")
     """Directions that the search looks from, 1 to 4096."""

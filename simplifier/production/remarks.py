@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from simplifier.accuracy.deviation import deviation
+from simplifier.accuracy.deviation import deviation_from_solid
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import Overrides
@@ -46,7 +46,7 @@ def _sticking_out(
     found = []
     for part in overrides.drawn:
         drawn = Occluder.of(part.triangles, 0.0, {})
-        strays = deviation(drawn, mesh, solid.interior, solid.core.cell_size)
+        strays = deviation_from_solid(drawn, mesh, solid)
         if strays > occluder.error_bound:
             found.append(
                 f"{part} sticks out of the mesh by {strays:.3g}, where it may hide what is visible"

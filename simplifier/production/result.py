@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from simplifier.accuracy.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracies
-from simplifier.accuracy.deviation import deviation
+from simplifier.accuracy.deviation import deviation_from_solid
 from simplifier.accuracy.front import measure_front
 from simplifier.accuracy.overhang import Overhang, measure_overhangs
 from simplifier.accuracy.verdict import Aim, Aims, EngineVerdict, verdict_on
@@ -133,7 +133,7 @@ class SimplifyResult:
         if isinstance(self.made, Levels):
             return self.made.chain
         solid = self.made.solid
-        strays = deviation(self.occluder, self.mesh, solid.interior, solid.core.cell_size)
+        strays = deviation_from_solid(self.occluder, self.mesh, solid)
         return LodChain((Level(self.occluder, self.stages.solid.resolution, strays),), Lens())
 
 

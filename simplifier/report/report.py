@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from simplifier.accuracy.accuracy import AccuracyReport
-from simplifier.accuracy.deviation import deviation
+from simplifier.accuracy.deviation import deviation_from_solid
 from simplifier.accuracy.front import measure_front
 from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.accuracy.overhang import Overhang, measure_overhang
@@ -66,7 +66,7 @@ def build_report(
     if front is None:
         front = measure_front(mesh, occluder, accuracy.directions)
     if strays is None:
-        strays = deviation(occluder, mesh, solid.interior, solid.core.cell_size)
+        strays = deviation_from_solid(occluder, mesh, solid)
     if verdict is None:
         verdict = verdict_on(verdict_figures(occluder, accuracy, overhang))
     return {

@@ -37,7 +37,7 @@ _JUDGED_SECONDS = 0.1  # and for a look at whether the search has come to anythi
 _STARTS = (
     "planar sections", "the surface of the solid in fewer triangles", "the mesh in fewer triangles",
 )  # fmt: skip
-_THIN = "the mesh in fewer triangles, those thinner than a voxel too,"
+_THIN = "the mesh in fewer triangles, with its parts that are thinner than a voxel"
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,9 @@ def improve(
 
 
 def _unmoved(triangles: FloatArray, bound: float) -> Refined:
-    return Refined(triangles, bound, "Planar sections stayed as they were cut.")
+    return Refined(
+        triangles, bound, "The occluder is made of planar sections, which were not refined."
+    )
 
 
 def _sealed(
@@ -146,7 +148,8 @@ def _moved(
         starts, room, views, options.selection.budget, options.refine, options.seed, stop,
         deadline.part(1.0 - _closing_share(several)) if deadline.limited else None, outlines,
     )  # fmt: skip
-    searched = f"Searches that began with {_listed(_STARTS[: len(starts)])} found what hides most."
+    begun = _listed(_STARTS[: len(starts)])
+    searched = f"The occluder was found by searches that began with {begun}."
     if not judged:
         return Refined((found or starts)[0] - margin, room.bound, searched)
     fine = search_projections(solid, options, _FINE_VIEWS if several else _FEW_FINE_VIEWS, margin)
@@ -157,11 +160,13 @@ def _moved(
     judges = FineViews.of(*original, fine, outlines or Outlines.of(*original, fine, drawn))
     aims = options.refine
     best = best_of([*found, *starts], judges, aims.precision, aims.overhang, spare)
-    words = searched
-    if not any(best is one for one in found):
+    if any(best is one for one in found):
+        words = searched
+    elif len(best) == 0:
+        words = "All that was found would hide too much wrongly, so the occluder is empty."
+    else:
         names = [name for one, name in zip(starts, _STARTS, strict=False) if one is best]
-        name = (*names, _THIN if len(best) else "nothing at all")[0]
-        words = f"{name[0].upper()}{name[1:]} hid more rightly than whatever searches found."
+        words = f"No search did better than {(*names, _THIN)[0]}, which became the occluder."
     return Refined(best - margin, room.bound, words)
 
 

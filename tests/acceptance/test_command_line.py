@@ -71,9 +71,9 @@ def one_line(text):
 def test_simplify_writes_an_occluder_and_a_table(folder, tmp_path, suffix, here):
     done = here(
         "simplify", folder / "boxes.ply", "-o", tmp_path / f"out{suffix}", "--budget", "20",
-        "--conservative", *QUICK, *FEW_VIEWS,
+        *QUICK, *FEW_VIEWS, "--conservative", "--moves", "1000",
     )  # fmt: skip
-    assert (done.returncode, beside_verdict(done.stderr)) == (0, "")
+    assert (done.returncode, done.stderr) == (0, "")
     assert "24 -> " in done.stdout
     assert "recall" in done.stdout
     assert 0 < len(simplifier.load(tmp_path / f"out{suffix}").faces) <= 20

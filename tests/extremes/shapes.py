@@ -16,7 +16,7 @@ from simplifier.geometry.mesh import TriangleMesh
 VOXELS = 64
 """Edge of the shapes that are made in voxels: at the default resolution a voxel is one unit."""
 
-HOLES = (0.1, 0.5, 1.0, 1.5, 2.0, 3.0, 10.0)
+HOLES = (0.1, 0.3, 0.5, 0.9, 1.0, 1.1, 1.5, 2.0, 3.0, 5.0, 10.0)
 """Widths of a hole, voxels."""
 
 _CORNERS = np.array(list(product((0.0, 1.0), repeat=3)))

@@ -153,11 +153,14 @@ def test_starts_of_sections_alone_are_worse_for_a_sheet():
 @pytest.mark.parametrize(
     ("options", "last"),
     [
-        ({"preset": "draft"}, "Searches that began with planar sections found what hides most."),
-        ({"moves": 0}, "Planar sections stayed as they were cut."),
+        (
+            {"preset": "draft"},
+            "The occluder was found by searches that began with planar sections.",
+        ),
+        ({"moves": 0}, "The occluder is made of planar sections, which were not refined."),
         (
             {"budget": 1000},
-            "The mesh has no more triangles than the budget, so it hides by itself.",
+            "The mesh has no more triangles than the budget, so it is its own occluder.",
         ),
     ],
 )
@@ -171,11 +174,24 @@ def test_several_starts_are_named_and_one_that_stays_as_it_is(monkeypatch):
     of_solid = "the surface of the solid in fewer triangles"
     of_starts = f"planar sections, {of_solid} and the mesh in fewer triangles"
     for chooses, words in (
-        (0, f"Searches that began with {of_starts} found what hides most."),
-        (-2, f"T{of_solid[1:]} hid more rightly than whatever searches found."),
-        (-3, "Planar sections hid more rightly than whatever searches found."),
+        (0, f"The occluder was found by searches that began with {of_starts}."),
+        (-2, f"No search did better than {of_solid}, which became the occluder."),
+        (-3, "No search did better than planar sections, which became the occluder."),
     ):
         monkeypatch.setattr(
             "simplifier.steps.refine.best_of", lambda soups, *judging, at=chooses: soups[at]
         )
-        assert simplify_mesh(mesh, chosen).decisions[-1].startswith(words)
+        assert simplify_mesh(mesh, chosen).decisions[-1] == words
+    for chosen_soup, words in (
+        (
+            np.empty((0, 3, 3)),
+            "All that was found would hide too much wrongly, so the occluder is empty.",
+        ),
+        (
+            np.ones((1, 3, 3)),
+            "No search did better than the mesh in fewer triangles, with its parts that are"
+            " thinner than a voxel, which became the occluder.",
+        ),
+    ):
+        monkeypatch.setattr("simplifier.steps.refine.best_of", lambda *judging, it=chosen_soup: it)
+        assert simplify_mesh(mesh, chosen).decisions[-1] == words

@@ -1,6 +1,6 @@
 # make demo   install, make an occluder for a generated castle, write everything to out/demo
 # make test   format, lint, types, import contracts, tests
-# make test-slow  what takes minutes: a start with an empty kernel cache, long forms, benchmarks
+# make test-slow  what takes minutes: an empty kernel cache, whole sweeps, long forms, benchmarks
 # make test-faults  kills, a full disk, damage, wrong clocks, slow clients (minutes)
 # make fuzz   ten minutes of broken files and strange meshes (FUZZ_SECONDS, FUZZ_ENGINE=guided, …)
 # make mutants  small mistakes in what promises safety: which do the tests near them miss (minutes)
@@ -33,13 +33,13 @@ test: $(READY)
 	$(MAKE) -j 2 check kernels
 	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
 
-# A first start with an empty kernel cache, statues, the service's contract at length: minutes.
+# An empty kernel cache, whole sweeps, statues, the service's contract at length: minutes.
 test-slow: $(READY)
 	$(BIN)/python -m pytest -m slow
 
 # Real servers under faults, one after the other; the figures come at the end.
 test-faults: $(READY)
-	$(BIN)/python -m pytest -m faults -rP tests/faults
+	$(BIN)/python -m pytest -m faults -rP
 
 # MUTANTS_ONLY="leases core": the files whose names hold one of these.
 MUTANTS_ONLY ?= /

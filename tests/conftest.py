@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import gc
 import os
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
@@ -65,12 +66,24 @@ ASKED_FOR = {
 """Markers of tests that run only when ``-m`` names them."""
 
 
+SWEEP = "sweep(every): one case in so many is run by `make test`, all others by `make test-slow`"
+
+
 def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", SWEEP)
     for marker, meaning in ASKED_FOR.items():
         config.addinivalue_line("markers", f"{marker}: {meaning}")
 
 
+@pytest.hookimpl(tryfirst=True)  # before pytest picks the items that ``-m`` names
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    cases = Counter[str]()
+    for item in items:
+        if sweep := item.get_closest_marker("sweep"):
+            function = item.nodeid.partition("[")[0]
+            if cases[function] % sweep.args[0]:
+                item.add_marker(pytest.mark.slow)
+            cases[function] += 1
     for marker, meaning in ASKED_FOR.items():
         if marker not in config.getoption("markexpr"):
             for item in items:

@@ -164,6 +164,7 @@ def test_budget_and_bound_hold_for_any_soup(make, seed, count, options):
     check_bound(mesh, result)
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("name", MESHES)
 def test_budget_and_bound_hold_for_real_meshes(asset, name):
     mesh = simplifier.load(asset(name))

@@ -51,6 +51,7 @@ def without_faces(mesh, left_out):
     return TriangleMesh.from_soup(mesh.vertices, np.delete(mesh.faces, list(left_out), axis=0))
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("moves", [0, 1000])
 @pytest.mark.parametrize("name", CLOSED)
 def test_conservative_never_hides_what_a_closed_mesh_does_not(name, moves):
@@ -69,6 +70,7 @@ OPEN = {
 }
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("moves", [0, 1000])
 @pytest.mark.parametrize("name", OPEN)
 def test_conservative_is_never_seen_past_an_open_mesh(name, moves):
@@ -105,6 +107,7 @@ def test_the_default_hides_a_little_wrongly():
     assert judged(blob(), run(blob()).occluder, 256).precision < 1.0
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("options", [{"conservative": True}, {"shrink": 0.1}])
 @pytest.mark.parametrize("slicer", ["cpu", "gl"])
 @pytest.mark.parametrize("moves", [0, 400])
@@ -173,6 +176,7 @@ def seen_in_spite(mesh, occluder, length, seed):
 THEOREM = {"sphere": sphere(rings=10), "torus": torus(1.0, 0.5, 20, 10), "blob": blob(5, rings=10)}
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("share", [0.05, 0.2])
 @pytest.mark.parametrize("name", THEOREM)
 def test_what_a_shrunk_occluder_hides_it_hides_from_all_points_nearby(name, share):
@@ -289,6 +293,7 @@ def check_scale(mesh, facts, factor):
     return here.occluder, there.occluder
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("facts", FACTS)
 @pytest.mark.parametrize("factor", [1000.0, 1e-3])
 def test_lengths_scale_with_the_mesh(facts, factor):

@@ -136,6 +136,7 @@ def test_wrong_usage(command, town, tmp_path, more, what):
     assert not (tmp_path / "o").exists()
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_was_measured(town, tmp_path):
     controller, terminal = pty.openpty()
     arguments = words(town, tmp_path / "out", "long.json")

@@ -28,6 +28,7 @@ def mesh():
     return castle()
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("name", OPTIONS)
 def test_any_number_of_threads(mesh, tmp_path, monkeypatch, name):
     results = []

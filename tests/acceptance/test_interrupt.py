@@ -86,6 +86,7 @@ def test_refining_keeps_the_best_so_far(interrupted, tmp_path):
     assert report["warnings"] == ["interrupted: the best so far"]
 
 
+@pytest.mark.slow
 def test_levels_so_far_are_kept(interrupted, tmp_path):
     lods = ("--lods", "3", "--resolution", "24", "--moves", "16000", "--views", "4")
     status, _, files = interrupted(b"2/3 refining", 0.1, *lods)
@@ -114,6 +115,7 @@ def test_nothing_is_kept_before_there_is_something(interrupted):
     assert files == {"out.glb": b"old"}
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("after", [0.3, 0.8, 1.4])
 def test_at_any_moment(interrupted, tmp_path, after):
     status, shown, files = interrupted(b"starting", after, "--image", "512", "--moves", "3000")

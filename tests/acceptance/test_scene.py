@@ -143,6 +143,7 @@ def test_options_out_of_range(here, tmp_path, more, name):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_was_made_and_the_next_run_goes_on(tmp_path):
     """The scene has more meshes than are done in one process, so there are children to end."""
     meshes = [sphere(0.5 + 0.01 * i, rings=8) for i in range(6)]

@@ -263,6 +263,7 @@ def test_a_key_opens_what_is_closed_without(lightly, command, tmp_path):
 # How it ends.
 
 
+@pytest.mark.faults
 def test_sigterm_gives_running_jobs_back_and_a_second_signal_waits_for_none(
     declared, lightly, tmp_path
 ):
@@ -287,6 +288,7 @@ def test_sigterm_gives_running_jobs_back_and_a_second_signal_waits_for_none(
             assert server.end(signal.SIGINT) in (0, 130)
 
 
+@pytest.mark.faults
 def test_kill_9_loses_no_job_and_does_none_twice(declared, lightly, tmp_path):
     data = tmp_path / "data"
     with running(declared, data) as server, Client(server.address) as client:

@@ -83,6 +83,7 @@ def test_all_fail(command, folder, tmp_path):
     assert [row["standing"] for row in rows(tmp_path)] == ["failed"] * 2
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_was_measured(folder, tmp_path):
     """The bar tells when the first run is over."""
     controller, terminal = pty.openpty()

@@ -324,6 +324,7 @@ def real(asset):
     return cache(lambda name: load_scene(asset(name)))
 
 
+@pytest.mark.sweep(5)
 @pytest.mark.parametrize(
     ("name", "kind"), [(name, kind) for name, (_, kinds, _) in REAL.items() for kind in kinds]
 )

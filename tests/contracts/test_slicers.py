@@ -143,6 +143,7 @@ def test_it_tells_its_share_and_ends_when_told_to(slicer_of):
     assert np.array_equal(slicer.areas(plan), areas)  # it can go on after that
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("solid", sorted(SOLIDS))
 @pytest.mark.parametrize("step", [1.0, 0.3])
 def test_every_plane_of_a_plan(slicer_of, solid, step):
@@ -252,6 +253,7 @@ def real_grid(asset):
     return load
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("name", sorted(REAL))
 def test_real_meshes(slicer_of, real_grid, name):
     grid = real_grid(name)

@@ -163,6 +163,7 @@ def test_pre_commit_runs_the_hooks(repository, path, tmp_path_factory):
     assert [runs(hook["id"])[0] for hook in HOOKS] == [0, 0]
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("hook", HOOKS, ids=lambda hook: hook["id"])
 def test_a_hook_fails_where_something_is_wrong(hook, repository, path):
     command = shlex.split(hook["entry"])

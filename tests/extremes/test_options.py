@@ -152,6 +152,7 @@ def test_a_smallest_hole_as_long_as_the_mesh_and_one_longer():
     produced(smallest_hole=5e-324)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize(
     "options",
     [

@@ -42,6 +42,7 @@ def check(product):
         assert any("the occluder is empty" in warning for warning in product.warnings)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("name", WHOLE)
 def test_hides_nearly_all_and_hardly_anything_wrongly(name):
     product = produced(SHAPES[name]())
@@ -50,6 +51,7 @@ def test_hides_nearly_all_and_hardly_anything_wrongly(name):
     assert recall >= LEAST.get(name, 0.9)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("width", HOLES)
 def test_a_hole_narrower_than_a_voxel_is_closed_and_one_of_two_leaks_and_says_so(width):
     """In between it depends on where the hole lies in the grid."""
@@ -121,6 +123,7 @@ def test_specks_that_a_hole_closes_hide_nothing_rather_than_too_much():
     assert "raise the resolution" in product.warnings[-1]
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize(
     "options",
     [
@@ -151,6 +154,7 @@ def test_options_on_every_shape(name, options):
             assert product.levels[0].triangles == 0
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("name", ["cube", "nested shells", "checkerboard", "voxel faces"])
 def test_both_slicers(name):
     try:

@@ -201,6 +201,7 @@ def upright():
     return mesh, voxel, recalls(mesh, range(2), voxel)
 
 
+@pytest.mark.sweep(3)
 @each("placement", TILTS, ids=named)
 def test_recall_of_a_tilted_closed_mesh_falls_by_less_than_three_points(placement, upright):
     mesh, voxel, here = upright
@@ -235,6 +236,7 @@ def undisturbed_levels():
     return levels(CASTLE)
 
 
+@pytest.mark.sweep(3)
 @each("placement", [SCALES[0], SCALES[-1], *SCALED_AWAY], ids=named)
 def test_levels_of_detail_follow_and_come_back(placement, undisturbed_levels, tmp_path):
     here, there = undisturbed_levels, levels(placement.of(CASTLE))

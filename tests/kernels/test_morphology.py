@@ -40,6 +40,7 @@ def test_all_pairs(shape, edge, density, seed):
     assert np.array_equal(sites, before)
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("shape", [(40, 33, 57), (1, 1, 200), (130, 2, 3)])
 @pytest.mark.parametrize("density", [0.0005, 0.02])
 def test_scipy_agrees_on_larger_grids(shape, density):

@@ -50,6 +50,7 @@ def check_chain(mesh, chain):
         assert far <= level.error_bound + SLACK * cell
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("mesh", [sphere(), torus(), blob(1)], ids=["sphere", "torus", "blob"])
 def test_a_chain_of_a_closed_solid(mesh):
     made = made_of(mesh, LodOptions(lods=4), resolution=32, budget=48)

@@ -92,7 +92,7 @@ def test_survivors_are_told_and_those_that_hang_or_end_the_process_are_caught(pr
 
 def test_tests_that_fail_by_themselves_are_no_verdict(project, capsys):
     Path("test_it.py").write_text("def test_wrong():\n    assert False\n")
-    assert command.report(command.run_all([project], processes=1, seconds=3.0), {}) == 1
+    assert command.report(command.run_all([project], processes=1, seconds=60.0), {}) == 1
     assert "test_wrong" in capsys.readouterr().out
 
 

@@ -31,6 +31,7 @@ print(next(line.split()[1] for line in lines if line.startswith("VmHWM")))
 """
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads a peak that Linux tells")
 @pytest.mark.parametrize(
     ("triangles", "chosen"),
@@ -114,6 +115,7 @@ def test_limits_are_checked_as_options():
         simplifier.simplify(BALL, memory_limit=-1.0)
 
 
+@pytest.mark.slow
 def test_a_setting_of_a_sweep_that_needs_too_much_fails_alone(monkeypatch):
     monkeypatch.setattr(tradeoff, "PRESET_POINTS", ("draft",))
     options = simplifier.TradeoffOptions(

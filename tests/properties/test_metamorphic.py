@@ -142,6 +142,7 @@ def check_alike(mesh, other):
 SOLIDS = {"boxes": dyadic(5), "sphere": sphere(), "table": table()}
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("scale", [1e-6, 1.0 / 3.0, 1e6])
 @pytest.mark.parametrize("name", SOLIDS)
 def test_any_scale(name, scale):
@@ -153,6 +154,7 @@ def test_any_scale(name, scale):
     )
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("name", SOLIDS)
 def test_a_million_extents_away(name):
     mesh = SOLIDS[name]
@@ -162,6 +164,7 @@ def test_a_million_extents_away(name):
     assert occluder_of(other).error_bound == pytest.approx(occluder_of(mesh).error_bound, rel=1e-6)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("name", SOLIDS)
 def test_quarter_turns_and_mirrors(name):
     # The direction bins do not turn with the mesh, so other sections are found, about as good ones.

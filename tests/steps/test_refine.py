@@ -44,6 +44,7 @@ def check_triangles(occluder, budget):
     assert len(np.unique(np.sort(occluder.faces, axis=1), axis=0)) == len(occluder.faces)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize("conservative", [False, True])
 @pytest.mark.parametrize(
@@ -82,6 +83,7 @@ class Bests:
         self.taken.append((progress.measure, progress.best()))
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("preset", ["draft", "balanced"])
 @pytest.mark.parametrize("conservative", [False, True])
 def test_the_best_so_far_keeps_to_its_voxels_and_comes_to_the_result(preset, conservative):

@@ -62,6 +62,7 @@ def holds(grid, turn, point):
     return bool(grid.inside[tuple(np.floor(grid.to_grid(turn @ point)).astype(int))])
 
 
+@pytest.mark.sweep(5)
 @pytest.mark.parametrize("turn", TURNS)
 @pytest.mark.parametrize("kind", ["slot", "hole"])
 @pytest.mark.parametrize("offset", OFFSETS)
@@ -78,6 +79,7 @@ def test_narrower_openings_are_closed(width, offset, kind, turn):
         assert not (fill(touched).inside & inner).any()  # else it would have been closed anyway
 
 
+@pytest.mark.sweep(5)
 @pytest.mark.parametrize("turn", TURNS)
 @pytest.mark.parametrize("kind", ["slot", "hole"])
 @pytest.mark.parametrize("offset", OFFSETS)

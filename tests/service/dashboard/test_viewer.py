@@ -40,7 +40,6 @@ def test_colours_are_those_of_the_report() -> None:
     assert NEITHER == WHITE
 
 
-@pytest.mark.vital
 def test_original_and_occluder_are_drawn_over_each_other(page: Page, parts: str) -> None:
     page.goto(f"{parts}/viewer")
     picture = pixels(shown(page))
@@ -68,7 +67,6 @@ def test_a_see_through_original_lets_more_of_the_occluder_be_seen(page: Page, pa
     assert yellow(pixels(host)) > 1.2 * before
 
 
-@pytest.mark.vital
 @pytest.mark.parametrize("place", ["worst", "first"])
 def test_silhouettes_are_those_of_the_report(
     page: Page, parts: str, castle: JobResult, place: str

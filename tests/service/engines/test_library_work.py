@@ -109,6 +109,7 @@ def test_one_level_where_it_keeps_wholly_inside(place, ball):
     assert {"occluder.glb", "lod0.tres"} <= set(place.results(job.id))
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("up", ["y", "z"])
 def test_a_job_that_refines_for_long_sends_pictures_of_the_best_so_far(place, ball, up):
     told = []

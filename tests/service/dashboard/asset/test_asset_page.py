@@ -127,7 +127,6 @@ def test_the_verdict_is_told_with_its_reason_and_what_to_try(
     expect(page.locator(".engine-verdict.bad")).to_have_count(1)
 
 
-@pytest.mark.vital
 def test_thresholds_turn_an_asset_red(page: Page, filled: Filled) -> None:
     page.goto(f"{filled.address}/assets/{filled.asset}")
     expect(page.locator(".numbers .good")).to_have_text("held")

@@ -140,7 +140,8 @@ def test_keys_turn_and_zoom_and_0_brings_the_first_picture_back(page: Page, part
     count = frames(host)
     page.keyboard.press("0")
     _drawn_again(page, host, count)
-    assert (pixels(host) == first).all()
+    # The frame's rounded corners are smoothed by what lies around them.
+    assert np.abs(pixels(host).astype(int) - first).max() <= 2
 
 
 def test_dragging_turns(page: Page, parts: str) -> None:

@@ -37,6 +37,7 @@ from simplifier.refinement.inner_surface import inner_surface
 from simplifier.refinement.search import refine
 from simplifier.refinement.starts import cluster_vertices, enclosed_start, sheet_start
 from simplifier.selection.measure import search_projections, silhouettes
+from simplifier.slicing.flats import flat_directions
 from simplifier.steps.solid import solidify
 from simplifier.voxel.room import coarse_room
 
@@ -85,7 +86,8 @@ class Scene:
 
     def sections(self, budget: int) -> Surface:
         options = make_options(1.0, budget=budget)
-        return _surface(cut_solid(self.solid, options, Stopwatch(), Deadline.after(None)))
+        flats = flat_directions(self.mesh)
+        return _surface(cut_solid(self.solid, flats, options, Stopwatch(), Deadline.after(None)))
 
 
 def _surface(triangles: FloatArray) -> Surface:

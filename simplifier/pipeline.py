@@ -14,6 +14,7 @@ from simplifier.geometry.overrides import NO_OVERRIDES, NOTHING, Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Cancel, Deadline, Listener, Stopwatch
+from simplifier.slicing.flats import flat_directions
 from simplifier.steps.cut import (
     build_chains,
     choose_triangles,
@@ -94,7 +95,9 @@ def simplify_mesh(
         room = open_room(mesh, solid, rest, overrides)
         solid = with_inner(solid, room)
         # 2. to 5. Cut it, and choose what hides most.
-        triangles = cut_solid(solid_to_cut(solid, room), rest, watch, deadline, by_hand)
+        flats = flat_directions(mesh)
+        cut = solid_to_cut(solid, room)
+        triangles = cut_solid(cut, flats, rest, watch, deadline, by_hand)
         # 6. Past the paper: move the triangles under the same measure.
         with watch.stage("refine", cancels=False):
             refined = improve(triangles, mesh, solid, room, rest, watch, deadline, overrides)
@@ -114,6 +117,7 @@ def simplify_mesh(
 
 def cut_solid(
     solid: Solid,
+    flats: FloatArray,
     options: Options,
     watch: Stopwatch,
     deadline: Deadline,
@@ -124,7 +128,7 @@ def cut_solid(
 
         def start(options: Options, watch: Stopwatch) -> FloatArray:
             # 2. Cut it by many planes; the largest slice of each bin stays (section 4.2).
-            sections = cut_sections(slicer, solid, options.sections, watch)
+            sections = cut_sections(slicer, solid, flats, options.sections, watch)
             # 3. Trace their outlines (section 4.3).
             polygons = trace_outlines(sections, watch)
             # 4. Simplify these, join their holes, and go on to ever simpler ones (4.3, 4.4).

@@ -33,8 +33,9 @@ class Bargain:
 
     Fines are in proportion to what share of a view's silhouette a pixel is, so that they price the
     mean of these shares.  Changes get smaller as the search cools: a late one could only take out
-    triangles, not move them.  What sticks out by less than the search's pixels can show is kept in
-    by a narrower room.
+    triangles, not move them, and where pixels are too coarse for the precision that is asked for
+    the price would rise without end.  What sticks out by less than the search's pixels can show is
+    kept in by a narrower room.
 
     ``outlines``  where overhang is judged; None: by the search's own views.
     """
@@ -62,7 +63,8 @@ class Bargain:
         """Change by what a search hides wrongly and beside, ``share`` of the way through."""
         wrong = (1.0 - search.precision()) / max(self._wrong, 1e-9)
         if wrong > 1.0:
-            self._price = min(int(self._price * min(wrong**0.5, _DEARER)) + 1, _DEAREST)
+            change = min(wrong**0.5, _DEARER) ** (1.0 - share) ** 0.5
+            self._price = min(int(self._price * change) + 1, _DEAREST)
         elif self._price > self._least:
             self._price = max(int(self._price * max(wrong, _CHEAPER)), self._least)
         if self._overhang < 1.0:

@@ -12,6 +12,7 @@ from simplifier.geometry.section import ImageFrame, Plane
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.options.stages import SectionOptions
+from simplifier.slicing.flats import NO_DIRECTIONS
 
 _PIXEL = 1.0  # a voxel; its whole cross-section then covers at least one pixel centre
 
@@ -40,17 +41,19 @@ class SamplingPlan:
         return Plane(self.frames[self.frame_of[index]].axes, float(self.depths[index]))
 
 
-def plan_sections(grid: VoxelGrid, options: SectionOptions) -> SamplingPlan:
+def plan_sections(
+    grid: VoxelGrid, options: SectionOptions, flats: FloatArray = NO_DIRECTIONS
+) -> SamplingPlan:
     """Spread planes over the directions of a hemisphere and the depths of the solid.
 
-    Directions: the three grid axes, then ``options.directions`` even directions; each even one is
-    a bin of ``options.direction_samples`` directions near it.  Depths: the solid's extent along
-    each direction in ``options.depths`` bins of equal width, with planes about
-    ``options.depth_step`` voxels apart in each, or further to keep to
-    ``options.depth_samples`` a bin.  The planes of a grid axis run through voxel
-    centres, never along faces.
+    Directions: the three grid axes, the normals of large flat parts (k, 3), a bin each, then
+    ``options.directions`` even directions; each even one is a bin of ``options.direction_samples``
+    directions near it.  Depths: the solid's extent along each direction in ``options.depths`` bins
+    of equal width, with planes about ``options.depth_step`` voxels apart in each, or further to
+    keep to ``options.depth_samples`` a bin.  The planes of a grid axis run through voxel centres,
+    never along faces.
     """
-    directions, direction_bin = _directions(options)
+    directions, direction_bin = _directions(options, flats)
     frames, low, high = _frames(grid, image_axes(directions))
     frame_of, bin_of, depths = [], [], []
     for index, owner in enumerate(direction_bin):
@@ -71,7 +74,7 @@ def plan_sections(grid: VoxelGrid, options: SectionOptions) -> SamplingPlan:
     )
 
 
-def _directions(options: SectionOptions) -> tuple[FloatArray, NDArray[np.int64]]:
+def _directions(options: SectionOptions, flats: FloatArray) -> tuple[FloatArray, NDArray[np.int64]]:
     """Unit directions and the bin of each; a finer lattice is dealt to its nearest bin centres."""
     centres = hemisphere_directions(options.directions)
     samples = hemisphere_directions(options.directions * options.direction_samples)
@@ -82,8 +85,9 @@ def _directions(options: SectionOptions) -> tuple[FloatArray, NDArray[np.int64]]
     samples[cosines[np.arange(len(samples)), nearest] < 0.0] *= -1.0
     order = np.argsort(nearest, kind="stable")
     _, dense = np.unique(nearest[order], return_inverse=True)
-    directions = np.concatenate([np.eye(3), samples[order]])
-    return directions, np.concatenate([np.arange(3), 3 + dense])
+    directions = np.concatenate([np.eye(3), flats, samples[order]])
+    first = 3 + len(flats)
+    return directions, np.concatenate([np.arange(first), first + dense])
 
 
 def _frames(

@@ -40,11 +40,14 @@ def open_slicer(solid: Solid, options: SectionOptions, watch: Stopwatch) -> Iter
 
 
 def cut_sections(
-    slicer: Slicer, solid: Solid, options: SectionOptions, watch: Stopwatch
+    slicer: Slicer, solid: Solid, flats: FloatArray, options: SectionOptions, watch: Stopwatch
 ) -> list[Section]:
-    """The largest slice of each bin of directions and depths (section 4.2)."""
+    """The largest slice of each bin of directions and depths (section 4.2).
+
+    Beyond the paper, the directions of large flat parts, ``flats`` (k, 3), are bins of their own.
+    """
     with watch.stage("sections"):
-        plan = plan_sections(solid.core, options)
+        plan = plan_sections(solid.core, options, flats)
         return best_sections(plan, slicer, watch.steps("sections"))
 
 

@@ -54,6 +54,19 @@ def bargain(judge=None, **options):
     return Bargain(chosen, VIEWS, judge, room())
 
 
+def test_a_price_that_buys_no_precision_settles():
+    """Where pixels are too coarse for the precision asked for it rose by half each round, until
+    nothing was worth its price: a machine lost half of its triangles by some seeds."""
+    prices = bargain(overhang=1.0)
+    costs = []
+    for index in range(1, 20):
+        prices.follow(Found(right=0.98), index / 20.0)
+        costs.append(prices.prices.measure)
+    assert costs[1] > 1.4 * costs[0]
+    assert costs[-2] < costs[-1] < 1.1 * costs[-2]
+    assert costs[-1] < 1.5**14 * UNIT / 2
+
+
 def test_the_price_follows_the_precision():
     prices = bargain(overhang=1.0)
     base = prices.prices.measure

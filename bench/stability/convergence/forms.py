@@ -38,6 +38,7 @@ from simplifier.selection.measure import (
     search_projections,
     silhouettes,
 )
+from simplifier.slicing.flats import flat_directions
 from simplifier.slicing.loops import edge_loops
 from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler
@@ -141,10 +142,12 @@ def compared_choices(mesh: TriangleMesh, solid: Solid, options: Options) -> Choi
     return Choices(len(losses), other, max(losses, default=0.0))
 
 
-def sections_of(solid: Solid, options: SectionOptions) -> list[Chain]:
+def sections_of(mesh: TriangleMesh, solid: Solid, options: SectionOptions) -> list[Chain]:
     """The polygons that the pipeline chooses from."""
     chains = []
-    for section in best_sections(plan_sections(solid.core, options), GridSampler(solid.core)):
+    for section in best_sections(
+        plan_sections(solid.core, options, flat_directions(mesh)), GridSampler(solid.core)
+    ):
         for polygon in edge_loops(section):
             simplified = simplify_polygon(polygon, TOLERANCE_VOXELS)
             if simplified is not None:

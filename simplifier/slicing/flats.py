@@ -1,0 +1,83 @@
+"""TriangleMesh -> directions: the normals of its large flat parts, to cut along these.
+
+Planes along even directions miss a wall that is turned against the axes by some degrees, and a
+section that leans against it covers less of it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.kernels.threads import run_chunks
+
+NO_DIRECTIONS: FloatArray = np.empty((0, 3))
+
+_MOST = 8  # directions: each costs as much time as an even one
+_SHARE = 0.03  # of the surface, at least
+_BINS = 64  # a side of the square that the hemisphere is unfolded to: two degrees each
+_NEAR, _APART = np.cos(np.radians([2.0, 5.0]))  # one part, and directions that are worth a cut each
+_DIGITS = 6  # of shares and of unit normals
+_BLOCK = 32_768  # triangles whose sums are one, on any number of threads
+
+
+def flat_directions(mesh: TriangleMesh) -> FloatArray:
+    """(k, 3) float64 unit normals, k at most 8, largest parts first.
+
+    A part is what faces one direction, or its opposite, to within two degrees, wherever it lies:
+    the floors of a house are one.  Those along an axis of the grid are left out, as the grid is cut
+    along these in any case.
+    """
+    sums, areas = _by_direction(mesh)
+    whole = areas.sum()
+    normals = sums / np.linalg.norm(sums, axis=1, keepdims=True)
+    parts = []
+    for normal in normals[areas > _SHARE / 8.0 * whole]:
+        cosines = normals @ normal
+        near = np.abs(cosines) > _NEAR  # the seam of a bin may run through a part
+        middle = (np.sign(cosines[near, None]) * sums[near]).sum(axis=0)
+        share = round(float(areas[near].sum() / whole), _DIGITS)
+        parts.append((share, _turned(middle)))
+    found = list(np.eye(3))
+    for share, normal in sorted(parts, key=lambda part: (-part[0], *part[1])):
+        if len(found) == 3 + _MOST or share < _SHARE:
+            break
+        if np.abs(np.array(found) @ normal).max() < _APART:
+            found.append(normal)
+    return np.array(found[3:]).reshape(-1, 3)
+
+
+def _turned(vector: FloatArray) -> FloatArray:
+    """Of unit length and one of its two signs, rounded: the order of sums must not show."""
+    unit = np.round(vector / np.linalg.norm(vector), _DIGITS)
+    unit *= np.sign(unit[np.flatnonzero(unit)[0]])
+    return np.asarray(unit / np.linalg.norm(unit))
+
+
+def _by_direction(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:
+    """Of each bin of directions that any triangle has: the sum of normals (n, 3) as long as twice
+    the areas, turned to one hemisphere, and of their lengths (n,)."""
+    blocks = range(0, len(mesh.faces), _BLOCK)
+    totals = np.empty((len(blocks), _BINS * _BINS, 4))
+
+    def add(begin: int, end: int) -> None:
+        for index in range(begin, end):
+            faces = mesh.faces[blocks[index] : blocks[index] + _BLOCK]
+            a, b, c = (mesh.vertices[faces[:, corner]].T for corner in range(3))
+            (px, py, pz), (qx, qy, qz) = b - a, c - a
+            normals = np.stack([py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx])
+            normals *= np.where(normals[2] < 0.0, -1.0, 1.0)
+            # The upper half of an octahedron, seen from above and turned by an eighth: a square.
+            x, y = normals[:2] / np.maximum(np.abs(normals).sum(axis=0), np.finfo(float).tiny)
+            across, along = (
+                np.minimum((0.5 * _BINS * (1.0 + value)).astype(np.int64), _BINS - 1)
+                for value in (x + y, x - y)
+            )
+            place = across * _BINS + along
+            for column, weights in enumerate((*normals, np.linalg.norm(normals, axis=0))):
+                totals[index, :, column] = np.bincount(place, weights, _BINS * _BINS)
+
+    run_chunks(add, len(blocks))
+    total = totals.sum(axis=0)
+    used = total[:, 3] > 0.0
+    return total[used, :3], total[used, 3]

@@ -28,6 +28,7 @@ _STEPS = (6.0 / 64.0, 0.1 / 64.0)  # of the grid that a move spans at first and 
 _HEATS = (1e-3, 2e-5)  # losses taken at first and at last, as shares of the original's measure
 _PULLS = 48  # steps, each a sixteenth of the way: a twentieth of the size is left at the end
 _PULL = 1.0 / 16.0
+_SHIFTS = np.array([0.0, 0.5, -0.5, 1.0, -1.0, 1.5, -1.5, 2.0, -2.0])  # voxels, tried in turn
 _FEW = 50  # triangles up to which a move is as hot; each of more has less to lose
 
 Images = NDArray[np.uint64]
@@ -88,20 +89,39 @@ class Prices:
 
 
 def pull_each(triangles: FloatArray, room: Room) -> tuple[FloatArray, BoolArray]:
-    """Shrink the triangles that leave a room towards their centres until they do not.
+    """Draw in the triangles that leave a room: along their normals by two of its voxels at most,
+    and towards their centres by as little as that takes.
 
     Returns them, (m, 3, 3), and which are in the room after that, (m,).
     """
     triangles = np.array(triangles, dtype=np.float64)
     inside = np.zeros(len(triangles), dtype=np.bool_)
     all_contained(triangles, room.voxels, inside)
-    for _ in range(_PULLS):
-        if inside.all():
+    steps = _SHIFTS * (room.shape[0] / room.layers.shape[0])
+    for pull in range(_PULLS + 1):
+        places = np.flatnonzero(~inside)
+        if len(places) == 0:
             break
-        outside = triangles[~inside]
-        triangles[~inside] += _PULL * (outside.mean(axis=1, keepdims=True) - outside)
-        all_contained(triangles, room.voxels, inside)
+        outside = triangles[places]
+        if pull > 0:
+            outside += _PULL * (outside.mean(axis=1, keepdims=True) - outside)
+            triangles[places] = outside
+        shifts = steps[:, None, None, None] * _unit_normals(outside)[:, None]
+        for moved in outside + shifts:
+            left = np.flatnonzero(~inside[places])
+            tried = np.ascontiguousarray(moved[left])
+            fits = np.zeros(len(left), dtype=np.bool_)
+            all_contained(tried, room.voxels, fits)
+            triangles[places[left[fits]]] = tried[fits]
+            inside[places[left[fits]]] = True
     return triangles, inside
+
+
+def _unit_normals(triangles: FloatArray) -> FloatArray:
+    """(m, 3), 0 for those without an area."""
+    a, b, c = triangles.transpose(1, 0, 2)
+    normals = np.cross(b - a, c - a)
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1)[:, None], 1e-300))
 
 
 class Annealing:

@@ -137,7 +137,7 @@ def _moved(
 
     aims, budget = options.refine, options.selection.budget
     reach = _ALL_AROUND * aims.overhang / max(views.outline(), _TINY)
-    room = room.within(reach * min(1.0, _MANY / budget) ** _EACH)
+    wide, room = room, room.within(reach * min(1.0, _MANY / budget) ** _EACH)
     starts = [pull_into(start + margin, room)]
     several = options.refine.decimated and deadline.left > _SEVERAL_SECONDS
     if several:
@@ -157,19 +157,22 @@ def _moved(
         return Refined((found or starts)[0] - margin, room.bound, searched)
     fine = search_projections(solid, options, _FINE_VIEWS if several else _FEW_FINE_VIEWS, margin)
 
-    def spare() -> list[FloatArray]:  # takes what no limit has left for it
-        return [] if deadline.limited else [_fine_start(mesh, solid, options, room)]
+    def spare() -> list[FloatArray]:
+        """What is thin sticks out by little, however far it is moved: all of the room is for it."""
+        if deadline.limited:  # which has left no time for it
+            return []
+        return [_fine_start(mesh, solid, options, one) for one in (room, wide)]
 
     judges = FineViews.of(*original, fine, outlines or Outlines.of(*original, fine, drawn))
     best = best_of([*found, *starts], judges, aims.precision, aims.overhang, spare)
     if any(best is one for one in found):
-        words = searched
-    elif len(best) == 0:
+        return Refined(best - margin, room.bound, searched)
+    if len(best) == 0:
         words = "All that was found would hide too much wrongly, so the occluder is empty."
-    else:
-        names = [name for one, name in zip(starts, _STARTS, strict=False) if one is best]
-        words = f"No search did better than {(*names, _THIN)[0]}, which became the occluder."
-    return Refined(best - margin, room.bound, words)
+        return Refined(best, room.bound, words)
+    names = [name for one, name in zip(starts, _STARTS, strict=False) if one is best]
+    words = f"No search did better than {(*names, _THIN)[0]}, which became the occluder."
+    return Refined(best - margin, room.bound if names else wide.bound, words)
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -71,7 +71,7 @@ def one_line(text):
 def test_simplify_writes_an_occluder_and_a_table(folder, tmp_path, suffix, here):
     done = here(
         "simplify", folder / "boxes.ply", "-o", tmp_path / f"out{suffix}", "--budget", "20",
-        *QUICK, *FEW_VIEWS, "--conservative", "--moves", "1000",
+        *QUICK, *FEW_VIEWS, "--conservative", "--moves", "2000",
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     assert "24 -> " in done.stdout

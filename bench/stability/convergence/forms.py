@@ -124,7 +124,7 @@ def exact_measures(images: Images) -> FloatArray:
 def compared_choices(mesh: TriangleMesh, solid: Solid, options: Options) -> Choices:
     """Walk the cut that the bit form makes, and ask the exact one at every step."""
     views = options.selection.views
-    chains = sections_of(solid, options.sections)
+    chains = sections_of(mesh, solid, options.sections)
     candidates = Candidates.from_chains(chains, search_projections(solid, options, views))
     whole = float(exact_measures(pictures(mesh, solid, options, views)).sum())
     union, losses = candidates.nothing(), []

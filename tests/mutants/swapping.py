@@ -21,6 +21,7 @@ _OURS = ("simplifier", "service", "tests")
 
 def functions_of(path: str) -> list[FunctionType]:
     """All that live in this process and were defined in a file, those within functions too."""
+    gc.unfreeze()  # what is frozen is not listed, and tests are once they are collected
     return [
         one
         for one in gc.get_objects()

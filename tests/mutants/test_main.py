@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from pathlib import Path
@@ -114,6 +115,12 @@ def test_a_mutant_is_seen_by_those_who_imported_its_original_and_leaves_no_trace
     assert {3.5, 4.0, 4.5} <= results
     assert imported(3.5, 1.5) == 3.5
     assert imported(0.0, 1.5) == 4.0
+
+
+def test_functions_are_found_though_all_that_was_collected_is_frozen():
+    """Else no mutant is ever put in, and each of them survives."""
+    gc.freeze()
+    assert functions_of in functions_of(functions_of.__code__.co_filename)
 
 
 def test_what_is_listed_is_there():

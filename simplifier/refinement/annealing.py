@@ -96,7 +96,6 @@ def pull_each(triangles: FloatArray, room: Room) -> tuple[FloatArray, BoolArray]
     """
     triangles = np.array(triangles, dtype=np.float64)
     inside = np.zeros(len(triangles), dtype=np.bool_)
-    all_contained(triangles, room.voxels, inside)
     steps = _SHIFTS * (room.shape[0] / room.layers.shape[0])
     for pull in range(_PULLS + 1):
         places = np.flatnonzero(~inside)

@@ -166,6 +166,41 @@ def test_in_another_room_triangles_are_drawn_in_or_copied():
     assert np.array_equal(search.best(), search.current())
 
 
+def test_what_cannot_be_in_another_room_is_a_copy_of_what_can():
+    start = np.concatenate([crossed_quads(2.0), crossed_quads(2.0)])
+    start[:6, :, 0] += 6.0
+    search = Annealing(start, Room.of(ball(11.0)), views_of(SMALL), Prices(UNIT), 0)
+    beyond = np.zeros_like(ball())
+    beyond[15:21] = ball(11.0)[15:21]
+    search.move_to(Room.of(beyond))
+    assert np.array_equal(search.current()[:6], start[:6])
+    assert np.array_equal(search.current()[6:], start[:6])
+    nowhere = np.zeros_like(ball())
+    nowhere[0, 0, 0] = True
+    search.move_to(Room.of(nowhere))
+    assert search.score == search._fresh(search.current())
+
+
+def test_overhang_is_a_share_of_each_views_own_silhouette():
+    views = views_of(SMALL)
+    views.originals[3] = 0
+    search = Annealing(crossed_quads(6.0), Room.of(ball()), views, Prices(UNIT), 0)
+    shown, there = (
+        unpack_masks(bits[:, :, None], 64) for bits in (search._union(), views.originals)
+    )
+    beside = (shown & ~there).sum(axis=(1, 2))
+    expected = beside / np.maximum(there.sum(axis=(1, 2)), 1)
+    np.testing.assert_allclose(search.overhang(), expected, rtol=1e-12)
+    assert search.overhang()[3] == beside[3] > 1
+
+
+def test_other_fines_at_the_same_price_are_paid():
+    search = Annealing(crossed_quads(6.0), Room.of(ball()), views_of(SMALL), Prices(UNIT), 0)
+    before = search.score
+    search.reprice(Prices(UNIT, 50))
+    assert search.score == score(search.best(), views_of(SMALL), 1.0, 50) < before
+
+
 def test_an_outline_tells_how_much_sticks_out_by_a_unit():
     """The pixels around a silhouette, as long as it is, each as wide as its view shows a unit."""
     views, shares = views_of(ball()), []
@@ -174,4 +209,8 @@ def test_an_outline_tells_how_much_sticks_out_by_a_unit():
         around = ndimage.binary_dilation(mask, np.ones((3, 3))) & ~mask
         shares.append(around.sum() / mask.sum() * np.linalg.norm(projection[0, :3]))
     assert views.outline() == pytest.approx(np.mean(shares))
+    some = views.originals.copy()
+    some[3] = 0
+    others = np.delete(shares, 3)
+    assert RefineViews(views.projections, some).outline() == pytest.approx(np.mean(others))
     assert RefineViews(views.projections, np.zeros_like(views.originals)).outline() == 0.0

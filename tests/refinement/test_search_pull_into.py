@@ -57,6 +57,30 @@ def test_one_that_lies_along_a_wall_of_the_room_moves_and_keeps_its_size():
     np.testing.assert_allclose(*(np.linalg.norm(one, axis=1) for one in edges), rtol=1e-12)
 
 
+def test_it_moves_by_voxels_of_the_room_not_by_cells():
+    """Two of these at most; what lies further along a wall would be another part's."""
+    allowed = np.zeros((2 * SIZE,) * 3, dtype=np.bool_)
+    allowed[:, :, 10] = True
+    fine = Room.of(allowed)
+    cells = np.minimum.reduceat(fine.layers, np.arange(0, 2 * SIZE, 2), axis=0)
+    cells = np.minimum.reduceat(cells, np.arange(0, 2 * SIZE, 2), axis=1)
+    cells = np.ascontiguousarray(np.minimum.reduceat(cells, np.arange(0, 2 * SIZE, 2), axis=2))
+    most = np.full_like(cells, fine.layers.max())
+    room = Room(fine.layers, cells, most, cells, 0, (0.0,), 0.0)
+    sheet = np.array([[0.5, 0.5, 0.0], [11.5, 0.5, 0.0], [0.5, 11.5, 0.0]])
+    for height, found in ((6.25, 1), (6.75, 0), (7.25, 0)):
+        assert len(pull_into(sheet[None] + [0.0, 0.0, height], room)) == found
+
+
+def test_one_without_an_area_has_no_normal_and_shrinks():
+    allowed = np.ones((SIZE,) * 3, dtype=np.bool_)
+    line = np.array([[[6.0, 6.0, 6.0], [6.0, 6.0, 13.0], [6.0, 6.0, 9.5]]])
+    with np.errstate(all="raise"):
+        (found,) = pull_into(line, Room.of(allowed))
+    assert keeps_to(found, allowed)
+    assert (found[:, :2] == 6.0).all()
+
+
 def test_one_that_just_fits_at_a_twentieth_of_its_size_is_kept():
     allowed = np.zeros((SIZE,) * 3, dtype=np.bool_)
     allowed[5:7, 5:7, 5:7] = True

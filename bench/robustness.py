@@ -36,7 +36,7 @@ def recall(mesh: TriangleMesh, budget: int = 64, seed: int = 0) -> float:
 def turns(mesh: TriangleMesh) -> Iterator[TriangleMesh]:
     """The mesh in eight other positions."""
     for rotation in Rotation.random(TURNS, rng=np.random.default_rng(1)):
-        yield TriangleMesh.from_soup(rotation.apply(mesh.vertices), mesh.faces)
+        yield TriangleMesh.from_soup(rotation.apply(np.array(mesh.vertices)), mesh.faces)
 
 
 def spread(values: Sequence[float]) -> str:

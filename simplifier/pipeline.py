@@ -95,7 +95,8 @@ def simplify_mesh(
         room = open_room(mesh, solid, rest, overrides)
         solid = with_inner(solid, room)
         # 2. to 5. Cut it, and choose what hides most.
-        flats = flat_directions(mesh)
+        with watch.stage("sections"):
+            flats = flat_directions(mesh)
         cut = solid_to_cut(solid, room)
         triangles = cut_solid(cut, flats, rest, watch, deadline, by_hand)
         # 6. Past the paper: move the triangles under the same measure.
@@ -123,7 +124,10 @@ def cut_solid(
     deadline: Deadline,
     drawn: FloatArray = NOTHING,
 ) -> FloatArray:
-    """(m, 3, 3) triangles in grid space, m within the budget, that add to what is ``drawn``."""
+    """(m, 3, 3) triangles in grid space, m within the budget, that add to what is ``drawn``.
+
+    ``flats``  (k, 3) directions to cut along beside the even ones.
+    """
     with open_slicer(solid, options.sections, watch) as slicer:
 
         def start(options: Options, watch: Stopwatch) -> FloatArray:
@@ -136,7 +140,7 @@ def cut_solid(
             # 5. Choose polygons and levels by what they hide, and triangulate them (4.5).
             return choose_triangles(chains, solid, options, drawn, watch)
 
-        return start_in_time(start, solid, options, watch, deadline)
+        return start_in_time(start, solid, flats, options, watch, deadline)
 
 
 def _check_left(left: int, options: Options, overrides: Overrides) -> None:

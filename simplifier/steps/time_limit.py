@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -37,15 +38,22 @@ Start = Callable[[Options, Stopwatch], FloatArray]
 
 
 def start_in_time(
-    start: Start, solid: Solid, options: Options, watch: Stopwatch, deadline: Deadline
+    start: Start,
+    solid: Solid,
+    flats: FloatArray,
+    options: Options,
+    watch: Stopwatch,
+    deadline: Deadline,
 ) -> FloatArray:
     """What ``start`` makes; under a time limit a quick one, which is always ended, and then as full
-    a one as a quarter of the time that is left allows, if that fits."""
+    a one as a quarter of the time that is left allows, if that fits.  It cuts along ``flats`` too.
+    """
     if not deadline.limited:
         return start(options, watch)
-    small = quick(options)
+    small, before = quick(options), Counter(watch.timings)
     found = start(small, watch)
-    fuller = _fullest_affordable(solid, options, small, watch.timings, deadline)
+    took = {stage: seconds - before[stage] for stage, seconds in watch.timings.items()}
+    fuller = _fullest_affordable(solid, flats, options, small, took, deadline)
     if fuller is not None:
         with suppress(TimeUpError):
             found = start(fuller, watch.until(deadline.part(0.5)))
@@ -53,20 +61,25 @@ def start_in_time(
 
 
 def _fullest_affordable(
-    solid: Solid, options: Options, small: Options, timings: Mapping[str, float], deadline: Deadline
+    solid: Solid,
+    flats: FloatArray,
+    options: Options,
+    small: Options,
+    took: Mapping[str, float],
+    deadline: Deadline,
 ) -> Options | None:
-    """The most directions that time is left for, judged by the timings of a small start."""
-    done = _cost_of(solid, small)
-    slicing = timings["sections"]
-    choosing = timings["loops"] + timings["chains"] + timings["cut"]
+    """The most directions that time is left for, judged by what a small start took."""
+    done = _cost_of(solid, flats, small)
+    slicing = took["sections"]
+    choosing = took["loops"] + took["chains"] + took["cut"]
     for fuller in fewer_directions(options):
-        if leaves_time_for(done, slicing, choosing, _cost_of(solid, fuller), deadline.left):
+        if leaves_time_for(done, slicing, choosing, _cost_of(solid, flats, fuller), deadline.left):
             return fuller
     return None
 
 
-def _cost_of(solid: Solid, options: Options) -> StartCost:
-    plan = plan_sections(solid.core, options.sections)
+def _cost_of(solid: Solid, flats: FloatArray, options: Options) -> StartCost:
+    plan = plan_sections(solid.core, options.sections, flats)
     return StartCost(len(plan), plan.bins, options.selection.exchanges)
 
 

@@ -72,14 +72,14 @@ def test_a_rough_part_is_one_wherever_the_seams_of_bins_run(normal):
 
 def test_there_are_eight_at_most_the_largest_first():
     angles = 2.0 * np.pi * (np.arange(32) + 0.3) / 32.0
-    ring = np.stack([np.cos(angles), np.sin(angles)], axis=1) * [3.0, 1.0]
+    ring = np.stack([np.cos(angles), np.sin(angles)], axis=1) * [1.2, 1.0]
     low, high = (np.column_stack([ring, np.full(32, z)]) for z in (0.0, 2.0))
     side = np.arange(32)
     other = (side + 1) % 32
     faces = [np.stack([side, other, 32 + side], 1), np.stack([other, 32 + other, 32 + side], 1)]
     mesh = TriangleMesh.from_soup(np.concatenate([low, high]), np.concatenate(faces))
     found = flat_directions(mesh)
-    assert 3 <= len(found) <= 8
+    assert len(found) == 8
     normals = np.cross(*(np.diff(mesh.vertices[mesh.faces], axis=1).transpose(1, 0, 2)))
     areas = np.linalg.norm(normals, axis=1)
     near = np.abs(normals @ found.T) > np.cos(np.radians(2.0)) * areas[:, None]

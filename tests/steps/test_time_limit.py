@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+from simplifier.geometry.views import random_directions
 from simplifier.options.stages import make_options
 from simplifier.progress import Deadline, Stopwatch
+from simplifier.slicing.flats import NO_DIRECTIONS
 from simplifier.steps.solid import solidify
 from simplifier.steps.time_limit import (
     QUICK,
@@ -58,7 +60,8 @@ def test_no_more_views_than_asked_for():
 
 def test_without_a_limit_the_start_is_made_once_as_it_was_asked_for():
     options, seen = make_options(1.0, preset="best"), []
-    start_in_time(lambda *told: seen.append(told), None, options, "watch", Deadline.after(None))
+    limit = Deadline.after(None)
+    start_in_time(lambda *told: seen.append(told), None, NO_DIRECTIONS, options, "watch", limit)
     assert seen == [(options, "watch")]
 
 
@@ -78,8 +81,27 @@ def test_a_fuller_start_that_turns_out_slower_is_dropped_for_the_quick_one():
             watch.steps("cut")(0.5)
         return len(seen)
 
-    assert start_in_time(start, solid, options, watch, deadline) == 1
+    assert start_in_time(start, solid, NO_DIRECTIONS, options, watch, deadline) == 1
     assert seen == [QUICK.directions, options.sections.directions]
     now[0] = 0.0
     seen.clear()
-    assert start_in_time(lambda *told: len(seen), solid, options, watch, deadline) == 0
+    quickly = start_in_time(lambda *told: len(seen), solid, NO_DIRECTIONS, options, watch, deadline)
+    assert quickly == 0
+
+
+def test_a_start_is_judged_by_what_it_took_itself_and_by_all_directions():
+    """Those of flat parts are most of a quick start's and few of a full one's."""
+    options = make_options(1.0, preset="best", resolution=8)
+    solid, flats = solidify(box(), options.solid, Stopwatch()), random_directions(8, seed=1)
+    watch, seen = Stopwatch(), []
+    watch.timings.update(sections=1e6)
+
+    def start(chosen, watch):
+        seen.append(chosen.sections.directions)
+        for stage, seconds in (("sections", 0.1), ("loops", 0.0), ("chains", 0.0), ("cut", 0.0)):
+            watch.timings[stage] = watch.timings.get(stage, 0.0) + seconds
+
+    for parts, expected in ((flats, 128), (NO_DIRECTIONS, 64)):
+        seen.clear()
+        start_in_time(start, solid, parts, options, watch, Deadline.after(6.0, lambda: 0.0))
+        assert seen == [QUICK.directions, expected]

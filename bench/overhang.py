@@ -16,6 +16,7 @@ from collections.abc import Sequence
 
 import simplifier
 from bench.meshes import ASSETS
+from bench.robustness import from_least_to_most
 from simplifier.geometry.mesh import TriangleMesh
 
 MESHES = {
@@ -75,8 +76,7 @@ def main(words: Sequence[str] | None = None) -> None:
                 cell(mesh, budget=budget, up=up, preset=preset, overhang=overhang, seed=seed)
                 for seed in range(given.seeds)
             ]
-            recalls = [100 * recall for recall, _ in runs]
-            spread = f"{min(recalls):.1f} to {max(recalls):.1f}"
+            spread = from_least_to_most([100 * recall for recall, _ in runs])
             cells.append(runs[0][1] if given.seeds == 1 else spread)
         print(f"| {path.stem}, {budget} | {' | '.join(cells)} |", flush=True)
 

@@ -39,8 +39,8 @@ def turns(mesh: TriangleMesh) -> Iterator[TriangleMesh]:
         yield TriangleMesh.from_soup(rotation.apply(np.array(mesh.vertices)), mesh.faces)
 
 
-def spread(values: Sequence[float]) -> str:
-    """From the least to the most."""
+def from_least_to_most(values: Sequence[float]) -> str:
+    """As a cell of a table."""
     return f"{min(values):.1f} to {max(values):.1f}"
 
 
@@ -50,7 +50,10 @@ def cells(mesh: TriangleMesh) -> list[str]:
     chance = ["", ""]
     if (first := by_budget[BUDGETS.index(64)]) >= _LEAST:
         seeds = [first, *(recall(mesh, seed=seed) for seed in range(1, SEEDS))]
-        chance = [spread(seeds), spread([recall(turned) for turned in turns(mesh)])]
+        chance = [
+            from_least_to_most(values)
+            for values in (seeds, [recall(turned) for turned in turns(mesh)])
+        ]
     return [*chance, *(f"{value:.1f}" for value in by_budget)]
 
 

@@ -10,6 +10,8 @@ TriangleMesh -> surface: equal positions are one vertex, and no face comes twice
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
@@ -42,15 +44,16 @@ def sheet_start(
     return decimate_into(*cluster_vertices(mesh, filled), room, budget)
 
 
-def fine_start(
-    mesh: TriangleMesh, filled: VoxelGrid, room: Room, budget: int
-) -> tuple[FloatArray, IntArray]:
-    """The mesh itself in at most ``budget`` triangles, thinner than a voxel as it may be.
+def fine_starts(
+    mesh: TriangleMesh, filled: VoxelGrid, rooms: Sequence[Room], budget: int
+) -> list[tuple[FloatArray, IntArray]]:
+    """The mesh itself in at most ``budget`` triangles, thinner than a voxel as it may be, by room.
 
-    Arguments and result as for :func:`sheet_start`, whose cells leave nothing of a thin rod, or a
+    Arguments and results as for :func:`sheet_start`, whose cells leave nothing of a thin rod, or a
     ribbon that is too wide.
     """
-    return decimate_into(*weld_vertices(reduce_to(mesh, _MOST_FINE), filled), room, budget)
+    vertices, faces = weld_vertices(reduce_to(mesh, _MOST_FINE), filled)
+    return [decimate_into(vertices, faces, room, budget) for room in rooms]
 
 
 _MOST_FINE = 20_000  # triangles that take a tenth of a second

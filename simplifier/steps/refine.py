@@ -136,8 +136,7 @@ def _moved(
         return watch.cancelled
 
     aims, budget = options.refine, options.selection.budget
-    reach = _ALL_AROUND * aims.overhang / max(views.outline(), _TINY)
-    wide, room = room, room.within(reach * min(1.0, _MANY / budget) ** _EACH)
+    wide, room = room, narrowed_room(room, views, aims.overhang, budget)
     starts = [pull_into(start + margin, room)]
     several = options.refine.decimated and deadline.left > _SEVERAL_SECONDS
     if several:
@@ -161,7 +160,7 @@ def _moved(
         """What is thin sticks out by little, however far it is moved: all of the room is for it."""
         if deadline.limited:  # which has left no time for it
             return []
-        return [_fine_start(mesh, solid, options, one) for one in (room, wide)]
+        return _fine_starts(mesh, solid, budget, (room, wide))
 
     judges = FineViews.of(*original, fine, outlines or Outlines.of(*original, fine, drawn))
     best = best_of([*found, *starts], judges, aims.precision, aims.overhang, spare)
@@ -173,6 +172,12 @@ def _moved(
     names = [name for one, name in zip(starts, _STARTS, strict=False) if one is best]
     words = f"No search did better than {(*names, _THIN)[0]}, which became the occluder."
     return Refined(best - margin, room.bound if names else wide.bound, words)
+
+
+def narrowed_room(room: Room, views: RefineViews, overhang: float, budget: int) -> Room:
+    """No more of it than could give so much times the overhang asked for, all around."""
+    reach = _ALL_AROUND * overhang / max(views.outline(), _TINY)
+    return room.within(reach * min(1.0, _MANY / budget) ** _EACH)
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -215,12 +220,17 @@ def _decimated_starts(
     return soups
 
 
-def _fine_start(mesh: TriangleMesh, solid: Solid, options: Options, room: Room) -> FloatArray:
-    """The mesh itself in fewer triangles, in detail that pictures do not show."""
-    from simplifier.refinement.starts import fine_start  # as above
+def _fine_starts(
+    mesh: TriangleMesh, solid: Solid, budget: int, rooms: Sequence[Room]
+) -> list[FloatArray]:
+    """The mesh itself in fewer triangles, in detail that pictures do not show, in each room."""
+    from simplifier.refinement.starts import fine_starts  # as above
 
-    vertices, faces = fine_start(mesh, solid.core, room, options.selection.budget)
-    return pull_into(vertices[faces] + room.margin, room)
+    starts = fine_starts(mesh, solid.core, rooms, budget)
+    return [
+        pull_into(vertices[faces] + room.margin, room)
+        for room, (vertices, faces) in zip(rooms, starts, strict=True)
+    ]
 
 
 def _views(

@@ -16,7 +16,7 @@ from simplifier.refinement.starts import enclosed_start, sheet_start
 from simplifier.refinement.thin import thin_for_pictures
 from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.slicing.flats import flat_directions
-from simplifier.steps.refine import _ALL_AROUND, _FINE_VIEWS, _OUTLINES
+from simplifier.steps.refine import _FINE_VIEWS, _OUTLINES, narrowed_room
 from simplifier.steps.room import open_room, solid_to_cut
 from simplifier.steps.solid import solidify
 
@@ -38,7 +38,7 @@ def made_by_pictures(mesh: TriangleMesh, options: Options, pixels: int) -> Occlu
     small = shrunk(search_projections(solid, options, options.refine.views, margin), pixels)
     views = RefineViews(small, silhouettes(*original, small))
     aims, budget = options.refine, options.selection.budget
-    room = room.within(_ALL_AROUND * aims.overhang / views.outline())
+    room = narrowed_room(room, views, aims.overhang, budget)
     starts = [pull_into(cut + margin, room)]
     for vertices, faces in (
         enclosed_start(room, budget),

@@ -40,8 +40,17 @@ def contained(triangle, voxels):
     return is_contained(*(tuple(map(float, corner)) for corner in triangle), Room.of(voxels).voxels)
 
 
-def marked(triangles):
-    found = np.zeros((SIZE,) * 3, dtype=np.bool_)
+def kept_to(triangle, layers, limit, size):
+    """As :func:`contained`, in cells of ``size`` voxels along each axis; ``triangle`` in voxels."""
+    cells = SIZE // size
+    blocks = layers.reshape(cells, size, cells, size, cells, size)
+    room = (layers, blocks.min(axis=(1, 3, 5)), blocks.max(axis=(1, 3, 5)), limit)
+    return is_contained(*(tuple(corner / size) for corner in triangle), room)
+
+
+def marked(triangles, before=None):
+    """``before``: what is marked already."""
+    found = np.zeros((SIZE,) * 3, dtype=np.bool_) if before is None else before.copy()
     faces = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
     points = np.ascontiguousarray(np.reshape(triangles, (-1, 3)), dtype=np.float64)
     mark_triangles(points, faces, np.zeros(3), 1.0, 0, len(faces), found)
@@ -73,6 +82,26 @@ def test_every_voxel_that_it_touches_is_asked_for_and_no_other(corners):
         missing = np.ones((SIZE,) * 3, dtype=np.bool_)
         missing[tuple(voxel)] = False
         assert not contained(triangle, missing)
+        assert marked([triangle], before=missing).all()
+
+
+@settings(max_examples=40)
+@given(inner)
+@example(((9, 9, 1), (10, 9, 31), (9, 12, 17)))  # within a row
+@example(((1, 9, 9), (31, 10, 9), (17, 9, 12)))
+@example(((9, 1, 9), (9, 31, 10), (12, 17, 9)))
+@example(((9, 9, 10), (22, 9, 11), (9, 23, 12)))  # within a layer
+@example(((9, 9, 10), (11, 9, 22), (12, 9, 23)))
+@example(((9, 9, 10), (11, 22, 9), (12, 9, 23)))
+def test_voxels_of_a_cell_are_asked_for_one_by_one(corners):
+    """All voxels at the limit that it touches do, and one of them above does not."""
+    triangle, expected, limit = np.array(corners) / PARTS, touched(corners), 3
+    for size in (1, 2, 4):
+        assert kept_to(triangle, np.where(expected, limit, 9).astype(np.uint8), limit, size)
+        for voxel in np.argwhere(expected):
+            layers = np.where(expected, limit, 0).astype(np.uint8)
+            layers[tuple(voxel)] = limit + 1
+            assert not kept_to(triangle, layers, limit, size)
 
 
 @settings(max_examples=80)

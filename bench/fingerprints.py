@@ -37,7 +37,7 @@ _TIMES = frozenset({
     "timings", "made", "created", "queued", "started", "ended", "finished", "expires", "seconds",
     "machine", "host", "cull_ms", "cull_seconds", "duration", "date", "id", "job", "job_id",
     "links", "href", "run", "created_at", "started_at", "finished_at", "queued_at", "ended_at",
-    "updated", "milliseconds", "time", "times",
+    "updated", "milliseconds", "time", "times", "reused", "link",
 })  # fmt: skip
 """Keys whose values are times, dates, or names that a server draws at random."""
 
@@ -50,6 +50,7 @@ _VOLATILE = (
     (re.compile(r"width: [\d.]+%"), "WIDTH"),  # of a bar of time
     (re.compile(r"data:image/png;base64,[A-Za-z0-9+/=]+"), "PICTURE"),
     (re.compile(r"[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}"), "ID"),
+    (re.compile(r"\b[0-9a-f]{32}\b"), "ID"),
 )
 
 CASES = (
@@ -161,7 +162,8 @@ def _simplifying(
                 "--report", str(folder / "judged.json"),
             )  # fmt: skip
             yield from (("evaluate " + name, value) for name, value in _told(judged))
-            yield "evaluate report", _plain(json.loads((folder / "judged.json").read_text()))
+            report = _without_place((folder / "judged.json").read_text(), folder)
+            yield "evaluate report", _plain(json.loads(report))
 
     return work
 
@@ -291,7 +293,7 @@ def _answers(address: str) -> Iterator[tuple[str, Any]]:
     jobs = json.loads(urlopen(address + "/v1/jobs", timeout=30).read())
     rows = next(value for value in jobs.values() if isinstance(value, list))
     number = rows[0]["id"]
-    for part in ("", "/result", "/report", "/events"):
+    for part in ("", "/result", "/files/report.json", "/events"):
         yield f"job{part}", _asked(address, f"/v1/jobs/{number}{part}")
     for page in ("/", "/submit", "/jobs", f"/jobs/{number}", "/assets/bunny", "/tradeoff"):
         answer = _asked(address, page, None, {"Accept": "text/html"}, whole=True)
@@ -318,9 +320,17 @@ def _asked(
         status, kind, data = error.code, error.headers["Content-Type"], error.read()  # type: ignore[attr-defined]
     if whole:
         return status, data
+    text = data.decode(errors="replace").replace(address, "HOST")
     if "json" in kind:
-        return [status, kind, _plain(json.loads(data))]
-    return [status, kind, _steady(data.decode(errors="replace").replace(address, "HOST"))]
+        return [status, kind, _plain(json.loads(text))]
+    if kind.startswith("text/event-stream"):
+        return [status, kind, [_event(line) for line in text.splitlines()]]
+    return [status, kind, _steady(text)]
+
+
+def _event(line: str) -> Any:
+    name, _, data = line.partition(": ")
+    return [name, _plain(json.loads(data)) if name == "data" else data]
 
 
 def _run(folder: Path, *arguments: str) -> Ran:
@@ -349,7 +359,7 @@ def _files(folder: Path) -> Iterator[tuple[str, Any]]:
         if not path.is_file() or name.startswith(("log", "data/")):
             continue
         if path.suffix == ".json":
-            yield name, _plain(json.loads(path.read_text()))
+            yield name, _plain(json.loads(_without_place(path.read_text(), folder)))
         elif path.suffix in (".html", ".csv", ".md", ".xml"):
             yield name, _steady(_without_place(path.read_text(), folder))
         else:
@@ -359,6 +369,8 @@ def _files(folder: Path) -> Iterator[tuple[str, Any]]:
 def _plain(value: Any) -> Any:
     """JSON without times and without names that are drawn at random."""
     if isinstance(value, dict):
+        if value.get("name") in ("report.html", "report.json"):
+            return value["name"]  # its digest and its size are those of times
         return {key: _plain(one) for key, one in value.items() if key not in _TIMES}
     if isinstance(value, list):
         return [_plain(one) for one in value]

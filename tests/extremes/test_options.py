@@ -75,8 +75,8 @@ def test_a_budget_that_holds_the_mesh_gives_the_mesh():
 
 @pytest.mark.slow
 def test_a_budget_of_ten_thousand_for_a_larger_mesh():
-    product = produced(bumpy_sphere(40_000), budget=10_000)
-    assert recall(product) > 0.9
+    product = produced(bumpy_sphere(40_000), budget=10_000, overhang=1.0)
+    assert recall(product) > 0.95
     assert sum(product.timings.values()) < 300.0
 
 

@@ -140,8 +140,11 @@ def test_keys_turn_and_zoom_and_0_brings_the_first_picture_back(page: Page, part
     count = frames(host)
     page.keyboard.press("0")
     _drawn_again(page, host, count)
-    # The frame's rounded corners are smoothed by what lies around them.
-    assert np.abs(pixels(host).astype(int) - first).max() <= 2
+    corner = 6  # of the frame, smoothed by whatever page lies behind it
+    changed = (pixels(host) != first).any(axis=-1)
+    for rows in (slice(corner), slice(-corner, None)):
+        changed[rows, :corner] = changed[rows, -corner:] = False
+    assert not changed.any()
 
 
 def test_dragging_turns(page: Page, parts: str) -> None:

@@ -47,6 +47,7 @@ _VOLATILE = (
         re.compile(r"\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d(?:\.\d+)?)?(?:Z|\+00:00| UTC)?)?"),
         "DATE",
     ),
+    (re.compile(r"(?<=│) +\d+\.\d +(?=│)"), "TIME"),  # in a table's column of seconds
     (re.compile(r"width: [\d.]+%"), "WIDTH"),  # of a bar of time
     (re.compile(r"data:image/png;base64,[A-Za-z0-9+/=]+"), "PICTURE"),
     (re.compile(r"[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}"), "ID"),
@@ -91,7 +92,7 @@ def main() -> None:
     """Write the fingerprints, or name those that differ; then the exit status is 1."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="compare with what was kept")
-    parser.add_argument("--only", default="", help="names that contain this")
+    parser.add_argument("--only", default="", help="work whose name contains this")
     parser.add_argument("--file", type=Path, default=KEPT)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -100,7 +101,11 @@ def main() -> None:
         _write(arguments.file, found)
         print(f"{arguments.file.name}: {len(found)} fingerprints")
         return
-    kept = {name: value for name, value in _read(arguments.file).items() if arguments.only in name}
+    kept = {
+        name: value
+        for name, value in _read(arguments.file).items()
+        if arguments.only in name.split(": ")[0]
+    }
     differing = sorted(name for name in {*kept, *found} if kept.get(name) != found.get(name))
     for name in differing:
         print(f"differs: {name}")
@@ -119,7 +124,7 @@ def fingerprints(folder: Path, only: str = "") -> dict[str, str]:
             works[f"simplify/{asset} {options} {suffix}"] = _simplifying(
                 number, asset, options, suffix
             )
-    chosen = {name: work for name, work in works.items() if only.split("|")[0] in name or not only}
+    chosen = {name: work for name, work in works.items() if only in name}
     found: dict[str, str] = {}
     with ThreadPoolExecutor(2) as pool:
         all_made = pool.map(lambda one: _made(*one, folder), chosen.items())

@@ -33,9 +33,13 @@ from simplifier.options.stages import RefineOptions, make_options
 from simplifier.pipeline import cut_solid
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
-from simplifier.refinement.inner_surface import inner_surface
 from simplifier.refinement.search import refine
-from simplifier.refinement.starts import cluster_vertices, enclosed_start, sheet_start
+from simplifier.refinement.starts import (
+    cluster_vertices,
+    enclosed_start,
+    inner_surface,
+    sheet_start,
+)
 from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.slicing.flats import flat_directions
 from simplifier.steps.solid import solidify

@@ -166,7 +166,7 @@ def _by_trimesh(path: Path) -> str:
 
 
 def _surface_nets(solid: Any) -> str:
-    from simplifier.refinement.inner_surface import inner_surface
+    from simplifier.refinement.starts import inner_surface
 
     vertices, faces = inner_surface(solid)
     return _surface_words(vertices, faces)

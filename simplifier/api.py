@@ -18,14 +18,13 @@ from simplifier.geometry.occluder import AN_OCCLUDER, LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.geometry.scene import Scene
 from simplifier.io.save import save_lods, save_occluder
-from simplifier.io.style import Style
 from simplifier.lods.level_plan import plan_levels
 from simplifier.lods.levels import Levels, simplify_levels
 from simplifier.memory.need import MeshSize
 from simplifier.memory.runs import check_making, check_options, need_of_judging, need_of_solid
 from simplifier.options.fields import changed, passed_on
 from simplifier.options.scene import SceneOptions
-from simplifier.options.simplify import EvaluateOptions, Sides, SimplifyOptions
+from simplifier.options.simplify import EvaluateOptions, Sides, SimplifyOptions, Style
 from simplifier.options.stages import stage_options
 from simplifier.pipeline import Simplification, simplify_mesh
 from simplifier.production.estimate import judging_of

@@ -12,11 +12,10 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.accuracy.accuracy import checked_directions
-from simplifier.accuracy.view_shares import ViewShares
 from simplifier.errors import MeshError
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.views import BoundingSphere, image_axes
+from simplifier.geometry.views import BoundingSphere, ViewShares, image_axes
 from simplifier.kernels.front import front_pixels
 
 ACROSS = 256

@@ -15,10 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from simplifier.accuracy.accuracy import checked_directions, mask_blocks
-from simplifier.accuracy.view_shares import ViewShares
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.views import BoundingSphere
+from simplifier.geometry.views import BoundingSphere, ViewShares
 from simplifier.kernels.coverage import MaskArray
 from simplifier.kernels.overhang import count_overhang, shares_beside
 from simplifier.kernels.threads import run_chunks

@@ -52,7 +52,7 @@ Figure = Literal["recall", "precision", "overhang", "coverage"]
 class VerdictFigures:
     """What a verdict is made of, as shares; ``overhang`` is the mean over all views.
 
-    ``coverage``  as :mod:`simplifier.accuracy.coverage` says.
+    ``coverage``  as :mod:`simplifier.accuracy.accuracy` says.
     """
 
     triangles: int

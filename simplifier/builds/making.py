@@ -117,7 +117,7 @@ def make_here(job: AssetJob) -> Mapping[str, Any]:
 
 def _write(product: MeasuredResult, mesh: Path, target: Target) -> None:
     from simplifier.io.glb_embed import with_original
-    from simplifier.io.style import Style
+    from simplifier.options.simplify import Style
 
     output = target.output
     style = Style(output.sides, output.as_quads)

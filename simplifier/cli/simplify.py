@@ -17,10 +17,9 @@ from simplifier.errors import OptionError, OutputError
 from simplifier.io.glb_embed import check_place
 from simplifier.io.load import load
 from simplifier.io.save import check_writable, is_level_path
-from simplifier.io.style import Style
 from simplifier.memory.limit import default_limit
 from simplifier.memory.need import BASE_BYTES, GIB
-from simplifier.options.simplify import SimplifyOptions, WriteOptions
+from simplifier.options.simplify import SimplifyOptions, Style, WriteOptions
 from simplifier.production.estimate import check_file, estimate_memory
 from simplifier.progress import Listener, Stopwatch
 from simplifier.report.report import Report, write_report

@@ -1,4 +1,4 @@
-"""Directions on the sphere and the image axes that belong to them."""
+"""Directions on the sphere, the image axes that belong to them, and what is measured along them."""
 
 from __future__ import annotations
 
@@ -85,3 +85,30 @@ def image_axes(directions: FloatArray) -> FloatArray:
     u /= np.linalg.norm(u, axis=1, keepdims=True)
     v = np.cross(d, u)
     return np.stack([u, v, d], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class ViewShares:
+    """What occluders do to pixels, view by view.
+
+    ``by_view``    (V,) float64: the pixels in question as a share of the original's.
+    ``directions`` (V, 3) float64 unit vectors, the lines of sight.
+    """
+
+    by_view: FloatArray
+    directions: FloatArray
+
+    @property
+    def mean(self) -> float:
+        """Of the shares of all views, each of which counts alike."""
+        return float(self.by_view.mean())
+
+    @property
+    def worst_view(self) -> int:
+        """The view with the largest share, the first of equals."""
+        return int(np.argmax(self.by_view))
+
+    @property
+    def worst(self) -> float:
+        """The share in that view."""
+        return float(self.by_view[self.worst_view])

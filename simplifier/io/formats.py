@@ -21,10 +21,8 @@ from simplifier.io import (
     ply,
     stl,
     threemf,
-    threemf_claim,
     tres,
 )
-from simplifier.io import gltf as gltf_claim
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.gltf_container import check_container
 from simplifier.io.labels import Labelled
@@ -79,7 +77,7 @@ CODECS: dict[str, Codec] = {
     ".3mf": Codec(
         "3MF",
         threemf.decode,
-        threemf_claim.claim,
+        threemf.claim,
         objects=threemf.objects,
         labelled=threemf.decode_labelled,
         check_start=threemf.check_start,
@@ -95,7 +93,7 @@ CODECS: dict[str, Codec] = {
     ".glb": Codec(
         "binary glTF",
         gltf.decode,
-        gltf_claim.claim,
+        gltf.claim,
         glb_writer.encode,
         encode_lods=glb_writer.encode_lods,
         decode_lods=gltf_lods.decode_lods,
@@ -108,7 +106,7 @@ CODECS: dict[str, Codec] = {
     ".gltf": Codec(
         "glTF",
         gltf.decode,
-        gltf_claim.claim,
+        gltf.claim,
         decode_lods=gltf_lods.decode_lods,
         error_bound=gltf.error_bound,
         objects=gltf.objects,

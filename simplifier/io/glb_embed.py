@@ -27,9 +27,8 @@ from simplifier.io.gltf import BEFORE, GENERATOR
 from simplifier.io.gltf_container import GltfDocument, JsonObject, open_document, pack_glb
 from simplifier.io.gltf_levels import EXTENSION, level_ids
 from simplifier.io.scene_writer import encode_scene
-from simplifier.io.style import PLAIN, Style
 from simplifier.io.written_faces import single_sided
-from simplifier.options.simplify import Embedding
+from simplifier.options.simplify import PLAIN, Embedding, Style
 
 _ARRAYS = ("nodes", "meshes", "materials", "accessors", "bufferViews", "buffers")
 

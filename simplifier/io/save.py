@@ -18,8 +18,8 @@ from simplifier.errors import OutputError
 from simplifier.geometry.occluder import AN_OCCLUDER, LodChain, Occluder
 from simplifier.io.files import check_folder, write_all_whole, write_whole
 from simplifier.io.formats import CODECS, Codec, suffixes_with_quads, writable_suffixes
-from simplifier.io.style import PLAIN, Style
 from simplifier.io.written_faces import quads_and_triangles, single_sided
+from simplifier.options.simplify import PLAIN, Style
 
 
 def save_occluder(occluder: Occluder, path: str | Path, style: Style = PLAIN) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import Literal, get_args
 
+from simplifier.checks import check_flag, check_one_of
 from simplifier.errors import OptionError
 from simplifier.options.fields import OptionSet, option, passed_on, shared
 
@@ -288,3 +289,23 @@ def _refuse_both(name: str, value: object, other: str, rival: object) -> None:
         raise OptionError(
             f"cannot be given together with {other}", where=name, remedy="choose one of the two"
         )
+
+
+@dataclass(frozen=True)
+class Style:
+    """``sides``  "double": for renderers that draw both sides of a triangle.  "single": for those
+    that cull back faces, so that triangles which can be seen from both sides are there twice.
+    ``quads``  write two triangles as a quad where they pair up, in formats that have quads.
+
+    Raises :class:`~simplifier.errors.OptionError`.
+    """
+
+    sides: Sides = "double"
+    quads: bool = False
+
+    def __post_init__(self) -> None:
+        check_one_of("sides", self.sides, get_args(Sides))
+        check_flag("quads", self.quads)
+
+
+PLAIN = Style()

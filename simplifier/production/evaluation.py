@@ -9,11 +9,11 @@ from pathlib import Path
 from simplifier.accuracy.accuracy import AccuracyReport
 from simplifier.accuracy.overhang import Overhang
 from simplifier.accuracy.verdict import EngineVerdict, verdict_on
-from simplifier.accuracy.view_shares import ViewShares
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
+from simplifier.geometry.views import ViewShares
 from simplifier.options.simplify import EvaluateOptions
 from simplifier.options.stages import Options
 from simplifier.production.next_try import NAMES, Names, next_evaluate

@@ -15,17 +15,16 @@ from simplifier.accuracy.deviation import deviation_from_solid
 from simplifier.accuracy.front import measure_front
 from simplifier.accuracy.overhang import Overhang, measure_overhangs
 from simplifier.accuracy.verdict import Aim, Aims, EngineVerdict, verdict_on
-from simplifier.accuracy.view_shares import ViewShares
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Level, LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
+from simplifier.geometry.views import ViewShares
 from simplifier.io.glb_embed import save_with_original
 from simplifier.io.save import save_lods, save_occluder
-from simplifier.io.style import PLAIN, Style
 from simplifier.lods.levels import Levels
 from simplifier.options.fields import passed_on
-from simplifier.options.simplify import Embedding, SimplifyOptions
+from simplifier.options.simplify import PLAIN, Embedding, SimplifyOptions, Style
 from simplifier.options.stages import Options
 from simplifier.pipeline import Simplification
 from simplifier.production.next_try import NAMES, Names, next_simplify

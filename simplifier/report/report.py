@@ -18,10 +18,10 @@ from simplifier.accuracy.front import measure_front
 from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.accuracy.overhang import Overhang, measure_overhang
 from simplifier.accuracy.verdict import EngineVerdict, VerdictFigures, verdict_on
-from simplifier.accuracy.view_shares import ViewShares
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import LodChain, Occluder
 from simplifier.geometry.solid import Solid
+from simplifier.geometry.views import ViewShares
 from simplifier.io.files import write_whole
 from simplifier.progress import STAGES
 from simplifier.version import VERSION

@@ -8,8 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracies, evaluate_accuracy
-from simplifier.accuracy.coverage import mean_quad_areas
+from simplifier.accuracy.accuracy import (
+    AccuracyOptions,
+    evaluate_accuracies,
+    evaluate_accuracy,
+    mean_quad_areas,
+)
 from simplifier.accuracy.verdict import LEAST_COVERAGE
 from simplifier.geometry.views import random_directions
 from tests.solids import NOTHING, as_occluder, box, joined, sphere

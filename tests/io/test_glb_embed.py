@@ -16,7 +16,7 @@ from simplifier.errors import OutputError, UnreadableMeshError
 from simplifier.io.glb_embed import check_place, embed_occluder, save_with_original
 from simplifier.io.gltf_container import pack_glb
 from simplifier.io.load import load
-from simplifier.io.style import Style
+from simplifier.options.simplify import Style
 from tests.io.builders import (
     TETRAHEDRON_FACES,
     TETRAHEDRON_POINTS,

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simplifier.lods.choice import LevelFigures, why_replaced, why_useless
+from simplifier.lods.levels import LevelFigures, why_replaced, why_useless
 
 FINE = LevelFigures(40, 0.999, 0.9)
 

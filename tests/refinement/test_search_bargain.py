@@ -10,7 +10,7 @@ import pytest
 from simplifier.geometry.room import Room
 from simplifier.kernels.soup_views import UNIT
 from simplifier.options.stages import RefineOptions
-from simplifier.refinement.bargain import Bargain
+from simplifier.refinement.search import Bargain
 from tests.refinement.soups import ball, views_of
 
 VIEWS = views_of(ball(5.0))

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.geometry.room import WHOLE
-from simplifier.refinement.inner_surface import inner_surface
+from simplifier.refinement.starts import inner_surface
 from simplifier.voxel.fill import fill
 from simplifier.voxel.voxelize import voxelize
 from tests.solids import sphere

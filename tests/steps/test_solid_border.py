@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.voxel.border import is_closed
+from simplifier.steps.solid import is_closed
 from tests.solids import blob, box, joined, sphere, torus
 
 CLOSED = {"box": box(), "ball": sphere(), "torus": torus(), "two": joined(box(), blob())}

@@ -17,7 +17,7 @@ from simplifier.geometry.camera import Lens
 from simplifier.geometry.occluder import Level, LodChain, Occluder
 from simplifier.io.load import load_lods, load_occluder
 from simplifier.io.save import save_lods, save_occluder
-from simplifier.io.style import Style
+from simplifier.options.simplify import Style
 from tests.io.builders import tetrahedron
 from tests.solids import sphere
 

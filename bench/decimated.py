@@ -41,7 +41,6 @@ from simplifier.refinement.starts import (
     sheet_start,
 )
 from simplifier.selection.measure import search_projections, silhouettes
-from simplifier.slicing.flats import flat_directions
 from simplifier.steps.solid import solidify
 from simplifier.voxel.room import coarse_room
 
@@ -90,8 +89,8 @@ class Scene:
 
     def sections(self, budget: int) -> Surface:
         options = make_options(1.0, budget=budget)
-        flats = flat_directions(self.mesh)
-        return _surface(cut_solid(self.solid, flats, options, Stopwatch(), Deadline.after(None)))
+        found = cut_solid(self.mesh, self.solid, options, Stopwatch(), Deadline.after(None))
+        return _surface(found)
 
 
 def _surface(triangles: FloatArray) -> Surface:

@@ -34,7 +34,6 @@ from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import Annealing, Prices, RefineViews
 from simplifier.refinement.search import pull_into
 from simplifier.selection.measure import directional_measures, search_projections, silhouettes
-from simplifier.slicing.flats import flat_directions
 from simplifier.slicing.planes import plan_sections
 from simplifier.slicing.sampler import GridSampler
 from simplifier.steps.solid import solidify
@@ -147,7 +146,7 @@ def _annealing() -> Iterator[Row]:
     options = make_options(float(mesh.extent.max()), ground=True)
     watch = Stopwatch()
     solid = solidify(mesh, options.solid, watch)
-    start = cut_solid(solid, flat_directions(mesh), options, watch, Deadline.after(None))
+    start = cut_solid(mesh, solid, options, watch, Deadline.after(None))
     room = coarse_room(solid.core, solid.reach)
     margin = room.margin
     projections = search_projections(solid, options, options.refine.views, margin)

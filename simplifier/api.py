@@ -121,7 +121,7 @@ def evaluate(
         chosen.memory_limit,
     )
     watch = Stopwatch(listener, cancel)
-    solid = solidify(mesh, stages.solid, watch)
+    solid = solidify(mesh, stages.solid, watch, Overrides(viewers=overrides.viewers))
     with watch.stage("accuracy"):
         accuracy = evaluate_accuracy(mesh, occluder, passed_on(AccuracyOptions, chosen))
         overhang = measure_overhang(mesh, occluder, accuracy.directions)

@@ -95,10 +95,8 @@ def simplify_mesh(
         room = open_room(mesh, solid, rest, overrides)
         solid = with_inner(solid, room)
         # 2. to 5. Cut it, and choose what hides most.
-        with watch.stage("sections"):
-            flats = flat_directions(mesh)
         cut = solid_to_cut(solid, room)
-        triangles = cut_solid(cut, flats, rest, watch, deadline, by_hand)
+        triangles = cut_solid(mesh, cut, rest, watch, deadline, by_hand)
         # 6. Past the paper: move the triangles under the same measure.
         with watch.stage("refine", cancels=False):
             refined = improve(triangles, mesh, solid, room, rest, watch, deadline, overrides)
@@ -117,8 +115,8 @@ def simplify_mesh(
 
 
 def cut_solid(
+    mesh: TriangleMesh,
     solid: Solid,
-    flats: FloatArray,
     options: Options,
     watch: Stopwatch,
     deadline: Deadline,
@@ -126,9 +124,11 @@ def cut_solid(
 ) -> FloatArray:
     """(m, 3, 3) triangles in grid space, m within the budget, that add to what is ``drawn``.
 
-    ``flats``  (k, 3) directions to cut along beside the even ones.
+    They are cut from the solid of the mesh, whose flat parts say where to cut as well.
     """
     with open_slicer(solid, options.sections, watch) as slicer:
+        with watch.timed("sections"):
+            flats = flat_directions(mesh)
 
         def start(options: Options, watch: Stopwatch) -> FloatArray:
             # 2. Cut it by many planes; the largest slice of each bin stays (section 4.2).

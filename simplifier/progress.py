@@ -120,12 +120,18 @@ class Stopwatch:
         if cancels:
             self.check()
         self.tell(name, 0.0)
+        with self.timed(name):
+            yield
+        self.tell(name, 1.0)
+
+    @contextmanager
+    def timed(self, name: str) -> Iterator[None]:
+        """Time the block as part of the stage, of which nothing is told: a step that is short."""
         begin = time.perf_counter()
         try:
             yield
         finally:
             self.timings[name] = self.timings.get(name, 0.0) + time.perf_counter() - begin
-        self.tell(name, 1.0)
 
     def tell(
         self, name: str, share: float, measure: float | None = None, best: Best | None = None

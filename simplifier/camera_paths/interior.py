@@ -1,6 +1,5 @@
-"""A walk through rooms: over floors with headroom, under a roof or between walls.
-
-Scene -> where one can stand indoors.
+"""Where one can stand indoors, and a walk through rooms: over floors with headroom, under a roof or
+between walls.
 
 Floors are found as in M. Mononen's Recast: a free voxel over a touched one with enough free voxels
 above it; two of them are neighbours when the step between them is low.
@@ -24,6 +23,8 @@ from simplifier.kernels.voxelize import mark_triangles
 
 _AWAY = 0.12  # least distance from walls and ledges, eye heights
 _ROOMY = 0.6  # further from them is not better
+_WIDE = 0.25  # from the walls, eye heights, that nobody gets within one
+_CLOSET = 0.25  # the least floor that far from them of a room without a way out
 _AREA = 4.0  # the least floor, squares of eye heights
 _OPEN_AREA = 0.05  # the least floor of rooms without a roof, share of the scene: else it is a yard
 _OPEN = 0.25  # what a place between walls counts for, beside one under a roof
@@ -52,6 +53,23 @@ def interior_walk(
     route = tour(ways, room, 0.4 * longest * frames, rng)
     space = _space(floors, kept)
     return floors.grid.to_world(equal_steps(smooth(route, space), frames, longest, space))
+
+
+def places_indoors(upright: UprightScene, eye: float) -> FloatArray:
+    """(n, 3) the eyes of all who stand in rooms, world units, whether anything leads in or not.
+
+    What has neither a way out nor the floor of a small room is the inside of a wall or a beam.
+    """
+    floors = find_floors(upright.without_doors(), eye)
+    if floors is None or len(floors.cells) == 0 or len(floors.pairs) == 0:
+        return np.empty((0, 3))
+    _, walled, leads_out = floors.surroundings()
+    wide = floors.ledge_distances() >= _WIDE * floors.eye
+    ways = Ways.between(floors.eyes, floors.pairs, np.ones(len(floors.cells)))
+    part = ways.parts()
+    areas = np.bincount(part, weights=wide)
+    closet = wide & (areas[part] >= _CLOSET * floors.eye**2)
+    return upright.to_world(floors.grid.to_world(floors.eyes[walled & (leads_out | closet)]))
 
 
 def _least(floors: Floors, roofed: BoolArray) -> float:
@@ -138,8 +156,16 @@ class Floors:
     def indoors(self) -> tuple[BoolArray, BoolArray]:
         """(n,) whether a place has a roof, and whether it is in a room.
 
-        A room has a way out, be it a window, else it is the inside of a solid; and walls: in three
-        of the four directions of the grid where it has a roof, in all four where it has none.
+        A room has walls and a way out, be it a window, else it is the inside of a solid.
+        """
+        roofed, walled, leads_out = self.surroundings()
+        return roofed, walled & leads_out
+
+    def surroundings(self) -> tuple[BoolArray, BoolArray, BoolArray]:
+        """(n,) whether a place has a roof, whether it has walls, and whether anything leads out.
+
+        Walls are in three of the four directions of the grid where it has a roof, in all four where
+        it has none.
         """
         x, y, z = self.eye_voxels
         walls = np.zeros(len(self.cells), dtype=np.int64)
@@ -153,7 +179,7 @@ class Floors:
         roofed = above[x, y, z]
         spaces, _ = ndimage.label(~self.grid.inside)
         leads_out = spaces[x, y, z] == spaces[0, 0, -1]  # the uppermost voxels are all free
-        return roofed, np.where(roofed, walls >= 3, walls == 4) & leads_out
+        return roofed, np.where(roofed, walls >= 3, walls == 4), leads_out
 
 
 def find_floors(upright: UprightScene, eye: float) -> Floors | None:

@@ -6,7 +6,7 @@ Region: a box in space, turned as one likes.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 
 import numpy as np
@@ -92,6 +92,7 @@ class Overrides:
     ``drawn``   in every occluder, as they are.
     ``open``    left open by every occluder.
     ``ignore``  what of the file is not there.
+    ``viewers`` (n, 3) places that someone looks from: what they see is not filled.
 
     Raises :class:`~simplifier.errors.OverridesError` where a drawn part reaches into an open
     region; it may be flush with it.
@@ -100,6 +101,7 @@ class Overrides:
     drawn: tuple[DrawnPart, ...] = ()
     open: tuple[OpenRegion, ...] = ()
     ignore: Ignore = ALL_OPAQUE
+    viewers: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
 
     def __post_init__(self) -> None:
         triangles = self.triangles

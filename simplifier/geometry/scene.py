@@ -33,6 +33,11 @@ class Scene:
     transforms: FloatArray
     warnings: tuple[str, ...] = ()
 
+    @classmethod
+    def of(cls, mesh: TriangleMesh) -> Scene:
+        """A mesh as the only object, where it is."""
+        return cls((mesh,), ("mesh",), np.zeros(1, dtype=np.int32), np.eye(4)[None])
+
     def __post_init__(self) -> None:
         self.mesh_of.setflags(write=False)
         self.transforms.setflags(write=False)

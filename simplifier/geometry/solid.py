@@ -36,6 +36,7 @@ class Solid:
     ``open``     whether that may be seen past, since the mesh has a border; what is not kept wholly
                  inside is not asked.
     ``closed_by``  what closed the surface, in the order in which it was applied.
+    ``opened``   voxels that viewers inside see, which would be inside without these.
     """
 
     touched: VoxelGrid
@@ -46,6 +47,7 @@ class Solid:
     wholly_inside: bool = False
     open: bool = False
     inner: VoxelGrid | None = None
+    opened: int = 0
 
     @property
     def interior(self) -> VoxelGrid:

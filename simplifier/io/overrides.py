@@ -46,7 +46,7 @@ def load_overrides(path: str | Path, *, name: str | None = None) -> Overrides:
     """
     check_kind("name", name, str | None, "a text")
     top = read_toml(as_path("path", path), name=name, error=OverridesError)
-    _check_keys(top, ("box", "quad", "open", "ignore"), "at the top")
+    _check_keys(top, ("box", "quad", "open", "viewer", "ignore"), "at the top")
     boxes = [
         DrawnPart(_name(row, "box", index), _region(row, "[[box]]").triangles, row.where())
         for index, row in enumerate(_tables(top, "box"))
@@ -59,7 +59,14 @@ def load_overrides(path: str | Path, *, name: str | None = None) -> Overrides:
         OpenRegion(_name(row, "open", index), _region(row, "[[open]]"), row.where())
         for index, row in enumerate(_tables(top, "open"))
     ]
-    return Overrides((*boxes, *quads), tuple(regions), _ignore(top))
+    eyes = [_viewer(row) for row in _tables(top, "viewer")]
+    viewers = np.array(eyes, dtype=np.float64).reshape(-1, 3)
+    return Overrides((*boxes, *quads), tuple(regions), _ignore(top), viewers)
+
+
+def _viewer(row: Table) -> FloatArray:
+    _check_keys(row, ("name", "at"), "in [[viewer]]")
+    return _numbers(row, "at", 3)
 
 
 def _region(row: Table, title: str) -> Region:

@@ -1,4 +1,4 @@
-"""Pictures of voxels from far away, and from how many sides a free voxel is seen.
+"""Pictures of voxels from far away, from how many sides a free voxel is seen, and who sees it.
 
 A *line of sight* is a frame of twelve numbers: u (3,), v (3,) and d (3,), orthonormal, where d is
 the line and u, v span the picture, then the grid's middle (3,).  A pixel is as wide as a voxel; the
@@ -118,3 +118,60 @@ def count_sight(free, frames, senses, near, far, limit, begin, end, seen):
 def picture_size(shape: tuple[int, int, int]) -> int:
     """Pixels a side of a picture that holds the grid from all sides, and a pixel around it."""
     return math.ceil(math.sqrt(sum(float(length) ** 2 for length in shape))) + 4
+
+
+@inline_kernel
+def _sees(eye, i, j, k, touched):
+    """Whether nothing touched lies between an eye and the centre of a free voxel.
+
+    Voxel after voxel along the line, in the way of Amanatides and Woo, "A Fast Voxel Traversal
+    Algorithm for Ray Tracing" (1987).  Beyond the grid all is free.
+    """
+    at = np.array([i, j, k])
+    last = np.empty(3, np.int64)
+    step = np.empty(3, np.int64)
+    upcoming = np.empty(3)  # share of the line at the next voxel's face, axis by axis
+    share = np.empty(3)  # of the line across a voxel
+    for axis in range(3):
+        run = eye[axis] - (at[axis] + 0.5)
+        last[axis] = np.int64(math.floor(eye[axis]))
+        step[axis] = 1 if run > 0.0 else -1
+        share[axis] = 1.0 / abs(run) if run != 0.0 else np.inf
+        upcoming[axis] = 0.5 * share[axis]
+    while at[0] != last[0] or at[1] != last[1] or at[2] != last[2]:
+        axis = 0
+        if upcoming[1] < upcoming[axis]:
+            axis = 1
+        if upcoming[2] < upcoming[axis]:
+            axis = 2
+        if upcoming[axis] >= 1.0:  # rounding put the eye in the voxel before
+            return True
+        at[axis] += step[axis]
+        upcoming[axis] += share[axis]
+        if at[axis] < 0 or at[axis] >= touched.shape[axis]:
+            return True
+        arrived = at[0] == last[0] and at[1] == last[1] and at[2] == last[2]
+        if touched[at[0], at[1], at[2]] and not arrived:
+            return False
+    return True
+
+
+@kernel
+def mark_seen(touched, candidates, eyes, begin, end, seen):
+    """Set ``seen`` in the candidates of the layers ``begin:end`` that one of the eyes sees.
+
+    ``touched``, ``candidates``, ``seen``  (nx, ny, nz) bool.
+    ``eyes``  (n, 3) float64, grid space; the first that is asked is who saw the voxel before.
+    """
+    count, lucky = len(eyes), 0
+    for i in range(begin, end):
+        for j in range(touched.shape[1]):
+            for k in range(touched.shape[2]):
+                if not candidates[i, j, k]:
+                    continue
+                for turn in range(count):
+                    index = (lucky + turn) % count
+                    if _sees(eyes[index], i, j, k, touched):
+                        seen[i, j, k] = True
+                        lucky = index
+                        break

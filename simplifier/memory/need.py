@@ -78,6 +78,9 @@ _REPORT_VIEWS, _REPORT_IMAGE = 64, 128  # of the occlusion measure
 _OVERHANG_IMAGE = 514  # pixels a side, where the occluder stays within the mesh's sphere
 _VIEWING_TRIANGLES = 300_000  # meshes of more are thinned to be looked at
 
+_FLOOR = 0.06  # the finest voxel in which floors are found, eye heights
+_MOST_FLOOR = 27_000_000  # of these voxels
+_FLOOR_VOXEL = 12  # bytes of each: touched, free, who stands there, which space it is, the places
 _PLANES = 16  # of the interior that are looked at together
 _IMAGE = 512  # bytes of 64 x 64 bits
 _FEW = 64  # triangles that any start is filled up to
@@ -129,6 +132,14 @@ def fill(shape: Shape, options: SolidOptions, hole_voxels: float, shrink_voxels:
         if shrink_voxels > 0.0:
             most = max(most, 6.0 * _grown(shape, 1) + 3.0 * voxels)
     return int(most)
+
+
+def walk(size: MeshSize, shape: Shape, eye_voxels: float) -> int:
+    """What is touched and filled; the mesh upright; and the voxels in which floors are found."""
+    across = [1.0 / (_FLOOR * eye_voxels) * length for length in shape]
+    headroom = 3.0 / _FLOOR  # above each way that may be up
+    voxels = min(math.prod(one + headroom for one in across), _MOST_FLOOR)
+    return 3 * math.prod(shape) + 2 * size.held + int(_FLOOR_VOXEL * voxels)
 
 
 def _hole_margin(hole_voxels: float) -> int:

@@ -34,6 +34,9 @@ def solidifying(size: MeshSize, shape: Shape, cell_size: float, options: Options
     """From a mesh in memory to its solid.  ``cell_size`` in world units."""
     hole, shrink = options.solid.smallest_hole / cell_size, options.solid.shrink / cell_size
     filling = stages.fill(shape, options.solid, hole, shrink)
+    if options.solid.viewers == "inside":
+        walking = stages.walk(size, shape, options.solid.eye_height / cell_size)
+        filling = max(filling, walking)
     return MemoryNeed({"voxelize": stages.voxelize(shape), "fill": filling}).beside(size.held)
 
 

@@ -8,7 +8,7 @@ from typing import Literal
 from simplifier.checks import check_whole
 from simplifier.errors import OptionError
 from simplifier.options.fields import OptionSet, option, shared
-from simplifier.options.simplify import Axis, SimplifyOptions, Transparent
+from simplifier.options.simplify import EYE_HEIGHT, Axis, SimplifyOptions, Transparent
 
 LEAST_FOV = 1e-6
 """The narrowest field of view of a lens, degrees."""
@@ -101,8 +101,9 @@ class PathOptions(OptionSet):
     frames: int = option(60, "Cameras along the path.", low=1, high=100_000)
     up: Axis = shared(SimplifyOptions, "up", help="The scene's up axis: x, y or z.")
     eye_height: float = option(
-        1.7, "Of the eyes over the ground, in the scene's units; all other lengths of the path "
-        "are multiples of it. 1.7 where they are metres.", low=0.0, unit="world units",
+        EYE_HEIGHT, "Of the eyes over the ground, in the scene's units; all other lengths of the "
+        f"path are multiples of it. {EYE_HEIGHT:g} where they are metres.",
+        low=0.0, unit="world units",
     )  # fmt: skip
     fov: float = option(
         60.0, "Vertical field of view, degrees.", low=1.0, high=170.0, unit="degrees"

@@ -24,13 +24,16 @@ MOST_LEVELS = 16
 
 LARGEST_SEED = 2**63 - 1
 
+EYE_HEIGHT = 1.7
+"""Of a walker's eyes over the ground, where the unit is a metre."""
+
 LONGEST_SECONDS = 1e6
 """The longest time limit, seconds: eleven days."""
 
 Slicing = Literal["cpu", "gl"]
 Trim = Literal["gain", "area"]
 Axis = Literal["x", "y", "z"]
-Viewers = Literal["all", "above"]
+Viewers = Literal["all", "above", "inside"]
 Fill = Literal["sight", "flood"]
 Transparent = Literal["leave-out", "keep"]
 Preset = Literal["draft", "balanced", "best"]
@@ -82,8 +85,13 @@ class SimplifyOptions(OptionSet):
     up: Axis = option("y", "The mesh's up axis: x, y or z.")
     ground: bool = option(False, "The mesh stands on the ground: close its open base.")
     viewers: Viewers = option(
-        "all", "Where viewers can be: all, or above (looking level or down; on the ground)."
-    )
+        "all", "Where viewers can be: all (outside), above (looking level or down; on the ground),"
+        " or inside (outside, and wherever one can walk indoors, so that rooms stay open).",
+    )  # fmt: skip
+    eye_height: float = option(
+        EYE_HEIGHT, "Of the eyes of viewers inside over the floor, in the mesh's units; "
+        f"{EYE_HEIGHT:g} where they are metres.", above=0.0, unit="world units",
+    )  # fmt: skip
     fill: Fill = option(
         "sight", "What counts as inside: sight (what hardly any viewer can see), or flood (what"
         " the surface closes off).",
@@ -231,6 +239,7 @@ class EvaluateOptions(OptionSet):
     up: Axis = shared(SimplifyOptions, "up")
     ground: bool = shared(SimplifyOptions, "ground")
     viewers: Viewers = shared(SimplifyOptions, "viewers")
+    eye_height: float = shared(SimplifyOptions, "eye_height")
     fill: Fill = shared(SimplifyOptions, "fill")
     transparent: Transparent = shared(SimplifyOptions, "transparent")
     smallest_hole: float = shared(SimplifyOptions, "smallest_hole")

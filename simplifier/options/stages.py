@@ -53,7 +53,11 @@ class SolidOptions(OptionSet):
     """The asset stands on the ground: nothing enters from below, so an open base is closed."""
 
     viewers: Viewers = shared(SimplifyOptions, "viewers")
-    """Where viewers can be: everywhere, or ``above``, looking level or downwards."""
+    """Where viewers can be: everywhere outside; ``above``, looking level or downwards; or
+    ``inside``, everywhere outside and wherever one can walk indoors."""
+
+    eye_height: float = shared(SimplifyOptions, "eye_height")
+    """World units, above 0: of the eyes of viewers inside over the floor."""
 
     fill: Fill = shared(SimplifyOptions, "fill")
     """``sight`` counts as inside what viewers see from next to no direction, beside what is closed

@@ -24,12 +24,13 @@ def remarks(
 
 def overrides_summary(overrides: Overrides) -> dict[str, Any] | None:
     """Drawn parts and open regions as a report has them; None where there are none."""
-    if not overrides.drawn and not overrides.open:
+    if not overrides.drawn and not overrides.open and not len(overrides.viewers):
         return None
     return {
         "drawn": [part.name for part in overrides.drawn],
         "triangles": len(overrides.triangles),
         "open": [one.name for one in overrides.open],
+        "viewers": len(overrides.viewers),
     }
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import FloatArray, Reach, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
+from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import Closing, Solid
 from simplifier.kernels.thin import has_border
 from simplifier.options.stages import SolidOptions
@@ -15,9 +17,11 @@ from simplifier.voxel.core import barred_voxels, core, deepest, open_regions
 from simplifier.voxel.fill import Side, enclose
 from simplifier.voxel.leaks import leak_warning, leaks
 from simplifier.voxel.morphology import glue_neighbours
-from simplifier.voxel.sight import fill_unseen
+from simplifier.voxel.sight import fill_unseen, seen_from
 from simplifier.voxel.voxelize import voxelize
 from simplifier.wording import count, length, percent
+
+_EYES = 256  # that stand for all who walk indoors
 
 
 def solidify(
@@ -45,12 +49,39 @@ def solidify(
             filled = fill_unseen(touched, enclosed, options.tolerance, up)
             if (added := filled.count - enclosed.count) > 0:
                 closed_by = (*closed_by, Closing("sight", added))
+        free = filled.inside & ~touched.inside
+        seen = seen_from(touched.inside, free, touched.to_grid(_eyes(mesh, options, overrides)))
+        filled, opened = filled.with_inside(filled.inside & ~seen), int(np.count_nonzero(seen))
         if not options.wholly_inside:
-            hidden_in = open_regions(filled, regions)
-            return Solid(touched, filled, hidden_in, 0 if options.glue else 1, closed_by)
+            hidden_in, reach = open_regions(filled, regions), 0 if options.glue else 1
+            return Solid(touched, filled, hidden_in, reach, closed_by, opened=opened)
         shrink, lowest = touched.in_voxels(options.shrink), touched.to_grid(mesh.bounds[0])
         inner = open_regions(core(touched, filled, shrink, lowest, sides), regions)
-        return Solid(touched, filled, inner, 0, closed_by, wholly_inside=True, open=is_open)
+        return Solid(
+            touched, filled, inner, 0, closed_by, wholly_inside=True, open=is_open, opened=opened
+        )
+
+
+def _eyes(mesh: TriangleMesh, options: SolidOptions, overrides: Overrides) -> FloatArray:
+    """(n, 3) world units: the places that overrides name, and some of those to walk indoors."""
+    if options.viewers != "inside":
+        return overrides.viewers
+    # Here, not above: scipy's graphs take a tenth of a second to load, and most runs need none.
+    from simplifier.camera_paths.interior import places_indoors
+
+    indoors = places_indoors(UprightScene.of(Scene.of(mesh), options.up), options.eye_height)
+    return np.concatenate([overrides.viewers, _spread(indoors)])
+
+
+def _spread(places: FloatArray) -> FloatArray:
+    """At most :data:`_EYES` of the places (n, 3), one in each cube of the least size that does."""
+    size, found = 0.0, places
+    while len(found) > _EYES:
+        size = max(1.25 * size, 0.01 * float(np.ptp(places, axis=0).max()))
+        cubes = np.floor((places - places.min(axis=0)) / size).astype(np.int64)
+        _, first = np.unique(cubes, axis=0, return_index=True)
+        found = places[np.sort(first)]
+    return found
 
 
 def solid_warnings(
@@ -65,7 +96,12 @@ def solid_warnings(
     reach = Reach.measure(mesh.vertices, mesh.faces)
     if reach.usual < solid.touched.cell_size:
         warnings.append(_stretched_warning(mesh, reach, solid))
-    if leaks(solid.touched, solid.filled):
+    if options.viewers == "inside" and solid.opened == 0:
+        warnings.append(
+            f"viewers inside with eyes {options.eye_height:g} units over a floor see nothing that"
+            " viewers outside do not; check up and the eye height, and that something leads in"
+        )
+    if solid.opened == 0 and leaks(solid.touched, solid.filled):
         hole = solid.touched.in_voxels(options.smallest_hole)
         warnings.append(leak_warning(solid.touched, solid.filled, _sides_on_ground(options), hole))
     if solid.core.count == 0:
@@ -82,12 +118,15 @@ def solid_decisions(solid: Solid, options: SolidOptions) -> list[str]:
     ]
     for closing in solid.closed_by:
         cause = _CLOSED_BY[closing.by].format(percent(options.tolerance, 0))
-        share = percent(closing.voxels / filled.count)
+        share = percent(closing.voxels / (filled.count + solid.opened))
         lines.append(f"{share} of the solid counts as inside because {cause}.")
     if not solid.closed_by:
         lines.append(
             f"The surface itself encloses {percent(solid.enclosed_fraction)} of the solid."
         )
+    if solid.opened > 0:
+        share = percent(solid.opened / (filled.count + solid.opened))
+        lines.append(f"{share} of that stays open because viewers inside see it.")
     if solid.wholly_inside:
         lines.append(
             "Only what lies wholly inside may hide; the mesh is open, so it is drawn in where it"

@@ -17,7 +17,13 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import BoolArray, VoxelGrid
-from simplifier.kernels.sight import FRAME, count_sight, draw_voxels, picture_size
+from simplifier.kernels.sight import (
+    FRAME,
+    count_sight,
+    draw_voxels,
+    mark_seen,
+    picture_size,
+)
 from simplifier.kernels.threads import run_chunks
 from simplifier.voxel.morphology import with_neighbours
 
@@ -101,6 +107,33 @@ def few_see(
         run_chunks(draw, len(some))
         run_chunks(count, len(free))
     return np.asarray(free & (seen <= limit))
+
+
+def seen_from(touched: BoolArray, candidates: BoolArray, eyes: FloatArray) -> BoolArray:
+    """(nx, ny, nz) bool: the candidates whose centre one of the eyes sees past all touched voxels.
+
+    ``candidates``  free voxels, none of them ``touched``.
+    ``eyes``        (n, 3) grid space; the voxel that holds an eye does not hide from it.
+
+    In grids of more than 96 voxels cells of several are judged, none of whose voxels is touched; up
+    to as many voxels from there, those between the cells and the surface are seen as well.
+    """
+    if len(eyes) == 0:
+        return np.zeros_like(touched)
+    size = -(-max(touched.shape) // _PLAIN)
+    if size > 1:
+        cells = _joined(touched, size)
+        seen = seen_from(cells, _joined(candidates, size) & ~cells, eyes / size)
+        seen = _parted(seen, size, touched.shape) & candidates
+        for _ in range(size):
+            seen = with_neighbours(seen) & candidates
+        return seen
+    seen = np.zeros_like(touched)
+    places = np.ascontiguousarray(eyes, dtype=np.float64)
+    run_chunks(
+        lambda begin, end: mark_seen(touched, candidates, places, begin, end, seen), len(touched)
+    )
+    return seen
 
 
 def lines_of_sight(shape: tuple[int, ...], up: int | None) -> tuple[FloatArray, Looks]:

@@ -187,6 +187,7 @@ def test_every_output_format_can_be_judged(command, folder, tmp_path, suffix):
         ("--time-limit", "0.05"),
         ("--min-precision", "0.999"),
         ("--viewers", "above"),
+        ("--viewers", "inside", "--eye-height", "0.3"),
         ("--smallest-hole", "0.2"),
         ("--conservative",),
         ("--conservative", "--slicer", "gl"),

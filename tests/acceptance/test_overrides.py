@@ -11,7 +11,7 @@ import simplifier
 from tests.acceptance.command import occluder
 from tests.io.builders import GltfBuilder
 from tests.schema import check_report
-from tests.solids import box
+from tests.solids import as_occluder, box, joined
 
 QUICK = (
     "--resolution", "12", "--preset", "draft", "--moves", "100", "--views", "4", "--image", "32",
@@ -80,7 +80,7 @@ def test_the_file_beside_the_mesh_is_found_and_done(place):
         "material 'glass'", "material 'vines'",
     ]  # fmt: skip
     assert report["options"]["overrides"] == {
-        "drawn": ["pillar"], "triangles": 12, "open": ["slot"],
+        "drawn": ["pillar"], "triangles": 12, "open": ["slot"], "viewers": 0,
     }  # fmt: skip
     found = simplifier.load_occluder(place / "out.glb")
     overrides = simplifier.load_overrides(place / "castle.overrides.toml")
@@ -106,6 +106,27 @@ def test_without_overrides_all_that_is_opaque_counts_and_keep_takes_the_rest(pla
         report = json.loads((place / "report.json").read_text())
         assert report["input"]["triangles"] == triangles
         assert report["options"]["overrides"] is None
+
+
+def test_what_a_viewer_sees_stays_open(tmp_path, command):
+    """A closed hall with another box in it: who stands in the hall sees all of it."""
+    hall = joined(box((8, 8, 8)), box((1, 1, 1), (1, 1, 1)))
+    simplifier.save(as_occluder(hall), tmp_path / "hall.glb")
+    (tmp_path / "by_hand.toml").write_text("[[viewer]]\nat = [5, 5, 5]\n")
+    solids = []
+    for given in (("--no-overrides",), ("--overrides", tmp_path / "by_hand.toml")):
+        code, _, errors = command(
+            "simplify", tmp_path / "hall.glb", "-o", tmp_path / "out.glb", *given, "--report",
+            tmp_path / "report.json", *QUICK, "--budget", "12",
+        )  # fmt: skip
+        assert code == 0, errors
+        report = json.loads((tmp_path / "report.json").read_text())
+        check_report(report)
+        solids.append(report["solid"]["inside_fraction"])
+    assert solids[0] == 1.0
+    assert solids[1] < 0.6
+    assert report["options"]["overrides"]["viewers"] == 1
+    assert any("viewers inside see it" in one for one in report["decisions"])
 
 
 def test_another_file_can_be_named(place, command):

@@ -81,6 +81,12 @@ def test_a_whole_file_is_read(tmp_path):
     assert found.ignore.see_through is False
 
 
+def test_viewers_are_places(tmp_path):
+    text = '[[viewer]]\nat = [1, 2, 3]\n[[viewer]]\nname = "bar"\nat = [4, 5, 6.5]\n'
+    assert read(tmp_path, text).viewers.tolist() == [[1, 2, 3], [4, 5, 6.5]]
+    assert read(tmp_path, "# nobody\n").viewers.shape == (0, 3)
+
+
 def test_a_file_of_comments_overrides_nothing(tmp_path):
     found = read(tmp_path, "# later\n")
     assert (found.drawn, found.open, found.ignore.see_through) == ((), (), True)
@@ -110,7 +116,7 @@ BOX = "[[box]]\ncenter = [0, 0, 0]\nsize = [1, 1, 1]\n"
 @pytest.mark.parametrize(
     ("text", "line", "what"),
     [
-        ("x = 1\n", 1, "there is no key 'x' at the top; choose from box, quad, open, ignore"),
+        ("x = 1\n", 1, "no key 'x' at the top; choose from box, quad, open, viewer, ignore"),
         (BOX + "sise = 1\n", 4, r"there is no key 'sise' in \[\[box\]\]"),
         (BOX + "corners = []\n", 4, "there is no key 'corners'"),
         ("\n[[open]]\ncenter = [0, 0, 0]\n", 2, "'size' is missing; give a list of 3"),
@@ -136,6 +142,8 @@ BOX = "[[box]]\ncenter = [0, 0, 0]\nsize = [1, 1, 1]\n"
             "[[quad]]\ncorners = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]]\n", 2,
             "'corners' make no quad",
         ),
+        ("[[viewer]]\nat = [1, 2]\n", 2, "'at' is not 3 finite numbers"),
+        ("[[viewer]]\neye = [1, 2, 3]\n", 2, r"there is no key 'eye' in \[\[viewer\]\]"),
         ("[[ignore]]\n", 1, "'ignore' is no table"),
         ("[ignore]\nmesh = []\n", 2, r"there is no key 'mesh' in \[ignore\]"),
         ("[ignore]\nmeshes = 'glass'\n", 2, "'meshes' is no list of names"),

@@ -82,7 +82,7 @@ def test_whole_numbers_stay_whole(kind, name, low):
     ("kind", "name", "choices"),
     [
         (SolidOptions, "up", ("x", "y", "z")),
-        (SolidOptions, "viewers", ("all", "above")),
+        (SolidOptions, "viewers", ("all", "above", "inside")),
         (SolidOptions, "fill", ("sight", "flood")),
         (SectionOptions, "slicer", ("cpu", "gl")),
         (SelectionOptions, "trim", ("gain", "area")),

@@ -60,6 +60,8 @@ def _values(field: OptionField, longest: float) -> st.SearchStrategy[Any]:
             found: st.SearchStrategy[Any] = ends | st.integers(int(low), int(high))
         case "number" if field.name == "error_bound":
             found = _bounds(longest)
+        case "number" if field.name == "eye_height":  # lower eyes take seconds to find floors for
+            found = st.sampled_from([1e-6, 0.1, 0.3, 1.0, 1e6]).map(lambda share: share * longest)
         case "number" if field.high is None:
             found = _lengths(longest)
         case "number":

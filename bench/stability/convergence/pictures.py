@@ -15,7 +15,6 @@ from simplifier.refinement.search import pull_into, refine
 from simplifier.refinement.starts import enclosed_start, sheet_start
 from simplifier.refinement.thin import thin_for_pictures
 from simplifier.selection.measure import search_projections, silhouettes
-from simplifier.slicing.flats import flat_directions
 from simplifier.steps.refine import _FINE_VIEWS, _OUTLINES, narrowed_room
 from simplifier.steps.room import open_room, solid_to_cut
 from simplifier.steps.solid import solidify
@@ -31,8 +30,7 @@ def made_by_pictures(mesh: TriangleMesh, options: Options, pixels: int) -> Occlu
     watch = Stopwatch()
     solid = solidify(mesh, options.solid, watch)
     room = open_room(mesh, solid, options)
-    flats, thick = flat_directions(mesh), solid_to_cut(solid, room)
-    cut = cut_solid(thick, flats, options, watch, Deadline.after(None))
+    cut = cut_solid(mesh, solid_to_cut(solid, room), options, watch, Deadline.after(None))
     margin = room.margin
     original = thin_for_pictures(solid.core.to_grid(mesh.vertices) + margin, mesh.faces)
     small = shrunk(search_projections(solid, options, options.refine.views, margin), pixels)

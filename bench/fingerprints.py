@@ -291,7 +291,7 @@ def _answers(address: str) -> Iterator[tuple[str, Any]]:
     )
     yield "obj", _asked(address, place, body, {**sent, "Accept": "model/obj"}, whole=True)[1]
     yield "ranged", _asked(address, "/v1/assets/bunny")
-    for wrong in ("budget=0", "nothing=1", "resolution=8&error_bound=1", "lods=2&conservative=true",
+    for wrong in ("budget=0", "nothing=1", "moves=8&time_limit=1", "lods=2&conservative=true",
                   "up=w", "times=1", "error_bounds=1,x"):  # fmt: skip
         yield wrong, _asked(address, f"/v1/occluders?filename=a.ply&{wrong}", body, sent)
     time.sleep(0.2)

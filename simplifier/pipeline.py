@@ -105,6 +105,8 @@ def simplify_mesh(
         decisions.append(refined.words)
     # A voxel wholly inside is interior, at no distance at all.
     bound = 0.0 if solid.wholly_inside else bound * solid.core.cell_size
+    if options.error_bound is not None:  # no more for rounding, nor of the mesh itself
+        bound = min(bound, options.error_bound)
     triangles = np.concatenate([overrides.triangles, triangles])
     occluder = Occluder.of(triangles, bound, watch.timings)
     if len(occluder.faces) == 0 < solid.core.count:

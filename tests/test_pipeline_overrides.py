@@ -230,7 +230,7 @@ def test_a_report_tells_of_a_part_that_sticks_out_and_by_how_much():
     assert report["deviation"] == pytest.approx(3.0, abs=0.1)
     assert report["error_bound"] < 0.3
     assert report["options"]["overrides"] == {
-        "drawn": ["sail", "core"], "triangles": 24, "open": [],
+        "drawn": ["sail", "core"], "triangles": 24, "open": [], "viewers": 0,
     }  # fmt: skip
 
 
@@ -241,5 +241,10 @@ def test_judging_tells_of_triangles_that_pass_through_an_open_region():
     judged = simplifier.evaluate(box(), whole, options, overrides=Overrides(open=(window,)))
     report = judged.report()
     assert report["warnings"] == ["2 triangles pass through the open region window"]
-    assert report["options"]["overrides"] == {"drawn": [], "triangles": 0, "open": ["window"]}
+    assert report["options"]["overrides"] == {
+        "drawn": [],
+        "triangles": 0,
+        "open": ["window"],
+        "viewers": 0,
+    }
     check_report(report)

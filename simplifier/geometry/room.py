@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,20 +19,6 @@ INTERIOR, SURFACE, NEVER = 0, 1, 255
 WHOLE = 254
 """The share of a cell that is all inside; even, so that a half is whole too."""
 
-_FINEST = 256  # voxels along the longest edge: pictures of 512 pixels tell little more
-_FINEST_INSIDE = 512  # the shell of those that the surface touches is given up there
-_MOST = 4  # voxels a cell along each axis
-_MOST_INSIDE = 8
-
-
-def fineness(shape: tuple[int, int, int], inside: bool = False) -> int:
-    """Voxels a cell along each axis, of the room for a solid of so many cells.
-
-    ``inside``  whether triangles keep to voxels wholly inside.
-    """
-    finest, most = (_FINEST_INSIDE, _MOST_INSIDE) if inside else (_FINEST, _MOST)
-    return min(max(finest // max(shape), 1), most)
-
 
 @dataclass(frozen=True, eq=False)
 class Room:
@@ -49,6 +34,8 @@ class Room:
                   voxel may be, layer by layer.
     ``margin``    cells around the grid of the solid: a point p of grid space lies in cell
                   floor(p + margin).
+    ``slack``     cells that the solid's own voxels may be away from the surface or from what is
+                  known to be inside; 0 where that is known voxel by voxel.
     """
 
     layers: Layers
@@ -58,6 +45,7 @@ class Room:
     limit: int
     reaches: tuple[float, ...]
     margin: float
+    slack: float = 0.0
 
     @classmethod
     def of(cls, allowed: BoolArray, margin: float = 0.0, reach: float = 0.0) -> Room:
@@ -91,12 +79,8 @@ class Room:
 
     @property
     def bound(self) -> float:
-        """Cells that a triangle in the room may be away from the surface or the solid's inside.
-
-        A voxel of the solid lies in a cell that the surface touches, if not in one that is inside.
-        """
-        size = self.layers.shape[0] // self.shape[0]
-        return self.reaches[self.limit] + math.sqrt(3.0) * float(1.0 - 1.0 / size)
+        """Cells that a triangle in the room may be away from the surface or the solid's inside."""
+        return self.reaches[self.limit] + self.slack
 
     @property
     def voxels(self) -> tuple[Layers, Layers, Layers, int]:

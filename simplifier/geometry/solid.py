@@ -32,7 +32,8 @@ class Solid:
                  without the regions that are to be left open.
     ``reach``    voxels that the occluder may go past the core: 1, or 0 for not at all.
     ``wholly_inside``  whether the core is the interior alone, without any touched voxel.
-    ``inner``    that interior in finer voxels, where triangles keep to those.
+    ``inner``    what is inside without touching a triangle, in finer voxels, where triangles or
+                 their error bound keep to those.
     ``open``     whether that may be seen past, since the mesh has a border; what is not kept wholly
                  inside is not asked.
     ``closed_by``  what closed the surface, in the order in which it was applied.

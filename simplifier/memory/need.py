@@ -12,10 +12,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from simplifier.geometry.room import fineness
 from simplifier.kernels.sight import picture_size
 from simplifier.kernels.threads import thread_count
-from simplifier.options.stages import Options, SectionOptions, SolidOptions
+from simplifier.options.stages import Options, SectionOptions, SolidOptions, fineness
 
 GIB = 1 << 30
 MIB = 1 << 20
@@ -151,21 +150,23 @@ def _grown(shape: Shape, margin: int) -> int:
     return math.prod(length + 2 * margin for length in shape)
 
 
-def solid(shape: Shape, options: SolidOptions) -> int:
+def solid(shape: Shape, options: Options) -> int:
     """What stays of it until the report: touched, filled, and the core where it is another."""
-    return (3 if options.wholly_inside else 2) * math.prod(shape) + _inner(shape, options)
+    kept = 3 if options.solid.wholly_inside else 2
+    return kept * math.prod(shape) + _inner(shape, options)
 
 
-def _inner(shape: Shape, options: SolidOptions) -> int:
+def _inner(shape: Shape, options: Options) -> int:
     """The interior in finer voxels, where there is one."""
     size = _inner_fineness(shape, options)
     return size**3 * math.prod(shape) if size > 1 else 0
 
 
-def _inner_fineness(shape: Shape, options: SolidOptions) -> int:
+def _inner_fineness(shape: Shape, options: Options) -> int:
     """Voxels of the interior to a cell along each axis."""
-    fine = options.wholly_inside and options.shrink == 0.0
-    return fineness(shape, inside=True) if fine else 1
+    if options.solid.wholly_inside:
+        return fineness(max(shape), inside=True) if options.solid.shrink == 0.0 else 1
+    return 1 if options.error_bound is None else fineness(max(shape))
 
 
 def sections(shape: Shape, options: SectionOptions) -> int:
@@ -188,7 +189,7 @@ def refine(size: MeshSize, shape: Shape, options: Options) -> int:
     allowed = _grown(shape, reach + 1)
     growing = 3 * allowed  # the dilation copies twice
     inside = options.solid.wholly_inside and options.solid.shrink == 0.0
-    if inside or (reach and options.refine.overhang < 1.0):
+    if inside or (reach and (options.refine.overhang < 1.0 or options.error_bound is not None)):
         allowed, growing = _fine_room(shape, inside)
     # Placed vertices, the cell of each, and a copy of the faces.
     placing = (_VERTEX + 4) * size.vertices + _FACE * size.triangles
@@ -203,7 +204,7 @@ def refine(size: MeshSize, shape: Shape, options: Options) -> int:
 def _fine_room(shape: Shape, inside: bool) -> tuple[int, int]:
     """The voxels and what is known of each cell; and with that what both are made of: cells that
     are touched and filled, a queue of the voxels in cells of the surface, and a layer's."""
-    size, cells = fineness(shape, inside), _grown(shape, 1 if inside else 3)
+    size, cells = fineness(max(shape), inside), _grown(shape, 1 if inside else 3)
     a, b, c = shape
     surface = 2 * (a * b + b * c + c * a)
     held = size**3 * cells + (3 if size > 1 else 1) * cells
@@ -223,7 +224,7 @@ def _searches(size: MeshSize, options: Options) -> int:
     return pictures * (options.refine.searches + 1)
 
 
-def deviation(size: MeshSize, shape: Shape, options: SolidOptions) -> int:
+def deviation(size: MeshSize, shape: Shape, options: Options) -> int:
     """The interior twice; a tree over the triangles, and one over the runs of the interior."""
     fine = _inner_fineness(shape, options)
     a, b, c = (fine * length for length in shape)

@@ -42,7 +42,7 @@ def solidifying(size: MeshSize, shape: Shape, cell_size: float, options: Options
 
 def simplifying(size: MeshSize, shape: Shape, cell_size: float, options: Options) -> MemoryNeed:
     """From a mesh in memory to its occluder.  ``cell_size`` in world units."""
-    solid = stages.solid(shape, options.solid)
+    solid = stages.solid(shape, options)
     made: dict[str, int] = {}
     if options.sections.slicer == "gl":
         made["surface"] = solid + stages.surface(shape)
@@ -62,15 +62,15 @@ def seeing(size: MeshSize, how: Judging) -> MemoryNeed:
 
 def judging(size: MeshSize, shape: Shape, options: Options, how: Judging) -> MemoryNeed:
     """Accuracy, deviation and report of an occluder, whose solid is still there."""
-    solid = stages.solid(shape, options.solid)
-    report = max(stages.report(size), stages.deviation(size, shape, options.solid))
+    solid = stages.solid(shape, options)
+    report = max(stages.report(size), stages.deviation(size, shape, options))
     told = MemoryNeed({"report": report}).beside(size.held)
     return seeing(size, how).joined(told).beside(solid)
 
 
 def drawing(size: MeshSize, shape: Shape, options: Options) -> MemoryNeed:
     """Pictures for the page, of an occluder whose solid is still there."""
-    need = stages.solid(shape, options.solid) + stages.pictures(size)
+    need = stages.solid(shape, options) + stages.pictures(size)
     return MemoryNeed({"pictures": need}).beside(size.held)
 
 

@@ -61,9 +61,12 @@ class SimplifyOptions(OptionSet):
         None, "Voxels along the longest edge.", low=1, high=MOST_VOXELS, absent="64", unit="voxels"
     )
     error_bound: float | None = option(
-        None, "In place of a resolution: largest deviation, in the mesh's units.",
+        None, "Largest deviation, in the mesh's units; raises the resolution where it must.",
         above=0.0, unit="world units",
     )  # fmt: skip
+    error_share: float | None = option(
+        None, "The same as a share of the mesh's longest edge.", above=0.0, high=1.0
+    )
     lods: int | None = option(
         None, "Levels of detail, each of half the resolution and half the budget.",
         low=1, high=MOST_LEVELS,
@@ -146,7 +149,9 @@ class SimplifyOptions(OptionSet):
         if self.levels is not None:
             finest_bound(self)
             check_outside(self.wholly_inside)
-        _refuse_both("error bound", self.error_bound, "a resolution", self.resolution)
+            _refuse_both("error bound", self.error_bound, "a resolution", self.resolution)
+            _refuse_both("error share", self.error_share, "a resolution", self.resolution)
+        _refuse_both("error share", self.error_share, "an error bound", self.error_bound)
         _refuse_both("time limit", self.time_limit, "moves", self.moves)
 
     @property
@@ -251,17 +256,19 @@ class EvaluateOptions(OptionSet):
     memory_limit: float | None = shared(SimplifyOptions, "memory_limit")
 
 
-def finest_bound(chosen: SimplifyOptions) -> float | None:
-    """The error bound of the occluder, or of the finest level; None where a resolution says how
-    fine it is.
+def finest_bound(chosen: SimplifyOptions, longest_edge: float = 1.0) -> float | None:
+    """The error bound of the occluder, or of the finest level, that was asked for; None for none.
 
-    Raises :class:`OptionError` when the levels have error bounds and a resolution or an error bound
-    is given as well.
+    ``longest_edge`` of the mesh, which a share is of.  Raises :class:`OptionError` when the levels
+    have error bounds and a resolution or an error bound is given as well.
     """
     if chosen.levels is None or chosen.levels.error_bounds is None:
+        if chosen.error_share is not None:
+            return chosen.error_share * longest_edge
         return chosen.error_bound
     _refuse_both("error bounds", chosen.error_bounds, "a resolution", chosen.resolution)
     _refuse_both("error bounds", chosen.error_bounds, "an error bound", chosen.error_bound)
+    _refuse_both("error bounds", chosen.error_bounds, "an error share", chosen.error_share)
     return chosen.levels.error_bounds[0]
 
 

@@ -31,11 +31,28 @@ from simplifier.options.tradeoff import MOST_DIRECTIONS
 TOLERANCE_VOXELS = 1.0
 """How far Ramer-Douglas-Peucker may move an outline, in voxels (section 4.3: the voxel size)."""
 
-ERROR_VOXELS = 2.0 * math.sqrt(3.0)
+TOUCHED_VOXELS = math.sqrt(3.0)
+"""The error bound in voxels of what keeps to the solid: the diagonal of a touched one."""
+
+ERROR_VOXELS = 2.0 * TOUCHED_VOXELS
 """The error bound in voxels.  A refined triangle keeps to voxels that touch the solid, at most a
 voxel's diagonal from one of it, and a touched voxel holds a point of the surface, at most another
 diagonal away.  An outline that is not refined reaches less far: half a pixel's diagonal and the
 tolerance past the solid."""
+
+_FINEST = 256  # voxels along the longest edge: pictures of 512 pixels tell little more
+_FINEST_INSIDE = 512  # the shell of those that the surface touches is given up there
+_MOST = 4  # voxels a cell along each axis
+_MOST_INSIDE = 8
+
+
+def fineness(resolution: int, inside: bool = False) -> int:
+    """Voxels a cell along each axis, of the room for a solid of that resolution.
+
+    ``inside``  whether triangles keep to voxels wholly inside.
+    """
+    finest, most = (_FINEST_INSIDE, _MOST_INSIDE) if inside else (_FINEST, _MOST)
+    return min(max(finest // resolution, 1), most)
 
 
 @dataclass(frozen=True)
@@ -210,6 +227,9 @@ class Options(OptionSet):
     seed: int = shared(SimplifyOptions, "seed")
     """Seed of every random choice, 0 to 2**63 - 1."""
 
+    error_bound: float | None = None
+    """World units that the occluder keeps to, above 0; None for what the resolution gives."""
+
     time_limit: float | None = shared(SimplifyOptions, "time_limit")
     """Seconds from mesh to occluder, above 0: less shortens the preset's work, more goes on
     refining, whatever the moves.  None takes as long as the preset's work does."""
@@ -218,8 +238,8 @@ class Options(OptionSet):
 def stage_options(chosen: SimplifyOptions | EvaluateOptions, longest_edge: float) -> Options:
     """The options of every stage, for the occluder or the finest level of a mesh.
 
-    ``longest_edge`` of the mesh's bounding box, world units, turns an error bound into the least
-    resolution that keeps it.  The preset says how much time to spend, and ``moves`` replaces its
+    ``longest_edge`` of the mesh's bounding box, world units, tells which resolution an error bound
+    needs at least.  The preset says how much time to spend, and ``moves`` replaces its
     number of refining moves; with a time limit refining lasts until then in place of moves.
     Viewers above imply ``ground``, a ``shrink`` above 0 implies ``conservative``.
 
@@ -228,8 +248,8 @@ def stage_options(chosen: SimplifyOptions | EvaluateOptions, longest_edge: float
     """
     if isinstance(chosen, EvaluateOptions):
         chosen = SimplifyOptions(**vars(chosen))  # whose options it shares
-    bound = finest_bound(chosen)
-    resolution = chosen.resolution if bound is None else resolution_for(bound, longest_edge)
+    bound = finest_bound(chosen, longest_edge)
+    resolution = chosen.resolution if bound is None else _kept_by(bound, chosen, longest_edge)
     if chosen.smallest_hole > longest_edge:
         raise OptionError(
             f"{chosen.smallest_hole!r} is longer than the mesh",
@@ -241,6 +261,7 @@ def stage_options(chosen: SimplifyOptions | EvaluateOptions, longest_edge: float
     return passed_on(
         Options,
         chosen,
+        error_bound=None if chosen.levels is not None else bound,
         solid=passed_on(
             SolidOptions,
             chosen,
@@ -263,6 +284,32 @@ def stage_options(chosen: SimplifyOptions | EvaluateOptions, longest_edge: float
     )
 
 
+def _kept_by(bound: float, chosen: SimplifyOptions, longest_edge: float) -> int:
+    """The resolution that was chosen, or the default, where that keeps the bound; else the least.
+
+    Triangles that are moved keep to what the surface touches in a room that is finer than the grid
+    of the sections.  A level of detail has the grid that its error allows.
+    """
+    if chosen.levels is not None:
+        return resolution_for(bound, longest_edge)
+    where = "error bound" if chosen.error_share is None else "error share"
+    usual = chosen.resolution or SolidOptions().resolution
+    if chosen.moves == 0 or chosen.wholly_inside:
+        least, kept = resolution_for(bound, longest_edge, where), usual
+    else:
+        least = resolution_for(bound, longest_edge, where, TOUCHED_VOXELS)
+        kept = usual * fineness(usual)
+    if kept >= least:
+        return usual
+    if chosen.resolution is not None:
+        raise OptionError(
+            f"{chosen.resolution} cannot keep the {where}",
+            where="resolution",
+            remedy=f"choose {least} or more, or leave it out",
+        )
+    return least
+
+
 def make_options(longest_edge: float, **changes: Any) -> Options:
     """As :func:`stage_options`, of the options of ``occluder simplify`` with some changed."""
     return stage_options(SimplifyOptions(**changes), longest_edge)
@@ -274,8 +321,13 @@ def _moves(effort: Effort, budget: int) -> int:
     return round(effort.moves * min(more, _MOST_MOVES))
 
 
-def resolution_for(error_bound: float, longest_edge: float, where: str = "error bound") -> int:
-    """The least resolution that keeps the bound; ``where`` names the option in messages.
+def resolution_for(
+    error_bound: float,
+    longest_edge: float,
+    where: str = "error bound",
+    voxels: float = ERROR_VOXELS,
+) -> int:
+    """The least resolution that keeps the bound, of so many ``voxels``; ``where`` names the option.
 
     Raises :class:`~simplifier.errors.OptionError` for a bound that is no positive length or that
     would take more than :data:`MOST_VOXELS`.
@@ -287,9 +339,9 @@ def resolution_for(error_bound: float, longest_edge: float, where: str = "error 
             remedy="give a positive length in the units of the mesh",
         )
     # One part in a billion of slack: a bound that came from a resolution gives it back.
-    cells = longest_edge * ERROR_VOXELS / error_bound * (1.0 - 1e-9)
+    cells = longest_edge * voxels / error_bound * (1.0 - 1e-9)
     if cells > MOST_VOXELS:
-        least = longest_edge * ERROR_VOXELS / MOST_VOXELS
+        least = longest_edge * voxels / MOST_VOXELS
         raise OptionError(
             f"{error_bound!r} would need more than {MOST_VOXELS} voxels along the longest edge",
             where=where,

@@ -123,7 +123,7 @@ def _moved(
     try:
         views = _views(original, drawn, solid, options, margin, watch, deadline)
     except _StoppedError:
-        if solid.reach > 0 and not overrides.open:
+        if solid.reach > 0 and not overrides.open and options.error_bound is None:
             return _unmoved(start, ERROR_VOXELS)
         return _unmoved(pull_into(start + margin, room) - margin, room.bound)
 

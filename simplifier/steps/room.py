@@ -6,11 +6,13 @@ from dataclasses import replace
 
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
-from simplifier.geometry.room import INTERIOR, WHOLE, Room, fineness
+from simplifier.geometry.room import INTERIOR, WHOLE, Room
 from simplifier.geometry.solid import Solid, VoxelGrid
-from simplifier.options.stages import ERROR_VOXELS, Options
+from simplifier.options.stages import ERROR_VOXELS, TOUCHED_VOXELS, Options, fineness
 from simplifier.voxel.morphology import with_neighbours
 from simplifier.voxel.room import coarse_room, make_room
+
+_ROUNDING = 1e-9  # of a bound that a resolution was chosen for
 
 
 def open_room(
@@ -22,26 +24,35 @@ def open_room(
     """All that keeps the error bound, and regions open; None where what is cut stays as it is.
 
     In voxels finer than the solid's own where that serves: overhang is to be small, which those do
-    not resolve, or triangles keep wholly inside, where a shell of coarse ones would be given up.
+    not resolve, or triangles keep wholly inside, where a shell of coarse ones would be given up, or
+    an error bound was asked for, which then counts from what is inside in these voxels.
     """
     regions = [one.region for one in overrides.open]
     shape = solid.touched.shape
     if solid.reach > 0 and not regions:
         if options.refine.moves == 0:
             return None
-        if options.refine.overhang < 1.0:
-            return make_room(mesh, solid, fineness(shape))
+        if options.refine.overhang < 1.0 or options.error_bound is not None:
+            room = make_room(mesh, solid, fineness(max(shape)))
+            if options.error_bound is None:
+                return room
+            cells = options.error_bound / solid.core.cell_size
+            return replace(room, slack=0.0).within(cells * (1.0 + _ROUNDING))
     # What is cut from the core and stays as it is keeps to the core.
     moves = options.refine.moves > 0
     if solid.wholly_inside and moves and options.solid.shrink == 0.0 and not regions:
-        return make_room(mesh, solid, fineness(shape, inside=True))
-    bound = 0.0 if solid.wholly_inside else ERROR_VOXELS
-    return coarse_room(solid.core, solid.reach, bound, regions)
+        return make_room(mesh, solid, fineness(max(shape), inside=True))
+    bound, reach = 0.0 if solid.wholly_inside else ERROR_VOXELS, solid.reach
+    if options.error_bound is not None and bound * solid.core.cell_size > options.error_bound:
+        bound, reach = TOUCHED_VOXELS, 0
+    return coarse_room(solid.core, reach, bound, regions)
 
 
 def with_inner(solid: Solid, room: Room | None) -> Solid:
-    """With the interior in the voxels of the room that triangles of it keep to."""
-    if room is None or not solid.wholly_inside or room.layers.shape == room.shape:
+    """With the interior in the voxels of the room, where triangles keep to it or a bound counts."""
+    if room is None or room.layers.shape == room.shape:
+        return solid
+    if not solid.wholly_inside and room.slack > 0.0:
         return solid
     size = room.layers.shape[0] // room.shape[0]
     around = int(room.margin) * size

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import FloatArray, Reach, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.scene import Scene
@@ -67,6 +66,7 @@ def _eyes(mesh: TriangleMesh, options: SolidOptions, overrides: Overrides) -> Fl
     if options.viewers != "inside":
         return overrides.viewers
     # Here, not above: scipy's graphs take a tenth of a second to load, and most runs need none.
+    from simplifier.camera_paths.columns import UprightScene
     from simplifier.camera_paths.interior import places_indoors
 
     indoors = places_indoors(UprightScene.of(Scene.of(mesh), options.up), options.eye_height)

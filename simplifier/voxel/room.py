@@ -85,7 +85,9 @@ def make_room(mesh: TriangleMesh, solid: Solid, size: int) -> Room:
     least, most = (np.empty_like(shares) if size > 1 else layers for _ in range(2))
     run_chunks(lambda begin, end: sum_cells(layers, begin, end, least, most, shares), len(least))
     limit = len(reaches) - 1 if solid.reach > 0 else INTERIOR
-    return Room(layers, least, most, shares, limit, tuple(reaches), float(margin))
+    # A voxel of the solid lies in a cell that the surface touches, if not in one that is inside.
+    slack = math.sqrt(3.0) * (1.0 - 1.0 / size)
+    return Room(layers, least, most, shares, limit, tuple(reaches), float(margin), slack)
 
 
 def _border(layers: NDArray[np.uint8]) -> NDArray[np.int64]:

@@ -183,6 +183,7 @@ def test_every_output_format_can_be_judged(command, folder, tmp_path, suffix):
         ("--alpha", "0.1"),
         ("--exact",),
         ("--error-bound", "0.5"),
+        ("--error-share", "0.2"),
         ("--ground", "--up", "z"),
         ("--time-limit", "0.05"),
         ("--min-precision", "0.999"),
@@ -238,7 +239,7 @@ WRONG_USAGE = {
     "resolution 0": ("simplify", BOXES, "-o", OUT, "--resolution", "0"),
     "resolution too large": ("simplify", BOXES, "-o", OUT, "--resolution", "1025"),
     "resolution and bound": (
-        "simplify", BOXES, "-o", OUT, "--resolution", "9", "--error-bound", "1",
+        "simplify", BOXES, "-o", OUT, "--resolution", "9", "--error-bound", "0.01",
     ),
     "bound 0": ("simplify", BOXES, "-o", OUT, "--error-bound", "0"),
     "bound NaN": ("simplify", BOXES, "-o", OUT, "--error-bound", "nan"),

@@ -103,7 +103,7 @@ BAD = {
     "a requirement's value": ("[defaults]\nrequire = { min_recall = 2 }", 2, "out of range"),
     "a requirement without a name": ("[defaults]\nrequire = 3", 2, "'require' is no table"),
     "options that cannot go together": (
-        "[[asset]]\nfiles='*.obj'\nresolution=8\nerror_bound = 1.0", 4, "together with a resolution"
+        "[[asset]]\nfiles='*.obj'\nmoves = 100\ntime_limit=8", 4, "together with moves"
     ),
     "options of several blocks that cannot go together": (
         "[defaults]\nfov = 50\n[[asset]]\nfiles='*.obj'", 2, "only levels of detail have one"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simplifier.geometry.room import INTERIOR, NEVER, SURFACE, Room, fineness
+from simplifier.geometry.room import INTERIOR, NEVER, SURFACE, Room
 
 
 def layered():
@@ -15,7 +15,7 @@ def layered():
     blocks = layers.reshape(6, 2, 1, 2, 1, 2)
     least, most = blocks.min(axis=(1, 3, 5)), blocks.max(axis=(1, 3, 5))
     shares = np.zeros((6, 1, 1), dtype=np.uint8)
-    return Room(layers, least, most, shares, 4, (0.0, 0.9, 1.4, 2.2, 2.7), 1.0)
+    return Room(layers, least, most, shares, 4, (0.0, 0.9, 1.4, 2.2, 2.7), 1.0, 0.5)
 
 
 def test_it_reaches_no_further_than_asked_but_takes_in_the_surface():
@@ -27,7 +27,7 @@ def test_it_reaches_no_further_than_asked_but_takes_in_the_surface():
 
 
 def test_its_bound_is_its_reach_and_where_in_a_cell_the_surface_may_be():
-    assert layered().bound == pytest.approx(2.7 + np.sqrt(3.0) / 2.0)
+    assert layered().bound == pytest.approx(3.2)
     assert Room.of(np.ones((2, 2, 2), np.bool_), 1.0, 3.4).bound == 3.4
 
 
@@ -37,9 +37,3 @@ def test_cells_with_any_room():
     assert room.up_to(INTERIOR).cells.ravel().tolist() == [True] + 5 * [False]
     allowed = np.random.default_rng(1).random((4, 5, 6)) < 0.5
     assert np.array_equal(Room.of(allowed).cells, allowed)
-
-
-def test_voxels_are_no_finer_than_pictures_tell():
-    assert [fineness((n, 3, 3)) for n in (8, 16, 32, 64, 100, 128, 256, 1024)] == [
-        4, 4, 4, 4, 2, 2, 1, 1,
-    ]  # fmt: skip

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from simplifier.errors import OptionError
 from simplifier.geometry.camera import Lens
 from simplifier.lods.level_plan import LEAST_BUDGET, LEAST_VOXELS, plan_levels
-from simplifier.options.simplify import MOST_VOXELS, LodOptions, SimplifyOptions, finest_bound
+from simplifier.options.simplify import MOST_VOXELS, LodOptions, SimplifyOptions
 from simplifier.options.stages import ERROR_VOXELS, make_options
 
 
@@ -42,8 +42,7 @@ def test_a_small_budget_stays():
 
 def test_an_error_bound_for_the_finest():
     levels = LodOptions(lods=2)
-    bound = finest_bound(SimplifyOptions(lods=2, error_bound=0.1))
-    plan = plan_levels(1.0, make_options(1.0, error_bound=bound), levels)
+    plan = plan_levels(1.0, make_options(1.0, lods=2, error_bound=0.1), levels)
     assert [resolution for resolution, _ in grids(plan)] == [35, 17]
 
 

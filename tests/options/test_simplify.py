@@ -42,7 +42,9 @@ WRONG = [
     ({"error_bounds": [1.0], "resolution": 9}, "error bounds: cannot be given together"),
     ({"fov": 60.0}, "fov: only levels of detail have one"),
     ({"lods": 2, "shrink": 0.5}, "lods: .* wholly inside"),
-    ({"resolution": 9, "error_bound": 1.0}, "error bound: cannot be given together"),
+    ({"resolution": 9, "error_bound": 1.0, "lods": 2}, "error bound: cannot be given together"),
+    ({"error_share": 0.5, "error_bound": 1.0}, "error share: cannot be given together"),
+    ({"error_share": 0.5, "error_bounds": (1.0,)}, "error bounds: cannot be given together"),
     ({"moves": 9, "time_limit": 1.0}, "time limit: cannot be given together"),
 ]
 

@@ -19,6 +19,7 @@ from simplifier.options.stages import (
     SectionOptions,
     SelectionOptions,
     SolidOptions,
+    fineness,
     make_options,
 )
 
@@ -170,9 +171,9 @@ lengths = st.floats(1e-6, 1e6)
 
 @settings(max_examples=100, deadline=None)
 @given(lengths, st.floats(2e-2, 1e3))
-def test_error_bound_takes_the_least_resolution_that_keeps_it(longest, share):
+def test_the_error_bound_of_a_level_takes_the_least_resolution_that_keeps_it(longest, share):
     bound = longest * share
-    resolution = make_options(longest, error_bound=bound).solid.resolution
+    resolution = make_options(longest, error_bound=bound, lods=1).solid.resolution
     assert ERROR_VOXELS * longest / resolution <= bound * (1.0 + 1e-8)
     if resolution > 1:
         assert ERROR_VOXELS * longest / (resolution - 1) > bound
@@ -182,7 +183,41 @@ def test_error_bound_takes_the_least_resolution_that_keeps_it(longest, share):
 @given(lengths, st.integers(1, MOST_VOXELS))
 def test_a_bound_that_came_from_a_resolution_gives_it_back(longest, resolution):
     bound = ERROR_VOXELS * (longest / resolution)
-    assert make_options(longest, error_bound=bound).solid.resolution == resolution
+    assert make_options(longest, error_bound=bound, lods=1).solid.resolution == resolution
+
+
+@settings(max_examples=100, deadline=None)
+@given(lengths, st.floats(2e-3, 1e3), st.integers(1, MOST_VOXELS) | st.none())
+def test_a_bound_leaves_the_grid_alone_where_the_room_keeps_it(longest, share, resolution):
+    """The default, or what was chosen, unless its finest room is too coarse for the bound."""
+    needed = math.sqrt(3.0) / share
+    usual = resolution or 64
+    asked = {"error_bound": longest * share, "resolution": resolution}
+    if resolution and resolution * fineness(resolution) < needed * (1.0 - 1e-8):
+        with pytest.raises(OptionError, match=r"^resolution: .* cannot keep the error bound"):
+            make_options(longest, **asked)
+        return
+    made = make_options(longest, **asked)
+    assert made.error_bound == longest * share
+    found = made.solid.resolution
+    assert found * fineness(found) >= needed * (1.0 - 1e-8)
+    assert found == usual or usual * fineness(usual) < needed
+
+
+def test_a_share_is_one_of_the_longest_edge():
+    shared = make_options(40.0, error_share=0.02)
+    assert shared == make_options(40.0, error_bound=0.8)
+    assert make_options(40.0, error_share=0.02, lods=2) == make_options(
+        40.0, error_bound=0.8, lods=2
+    )
+    with pytest.raises(OptionError, match=r"error share: .*together with an error bound"):
+        make_options(1.0, error_share=0.1, error_bound=0.1)
+
+
+def test_where_nothing_is_moved_the_grid_keeps_the_bound():
+    for still in ({"moves": 0}, {"conservative": True}):
+        made = make_options(1.0, error_bound=0.02, **still)
+        assert made.solid.resolution == math.ceil(ERROR_VOXELS / 0.02)
 
 
 def test_a_bound_too_fine_says_what_would_do():
@@ -202,9 +237,10 @@ def test_bounds_that_are_no_length(bound):
         make_options(1.0, error_bound=bound)
 
 
-def test_one_of_bound_and_resolution():
-    with pytest.raises(OptionError, match="cannot be given together with a resolution"):
-        make_options(1.0, resolution=64, error_bound=0.5)
+def test_one_of_bound_and_resolution_for_levels():
+    for bound in ({"error_bound": 0.5}, {"error_share": 0.5}):
+        with pytest.raises(OptionError, match="cannot be given together with a resolution"):
+            make_options(1.0, resolution=64, lods=2, **bound)
 
 
 def test_error_bounds_of_levels():
@@ -245,3 +281,9 @@ def test_time_limits(seconds):
 def test_one_of_moves_and_time_limit():
     with pytest.raises(OptionError, match="time limit: cannot be given together with moves"):
         make_options(1.0, moves=0, time_limit=1.0)
+
+
+def test_voxels_are_no_finer_than_pictures_tell():
+    assert [fineness(n) for n in (8, 16, 32, 64, 100, 128, 256, 1024)] == [
+        4, 4, 4, 4, 2, 2, 1, 1,
+    ]  # fmt: skip

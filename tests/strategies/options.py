@@ -60,6 +60,8 @@ def _values(field: OptionField, longest: float) -> st.SearchStrategy[Any]:
             found: st.SearchStrategy[Any] = ends | st.integers(int(low), int(high))
         case "number" if field.name == "error_bound":
             found = _bounds(longest)
+        case "number" if field.name == "error_share":
+            found = _bounds(1.0).filter(lambda share: share <= 1.0)
         case "number" if field.name == "eye_height":  # lower eyes take seconds to find floors for
             found = st.sampled_from([1e-6, 0.1, 0.3, 1.0, 1e6]).map(lambda share: share * longest)
         case "number" if field.high is None:
@@ -98,11 +100,12 @@ def simplify_options(draw: st.DrawFn, longest: float = 1.0) -> Chosen:
 
     What depends on the mesh may still be refused: a hole that is longer, a bound too fine.
     """
-    fineness = draw(st.sampled_from(["resolution", "error_bound", "error_bounds"]))
+    fineness = draw(st.sampled_from(["resolution", "error_bound", "error_share", "error_bounds"]))
     effort = draw(st.sampled_from(["moves", "moves", "time_limit"]))
     levels = fineness == "error_bounds" or draw(st.booleans())
     given = {fineness, effort, *_ACCURACY} | ({"lods"} if fineness != "error_bounds" else set())
-    never = {"resolution", "error_bound", "error_bounds", "moves", "time_limit", "lods", "preset"}
+    never = {"resolution", "error_bound", "error_share", "error_bounds", "moves", "time_limit"}
+    never |= {"lods", "preset"}
     if not levels:
         given.discard("lods")
     never |= set(_INSIDE if levels else _SCREEN)

@@ -173,6 +173,7 @@ def test_overrides_are_kept_and_named_as_their_owner_names_them(place, ball, tmp
     report = json.loads(results["report.json"])
     assert report["options"]["overrides"] == {
         "drawn": ["a post beside the ball"], "triangles": 12, "open": ["the upper half"],
+        "viewers": 0,
     }  # fmt: skip
     told = "a post beside the ball (ball.overrides.toml:1) sticks out of the mesh by"
     assert told in " ".join(report["warnings"])

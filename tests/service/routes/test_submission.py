@@ -188,7 +188,7 @@ def test_every_wrong_option_is_told_at_once(service):
 @pytest.mark.parametrize(
     ("query", "field", "words"),
     [
-        ("resolution=64&error_bound=1", "error_bound", "cannot be given together"),
+        ("moves=64&time_limit=1", "time_limit", "cannot be given together"),
         ("lods=2&conservative=true", "lods", "wholly inside"),
         ("moves=5&time_limit=1", "time_limit", "cannot be given together"),
         ("time_limit=1e5", "time_limit", "out of range"),

@@ -43,7 +43,7 @@ def test_each_fault_stands_by_its_option() -> None:
 
 
 def test_what_cannot_go_together_is_a_fault() -> None:
-    assert read_typed(TABLE, {"resolution": "32", "error_bound": "0.5"}).faults
+    assert read_typed(TABLE, {"moves": "32", "time_limit": "0.5"}).faults
 
 
 @given(st.dictionaries(st.sampled_from([one.name for one in TABLE.fields]), st.text(max_size=8)))

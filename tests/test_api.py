@@ -55,11 +55,11 @@ def test_results_are_read_only():
 
 def test_an_error_bound_in_place_of_a_resolution():
     occluder = simplifier.simplify(
-        box(), error_bound=0.3, budget=12, preset="draft", moves=200
+        box(), error_bound=0.03, budget=11, preset="draft", moves=200
     ).occluder
-    assert 0.2 < occluder.error_bound <= 0.3
-    with pytest.raises(OptionError):
-        simplifier.simplify(box(), error_bound=0.3, resolution=8)
+    assert 0.02 < occluder.error_bound <= 0.03
+    with pytest.raises(OptionError, match="8 cannot keep the error bound"):
+        simplifier.simplify(box(), error_bound=0.03, resolution=8)
 
 
 def test_options_as_an_object_and_as_keywords():

@@ -9,6 +9,7 @@ import simplifier
 from simplifier.accuracy.deviation import deviation_from_solid
 from simplifier.errors import OptionError
 from simplifier.geometry.overrides import OpenRegion, Overrides, Region
+from simplifier.options.stages import ERROR_VOXELS
 from tests.solids import blob, box, random_soup, sphere, table, torus
 
 MESHES = {
@@ -67,6 +68,24 @@ def test_it_is_kept_with_other_options(options):
     mesh = blob()
     made, longest = made_of(mesh, 0.04, **options)
     check_kept(made, mesh, 0.04 * longest)
+
+
+@pytest.mark.parametrize("overhang", [0.011, 0.03, 0.2])
+@pytest.mark.parametrize("name", ["blob", "soup", "table"])
+def test_more_overhang_has_more_room_within_the_bound_of_the_grid(name, overhang):
+    mesh = MESHES[name]()
+    made = simplifier.simplify(mesh, preset="draft", budget=24, overhang=overhang).made
+    check_kept(made, mesh, ERROR_VOXELS * made.solid.core.cell_size * (1.0 + 1e-9))
+
+
+def test_more_overhang_hides_more():
+    mesh = torus(around=16, tube=0.3)
+    found = [
+        simplifier.simplify(mesh, preset="draft", budget=16, overhang=share).measure()
+        for share in (0.005, 0.05)
+    ]
+    assert found[1].accuracies[0].recall > found[0].accuracies[0].recall + 0.05
+    assert found[1].overhangs[0].mean < 0.055
 
 
 def test_it_is_kept_beside_an_open_region_and_where_the_mesh_is_its_own_occluder():

@@ -166,7 +166,7 @@ def _inner_fineness(shape: Shape, options: Options) -> int:
     """Voxels of the interior to a cell along each axis."""
     if options.solid.wholly_inside:
         return fineness(max(shape), inside=True) if options.solid.shrink == 0.0 else 1
-    return 1 if options.error_bound is None else fineness(max(shape))
+    return fineness(max(shape)) if options.bound_from_fine_interior else 1
 
 
 def sections(shape: Shape, options: SectionOptions) -> int:
@@ -204,7 +204,7 @@ def refine(size: MeshSize, shape: Shape, options: Options) -> int:
 def _fine_room(shape: Shape, inside: bool) -> tuple[int, int]:
     """The voxels and what is known of each cell; and with that what both are made of: cells that
     are touched and filled, a queue of the voxels in cells of the surface, and a layer's."""
-    size, cells = fineness(max(shape), inside), _grown(shape, 1 if inside else 3)
+    size, cells = fineness(max(shape), inside), _grown(shape, 1 if inside else 5)
     a, b, c = shape
     surface = 2 * (a * b + b * c + c * a)
     held = size**3 * cells + (3 if size > 1 else 1) * cells

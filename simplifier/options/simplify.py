@@ -24,6 +24,9 @@ MOST_LEVELS = 16
 
 LARGEST_SEED = 2**63 - 1
 
+LITTLE_OVERHANG = 0.01
+"""A share of the silhouette, up to which precision is to be high and the room narrow."""
+
 EYE_HEIGHT = 1.7
 """Of a walker's eyes over the ground, where the unit is a metre."""
 
@@ -119,7 +122,7 @@ class SimplifyOptions(OptionSet):
     preset: Preset = option("balanced", "How much time to spend: draft, balanced or best.")
     min_precision: float | None = option(
         None, "Precision to aim for at least; more of it hides less.",
-        low=0.0, high=1.0, absent="0.999; 0.995 with an overhang above 0.01",
+        low=0.0, high=1.0, absent=f"0.999; 0.995 with an overhang above {LITTLE_OVERHANG:g}",
     )  # fmt: skip
     overhang: float = option(
         0.005, "Most that the occluder may cover beside the mesh, as a share of its silhouette; "
@@ -159,7 +162,7 @@ class SimplifyOptions(OptionSet):
         """The precision to aim for: more where little may stick out."""
         if self.min_precision is not None:
             return self.min_precision
-        return 0.999 if self.overhang <= 0.01 else 0.995
+        return 0.999 if self.overhang <= LITTLE_OVERHANG else 0.995
 
     @property
     def levels(self) -> LodOptions | None:

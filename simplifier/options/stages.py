@@ -15,6 +15,7 @@ from simplifier.checks import is_finite, value_text
 from simplifier.errors import OptionError
 from simplifier.options.fields import OptionSet, option, passed_on, shared
 from simplifier.options.simplify import (
+    LITTLE_OVERHANG,
     MOST_VOXELS,
     Axis,
     EvaluateOptions,
@@ -233,6 +234,11 @@ class Options(OptionSet):
     time_limit: float | None = shared(SimplifyOptions, "time_limit")
     """Seconds from mesh to occluder, above 0: less shortens the preset's work, more goes on
     refining, whatever the moves.  None takes as long as the preset's work does."""
+
+    @property
+    def bound_from_fine_interior(self) -> bool:
+        """Whether the error bound counts from what is inside in voxels of the room."""
+        return self.error_bound is not None or LITTLE_OVERHANG < self.refine.overhang < 1.0
 
 
 def stage_options(chosen: SimplifyOptions | EvaluateOptions, longest_edge: float) -> Options:

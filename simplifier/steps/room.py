@@ -8,11 +8,18 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.room import INTERIOR, WHOLE, Room
 from simplifier.geometry.solid import Solid, VoxelGrid
-from simplifier.options.stages import ERROR_VOXELS, TOUCHED_VOXELS, Options, fineness
+from simplifier.options.simplify import LITTLE_OVERHANG
+from simplifier.options.stages import (
+    ERROR_VOXELS,
+    TOUCHED_VOXELS,
+    Options,
+    fineness,
+)
 from simplifier.voxel.morphology import with_neighbours
 from simplifier.voxel.room import coarse_room, make_room
 
 _ROUNDING = 1e-9  # of a bound that a resolution was chosen for
+_SPAN = 0.04  # of overhang, over which the room grows from one diagonal of a cell to nearly two
 
 
 def open_room(
@@ -25,7 +32,7 @@ def open_room(
 
     In voxels finer than the solid's own where that serves: overhang is to be small, which those do
     not resolve, or triangles keep wholly inside, where a shell of coarse ones would be given up, or
-    an error bound was asked for, which then counts from what is inside in these voxels.
+    an error bound was asked for.
     """
     regions = [one.region for one in overrides.open]
     shape = solid.touched.shape
@@ -33,11 +40,7 @@ def open_room(
         if options.refine.moves == 0:
             return None
         if options.refine.overhang < 1.0 or options.error_bound is not None:
-            room = make_room(mesh, solid, fineness(max(shape)))
-            if options.error_bound is None:
-                return room
-            cells = options.error_bound / solid.core.cell_size
-            return replace(room, slack=0.0).within(cells * (1.0 + _ROUNDING))
+            return _fine_room(mesh, solid, options)
     # What is cut from the core and stays as it is keeps to the core.
     moves = options.refine.moves > 0
     if solid.wholly_inside and moves and options.solid.shrink == 0.0 and not regions:
@@ -46,6 +49,20 @@ def open_room(
     if options.error_bound is not None and bound * solid.core.cell_size > options.error_bound:
         bound, reach = TOUCHED_VOXELS, 0
     return coarse_room(solid.core, reach, bound, regions)
+
+
+def _fine_room(mesh: TriangleMesh, solid: Solid, options: Options) -> Room:
+    """A cell's diagonal around the solid, or as far as overhang and error bound allow.
+
+    Past that one the bound counts from what is inside in voxels of the room.
+    """
+    size, cell = fineness(max(solid.touched.shape)), solid.core.cell_size
+    share = min(max((options.refine.overhang - LITTLE_OVERHANG) / _SPAN, 0.0), 1.0)
+    room = make_room(mesh, solid, size, TOUCHED_VOXELS * (1.0 + share * (1.0 - 1.0 / size)))
+    if not options.bound_from_fine_interior:
+        return room
+    bound = ERROR_VOXELS if options.error_bound is None else options.error_bound / cell
+    return replace(room, slack=0.0).within(min(bound, ERROR_VOXELS) * (1.0 + _ROUNDING))
 
 
 def with_inner(solid: Solid, room: Room | None) -> Solid:

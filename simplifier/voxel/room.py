@@ -46,20 +46,20 @@ def coarse_room(
     return replace(Room.of(allowed, margin, bound), shares=shares)
 
 
-def make_room(mesh: TriangleMesh, solid: Solid, size: int) -> Room:
+def make_room(mesh: TriangleMesh, solid: Solid, size: int, far: float = math.sqrt(3.0)) -> Room:
     """The room of ``size`` voxels to a cell of the solid along each axis.
 
     A cell that the surface does not touch is as the solid has it.  In the others the voxels that
     the surface does not touch belong to the side, inside or out, that reaches them first.
 
-    Around the solid lie as many layers as keep the error bound: a cell's diagonal for the surface
-    to be somewhere in its cell, and one for the layers.  These grow across sides twice and across
-    corners once, so that they are nearly as far off all around.  A solid that is kept wholly inside
-    has none of them, and triangles keep to voxels that the surface does not touch.
+    Around the solid lie as many layers as reach no further than ``far`` cells.  These grow across
+    sides twice and across corners once, so that they are nearly as far off all around.  A solid
+    that is kept wholly inside has none of them, and triangles keep to voxels that the surface does
+    not touch.
     """
     steps = [(SIX, 1.0), (_ALL, math.sqrt(3.0)), (SIX, 1.0)]
     reaches, away = [0.0, math.sqrt(3.0) / size], 0.0
-    while (away := away + steps[(len(reaches) - 2) % 3][1] / size) <= solid.reach * math.sqrt(3.0):
+    while (away := away + steps[(len(reaches) - 2) % 3][1] / size) <= solid.reach * far:
         reaches.append(away + reaches[SURFACE])
     margin = math.ceil((len(reaches) - 2) / size) + 1
     touched = np.pad(solid.touched.inside, margin)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from simplifier.kernels.sight import picture_size
 from simplifier.kernels.threads import thread_count
+from simplifier.options.simplify import LITTLE_OVERHANG
 from simplifier.options.stages import Options, SectionOptions, SolidOptions, fineness
 
 GIB = 1 << 30
@@ -189,8 +190,8 @@ def refine(size: MeshSize, shape: Shape, options: Options) -> int:
     allowed = _grown(shape, reach + 1)
     growing = 3 * allowed  # the dilation copies twice
     inside = options.solid.wholly_inside and options.solid.shrink == 0.0
-    if inside or (reach and (options.refine.overhang < 1.0 or options.error_bound is not None)):
-        allowed, growing = _fine_room(shape, inside)
+    if inside or (reach and options.fine_room):
+        allowed, growing = _fine_room(shape, options)
     # Placed vertices, the cell of each, and a copy of the faces.
     placing = (_VERTEX + 4) * size.vertices + _FACE * size.triangles
     # Where there may be cracks: vertices in cells, these cells, their keys, and who is in each.
@@ -201,10 +202,13 @@ def refine(size: MeshSize, shape: Shape, options: Options) -> int:
     return fixed + max(growing, allowed + max(placing, _searches(size, options)))
 
 
-def _fine_room(shape: Shape, inside: bool) -> tuple[int, int]:
+def _fine_room(shape: Shape, options: Options) -> tuple[int, int]:
     """The voxels and what is known of each cell; and with that what both are made of: cells that
     are touched and filled, a queue of the voxels in cells of the surface, and a layer's."""
-    size, cells = fineness(max(shape), inside), _grown(shape, 1 if inside else 5)
+    inside = options.solid.wholly_inside
+    # Layers of one diagonal of a cell lie in two cells around, those of two in three; and one more.
+    margin = 1 if inside else 3 if options.refine.overhang <= LITTLE_OVERHANG else 4
+    size, cells = fineness(max(shape), inside), _grown(shape, margin)
     a, b, c = shape
     surface = 2 * (a * b + b * c + c * a)
     held = size**3 * cells + (3 if size > 1 else 1) * cells

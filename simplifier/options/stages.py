@@ -236,6 +236,11 @@ class Options(OptionSet):
     refining, whatever the moves.  None takes as long as the preset's work does."""
 
     @property
+    def fine_room(self) -> bool:
+        """Whether what may leave the solid is moved in voxels finer than the solid's own."""
+        return self.refine.overhang < 1.0 or self.error_bound is not None
+
+    @property
     def bound_from_fine_interior(self) -> bool:
         """Whether the error bound counts from what is inside in voxels of the room."""
         return self.error_bound is not None or LITTLE_OVERHANG < self.refine.overhang < 1.0

@@ -39,7 +39,7 @@ def open_room(
     if solid.reach > 0 and not regions:
         if options.refine.moves == 0:
             return None
-        if options.refine.overhang < 1.0 or options.error_bound is not None:
+        if options.fine_room:
             return _fine_room(mesh, solid, options)
     # What is cut from the core and stays as it is keeps to the core.
     moves = options.refine.moves > 0

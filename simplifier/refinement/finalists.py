@@ -118,34 +118,44 @@ def score_finalist(triangles: FloatArray, views: FineViews) -> FinalistScore:
     )  # fmt: skip
 
 
-def best_of(
-    soups: Sequence[FloatArray],
-    views: FineViews,
-    precision: float,
-    overhang: float = 1.0,
-    spare: Callable[[], Sequence[FloatArray]] = tuple,
-) -> FloatArray:
-    """The soup with most recall, less what it hides wrongly, which weighs most past the aims.
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """Which occluder is best: the one with most recall, less what it hides wrongly, which weighs
+    most past the aims.
 
     ``precision`` is to be had at least, ``overhang`` at most in the mean, and twice that in any
-    view.  The first of equals, so that what is refined comes before what is not.  Where that is
-    worth little, what ``spare`` makes and nothing at all compete with it, and come before equals:
-    none of the pictures may show what is thin.
+    view.
     """
 
-    def worths(some: Sequence[FloatArray]) -> list[float]:
-        return [_worth(score_finalist(soup, views), precision, overhang) for soup in some]
+    views: FineViews
+    precision: float
+    overhang: float = 1.0
 
-    judged = worths(soups)
-    if max(judged, default=0.0) < _MUCH:
-        others = [*spare(), NOTHING]
-        soups, judged = [*others, *soups], [*worths(others), *judged]
-    return soups[judged.index(max(judged))]
+    def best_of(
+        self,
+        soups: Sequence[FloatArray],
+        spare: Callable[[], Sequence[FloatArray]] = tuple,
+    ) -> FloatArray:
+        """The first of equals, so that what is refined comes before what is not.
 
+        Where the best is worth little, what ``spare`` makes and nothing at all compete with it, and
+        come before equals: none of the pictures may show what is thin.
+        """
+        judged = [self.worth(soup) for soup in soups]
+        if max(judged, default=0.0) < _MUCH:
+            others = [*spare(), NOTHING]
+            soups, judged = [*others, *soups], [*map(self.worth, others), *judged]
+        return soups[judged.index(max(judged))]
 
-def _worth(found: FinalistScore, precision: float, overhang: float) -> float:
-    short = max(precision - found.precision, 0.0)
-    beside = max(found.overhang - overhang, 0.0)
-    worst = max(found.worst - 2.0 * overhang, 0.0)
-    lost = _WRONG * (1.0 - found.precision) + _SHORT * short
-    return found.recall - lost - _BESIDE * beside - _WORST * worst
+    def worth(self, triangles: FloatArray) -> float:
+        """Of a soup (m, 3, 3): its recall, less what its faults cost; 0 of none."""
+        found = score_finalist(triangles, self.views)
+        short = max(self.precision - found.precision, 0.0)
+        beside = max(found.overhang - self.overhang, 0.0)
+        worst = max(found.worst - 2.0 * self.overhang, 0.0)
+        lost = _WRONG * (1.0 - found.precision) + _SHORT * short
+        return found.recall - lost - _BESIDE * beside - _WORST * worst
+
+    def recall(self, triangles: FloatArray) -> float:
+        """Of a soup (m, 3, 3), whatever its faults."""
+        return score_finalist(triangles, self.views).recall

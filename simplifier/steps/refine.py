@@ -16,8 +16,9 @@ from simplifier.kernels.threads import run_chunks
 from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
-from simplifier.refinement.finalists import OUTLINE, FineViews, Outlines, best_of
-from simplifier.refinement.search import pull_into, refine
+from simplifier.refinement.finalists import OUTLINE, FineViews, Judge, Outlines
+from simplifier.refinement.search import Stop, pull_into, refine
+from simplifier.refinement.second_search import search_again
 from simplifier.refinement.thin import thin_for_pictures
 from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections, silhouettes
@@ -29,6 +30,7 @@ _SEALING_VIEWS = 4096  # in which nothing may stick out of an open mesh that is 
 _CLEAN_VIEWS = 896  # in a row, after which no others are looked at
 _ALL_AROUND = 110.0  # times the overhang asked for: what the room could have all around
 _MANY, _EACH = 64.0, 0.35  # more triangles reach all of the room sooner, by that power of them
+_FIRST = 0.6  # of the time of two searches, one after the other
 _TINY = 1e-9
 _FEW_FINE_VIEWS = 6  # where a time limit is short
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
@@ -127,13 +129,18 @@ def _moved(
             return _unmoved(start, ERROR_VOXELS)
         return _unmoved(pull_into(start + margin, room) - margin, room.bound)
 
-    def stop(share: float, measure: float, best: Best) -> bool:
-        def shown() -> FloatArray:
-            found = solid.core.to_world(best() - margin)
-            return np.concatenate([overrides.triangles, found])
+    def tell(begin: float, end: float) -> Stop:
+        """Of a search that takes this part of the stage."""
 
-        watch.tell("refine", share, measure, shown)
-        return watch.cancelled
+        def stop(share: float, measure: float, best: Best) -> bool:
+            def shown() -> FloatArray:
+                found = solid.core.to_world(best() - margin)
+                return np.concatenate([overrides.triangles, found])
+
+            watch.tell("refine", begin + share * (end - begin), measure, shown)
+            return watch.cancelled
+
+        return stop
 
     aims, budget = options.refine, options.selection.budget
     wide, room = room, narrowed_room(room, views, aims.overhang, budget)
@@ -146,8 +153,9 @@ def _moved(
     if solid.reach > 0 and (several or not deadline.limited):
         lines = search_projections(solid, options, _OUTLINES, margin)
         outlines = Outlines.of(*original, lines, drawn)
+    again = several and not deadline.limited
     found = refine(
-        starts, room, views, budget, aims, options.seed, stop,
+        starts, room, views, budget, aims, options.seed, tell(0.0, _FIRST if again else 1.0),
         deadline.part(1.0 - _closing_share(several)) if deadline.limited else None, outlines,
     )  # fmt: skip
     begun = _listed(_STARTS[: len(starts)])
@@ -162,8 +170,18 @@ def _moved(
             return []
         return _fine_starts(mesh, solid, budget, (room, wide))
 
-    judges = FineViews.of(*original, fine, outlines or Outlines.of(*original, fine, drawn))
-    best = best_of([*found, *starts], judges, aims.precision, aims.overhang, spare)
+    pictures = FineViews.of(*original, fine, outlines or Outlines.of(*original, fine, drawn))
+    judge = Judge(pictures, aims.precision, aims.overhang)
+    best = judge.best_of([*found, *starts], spare)
+    if again and not watch.cancelled:
+        stop = tell(_FIRST, 1.0)
+        better = search_again(
+            found, best, room, views, judge, budget, aims, options.seed, stop
+        )  # fmt: skip
+        if better is not None:
+            best, less = better
+            words = f"{searched[:-1]}, and by another in less room."
+            return Refined(best - margin, less.bound, words)
     if any(best is one for one in found):
         return Refined(best - margin, room.bound, searched)
     if len(best) == 0:

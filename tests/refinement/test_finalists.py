@@ -10,7 +10,7 @@ from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.overhang import measure_overhang
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import BoundingSphere, image_axes, random_directions
-from simplifier.refinement.finalists import FineViews, Outlines, best_of, score_finalist
+from simplifier.refinement.finalists import FineViews, Judge, Outlines, score_finalist
 from tests.pictures import sphere_projections
 
 MESH = bumpy_sphere(4_000)
@@ -50,16 +50,16 @@ def test_the_mesh_itself_and_nothing(views):
 
 def test_more_recall_wins_among_the_precise(views):
     small, large = soup(0.7), soup(0.9)
-    assert best_of([small, large], views, 0.99) is large
-    assert best_of([large, small], views, 0.99) is large
+    assert Judge(views, 0.99).best_of([small, large]) is large
+    assert Judge(views, 0.99).best_of([large, small]) is large
 
 
 def test_what_hides_too_much_loses_and_so_does_what_hides_nothing(views):
     swollen, inner = soup(1.3), soup(0.9)
     assert score_finalist(swollen, views).precision < 0.97
-    assert best_of([swollen, inner], views, 0.99) is inner
+    assert Judge(views, 0.99).best_of([swollen, inner]) is inner
     slightly = soup(1.02)  # a little short of an aim for perfection is better than nothing at all
-    assert best_of([np.empty((0, 3, 3)), slightly], views, 1.0) is slightly
+    assert Judge(views, 1.0).best_of([np.empty((0, 3, 3)), slightly]) is slightly
 
 
 def test_overhang_is_what_a_report_says(views):
@@ -76,8 +76,8 @@ def test_overhang_is_what_a_report_says(views):
 
 def test_what_sticks_out_more_than_it_may_loses_though_it_hides_more(views):
     swollen, inner = soup(1.02), soup(0.85)
-    assert best_of([swollen, inner], views, 0.5, 0.005) is inner
-    assert best_of([swollen, inner], views, 0.5, 0.2) is swollen
+    assert Judge(views, 0.5, 0.005).best_of([swollen, inner]) is inner
+    assert Judge(views, 0.5, 0.2).best_of([swollen, inner]) is swollen
 
 
 def test_what_is_drawn_by_hand_never_sticks_out(views):
@@ -92,4 +92,4 @@ def test_what_is_drawn_by_hand_never_sticks_out(views):
 
 def test_the_first_of_equals(views):
     one, same = soup(0.9), soup(0.9)
-    assert best_of([one, same], views, 0.99) is one
+    assert Judge(views, 0.99).best_of([one, same]) is one

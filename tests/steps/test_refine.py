@@ -13,6 +13,8 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.kernels.soup_views import all_contained
 from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
+from simplifier.refinement.search import pull_into
+from simplifier.refinement.second_search import search_again
 from simplifier.steps.room import open_room
 from tests.solids import blob, box, joined, sphere, torus
 
@@ -181,7 +183,8 @@ def test_several_starts_are_named_and_one_that_stays_as_it_is(monkeypatch):
         (-3, "No search did better than planar sections, which became the occluder."),
     ):
         monkeypatch.setattr(
-            "simplifier.steps.refine.best_of", lambda soups, *judging, at=chooses: soups[at]
+            "simplifier.steps.refine.Judge.best_of",
+            lambda judge, soups, *spare, at=chooses: soups[at],
         )
         assert simplify_mesh(mesh, chosen).decisions[-1] == words
     for chosen_soup, words in (
@@ -195,5 +198,33 @@ def test_several_starts_are_named_and_one_that_stays_as_it_is(monkeypatch):
             " thinner than a voxel, which became the occluder.",
         ),
     ):
-        monkeypatch.setattr("simplifier.steps.refine.best_of", lambda *judging, it=chosen_soup: it)
+        monkeypatch.setattr(
+            "simplifier.steps.refine.Judge.best_of", lambda *judging, it=chosen_soup: it
+        )
         assert simplify_mesh(mesh, chosen).decisions[-1] == words
+
+
+def test_a_second_search_is_told_and_never_runs_backwards(monkeypatch):
+    monkeypatch.setattr("simplifier.refinement.second_search._FAULTS", -1.0)
+    mesh, shares, done = joined(sphere(), box((2.5, 0.2, 2.5), low=(0.0, -0.1, 0.0))), [], []
+
+    def listen(progress):
+        if progress.stage == "refine":
+            shares.append(progress.share)
+
+    def search(*given):
+        done.append(shares[-1])
+        found = search_again(*given)
+        done.append(shares[-1])
+        less = given[2].up_to(given[2].limit - 1)
+        return found or (pull_into(given[0][0], less), less)
+
+    monkeypatch.setattr("simplifier.steps.refine.search_again", search)
+    result = run(mesh, listen, budget=24, resolution=32, moves=6000)
+    assert result.decisions[-1].endswith(
+        "the mesh in fewer triangles, and by another in less room."
+    )
+    assert shares == sorted(shares)
+    assert done == [pytest.approx(0.6), pytest.approx(1.0)]
+    check_contained(mesh, result)
+    check_triangles(result.occluder, 24)

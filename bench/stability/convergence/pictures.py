@@ -10,8 +10,9 @@ from simplifier.options.stages import Options
 from simplifier.pipeline import cut_solid
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
-from simplifier.refinement.finalists import FineViews, Outlines, best_of
+from simplifier.refinement.finalists import FineViews, Judge, Outlines
 from simplifier.refinement.search import pull_into, refine
+from simplifier.refinement.second_search import search_again
 from simplifier.refinement.starts import enclosed_start, sheet_start
 from simplifier.refinement.thin import thin_for_pictures
 from simplifier.selection.measure import search_projections, silhouettes
@@ -46,8 +47,11 @@ def made_by_pictures(mesh: TriangleMesh, options: Options, pixels: int) -> Occlu
     outlines = Outlines.of(*original, search_projections(solid, options, _OUTLINES, margin))
     found = refine(starts, room, views, budget, aims, options.seed, outlines=outlines)
     fine = search_projections(solid, options, _FINE_VIEWS, margin)
-    judges = FineViews.of(*original, fine, outlines)
-    best = best_of([*found, *starts], judges, aims.precision, aims.overhang)
+    judge = Judge(FineViews.of(*original, fine, outlines), aims.precision, aims.overhang)
+    best = judge.best_of([*found, *starts])
+    better = search_again(found, best, room, views, judge, budget, aims, options.seed)
+    if better is not None:
+        best, room = better
     bound = room.bound * solid.core.cell_size
     return Occluder.of(solid.core.to_world(best - margin), bound, watch.timings)
 

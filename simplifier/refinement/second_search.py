@@ -1,0 +1,55 @@
+"""Triangles that stick out too much -> others, by a second search in less room."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.room import SURFACE, Room
+from simplifier.options.stages import RefineOptions
+from simplifier.refinement.annealing import RefineViews
+from simplifier.refinement.finalists import Judge
+from simplifier.refinement.search import Stop, pull_into, refine
+
+_FAULTS = 0.12  # of recall, that what was found has to lose by its faults
+_MOVES = 0.75  # of those of the first search
+
+
+def search_again(
+    found: Sequence[FloatArray],
+    chosen: FloatArray,
+    room: Room,
+    views: RefineViews,
+    judge: Judge,
+    budget: int,
+    options: RefineOptions,
+    seed: int,
+    stop: Stop = lambda share, measure, best: False,
+) -> tuple[FloatArray, Room] | None:
+    """Triangles (m, 3, 3) that are better than those ``chosen``, and the room that they are in;
+    None where a second search finds none, or is not worth its time.
+
+    A mesh that is thin from one side has a view in which a little that sticks out is much beside
+    the little that is there, and no price in the mean over all views keeps that in.  Less room
+    does.  A search that begins in it loses recall; one that goes on with what was ``found`` in more
+    room hardly does.  It is worth its time where what was chosen is worth less by far than what was
+    found would be without its faults.
+    """
+    most = max(map(judge.recall, found), default=0.0)
+    if room.limit <= SURFACE or most - judge.worth(chosen) < _FAULTS:
+        return None
+    start, less = _best_drawn_in(found, room, judge)
+    fewer = replace(options, moves=round(_MOVES * options.moves))
+    again = refine([start], less, views, budget, fewer, seed, stop, None, judge.views.outlines)
+    best = judge.best_of([chosen, *again])
+    return (best, less) if any(best is one for one in again) else None
+
+
+def _best_drawn_in(
+    found: Sequence[FloatArray], room: Room, judge: Judge
+) -> tuple[FloatArray, Room]:
+    """Of what was found, drawn into any room that is narrower: what is worth most, and its room."""
+    rooms = [room.up_to(limit) for limit in range(room.limit - 1, SURFACE - 1, -1)]
+    drawn_in = [(pull_into(one, less), less) for less in rooms for one in found]
+    return max(drawn_in, key=lambda start: judge.worth(start[0]))

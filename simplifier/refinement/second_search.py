@@ -14,6 +14,7 @@ from simplifier.refinement.search import Stop, pull_into, refine
 
 _FAULTS = 0.12  # of recall, that what was found has to lose by its faults
 _MOVES = 0.75  # of those of the first search
+_MOST_MOVES = 30_000  # more gain nothing
 
 
 def search_again(
@@ -40,7 +41,7 @@ def search_again(
     if room.limit <= SURFACE or most - judge.worth(chosen) < _FAULTS:
         return None
     start, less = _best_drawn_in(found, room, judge)
-    fewer = replace(options, moves=round(_MOVES * options.moves))
+    fewer = replace(options, moves=min(round(_MOVES * options.moves), _MOST_MOVES))
     again = refine([start], less, views, budget, fewer, seed, stop, None, judge.views.outlines)
     best = judge.best_of([chosen, *again])
     return (best, less) if any(best is one for one in again) else None

@@ -24,7 +24,9 @@ _WRONG = 2.0  # what a share hidden wrongly weighs beside one of recall
 _SHORT = 20.0  # and that part of it which falls short of the aim, as well
 _BESIDE = 40.0  # what overhang past the aim weighs
 _WORST = 10.0  # and what it has past twice the aim in the worst view
-_MUCH = 0.7  # of recall, less all that: what is worth less may be too thin for what was tried
+
+MUCH = 0.7
+"""Of recall, less all that: what is worth less may be too thin for what was tried."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,14 +137,15 @@ class Judge:
         self,
         soups: Sequence[FloatArray],
         spare: Callable[[], Sequence[FloatArray]] = tuple,
+        much: float = MUCH,
     ) -> FloatArray:
         """The first of equals, so that what is refined comes before what is not.
 
-        Where the best is worth little, what ``spare`` makes and nothing at all compete with it, and
-        come before equals: none of the pictures may show what is thin.
+        Where the best is worth less than ``much``, what ``spare`` makes and nothing at all compete
+        with it, and come before equals: none of the pictures may show what is thin.
         """
         judged = [self.worth(soup) for soup in soups]
-        if max(judged, default=0.0) < _MUCH:
+        if max(judged, default=0.0) < much:
             others = [*spare(), NOTHING]
             soups, judged = [*others, *soups], [*map(self.worth, others), *judged]
         return soups[judged.index(max(judged))]

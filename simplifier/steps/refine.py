@@ -16,7 +16,7 @@ from simplifier.kernels.threads import run_chunks
 from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
-from simplifier.refinement.finalists import OUTLINE, FineViews, Judge, Outlines
+from simplifier.refinement.finalists import MUCH, OUTLINE, FineViews, Judge, Outlines
 from simplifier.refinement.search import Stop, pull_into, refine
 from simplifier.refinement.second_search import search_again
 from simplifier.refinement.thin import thin_for_pictures
@@ -172,7 +172,8 @@ def _moved(
 
     pictures = FineViews.of(*original, fine, outlines or Outlines.of(*original, fine, drawn))
     judge = Judge(pictures, aims.precision, aims.overhang)
-    best = judge.best_of([*found, *starts], spare)
+    # Of many triangles the mesh itself in full detail may be best, which no search has begun with.
+    best = judge.best_of([*found, *starts], spare, MUCH if budget <= _MANY else 1.0)
     if again and not watch.cancelled:
         stop = tell(_FIRST, 1.0)
         better = search_again(

@@ -93,3 +93,18 @@ def test_what_is_drawn_by_hand_never_sticks_out(views):
 def test_the_first_of_equals(views):
     one, same = soup(0.9), soup(0.9)
     assert Judge(views, 0.99).best_of([one, same]) is one
+
+
+def test_what_is_spare_competes_where_the_best_is_worth_less_than_much(views):
+    best, spare, made = soup(0.9), soup(0.97), []
+
+    def make():
+        made.append(True)
+        return [spare]
+
+    judge = Judge(views, 0.99)
+    assert judge.worth(best) > 0.7
+    assert judge.best_of([best], make) is best
+    assert not made
+    assert judge.best_of([best], make, 1.0) is spare
+    assert judge.best_of([soup(0.98)], make, 1.0) is not spare

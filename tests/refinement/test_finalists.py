@@ -107,4 +107,3 @@ def test_what_is_spare_competes_where_the_best_is_worth_less_than_much(views):
     assert judge.best_of([best], make) is best
     assert not made
     assert judge.best_of([best], make, 1.0) is spare
-    assert judge.best_of([soup(0.98)], make, 1.0) is not spare

@@ -1,4 +1,4 @@
-"""A generated city to find visibility in: blocks of touching buildings between straight streets.
+"""A generated city to find visibility in: blocks of touching buildings between streets.
 
 It has the size of the city of Wonka, Wimmer and Schmalstieg, *Visibility Preprocessing with
 Occluder Fusion for Urban Walkthroughs* (2000): about 2,000 blocks.  Cells lie in its streets.
@@ -16,7 +16,7 @@ from simplifier.geometry.scene import Scene
 from simplifier.geometry.view_cells import ViewCells
 
 PITCH = 58.0  # metres from the middle of a street to that of the next
-STREETS = (12.0, 20.0)  # width
+STREETS = (12.0, 20.0)  # width; it changes from block to block, or one would see along all of them
 PARKS = 0.03  # share of the blocks that nothing stands on
 ROOFS = (11.0, 27.0)
 TOWERS = 0.01  # share of the buildings
@@ -37,14 +37,11 @@ _SIDES = np.array(
 def generated_city(blocks: int = 45, seed: int = 0) -> Scene:
     """``blocks`` x ``blocks`` blocks, less the parks, of 4 to 9 buildings each.
 
-    Metres, +z up, the ground at z = 0 and the first block at the origin.  Buildings are closed
-    boxes; those of a block touch, and the walls that they share have equal coordinates.  The same
-    arguments give the same scene.
+    Metres, +z up, the ground at z = 0; the middles of streets are at multiples of the pitch.
+    Buildings are closed boxes; those of a block touch, and the walls that they share have equal
+    coordinates.  The same arguments give the same scene.
     """
     generator = np.random.default_rng(seed)
-    streets = generator.uniform(*STREETS, (2, blocks + 1))
-    sides = np.arange(blocks + 1) * PITCH
-    lows, highs = _rounded(sides + 0.5 * streets), _rounded(sides - 0.5 * streets)
     plans: list[FloatArray] = []
     names: list[str] = []
     for x in range(blocks):
@@ -52,8 +49,10 @@ def generated_city(blocks: int = 45, seed: int = 0) -> Scene:
             count = LEAST + int(generator.binomial(MOST - LEAST, _MORE))
             if generator.random() < PARKS:
                 continue
-            low, high = [lows[0, x], lows[1, y]], [highs[0, x + 1], highs[1, y + 1]]
-            plans += _parted(np.array([low, high]), count, generator)
+            low, high = 0.5 * generator.uniform(*STREETS, (2, 2))
+            corner = PITCH * np.array([x, y])
+            plan = _rounded(np.array([corner + low, corner + PITCH - high]))
+            plans += _parted(plan, count, generator)
             names += [f"block {x} {y} building {index}" for index in range(count)]
     roofs = generator.uniform(*ROOFS, len(plans))
     tall = generator.random(len(plans)) < TOWERS
@@ -90,15 +89,15 @@ def scene_of_boxes(boxes: FloatArray, names: Sequence[str]) -> Scene:
 def street_cells(
     city: Scene, count: int, size: float = 10.0, eye: float = 2.0, seed: int = 0
 ) -> ViewCells:
-    """Boxes of ``size`` x ``size`` x ``eye`` on the ground in the streets of a generated city.
+    """Boxes of ``size`` x ``size`` x ``eye`` on the ground between blocks of a generated city.
 
-    They touch no building, so they lie in the streets that are wider.  Their coordinates are those
+    They touch no building, so they lie where streets are wider.  Their coordinates are those
     of the world.  Raises :class:`ValueError` where there are hardly any such places.
     """
     generator = np.random.default_rng(seed)
     bounds = city.bounds()
     plans = bounds[:, :, :2]
-    lines = np.round(plans[:, 1].max(axis=0) / PITCH + 0.5)  # streets between blocks, and one more
+    lines = np.ceil(plans[:, 1].max(axis=0) / PITCH)  # streets between blocks, and one more
     slack = max(0.5 * (STREETS[1] - size), 0.0)
     kept: list[FloatArray] = []
     for _ in range(_TRIES * count):
@@ -106,7 +105,7 @@ def street_cells(
             break
         across = int(generator.integers(2))
         middle = generator.uniform(0.0, lines * PITCH)
-        line = generator.integers(lines[across] + 1)
+        line = generator.integers(1, lines[across])
         middle[across] = line * PITCH + generator.uniform(-slack, slack)
         low = _rounded(middle - 0.5 * size)
         touched = (plans[:, 0] <= low + size).all(axis=1) & (plans[:, 1] >= low).all(axis=1)

@@ -1,0 +1,1 @@
+"""From-region visibility: scene and view cells -> what may be seen from each cell."""

@@ -63,8 +63,8 @@ class Prisms:
     def of_outlines(
         cls, outlines: list[FloatArray], tops: FloatArray, upright: BoolArray | None = None
     ) -> Prisms:
-        """From closed outlines (k, 2), counter-clockwise, of upright prisms if not said else."""
-        edges = [np.stack([each, np.roll(each, -1, axis=0)], axis=1) for each in outlines]
+        """From outlines (k, 2) that do not cross themselves, of upright prisms if not said else."""
+        edges = [_counter_clockwise(_around(each)) for each in outlines]
         return cls(
             _starts(np.array([len(each) for each in edges], dtype=np.int64)),
             np.concatenate([np.empty((0, 2, 2)), *edges]),
@@ -334,4 +334,9 @@ def _hull(plan: FloatArray) -> FloatArray:
         corners = plan[ConvexHull((plan - low) / max((high - low).max(), 1e-300)).vertices]
     except QhullError:
         corners = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
+    return _around(corners)
+
+
+def _around(corners: FloatArray) -> FloatArray:
+    """(k, 2, 2) the edges from each of the corners (k, 2) to the next."""
     return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)

@@ -33,7 +33,7 @@ def any_plan(rng, kind):
     if kind == 1:
         return rectangle(-6.0, -3.0, 6.0, 3.0) @ turned("z", rng.uniform(0, 360))[:2, :2] + [x, y]
     if kind == 2:
-        angles = np.sort(rng.uniform(0.0, 2.0 * np.pi, 7))
+        angles = (np.arange(7) + rng.uniform(0.1, 0.9, 7)) * 2.0 * np.pi / 7
         radii = rng.uniform(1.0, 8.0, (7, 1))
         return np.array([x, y]) + radii * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     corner = np.array([[0, 0], [9, 0], [9, 3], [4, 3], [4, 8], [0, 8]], dtype=np.float64)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplifier.errors import OptionError
+from simplifier.geometry.arrays import vector
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
@@ -16,6 +17,11 @@ from simplifier.options.simplify import Axis
 
 UNKNOWN = -1
 """In place of a row: the cell is not computed, and everything counts as visible from it."""
+
+METHODS = ("cull-map", "slice-wise", "voxel-column", "strong-occluder")
+"""What can find the sets; files hold a method's place in this."""
+
+_BATCH = 1 << 20  # bytes of runs that are checked at once, each as a number of 8 bytes
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,9 +44,38 @@ class Rows:
         raw = np.frombuffer(self.data, np.uint8)[self.offsets[index] : self.offsets[index + 1]]
         ends = np.minimum(np.cumsum(_lengths(raw)), count)
         steps = np.zeros(count + 1, dtype=np.int8)
-        np.add.at(steps, ends[::2], 1)
+        np.add.at(steps, ends[:-1:2], 1)  # without a run of hidden objects at the end
         np.add.at(steps, ends[1::2], -1)
         return np.asarray(np.cumsum(steps[:count]) > 0)
+
+    def check(self, count: int) -> None:
+        """Raise ValueError where a row is not one of ``count`` objects.
+
+        No run but the first is empty, so walking a row takes no longer than ``count`` steps.
+        """
+        begin = 0
+        while begin < len(self):
+            stop = self.offsets[begin] + _BATCH
+            end = max(begin + 1, int(np.searchsorted(self.offsets, stop, "right")) - 1)
+            self._check_some(begin, min(end, len(self)), count)
+            begin = end
+
+    def _check_some(self, begin: int, end: int, count: int) -> None:
+        offsets = self.offsets[begin : end + 1] - self.offsets[begin]
+        raw = np.frombuffer(self.data, np.uint8)[self.offsets[begin] : self.offsets[end]]
+        offsets = offsets[np.diff(offsets, prepend=-1) > 0]  # without empty rows
+        if (raw[offsets[1:] - 1] >= 0x80).any():
+            raise ValueError("the last number goes on")
+        lengths = _lengths(raw)
+        firsts = np.searchsorted(np.flatnonzero(raw < 0x80), offsets)
+        if (lengths > count).any():  # sums of such might not fit 64 bits
+            raise ValueError(f"a run is longer than the {count} objects")
+        if (np.diff(np.concatenate([[0], np.cumsum(lengths)])[firsts]) > count).any():
+            raise ValueError(f"the runs of a row are longer than the {count} objects")
+        empty = lengths == 0
+        empty[firsts[:-1]] = False
+        if empty.any():
+            raise ValueError("a run is empty")
 
 
 def pack_rows(sets: Iterable[BoolArray]) -> tuple[Rows, NDArray[np.int64]]:
@@ -92,7 +127,7 @@ class Pvs:
     ``names``      of the objects, in the scene's order.
     ``order``      (n,) int32: the objects as the rows have them, near ones together.
     ``row_of``     (c,) int64: the row of each cell, or :data:`UNKNOWN`.
-    ``method``     that found the sets.
+    ``method``     that found the sets, of :data:`METHODS`.
     ``scene``      8 bytes that tell this scene from another.
     ``settings``   8 bytes that tell settings from others: sets by the same ones may stand together.
     """
@@ -127,12 +162,8 @@ class Pvs:
                     remedy=f"give 0 to {len(self.cells) - 1}, or a point",
                 )  # fmt: skip
             return self._set_of([int(where)])
-        point = np.asarray(where, dtype=np.float64)
-        if point.shape != (3,) or not np.isfinite(point).all():
-            raise OptionError(
-                f"{where!r} is no point", where="point", remedy="give x, y and z, or a cell"
-            )
-        return self._set_of(self.cells.containing(self.to_cells(point)).tolist())
+        point = self.to_cells(vector("point", where))
+        return self._set_of(self.cells.containing(point).tolist())
 
     def to_cells(self, points: FloatArray) -> FloatArray:
         """World points (…, 3) in the space of the cells."""

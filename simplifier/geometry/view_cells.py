@@ -103,7 +103,8 @@ def signed_areas(corners: FloatArray) -> FloatArray:
 def _left_of_all(corners: FloatArray, point: FloatArray) -> bool:
     along = np.roll(corners, -1, axis=0) - corners
     to = point - corners
-    return bool((along[:, 0] * to[:, 1] - along[:, 1] * to[:, 0] >= 0.0).all())
+    # Two products, not their difference: no compiler of another reader fuses a comparison.
+    return bool((along[:, 0] * to[:, 1] >= along[:, 1] * to[:, 0]).all())
 
 
 def _rounded(values: FloatArray) -> FloatArray:

@@ -1,25 +1,6 @@
-/* Prints occluder files for the tests: each name of the command line, opened from a copy that ends
- * where the file does, so that a sanitizer sees any read behind it. */
+/* Prints occluder files for the tests: each name of the command line. */
 #include "occluder.h"
-
-#include <stdio.h>
-#include <stdlib.h>
-
-static unsigned char *read_all(const char *name, size_t *size)
-{
-    FILE *stream = fopen(name, "rb");
-    unsigned char *bytes;
-    long length;
-    if (!stream || fseek(stream, 0, SEEK_END) || (length = ftell(stream)) < 0)
-        exit(3);
-    rewind(stream);
-    *size = (size_t)length;
-    bytes = (unsigned char *)malloc(*size ? *size : 1);
-    if (!bytes || fread(bytes, 1, *size, stream) != *size)
-        exit(3);
-    fclose(stream);
-    return bytes;
-}
+#include "read_all.h"
 
 static void print(const occluder_file *file)
 {

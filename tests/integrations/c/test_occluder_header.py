@@ -1,11 +1,9 @@
-"""The C header reads what the library writes, and nothing that is damaged."""
+"""The C header of occluders reads what the library writes, and nothing that is damaged."""
 
 from __future__ import annotations
 
 import math
-import shutil
 import struct
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,41 +16,15 @@ from simplifier.geometry.occluder import Level, LodChain, Occluder
 from simplifier.io.load import load_lods, load_occluder
 from simplifier.io.save import save_lods, save_occluder
 from simplifier.options.simplify import Style
+from tests.integrations.c.programs import CHECKED, LANGUAGES, compiled, printed
 from tests.io.builders import tetrahedron
 from tests.solids import sphere
-
-HERE = Path(__file__).parent
-HEADER = HERE.parents[2] / "integrations" / "c"
-STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-O1", "-g"]
-LANGUAGES = {"gcc": ["-std=c99"], "g++": ["-std=c++11", "-x", "c++"]}
-CHECKED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-
-
-def compiled(folder: Path, compiler: str, *more: str) -> Path:
-    if shutil.which(compiler) is None:
-        pytest.skip(f"there is no {compiler} here")
-    program = folder / f"print_{compiler.replace('+', 'p')}"
-    command = [
-        compiler, *LANGUAGES[compiler], *STRICT, *more, f"-I{HEADER}", str(HERE / "print.c"),
-        "-o", str(program),
-    ]  # fmt: skip
-    done = subprocess.run(command, capture_output=True, text=True)
-    if more and "cannot find" in done.stderr:
-        return compiled(folder, compiler)  # no sanitizers on this machine
-    assert done.returncode == 0, done.stderr
-    return program
 
 
 @pytest.fixture(scope="module", params=LANGUAGES)
 def program(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return compiled(tmp_path_factory.mktemp("c"), request.param, *CHECKED)
-
-
-def printed(program: Path, *files: Path) -> list[list[str]]:
-    """The lines about each file, as words."""
-    done = subprocess.run([program, *files], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return [part.splitlines() for part in done.stdout.split("== ")[1:]]
+    folder = tmp_path_factory.mktemp("c")
+    return compiled(folder, "print_occluder.c", request.param, *CHECKED)
 
 
 def numbers(lines: list[str], word: str) -> np.ndarray:

@@ -17,6 +17,9 @@
     culler = simplifier.Culler(tree, simplifier.DepthBuffer())
     verdicts = culler.cull(camera).verdicts
 
+    pvs = simplifier.load_pvs("city.pvs")            # what can be seen from each view cell
+    seen = pvs.visible((12.0, 1.7, -3.0))
+
 ``__init__.pyi`` lists the names and where each is; that list is what is imported.  Errors are
 :class:`OccluderError` and its kinds.  Commands from outside use :mod:`simplifier.cli.plugin`.
 A name is imported when it is first used, so that a process that only describes options or loads

@@ -21,6 +21,7 @@ from .errors import SceneError as SceneError
 from .errors import TomlError as TomlError
 from .errors import UnknownFormatError as UnknownFormatError
 from .errors import UnreadableMeshError as UnreadableMeshError
+from .errors import UnreadablePvsError as UnreadablePvsError
 from .geometry.camera import Camera as Camera
 from .geometry.camera import CameraPath as CameraPath
 from .geometry.camera import Lens as Lens
@@ -31,6 +32,7 @@ from .geometry.occluder import Occluder as Occluder
 from .geometry.overrides import Ignore as Ignore
 from .geometry.overrides import Overrides as Overrides
 from .geometry.overrides import Pattern as Pattern
+from .geometry.pvs import Pvs as Pvs
 from .geometry.scene import Scene as Scene
 from .hierarchy.occluder_tree import OccluderTree as OccluderTree
 from .hierarchy.scene_file import load_occluder_tree as load_occluder_tree
@@ -39,6 +41,7 @@ from .io.load import load as load
 from .io.load import load_lods as load_lods
 from .io.load import load_occluder as load_occluder
 from .io.overrides import load_overrides as load_overrides
+from .io.pvs_file import load_pvs as load_pvs
 from .io.scene import load_scene as load_scene
 from .io.suffixes import MESH_SUFFIXES as MESH_SUFFIXES
 from .io.suffixes import OCCLUDER_SUFFIXES as OCCLUDER_SUFFIXES

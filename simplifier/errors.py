@@ -7,6 +7,7 @@
     |   `-- EmptyMeshError         no triangle is left
     |-- SceneError                 a built scene is missing, damaged, or of another scene
     |-- UnreadablePathError        a camera path is missing, damaged or not as its schema says
+    |-- UnreadablePvsError         a file of visible sets is missing, damaged or not known
     |-- TomlError                  a TOML file is missing or damaged
     |-- OverridesError             a file of overrides is damaged or not of this mesh
     |-- ManifestError              a build's manifest or record cannot be used
@@ -86,6 +87,10 @@ class SceneError(OccluderError):
 
 class UnreadablePathError(OccluderError):
     """A camera path is missing, damaged or not as its schema says."""
+
+
+class UnreadablePvsError(OccluderError):
+    """A file of potentially visible sets is missing, damaged, or of a version that is not known."""
 
 
 class TomlError(OccluderError):

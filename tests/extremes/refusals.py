@@ -113,6 +113,7 @@ LIBRARY: dict[type[OccluderError], Callable[[Path], object]] = {
         b'{"schema_version": 1, "name": "walk", "frames": []}',
         simplifier.load_camera_path,
     ),
+    errors.UnreadablePvsError: _file("city.pvs", b"glTF", simplifier.load_pvs),
     errors.TomlError: _file("occluders.toml", b'[[asset]]\nfiles = "*.glb\n', read_toml),
     errors.OverridesError: _file(
         "castle.overrides.toml",

@@ -109,6 +109,7 @@ CALLS: dict[str, Callable[[Given], Call]] = {
     "load_occluder": lambda given: Call(simplifier.load_occluder, {"path": given.path}),
     "load_lods": lambda given: Call(simplifier.load_lods, {"path": given.path}),
     "load_camera_path": lambda given: Call(simplifier.load_camera_path, {"path": given.path}),
+    "load_pvs": lambda given: Call(simplifier.load_pvs, {"path": given.path}),
     "load_occluder_tree": lambda given: Call(
         simplifier.load_occluder_tree, {"folder": given.folder}
     ),

@@ -1,0 +1,356 @@
+"""The file of potentially visible sets, ``.pvs``: one to map and look up in.
+
+Little-endian; every block begins at a multiple of 16 bytes, so that a program that maps the file
+uses it in place.  ``docs/formats.md`` has it byte by byte, and ``integrations/c/visibility.h``
+reads it.  A wrong set hides what can be seen, so a checksum over all bytes refuses any damage.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.checks import as_path
+from simplifier.errors import OutputError, UnreadablePvsError
+from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.pvs import METHODS, UNKNOWN, Pvs, Rows
+from simplifier.geometry.solid import BoolArray
+from simplifier.geometry.view_cells import BOX, PRISM, ViewCells
+from simplifier.io.files import read_bytes, write_whole
+from simplifier.io.pvs_grid import tile_grid
+from simplifier.options.simplify import Axis
+
+MAGIC = b"\x89PVS\r\n\x1a\n"  # as PNG's: a transfer as text damages it
+PVS_VERSION = 1
+NO_ROW = 0xFFFFFFFF
+"""In place of a row: the cell is not computed."""
+
+_CONSERVATIVE, _PARTIAL, _UP = 1, 8, 8  # of the flags; the up axis begins at bit 8
+_KNOWN = _CONSERVATIVE | _PARTIAL | 3 << _UP
+_ALIGNED = 16
+_FARTHEST = 1e36  # of a coordinate: the look-up grid around it has to fit float32
+_MOST = 0xFFFFFFFF
+_MOST_OBJECTS = int(np.iinfo(np.int32).max)
+
+_BLOCKS = (
+    "order", "cells", "grid", "row_of", "row_offsets", "rows", "slices", "altitudes", "names",
+)  # fmt: skip
+_RESERVED = ("slices", "altitudes")
+_HEADER = np.dtype([
+    ("magic", "S8"), ("version", "<u4"), ("flags", "<u4"), ("file_bytes", "<u8"),
+    ("objects", "<u4"), ("cells", "<u4"), ("rows", "<u4"), ("method", "<u4"), ("origin", "<f8", 3),
+    ("low", "<f4", 3), ("high", "<f4", 3), ("blocks", [(name, "<u4") for name in _BLOCKS]),
+    ("scene", "V8"), ("settings", "V8"), ("checksum", "<u4"),
+])  # fmt: skip
+_GRID = np.dtype([
+    ("low", "<f4", 2), ("edge", "<f4"), ("shape", "<u4", 2), ("reserved", "<u4", 3),
+])  # fmt: skip
+_CELL = 8  # numbers: three corners in plan, the lowest and the highest height
+
+
+def save_pvs(pvs: Pvs, path: str | Path) -> None:
+    """Write the file, whole or not at all.
+
+    Raises :class:`OutputError` as :func:`encode_pvs` does, and when the file cannot be written.
+    """
+    write_whole(as_path("path", path), encode_pvs(pvs))
+
+
+def load_pvs(path: str | Path) -> Pvs:
+    """What :func:`save_pvs` wrote.
+
+    ``pvs.visible(point)`` tells which objects can be seen from a world point, ``pvs.visible(cell)``
+    which from a cell.  Raises :class:`UnreadablePvsError`.
+    """
+    path = as_path("path", path)
+    where = str(path)
+    return decode_pvs(
+        read_bytes(
+            path,
+            error=UnreadablePvsError,
+            remedy="name a file of visible sets",
+            check_start=lambda start, size: _check_start(start, size, where),
+        ),
+        where,
+    )
+
+
+def encode_pvs(pvs: Pvs) -> bytes:
+    """The bytes of the file; the same for the same sets.
+
+    What UTF-8 cannot write of a name becomes "?".  Raises :class:`OutputError` for what the format
+    has no room for.
+    """
+    _check_fits(pvs)
+    header = np.zeros((), dtype=_HEADER)
+    header["magic"], header["version"] = MAGIC, PVS_VERSION
+    flags = _CONSERVATIVE * pvs.conservative | _PARTIAL * pvs.partial | "xyz".index(pvs.up) << _UP
+    header["flags"], header["method"] = flags, METHODS.index(pvs.method)
+    header["objects"], header["cells"] = len(pvs.names), len(pvs.cells)
+    header["rows"], header["origin"] = len(pvs.rows), pvs.origin
+    if len(pvs.cells):
+        header["low"], header["high"] = pvs.cells.low.min(axis=0), pvs.cells.high.max(axis=0)
+    header["scene"], header["settings"] = np.void(pvs.scene), np.void(pvs.settings)
+    parts, end = [b""], _HEADER.itemsize
+    for name, data in _encode_blocks(pvs).items():
+        header["blocks"][name] = _u32(end // _ALIGNED, "blocks")
+        parts.append(data.ljust(-(-len(data) // _ALIGNED) * _ALIGNED, b"\0"))
+        end += len(parts[-1])
+    header["file_bytes"] = end
+    parts[0] = header.tobytes()
+    header["checksum"] = zlib.crc32(b"".join(parts))
+    parts[0] = header.tobytes()
+    return b"".join(parts)
+
+
+def _check_fits(pvs: Pvs) -> None:
+    far = max(np.abs(pvs.cells.low).max(initial=0.0), np.abs(pvs.cells.high).max(initial=0.0))
+    if not far < _FARTHEST or not np.isfinite(pvs.origin).all():
+        raise OutputError(
+            f"the view cells reach {far:g} from their origin {pvs.origin.tolist()}",
+            where="visible sets",
+            remedy=f"keep both finite, and the cells within {_FARTHEST:g}",
+        )
+
+
+def _encode_blocks(pvs: Pvs) -> dict[str, bytes]:
+    grid = tile_grid(pvs.cells)
+    head = np.zeros((), dtype=_GRID)
+    head["low"], head["edge"], head["shape"] = grid.low, grid.edge, grid.shape
+    listed = np.concatenate([grid.starts, grid.cells])
+    row_of = np.where(pvs.row_of == UNKNOWN, NO_ROW, pvs.row_of)
+    _u32(int(grid.starts[-1]), "entries of the look-up grid")
+    _u32(int(pvs.rows.offsets[-1]), "bytes of rows")
+    blocks = {
+        "order": pvs.order.astype("<u4").tobytes(),
+        "cells": _cell_numbers(pvs.cells).tobytes(),
+        "grid": head.tobytes() + listed.astype("<u4").tobytes(),
+        "row_of": row_of.astype("<u4").tobytes(),
+        "row_offsets": pvs.rows.offsets.astype("<u4").tobytes(),
+        "rows": pvs.rows.data,
+    }
+    if any(pvs.names):
+        names = [name.encode("utf-8", "replace") for name in pvs.names]
+        ends = np.cumsum([0, *map(len, names)], dtype=np.int64)
+        _u32(int(ends[-1]), "bytes of names")
+        blocks["names"] = ends.astype("<u4").tobytes() + b"".join(names)
+    return blocks
+
+
+def _u32(value: int, what: str) -> int:
+    if value > _MOST:
+        raise OutputError(
+            f"{value:,} {what} are more than the file has room for",
+            where="visible sets",
+            remedy="take fewer or larger view cells",
+        )
+    return value
+
+
+def _cell_numbers(cells: ViewCells) -> NDArray[np.float32]:
+    """(n, 8): x0 y0 x1 y1 x2 y2 z0 z1; a box has its low and its high corner, then NaN."""
+    numbers = np.full((len(cells), _CELL), np.nan, dtype="<f4")
+    box = cells.kinds == BOX
+    numbers[box, 0:2], numbers[box, 2:4] = cells.low[box, :2], cells.high[box, :2]
+    numbers[~box, :6] = cells.corners[~box].reshape(-1, 6)
+    numbers[:, 6], numbers[:, 7] = cells.low[:, 2], cells.high[:, 2]
+    return numbers
+
+
+def decode_pvs(data: bytes, where: str) -> Pvs:
+    """The sets of a file's bytes; messages name it ``where``.
+
+    Nothing is made room for that the bytes do not bear out.  Raises :class:`UnreadablePvsError`.
+    """
+    header = _checked_header(data, where)
+    file = _Blocks(data, header["blocks"], where)
+    objects, rows = int(header["objects"]), int(header["rows"])
+    cells = _decode_cells(file, header)
+    _check_grid(file, len(cells))
+    row_of = file.array("row_of", "<u4", len(cells)).astype(np.int64)
+    row_of[row_of == NO_ROW] = UNKNOWN
+    if row_of.max(initial=UNKNOWN) >= rows:
+        raise file.damage(f"a cell names row {row_of.max()}, but there are {rows}")
+    pvs = Pvs(
+        _up(header, file),
+        header["origin"].astype(np.float64),
+        _decode_names(file, objects),
+        _decode_order(file, objects),
+        cells,
+        _decode_rows(file, rows, objects),
+        row_of,
+        METHODS[header["method"]],
+        bool(header["flags"] & _CONSERVATIVE),
+        header["scene"].tobytes(),
+        header["settings"].tobytes(),
+    )
+    if pvs.partial != bool(header["flags"] & _PARTIAL):
+        raise file.damage("it does not say truly whether all cells are computed")
+    return pvs
+
+
+def _check_start(start: bytes, size: int, where: str) -> None:
+    if size < _HEADER.itemsize or not start.startswith(MAGIC):
+        raise _damage("this is no file of visible sets: it does not begin as one", where)
+
+
+def _checked_header(data: bytes, where: str) -> np.void:
+    """The header of bytes that are those that were written, as far as a checksum can tell."""
+    _check_start(data, len(data), where)
+    header: np.void = np.frombuffer(data, dtype=_HEADER, count=1)[0]
+    if header["version"] != PVS_VERSION:
+        raise _unknown(f"version {header['version']} of the format is", where)
+    if header["flags"] & ~np.uint32(_KNOWN) or any(header["blocks"][name] for name in _RESERVED):
+        raise _unknown(f"what it holds besides cells and rows (flags {header['flags']}) is", where)
+    if header["file_bytes"] != len(data):
+        raise _damage(f"it should have {header['file_bytes']} bytes and has {len(data)}", where)
+    size, rest = _HEADER.itemsize, memoryview(data)
+    found = zlib.crc32(rest[size:], zlib.crc32(bytes(4), zlib.crc32(rest[: size - 4])))
+    if found != header["checksum"]:
+        raise _damage("its bytes are not those that were written: the checksum is another", where)
+    if header["method"] >= len(METHODS):
+        raise _damage(f"its method is number {header['method']} of {len(METHODS)}", where)
+    if header["objects"] > _MOST_OBJECTS:
+        raise _damage(f"it claims {header['objects']} objects", where)
+    if not np.isfinite(header["origin"]).all():
+        raise _damage("its origin is not finite", where)
+    return header
+
+
+@dataclass(frozen=True)
+class _Blocks:
+    """The blocks of a file's bytes, each looked for before it is taken."""
+
+    data: bytes
+    offsets: np.void
+    where: str
+
+    def array(self, name: str, kind: Any, count: int, skip: int = 0) -> NDArray[Any]:
+        """``count`` items of a block, behind its first ``skip`` bytes."""
+        kind = np.dtype(kind)
+        begin = self._begin(name) + skip
+        self._check(name, begin, count * kind.itemsize)
+        return np.frombuffer(memoryview(self.data)[begin : begin + count * kind.itemsize], kind)
+
+    def raw(self, name: str, count: int, skip: int = 0) -> bytes:
+        """``count`` bytes of a block, behind its first ``skip``."""
+        begin = self._begin(name) + skip
+        self._check(name, begin, count)
+        return self.data[begin : begin + count]
+
+    def ascending(self, name: str, count: int, skip: int = 0) -> NDArray[np.int64]:
+        """(count + 1,) offsets that begin with 0 and never fall."""
+        offsets = self.array(name, "<u4", count + 1, skip).astype(np.int64)
+        if offsets[0] != 0 or (np.diff(offsets) < 0).any():
+            raise self.damage(f"the offsets of its {name} do not ascend from 0")
+        return offsets
+
+    def damage(self, what: str) -> UnreadablePvsError:
+        return _damage(what, self.where)
+
+    def _begin(self, name: str) -> int:
+        return int(self.offsets[name]) * _ALIGNED
+
+    def _check(self, name: str, begin: int, length: int) -> None:
+        if begin < _HEADER.itemsize or begin + length > len(self.data):
+            raise self.damage(f"its {name}, {length} bytes at {begin}, are not in the file")
+
+
+def _up(header: np.void, file: _Blocks) -> Axis:
+    axes: Sequence[Axis] = ("x", "y", "z")
+    axis = int(header["flags"]) >> _UP & 3
+    if axis >= len(axes):
+        raise file.damage("its up axis is none of x, y and z")
+    return axes[axis]
+
+
+def _decode_order(file: _Blocks, objects: int) -> NDArray[np.int32]:
+    order = file.array("order", "<u4", objects)
+    if not np.array_equal(np.sort(order), np.arange(objects)):
+        raise file.damage("the order of its objects does not name each once")
+    return order.astype(np.int32)
+
+
+def _decode_cells(file: _Blocks, header: np.void) -> ViewCells:
+    stored = file.array("cells", "<f4", _CELL * int(header["cells"])).reshape(-1, _CELL)
+    with np.errstate(invalid="ignore"):  # some kinds of NaN would be told
+        numbers = stored.astype(np.float64)
+    box = np.asarray(np.isnan(numbers[:, 4:6]).all(axis=1))
+    numbers[box, 4:6] = 0.0
+    if not np.isfinite(numbers).all():
+        raise file.damage("a view cell has a coordinate that is not finite")
+    corners = numbers[:, :6].reshape(-1, 3, 2)
+    low = np.where(box[:, None], corners[:, 0], corners.min(axis=1))
+    high = np.where(box[:, None], corners[:, 1], corners.max(axis=1))
+    low, high = np.column_stack([low, numbers[:, 6]]), np.column_stack([high, numbers[:, 7]])
+    filled = (low < high).all(axis=1) & (box | _counter_clockwise(corners))
+    if not filled.all():
+        raise file.damage(f"view cell {np.argmin(filled)} holds nothing, or winds clockwise")
+    bounds = (low.min(axis=0), high.max(axis=0)) if len(box) else (np.zeros(3), np.zeros(3))
+    if not np.array_equal([header["low"], header["high"]], bounds):
+        raise file.damage("the box of all its view cells is not the one around them")
+    kinds = np.where(box, BOX, PRISM).astype(np.uint8)
+    return ViewCells(kinds, low, high, np.where(box[:, None, None], 0.0, corners))
+
+
+def _counter_clockwise(corners: FloatArray) -> BoolArray:
+    """(n,) of triangles (n, 3, 2)."""
+    (ux, uy), (vx, vy) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
+    return np.asarray(ux * vy > uy * vx)
+
+
+def _check_grid(file: _Blocks, cells: int) -> None:
+    """The grid serves readers in place; here all cells are looked through."""
+    (head,) = file.array("grid", _GRID, 1)
+    tiles = int(head["shape"][0]) * int(head["shape"][1])
+    if not np.isfinite([*head["low"], head["edge"]]).all() or not head["edge"] > 0.0 or not tiles:
+        raise file.damage("its look-up grid has no tiles")
+    starts = file.ascending("grid", tiles, _GRID.itemsize)
+    listed = file.array("grid", "<u4", int(starts[-1]), _GRID.itemsize + 4 * (tiles + 1))
+    if listed.max(initial=0) >= max(cells, 1) or (len(listed) and not cells):
+        raise file.damage(f"its look-up grid names cell {listed.max()}, but there are {cells}")
+    falls = np.diff(listed.astype(np.int64), prepend=UNKNOWN) <= 0
+    falls[starts[starts < len(listed)]] = False
+    if falls.any():
+        raise file.damage("the cells in a tile of its look-up grid do not ascend")
+
+
+def _decode_rows(file: _Blocks, count: int, objects: int) -> Rows:
+    offsets = file.ascending("row_offsets", count)
+    rows = Rows(file.raw("rows", int(offsets[-1])), offsets)
+    try:
+        rows.check(objects)
+    except ValueError as error:
+        raise file.damage(f"a row is no set of its objects ({error})") from None
+    return rows
+
+
+def _decode_names(file: _Blocks, objects: int) -> tuple[str, ...]:
+    """Empty ones where the file has none."""
+    if not file.offsets["names"]:
+        return ("",) * objects
+    offsets = file.ascending("names", objects)
+    text = file.raw("names", int(offsets[-1]), 4 * len(offsets))
+    try:
+        return tuple(text[begin:end].decode() for begin, end in pairwise(offsets.tolist()))
+    except UnicodeDecodeError as error:
+        raise file.damage(f"the name of an object is not UTF-8 ({error})") from None
+
+
+def _unknown(what: str, where: str) -> UnreadablePvsError:
+    return UnreadablePvsError(
+        f"{what} not known",
+        where=where,
+        remedy=f"write version {PVS_VERSION}, or use a newer release",
+    )
+
+
+def _damage(what: str, where: str) -> UnreadablePvsError:
+    return UnreadablePvsError(what, where=where, remedy="copy or write it again")

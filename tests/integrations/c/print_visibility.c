@@ -1,0 +1,102 @@
+/* Prints files of visible sets for the tests.  The command line has pairs: such a file, and world
+ * points to look up in it, three doubles each. */
+#include "read_all.h"
+#include "visibility.h"
+
+enum { MOST = 4 };
+
+/* Ends the program where the ways to ask for a set do not agree. */
+static void print_set(const visibility_file *file, uint32_t cell)
+{
+    const size_t words = visibility_words(file);
+    uint64_t *bits = (uint64_t *)malloc((words ? words : 1) * sizeof *bits);
+    uint32_t *objects = (uint32_t *)malloc((file->object_count + 1u) * sizeof *objects);
+    uint32_t object, count, place, others = 0;
+    size_t word;
+    if (!bits || !objects)
+        exit(3);
+    visibility_set(file, cell, bits);
+    count = visibility_visible(file, cell, objects);
+    for (place = 0; place < count; ++place)
+        if (!(bits[objects[place] / 64] >> objects[place] % 64 & 1))
+            exit(4);
+    for (object = 0; object < file->object_count; ++object) {
+        const int visible = (int)(bits[object / 64] >> object % 64 & 1);
+        others += (uint32_t)visible;
+        if (visible != visibility_is_visible(file, cell, object))
+            exit(5);
+    }
+    if (others != count)
+        exit(6);
+    printf("set");
+    for (word = 0; word < words; ++word)
+        printf(" %08lx%08lx", (unsigned long)(bits[word] >> 32),
+               (unsigned long)(bits[word] & 0xffffffffu));
+    printf("\n");
+    free(bits);
+    free(objects);
+}
+
+static void print_point(const visibility_file *file, const double *world)
+{
+    uint32_t cells[MOST];
+    const uint32_t count = visibility_cells_at(file, world, cells, MOST);
+    const uint32_t first = visibility_cell_at(file, world);
+    uint32_t place;
+    if (first != (count ? cells[0] : VISIBILITY_NO_CELL))
+        exit(7);
+    printf("at %u", (unsigned)count);
+    for (place = 0; place < count && place < MOST; ++place)
+        printf(" %u", (unsigned)cells[place]);
+    printf("\n");
+}
+
+static void print(const visibility_file *file, const unsigned char *points, size_t size)
+{
+    uint32_t index;
+    size_t at, length;
+    printf("counts %u %u %u method %d conservative %d partial %d up %d\n",
+           (unsigned)file->object_count, (unsigned)file->cell_count, (unsigned)file->row_count,
+           (int)file->method, file->conservative, file->partial, file->up);
+    printf("origin %.17g %.17g %.17g\n", file->origin[0], file->origin[1], file->origin[2]);
+    printf("scene ");
+    for (index = 0; index < 8; ++index)
+        printf("%02x", (unsigned)file->scene[index]);
+    printf(" %d settings ", visibility_scene_matches(file, file->scene));
+    for (index = 0; index < 8; ++index)
+        printf("%02x", (unsigned)file->settings[index]);
+    printf("\n");
+    for (index = 0; index < file->object_count; ++index) {
+        const char *name = visibility_name(file, index, &length);
+        printf("name ");
+        for (at = 0; at < length; ++at)
+            printf("%02x", (unsigned)(unsigned char)name[at]);
+        printf("\n");
+    }
+    print_set(file, VISIBILITY_NO_CELL);
+    for (index = 0; index < file->cell_count; ++index)
+        print_set(file, index);
+    for (at = 0; at < size; at += 3 * sizeof(double)) {
+        double world[3];
+        memcpy(world, points + at, sizeof world);
+        print_point(file, world);
+    }
+}
+
+int main(int count, char **names)
+{
+    int place;
+    for (place = 1; place + 1 < count; place += 2) {
+        visibility_file file;
+        size_t size, points_size;
+        unsigned char *bytes = read_all(names[place], &size);
+        unsigned char *points = read_all(names[place + 1], &points_size);
+        const visibility_status status = visibility_open(bytes, size, &file);
+        printf("== %s\n", visibility_text(status));
+        if (status == VISIBILITY_OK)
+            print(&file, points, points_size);
+        free(bytes);
+        free(points);
+    }
+    return 0;
+}

@@ -1,0 +1,109 @@
+"""A small file of visible sets, and each way in which one can be wrong.
+
+Both readers, the library's and the C header's, are held to them.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+
+import numpy as np
+
+from simplifier.geometry.pvs import UNKNOWN, Pvs, pack_rows
+from simplifier.geometry.view_cells import ViewCells
+
+HEADER = 144
+BLOCKS = {
+    name: 88 + 4 * place
+    for place, name in enumerate(
+        ("order", "cells", "grid", "row_of", "row_offsets", "rows", "slices", "altitudes", "names")
+    )
+}
+"""Where the header says where each block begins."""
+
+
+def town(**changes):
+    """Two boxes, a prism and a cell that is not computed; four objects."""
+    cells = ViewCells.joined(
+        ViewCells.boxes(
+            np.array([[0.0, 0, 0], [1, 0, 0], [8, 8, 0]]),
+            np.array([[2.0, 2, 2], [3, 2, 2], [9, 9, 1]]),
+        ),
+        ViewCells.prisms(np.array([[[4.0, 0], [4, 4], [6, 0]]]), np.zeros(1), np.full(1, 3.0)),
+    )
+    sets = [np.array(each, bool) for each in ([1, 1, 0, 0], [0, 1, 1, 0], [0, 0, 0, 1])]
+    rows, places = pack_rows(sets)
+    members = {
+        "up": "y", "origin": np.array([5e6, 2e6, 100.0]), "names": ("a", "b", "Häuser", "d"),
+        "order": np.array([3, 2, 1, 0], np.int32), "cells": cells, "rows": rows,
+        "row_of": np.array([places[0], places[1], UNKNOWN, places[2]]), "method": "slice-wise",
+        "conservative": True, "scene": b"town\0\0\0\0", "settings": bytes(range(8)),
+    }  # fmt: skip
+    return Pvs(**{**members, **changes})
+
+
+def signed(data):
+    """With the checksum of what the bytes now are."""
+    whole = bytearray(data)
+    whole[140:144] = bytes(4)
+    whole[140:144] = struct.pack("<I", zlib.crc32(whole))
+    return bytes(whole)
+
+
+def patched(data, offset, patch):
+    return signed(data[:offset] + patch + data[offset + len(patch) :])
+
+
+def block(data, name):
+    """Where a block begins."""
+    return 16 * struct.unpack_from("<I", data, BLOCKS[name])[0]
+
+
+DAMAGES = {
+    "another version": (lambda d: 8, struct.pack("<I", 2), "version 2 .* newer release"),
+    "a flag of later": (lambda d: 12, struct.pack("<I", 1 | 8 | 16), "not known; .* newer release"),
+    "slices": (lambda d: BLOCKS["slices"], struct.pack("<I", 9), "not known; .* newer release"),
+    "altitudes": (lambda d: BLOCKS["altitudes"], struct.pack("<I", 9), "not known"),
+    "no up axis": (lambda d: 12, struct.pack("<I", 1 | 8 | 3 << 8), "up axis"),
+    "all computed": (lambda d: 12, struct.pack("<I", 1), "not say truly"),
+    "a longer file": (lambda d: 16, struct.pack("<Q", 1 << 40), "should have 1099511627776 bytes"),
+    "many objects": (lambda d: 24, struct.pack("<I", 2**32 - 1), "claims 4294967295 objects"),
+    "more objects": (lambda d: 24, struct.pack("<I", 2**31 - 1), "not in the file"),
+    "fewer objects": (lambda d: 24, struct.pack("<I", 3), "each once"),
+    "many cells": (lambda d: 28, struct.pack("<I", 2**32 - 1), "cells, .* not in the file"),
+    "many rows": (lambda d: 32, struct.pack("<I", 2**32 - 1), "row_offsets, .* not in the file"),
+    "no such method": (lambda d: 36, struct.pack("<I", 4), "method is number 4 of 4"),
+    "an origin of NaN": (lambda d: 48, struct.pack("<d", np.nan), "origin is not finite"),
+    "another box": (lambda d: 64, struct.pack("<f", 0.5), "box of all its view cells"),
+    "a block in the header": (lambda d: BLOCKS["rows"], struct.pack("<I", 8), "not in the file"),
+    "a block behind the end": (lambda d: BLOCKS["grid"], struct.pack("<I", 2**32 - 1), "not in"),
+    "an object twice": (lambda d: block(d, "order"), struct.pack("<I", 2), "each once"),
+    "no such object": (lambda d: block(d, "order"), struct.pack("<I", 4), "each once"),
+    "half a box": (lambda d: block(d, "cells") + 16, struct.pack("<f", 0.0), "not finite"),
+    "an infinite cell": (lambda d: block(d, "cells") + 8, struct.pack("<f", np.inf), "not finite"),
+    "a flat cell": (lambda d: block(d, "cells") + 28, struct.pack("<f", 0.0), "cell 0 holds"),
+    "a turned box": (lambda d: block(d, "cells") + 8, struct.pack("<f", -1.0), "cell 0 holds"),
+    "a clockwise prism": (
+        lambda d: block(d, "cells") + 96, struct.pack("<6f", 4, 0, 4, 4, 6, 0), "clockwise",
+    ),
+    "a tile of no size": (lambda d: block(d, "grid") + 8, struct.pack("<f", 0.0), "no tiles"),
+    "no tiles": (lambda d: block(d, "grid") + 12, struct.pack("<I", 0), "no tiles"),
+    "many tiles": (lambda d: block(d, "grid") + 12, struct.pack("<II", *2 * [2**32 - 1]), "grid"),
+    "a tile that begins late": (lambda d: block(d, "grid") + 32, struct.pack("<I", 1), "ascend"),
+    "no such cell": (
+        lambda d: block(d, "row_of") - 16, struct.pack("<4I", *4 * [9]), "names cell 9",
+    ),
+    "no such row": (lambda d: block(d, "row_of"), struct.pack("<I", 3), "names row 3"),
+    "rows that fall": (lambda d: block(d, "row_offsets") + 4, struct.pack("<I", 5), "not ascend"),
+    "rows behind the end": (
+        lambda d: block(d, "row_offsets") + 12, struct.pack("<I", 2**32 - 1), "not in the file",
+    ),
+    "a run that goes on": (lambda d: block(d, "rows") + 1, b"\x82", "goes on"),
+    "a run beyond the objects": (lambda d: block(d, "rows") + 1, b"\x05", "longer than the 4"),
+    "runs beyond the objects": (lambda d: block(d, "rows"), b"\x03\x02", "longer than the 4"),
+    "an empty run": (lambda d: block(d, "rows") + 1, b"\x00", "run is empty"),
+    "names that fall": (lambda d: block(d, "names") + 4, struct.pack("<I", 3), "not ascend"),
+    "a name that is no text": (lambda d: block(d, "names") + 20, b"\xff", "UTF-8"),
+    "half a letter": (lambda d: block(d, "names") + 12, struct.pack("<I", 4), "UTF-8"),
+}  # fmt: skip

@@ -1,0 +1,42 @@
+"""Pictures around a point show what is there, in the right direction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.visibility_city import scene_of_boxes
+from simplifier.visibility.panorama import Panorama
+
+EYE = np.array([1.0, 2.0, 3.0])
+
+
+def around(size=2.0, distance=10.0):
+    """Boxes in all six directions and in the corners between them."""
+    steps = [np.array([x, y, z]) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)]
+    middles = np.array([EYE + distance * step for step in steps if step.any()])
+    boxes = np.stack([middles - 0.5 * size, middles + 0.5 * size], axis=1)
+    return middles, scene_of_boxes(boxes, [f"box {index}" for index in range(len(boxes))])
+
+
+@pytest.mark.parametrize("up", ["x", "y", "z"])
+def test_boxes_on_all_sides_are_seen_where_they_are(up):
+    middles, scene = around()
+    towards = Panorama(scene, up, 128).seen_from(EYE)
+    ahead = (middles - EYE) / np.linalg.norm(middles - EYE, axis=1)[:, None]
+    assert ((towards * ahead).sum(axis=1) > np.cos(np.radians(12.0))).all()
+    assert np.linalg.norm(towards, axis=1) == pytest.approx(1.0)
+
+
+def test_what_has_no_two_by_two_pixels_or_is_hidden_is_not_seen():
+    _, scene = around(size=0.1)
+    assert np.isnan(Panorama(scene, "z", 64).seen_from(EYE)).all()
+    assert not np.isnan(Panorama(scene, "z", 1024).seen_from(EYE)).any()
+    shell = np.array([[EYE - 20.0, EYE + 20.0], [EYE + 30.0, EYE + 33.0], [EYE + 5.0, EYE + 6.0]])
+    seen = ~np.isnan(Panorama(scene_of_boxes(shell, "abc"), "z", 64).seen_from(EYE)[:, 0])
+    assert seen.tolist() == [True, False, True]
+
+
+def test_an_eye_that_nearly_touches_sees_nothing():
+    boxes = np.array([[EYE + np.array([1e-8, -9.0, -9.0]), EYE + 9.0], [EYE + 20.0, EYE + 30.0]])
+    assert np.isnan(Panorama(scene_of_boxes(boxes, "ab"), "z", 64).seen_from(EYE)).all()

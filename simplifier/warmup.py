@@ -32,6 +32,7 @@ from simplifier.options.simplify import Trim
 from simplifier.options.stages import Options, SectionOptions, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.report.report import build_report
+from simplifier.visibility.exact_view import prisms_of, seen_from
 
 _MOVES = 16  # a search in a few rounds
 _HEADER = """ply
@@ -72,6 +73,7 @@ def warm_up() -> None:
         with suppress(MeshError):  # the frame has no interior, which is found out by its floors
             generate_path(_scene(mesh), PathOptions(kind, frames=2))
     _cull(mesh)
+    seen_from(prisms_of(_scene(mesh), "y"), np.zeros((1, 3)), 4)
     with tempfile.TemporaryDirectory() as folder:
         for conservative in (False, True):
             _fly(mesh, Path(folder) / str(conservative), conservative=conservative)

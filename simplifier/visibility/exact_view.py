@@ -68,7 +68,7 @@ class Prisms:
         return cls(
             _starts(np.array([len(each) for each in edges], dtype=np.int64)),
             np.concatenate([np.empty((0, 2, 2)), *edges]),
-            np.asarray(tops, dtype=np.float64),
+            np.array(tops, dtype=np.float64),
             np.ones(len(outlines), dtype=np.bool_) if upright is None else upright,
             np.empty((0, 3)),
             np.empty(0, dtype=np.int32),

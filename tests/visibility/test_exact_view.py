@@ -149,6 +149,50 @@ def test_corners_lead_to_gaps_that_no_even_direction_meets():
     assert not np.isnan(seen_from(prisms, eye, 100))[0, 2]
 
 
+def test_corners_of_what_corners_led_to_lead_further():
+    gap = 0.0005
+    prisms = Prisms.of_outlines(
+        [
+            rectangle(10, -50, 11, -gap), rectangle(10, gap, 11, 50),
+            rectangle(100, 0.0035, 101, 5), rectangle(200, 0.0062, 201, 0.02),
+        ],
+        np.array([30.0, 30.0, 10.0, 10.0]),
+    )  # fmt: skip
+    eye = np.array([[0.0, 0.0, 2.0]])
+    assert not np.isnan(seen_from(prisms, eye, 100, near=0.0)).any()
+
+
+def test_no_line_passes_where_two_corners_meet():
+    prisms = Prisms.of_outlines(
+        [rectangle(0, -10, 10, 0), rectangle(10, 0, 20, 10), rectangle(30, -25, 35, -15)],
+        np.full(3, 9.0),
+    )
+    eye = np.array([[5.0, 5.0, 2.0]])
+    for off in (0.0, 1e-12, -1e-12, 1e-3, -1e-3):
+        assert np.isnan(seen_along(prisms, eye, np.array([off - np.pi / 4])))[0, 2]
+    assert np.isnan(seen_from(prisms, eye, 720))[0, 2]
+
+
+def test_a_far_edge_is_seen_where_a_higher_house_touches_it():
+    screen, higher, low = (
+        rectangle(10, -9, 11, 9),
+        rectangle(40, -9, 60, 9),
+        rectangle(20, -9, 40, 9),
+    )
+    prisms = Prisms.of_outlines([screen, higher, low], np.array([20.0, 25.0, 5.0]))
+    eye = np.array([[0.0, 0.0, 30.0]])
+    assert not np.isnan(seen_along(prisms, eye, np.array([0.01]))).any()
+
+
+def test_from_above_a_roof_nothing_is_seen_that_is_within_its_house():
+    prisms = Prisms.of_outlines(
+        [rectangle(-10, -10, 10, 10), rectangle(5, -1, 6, 1), rectangle(8, -1, 30, 1)],
+        np.array([20.0, 15.0, 15.0]),
+    )
+    seen = ~np.isnan(seen_from(prisms, np.array([[0.0, 0.0, 30.0]]), 90))
+    assert seen.tolist() == [[True, False, True]]
+
+
 def test_a_margin_asks_for_more_than_a_glimpse():
     walls = [rectangle(10, -50, 11, 50), rectangle(20, -50, 21, 50)]
     prisms = Prisms.of_outlines(walls, np.array([10.0, 18.1]))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.visibility_city import scene_of_boxes
+from bench.visibility_city import generated_city, scene_of_boxes, street_cells
+from simplifier.visibility.exact_view import prisms_of, seen_from
 from simplifier.visibility.panorama import Panorama
 
 EYE = np.array([1.0, 2.0, 3.0])
@@ -40,3 +41,16 @@ def test_what_has_no_two_by_two_pixels_or_is_hidden_is_not_seen():
 def test_an_eye_that_nearly_touches_sees_nothing():
     boxes = np.array([[EYE + np.array([1e-8, -9.0, -9.0]), EYE + 9.0], [EYE + 20.0, EYE + 30.0]])
     assert np.isnan(Panorama(scene_of_boxes(boxes, "ab"), "z", 64).seen_from(EYE)).all()
+
+
+def test_lines_past_corners_find_all_that_pictures_show():
+    city = generated_city(6, seed=4)
+    prisms, panorama = prisms_of(city, "z"), Panorama(city, "z", 256)
+    shown = 0
+    for height in (0.0, 20.0, 60.0):
+        for place in street_cells(city, 3, seed=1).high + np.array([0.0, 0.0, height]):
+            picture = ~np.isnan(panorama.seen_from(place)[:, 0])
+            lines = ~np.isnan(seen_from(prisms, (place - prisms.origin)[None], 360)[0])
+            assert not (picture & ~lines).any()
+            shown += np.count_nonzero(picture)
+    assert shown > 300

@@ -41,19 +41,17 @@ class Erosion:
 
     pairs: NDArray[np.float32]
     turned: NDArray[np.float32]
-    reach: tuple[int, int]
 
     @classmethod
-    def of(cls, field: HeightField, half: tuple[float, float]) -> Erosion:
-        """By a box of so many pixels to each side."""
-        reach = int(np.ceil(half[0] - 1e-9)), int(np.ceil(half[1] - 1e-9))
+    def of(cls, field: HeightField, reach: tuple[int, int]) -> Erosion:
+        """By a box of so many pixels to each side along x and y."""
         shrunk = field.inner
         for axis in (0, 1):
             shrunk = ndimage.minimum_filter1d(
                 shrunk, 2 * reach[axis] + 1, axis=axis, mode="constant", cval=-np.inf
             )
         pairs = np.ascontiguousarray(np.stack([shrunk, field.tops], axis=2))
-        return cls(pairs, np.ascontiguousarray(pairs.transpose(1, 0, 2)), reach)
+        return cls(pairs, np.ascontiguousarray(pairs.transpose(1, 0, 2)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +65,8 @@ class CullMaps:
     spacing: float
 
     @cache  # noqa: B019, as few as there are kinds of edges
-    def erosion(self, half: tuple[float, float]) -> Erosion:
-        return Erosion.of(self.field, half)
+    def erosion(self, reach: tuple[int, int]) -> Erosion:
+        return Erosion.of(self.field, reach)
 
     @cache  # noqa: B019
     def pyramid(self) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
@@ -104,8 +102,9 @@ def see_by_cull_maps(
     work = np.zeros((len(cells), 2), dtype=np.int64)
     edges = [_samples(maps, cells, cell, seen[cell]) for cell in range(len(cells))]
     samples = np.concatenate([one[0] for one in edges])
-    longest = np.maximum(samples[:, 3:5].max(axis=0), 1.0)
-    along_x, along_y = maps.erosion((longest[0], 1.0)), maps.erosion((1.0, longest[1]))
+    # Whole pixels, as they are eroded by; a little of rounding in a length is no further pixel.
+    x, y = np.maximum(np.ceil(samples[:, 3:5].max(axis=0) - 1e-6), 1.0).astype(int).tolist()
+    along_x, along_y = maps.erosion((x, 1)), maps.erosion((1, y))
     starts = np.cumsum([0, *(len(one[0]) for one in edges)])
     free = np.concatenate([one[2] for one in edges])
     free_starts = np.cumsum([0, *(len(one[2]) for one in edges)])

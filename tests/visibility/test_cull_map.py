@@ -176,14 +176,14 @@ def shrink_less(monkeypatch, along, across):
     """Erode by so many pixels less, along the edges that samples stand for and across them."""
     whole = Erosion.of
 
-    def of(field, half):
-        by = (along, across) if half[0] >= half[1] else (across, along)
-        return whole(field, (max(half[0] - by[0], 0.0), max(half[1] - by[1], 0.0)))
+    def of(field, reach):
+        by = (along, across) if reach[0] >= reach[1] else (across, along)
+        return whole(field, (max(reach[0] - by[0], 0), max(reach[1] - by[1], 0)))
 
     monkeypatch.setattr("simplifier.visibility.cull_map.Erosion.of", of)
 
 
-@pytest.mark.parametrize(("along", "across"), [(100.0, 100.0), (100.0, 0.0)])
+@pytest.mark.parametrize(("along", "across"), [(100, 100), (100, 0)])
 def test_an_erosion_that_is_left_out_is_found_out(monkeypatch, along, across):
     shrink_less(monkeypatch, along, across)
     assert missed_in_slits() > 0
@@ -200,12 +200,12 @@ def two_slits():
     return scene_of_boxes(np.array(wall + sides + posts), names), cell
 
 
-@pytest.mark.parametrize(("less", "missed"), [(0.0, 0), (10.0, 2)])
+@pytest.mark.parametrize(("less", "missed"), [(0, 0), (10, 2)])
 def test_an_erosion_that_is_a_fifth_short_is_found_out(monkeypatch, less, missed):
     scene, cells = two_slits()
     seen = proven(scene, np.array([[5.0, y, 2.0] for y in (4.5, -4.5)]), 20_000)
     assert seen[-2:].all()
-    shrink_less(monkeypatch, less, 0.0)
+    shrink_less(monkeypatch, less, 0)
     assert (seen & ~sets(scene, cells, 0.1, 10.0)[0]).sum() == missed
 
 

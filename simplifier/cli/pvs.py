@@ -1,0 +1,250 @@
+"""The commands on what is visible from view cells."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, cast
+
+import typer
+
+from simplifier.cli.console import count_bar, print_line, print_rows, print_text
+from simplifier.cli.options import SceneArgument, TransparentScene, read_options, with_options
+from simplifier.cli.running import Debug, interrupts, run_guarded
+from simplifier.errors import OptionError, OutputError, SceneError
+from simplifier.options.visibility import PvsOptions
+
+if TYPE_CHECKING:
+    from simplifier.geometry.pvs import Pvs
+    from simplifier.geometry.scene import Scene
+    from simplifier.visibility.cells import Placing
+    from simplifier.visibility.find import Found
+
+PvsFile = Annotated[Path, typer.Argument(help="What 'occluder pvs' wrote.")]
+_SOME = 40  # names that are shown of a set
+
+
+@with_options(PvsOptions)
+def pvs(
+    scene: SceneArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="The file of sets, .pvs.")],
+    *,
+    cells: Annotated[
+        str,
+        typer.Option(help="View cells: walkable, grid, or a JSON file of boxes."),
+    ] = "walkable",
+    report: Annotated[Path | None, typer.Option(help="Write the figures as JSON.")] = None,
+    debug: Debug = False,
+    **chosen: Any,
+) -> None:
+    """Find which objects of a scene can be seen from each view cell, before run time.
+
+    A file that is there already is gone on with: cells that it holds are not computed again.
+    Ctrl-C ends the command and keeps what is done; cells that are left see everything.
+    """
+
+    def run() -> None:
+        # Here, not above: what it needs of scipy takes longer to load than the help.
+        from simplifier.camera_paths.columns import UprightScene
+        from simplifier.io.files import check_folder
+        from simplifier.io.pvs_file import load_pvs, save_pvs
+        from simplifier.io.scene import load_scene
+        from simplifier.visibility.cells import load_cells, place_cells
+        from simplifier.visibility.find import find_pvs
+
+        options: PvsOptions = read_options(PvsOptions, chosen)
+        check_folder(output)
+        if scene.resolve() == output.resolve():
+            raise OutputError(
+                "this is the scene itself", where=str(output), remedy="name another file"
+            )
+        with interrupts() as listening:
+            before = load_pvs(output) if output.exists() else None
+            read = load_scene(scene, transparent=options.transparent)
+            upright = UprightScene.of(read, options.up)
+            if cells == "walkable" or cells == "grid":
+                where = place_cells(upright, cast("Placing", cells), options)
+                options = replace(options, skip_buried=True)  # no user placed them there
+            else:
+                where = load_cells(_cell_file(cells), options.up, upright.origin)
+            with listening.deferred() as cancel, count_bar("cells") as tell:
+                found = find_pvs(upright, where, options, before, tell, cancel)
+            with listening.held():
+                save_pvs(found.pvs, output)
+                if report is not None:
+                    report.write_text(json.dumps(_figures(found), indent=2) + "\n")
+                warnings = [*read.warnings, *found.warnings]
+                print_rows(str(output), _summary_rows(found, output), warnings)
+
+    run_guarded(run, debug=debug)
+
+
+def _cell_file(cells: str) -> Path:
+    path = Path(cells)
+    if not path.is_file():
+        raise OptionError(
+            f"'{cells}' is neither a way to place cells nor a file", where="cells",
+            remedy="choose walkable or grid, or name a JSON file of boxes",
+        )  # fmt: skip
+    return path
+
+
+def _culled(pvs: Pvs) -> float:
+    """The share of objects that are in no set, a mean over the cells that are done."""
+    from simplifier.geometry.pvs import UNKNOWN
+
+    done = pvs.row_of[pvs.row_of != UNKNOWN]
+    count = len(pvs.names)
+    seen = {row: int(pvs.rows.row(row, count).sum()) for row in set(done.tolist())}
+    return 1.0 - sum(seen[row] for row in done.tolist()) / (count * len(done))
+
+
+def _figures(found: Found) -> dict[str, Any]:
+    pvs = found.pvs
+    return {
+        "objects": len(pvs.names),
+        "cells": len(pvs.cells),
+        "computed_now": found.made,
+        "left": int((pvs.row_of < 0).sum()),
+        "method": pvs.method,
+        "conservative": pvs.conservative,
+        "culled_share": _culled(pvs),
+        "row_bytes": len(pvs.rows.data),
+        "rows": len(pvs.rows),
+        "seconds_a_cell": found.seconds,
+        "warnings": list(found.warnings),
+    }
+
+
+def _summary_rows(found: Found, output: Path) -> list[tuple[str, str]]:
+    pvs = found.pvs
+    done = int((pvs.row_of >= 0).sum())
+    return [
+        ("objects", f"{len(pvs.names):,}"),
+        ("cells", f"{done:,} of {len(pvs.cells):,}, {done - found.made:,} kept from before"),
+        ("method", pvs.method),
+        ("culled", f"{100.0 * _culled(pvs):.2f} % of the objects in the mean"),
+        ("file", f"{output.stat().st_size:,} bytes, {output.stat().st_size / done:,.0f} a cell"),
+        ("time", f"{1e3 * found.seconds:.3g} ms a cell"),
+    ]
+
+
+def pvs_show(
+    file: PvsFile,
+    *,
+    at: Annotated[
+        str | None, typer.Option(help="A world point, X,Y,Z: what may be seen from there.")
+    ] = None,
+    debug: Debug = False,
+) -> None:
+    """Tell what a file of visible sets holds, or what may be seen from a point."""
+
+    def run() -> None:
+        from simplifier.io.pvs_file import load_pvs
+
+        held = load_pvs(file)
+        if at is None:
+            done = int((held.row_of >= 0).sum())
+            kind = "conservative" if held.conservative else "by samples"
+            rows = [
+                ("objects", f"{len(held.names):,}"),
+                ("cells", f"{len(held.cells):,}, {done:,} of them computed"),
+                ("sets", f"{len(held.rows):,} different ones, {len(held.rows.data):,} bytes"),
+                ("method", f"{held.method}, {kind}"),
+                ("up axis", held.up),
+            ]
+            if done:
+                rows.append(("culled", f"{100.0 * _culled(held):.2f} % of the objects in the mean"))
+            print_rows(str(file), rows)
+            return
+        point = _point(at)
+        cells = held.cells.containing(held.to_cells(point)).tolist()
+        seen = held.visible(point)
+        where = f"in cell {', '.join(map(str, cells))}" if cells else "outside of all cells"
+        print_text(f"{at} is {where}: {int(seen.sum()):,} of {len(seen):,} objects may be visible")
+        names = [name for name, visible in zip(held.names, seen, strict=True) if visible]
+        for name in names[:_SOME]:
+            print_text(f"  {name}")
+        if len(names) > _SOME:
+            print_text(f"  and {len(names) - _SOME:,} more")
+
+    run_guarded(run, debug=debug)
+
+
+def _point(text: str) -> Any:
+    import numpy as np
+
+    try:
+        point = np.array([float(word) for word in text.split(",")])
+    except ValueError:
+        point = np.empty(0)
+    if point.shape != (3,) or not np.isfinite(point).all():
+        raise OptionError(f"'{text}' is no point", where="at", remedy="give X,Y,Z")
+    return point
+
+
+def pvs_check(
+    scene: SceneArgument,
+    file: PvsFile,
+    *,
+    cells: Annotated[int, typer.Option(min=1, help="Cells that are drawn by lot.")] = 50,
+    views: Annotated[int, typer.Option(min=1, help="Viewpoints in each.")] = 60,
+    pictures: Annotated[
+        int, typer.Option(min=0, help="Viewpoints in each that pictures are drawn from, too.")
+    ] = 0,
+    ground: Annotated[
+        bool, typer.Option("--ground", help="Draw ground below the objects.")
+    ] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Of the lots.")] = 0,
+    transparent: TransparentScene = "leave-out",
+    debug: Debug = False,
+) -> None:
+    """Hold sets of visible objects against what is certainly seen from points of their cells.
+
+    Exits with 1 where a visible object is missing.
+    """
+
+    def run() -> None:
+        from simplifier.io.pvs_file import load_pvs
+        from simplifier.io.scene import load_scene
+        from simplifier.visibility.check import CheckOptions, check_pvs
+
+        options = CheckOptions(cells, views, pictures=pictures, ground=ground, seed=seed)
+        with interrupts() as listening:
+            held = load_pvs(file)
+            read = load_scene(scene, transparent=transparent)
+            check_scene(read, held)
+            with listening.deferred() as cancel, count_bar("cells") as tell:
+                found = check_pvs(
+                    read, held, options, lambda share: tell(round(share * cells), cells), cancel
+                )
+        rows = [
+            ("cells", f"{len(found.rows):,} of {len(held.cells):,}"),
+            ("leaks", f"{len(found.leaks):,}"),
+            ("sets to what is seen", f"{found.excess:.3f}"),
+            ("proven visible", f"{100.0 * found.proven_share:.1f} % of the sets"),
+            ("culled", f"{100.0 * found.culled_share:.2f} % of the objects in the mean"),
+            ("bytes a cell", f"{found.row_bytes:,.0f}"),
+        ]
+        print_rows(f"{scene.resolve().name}, {file}", rows, read.warnings)
+        for leak in found.leaks[:_SOME]:
+            print_line(
+                f"leak: cell {leak.cell} does not have '{leak.name}', seen by {leak.proof} from"
+                f" {', '.join(f'{value:.6g}' for value in leak.viewpoint)}"
+            )
+        if found.leaks:
+            raise typer.Exit(1)
+
+    run_guarded(run, debug=debug)
+
+
+def check_scene(read: Scene, held: Pvs) -> None:
+    """Raise :class:`SceneError` where the sets were found in another scene."""
+    from simplifier.visibility.find import scene_digest
+
+    if held.scene != scene_digest(read):
+        raise SceneError(
+            "these are the visible sets of another scene, or of an earlier state of this one",
+            remedy="find them again with 'occluder pvs'",
+        )

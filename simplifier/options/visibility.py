@@ -1,0 +1,58 @@
+"""What ``occluder pvs`` can be told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from simplifier.options.fields import OptionSet, option, shared
+from simplifier.options.scene import TRANSPARENT_HELP
+from simplifier.options.simplify import EYE_HEIGHT, Axis, SimplifyOptions, Transparent
+
+Method = Literal["auto", "cull-map"]
+
+
+@dataclass(frozen=True)
+class PvsOptions(OptionSet):
+    """How what is visible from view cells is found.
+
+    ``cell_size``    edge of a cell in plan; smaller ones have smaller sets, and there are more.
+    ``eye_height``   of the top of a cell over the ground: viewers are no higher.
+    ``epsilon``      half the length of a cell's edge that one point on it stands for; occluders
+                     are shrunk by so much along it, and by a fifth of it to all sides.  Less shows
+                     less that is hidden, and takes longer.  None is half the cell size.
+    ``ground``       what stands on a border of its own stands on the ground there, and no viewer
+                     looks under it.
+    ``skip_buried``  leave cells out that lie in an object wholly, in place of refusing them.
+    """
+
+    method: Method = option("auto", "How sets are found: auto, or cull-map.")
+    cell_size: float = option(
+        10.0, "Edge of a view cell in plan, in the scene's units.", above=0.0, unit="world units"
+    )
+    eye_height: float = shared(
+        SimplifyOptions, "eye_height",
+        help="Most height of eyes over the ground, in the scene's units; "
+        f"{EYE_HEIGHT:g} where they are metres.",
+    )  # fmt: skip
+    epsilon: float | None = option(
+        None, "Half the length of edge that one point stands for; less is tighter and slower.",
+        above=0.0, absent="half the cell size", unit="world units",
+    )  # fmt: skip
+    up: Axis = shared(SimplifyOptions, "up", help="The scene's up axis: x, y or z.")
+    ground: bool = shared(
+        SimplifyOptions, "ground", help="Objects stand on the ground: close open bases."
+    )
+    skip_buried: bool = option(False, "Leave out cells that lie within an object.")
+    transparent: Transparent = shared(
+        SimplifyOptions, "transparent", help=TRANSPARENT_HELP, of_result=False
+    )
+    time_limit: float | None = shared(
+        SimplifyOptions, "time_limit",
+        help="Seconds to find sets for; cells that are left count as seeing everything.",
+    )  # fmt: skip
+
+    @property
+    def reach(self) -> float:
+        """Half the length of edge that one point stands for."""
+        return 0.5 * self.cell_size if self.epsilon is None else self.epsilon

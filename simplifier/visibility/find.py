@@ -1,0 +1,228 @@
+"""Scene + ViewCells -> Pvs: what may be visible from each cell."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from simplifier.camera_paths.columns import UprightScene
+from simplifier.errors import CancelledError, OptionError
+from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.pvs import UNKNOWN, Pvs, pack_rows
+from simplifier.geometry.scene import Scene
+from simplifier.geometry.solid import BoolArray
+from simplifier.geometry.view_cells import ViewCells
+from simplifier.options.simplify import Axis
+from simplifier.options.visibility import PvsOptions
+from simplifier.progress import Cancel, Deadline, TellCount
+from simplifier.visibility.cull_map import CullMaps, see_by_cull_maps
+from simplifier.visibility.height_field import HeightField, height_field
+
+_FINE = 0.2  # of epsilon: a pixel of the height field
+_MOST_PIXELS = 8192  # along the longest edge
+_BATCH = 32  # cells between two looks at the clock
+_FORMAT = 1  # raised when the same input is to give other sets
+_LOST = 0.2  # share of what stands there that may not count as solid without a word
+_CODE = 16  # bits of a place along each axis, where objects are put in order
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The sets, and what the user should know.
+
+    ``made`` cells that were computed now; ``seconds`` each took in the mean.
+    """
+
+    pvs: Pvs
+    made: int
+    seconds: float
+    warnings: tuple[str, ...]
+
+
+def find_pvs(
+    upright: UprightScene,
+    cells: ViewCells,
+    options: PvsOptions,
+    before: Pvs | None = None,
+    tell: TellCount = lambda done, total: None,
+    cancel: Cancel | None = None,
+) -> Found:
+    """What may be visible from each cell; the cells' coordinates are upright.
+
+    Sets that were found ``before`` in the same scene with the same settings are kept.  Once
+    ``cancel`` is set or the time is up, the cells that are left count as seeing everything; without
+    any, :class:`CancelledError` is raised.  Raises :class:`OptionError` for an epsilon that would
+    take too fine a raster, and for cells that lie in an object wholly unless they are skipped.
+    """
+    deadline = Deadline.after(options.time_limit)
+    scene, settings = scene_digest(upright.scene), settings_digest(options)
+    pixel = _pixel(upright, cells, options)
+    plan = np.array([cells.low[:, :2].min(axis=0), cells.high[:, :2].max(axis=0)])
+    field = height_field(upright, pixel, plan, options.ground)
+    cells = _without_buried(cells, field, options, upright.scene)
+    known = _kept(cells, before, scene, settings)
+    left = np.flatnonzero([row is None for row in known])
+    maps = CullMaps(field, 2.0 * options.reach)
+    done, begun = 0, time.perf_counter()
+    for first in range(0, len(left), _BATCH):
+        if (cancel is not None and cancel.is_set()) or deadline.is_up:
+            break
+        some = left[first : first + _BATCH]
+        tell(len(cells) - len(left) + done, len(cells))
+        seen, _ = see_by_cull_maps(maps, cells.some(some))
+        for cell, row in zip(some.tolist(), seen, strict=True):
+            known[cell] = row
+        done += len(some)
+    tell(len(cells) - len(left) + done, len(cells))
+    if all(row is None for row in known):
+        raise CancelledError("cancelled before the first cell was done")
+    pvs = _packed(upright, cells, known, scene, settings)
+    seconds = (time.perf_counter() - begun) / max(done, 1)
+    return Found(pvs, done, seconds, tuple(_warnings(field, pvs, options)))
+
+
+def scene_digest(scene: Scene) -> bytes:
+    """8 bytes of the objects' names, shapes and places."""
+    made = hashlib.blake2b(digest_size=8)
+    for mesh in scene.meshes:
+        made.update(len(mesh.vertices).to_bytes(8, "little"))
+        made.update(np.ascontiguousarray(mesh.vertices).data)
+        made.update(np.ascontiguousarray(mesh.faces).data)
+    made.update(np.ascontiguousarray(scene.mesh_of).data)
+    made.update(np.ascontiguousarray(scene.transforms).data)
+    made.update("\0".join(scene.names).encode())
+    return bytes(made.digest())
+
+
+def settings_digest(options: PvsOptions) -> bytes:
+    """8 bytes of all that a cell's set depends on beside the scene and the cell."""
+    kept = (_FORMAT, options.reach, options.up, options.ground)
+    return bytes(hashlib.blake2b(repr(kept).encode(), digest_size=8).digest())
+
+
+def _pixel(upright: UprightScene, cells: ViewCells, options: PvsOptions) -> float:
+    """The edge of a pixel; an epsilon of several can be kept."""
+    longest = float(np.max(upright.extent[:2]))
+    longest = max(longest, float((cells.high - cells.low)[:, :2].max()))
+    least = longest / _MOST_PIXELS
+    if options.reach < least:
+        raise OptionError(
+            f"{options.reach:g} is finer than the raster of this scene can be", where="epsilon",
+            remedy=f"choose {least:.3g} or more",
+        )  # fmt: skip
+    return max(_FINE * options.reach, least)
+
+
+def _without_buried(
+    cells: ViewCells, field: HeightField, options: PvsOptions, scene: Scene
+) -> ViewCells:
+    """The cells that do not lie in solid wholly; without leave to skip them all have to."""
+    first = np.floor((cells.low[:, :2] - field.low) / field.cell).astype(np.int64)
+    last = np.floor((cells.high[:, :2] - field.low) / field.cell).astype(np.int64)
+    kept = np.ones(len(cells), dtype=np.bool_)
+    for cell, ((x0, y0), (x1, y1)) in enumerate(zip(first, last, strict=True)):
+        if field.inner[x0 : x1 + 1, y0 : y1 + 1].min() < cells.high[cell, 2]:
+            continue
+        if not options.skip_buried:
+            place = x0 * field.shape[1] + y0
+            name = scene.names[int(field.objects[field.starts[place]])]
+            raise OptionError(
+                f"cell {cell} lies wholly within '{name}' and what touches it", where="cells",
+                remedy="leave it out, or add --skip-buried",
+            )  # fmt: skip
+        kept[cell] = False
+    if not kept.any():
+        raise OptionError("all of them lie within objects", where="cells", remedy="move them")
+    return cells if kept.all() else cells.some(kept)
+
+
+def _kept(
+    cells: ViewCells, before: Pvs | None, scene: bytes, settings: bytes
+) -> list[BoolArray | None]:
+    """The set of each cell that was found before, in the same scene by the same settings."""
+    if before is None or before.scene != scene or before.settings != settings:
+        return [None] * len(cells)
+    places = {_key(before.cells, cell): cell for cell in range(len(before.cells))}
+    found = [places.get(_key(cells, cell)) for cell in range(len(cells))]
+    return [
+        None if cell is None or before.row_of[cell] == UNKNOWN else before.visible(cell)
+        for cell in found
+    ]
+
+
+def _key(cells: ViewCells, cell: int) -> bytes:
+    parts = (cells.low[cell], cells.high[cell], cells.corners[cell])
+    return b"".join(part.tobytes() for part in parts)
+
+
+def _packed(
+    upright: UprightScene, cells: ViewCells, known: list[BoolArray | None], scene: bytes,
+    settings: bytes,
+) -> Pvs:  # fmt: skip
+    order = _near_together(upright.boxes[:, :, :2].mean(axis=1))
+    computed = [cell for cell, row in enumerate(known) if row is not None]
+    rows, places = pack_rows(row[order] for row in known if row is not None)
+    row_of = np.full(len(cells), UNKNOWN, dtype=np.int64)
+    row_of[computed] = places
+    up = cast(Axis, "xyz"[int(upright.order[2])])
+    return Pvs(
+        up, upright.origin, upright.scene.names, order, cells, rows, row_of, "cull-map", True,
+        scene, settings,
+    )  # fmt: skip
+
+
+def _near_together(places: FloatArray) -> NDArray[np.int32]:
+    """(n,) objects along a Z-curve over the plan: what is visible together then makes few runs."""
+    low, extent = places.min(axis=0), np.ptp(places, axis=0).max()
+    cells = ((places - low) / max(extent, 1e-300) * (2**_CODE - 1)).astype(np.uint64)
+    code = np.zeros(len(places), dtype=np.uint64)
+    for bit in range(_CODE):
+        for axis in (0, 1):
+            code |= (cells[:, axis] >> np.uint64(bit) & np.uint64(1)) << np.uint64(2 * bit + axis)
+    return np.argsort(code, kind="stable").astype(np.int32)
+
+
+def _warnings(field: HeightField, pvs: Pvs, options: PvsOptions) -> list[str]:
+    told = []
+    if field.lost > _LOST:
+        told.append(
+            f"{100.0 * field.lost:.0f} % of what stands in the scene is not solid from the ground"
+            " up, and hides nothing" + ("" if options.ground else "; try --ground")
+        )
+    thin = _thin_share(field, options.reach)
+    if thin > _LOST:
+        better = _kept_by(field, options.reach)
+        told.append(
+            f"{100.0 * thin:.0f} % of what is solid is thinner than twice an epsilon of"
+            f" {options.reach:g}, and hides little; try --epsilon {better:g}"
+        )
+    if pvs.partial:
+        left = int((pvs.row_of == UNKNOWN).sum())
+        told.append(f"{left:,} of {len(pvs.cells):,} cells are left, and see everything by now")
+    return told
+
+
+def _kept_by(field: HeightField, reach: float) -> float:
+    """An epsilon that most of what is solid is thick enough for, or that of a pixel."""
+    while reach > field.cell and _thin_share(field, reach) > _LOST:
+        reach *= 0.5
+    return reach
+
+
+def _thin_share(field: HeightField, reach: float) -> float:
+    """Of the solid pixels, those that are thinner than twice the reach along both axes."""
+    solid = np.isfinite(field.inner)
+    if not solid.any():
+        return 0.0
+    size = 2 * int(np.ceil(reach / field.cell)) + 1
+    kept = np.zeros_like(solid)
+    for axis in (0, 1):
+        inner = ndimage.minimum_filter1d(solid, size, axis=axis, mode="constant", cval=False)
+        kept |= ndimage.maximum_filter1d(inner, size, axis=axis, mode="constant", cval=False)
+    return 1.0 - float(kept.sum() / solid.sum())

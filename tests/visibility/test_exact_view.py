@@ -153,11 +153,13 @@ def test_corners_of_what_corners_led_to_lead_further():
     gap = 0.0005
     prisms = Prisms.of_outlines(
         [
-            rectangle(10, -50, 11, -gap), rectangle(10, gap, 11, 50),
-            rectangle(100, 0.0035, 101, 5), rectangle(200, 0.0062, 201, 0.02),
+            rectangle(200, 0.0062, 201, 0.02),
+            rectangle(100, 0.0035, 101, 5),
+            rectangle(10, -50, 11, -gap),
+            rectangle(10, gap, 11, 50),
         ],
-        np.array([30.0, 30.0, 10.0, 10.0]),
-    )  # fmt: skip
+        np.array([10.0, 10.0, 30.0, 30.0]),
+    )
     eye = np.array([[0.0, 0.0, 2.0]])
     assert not np.isnan(seen_from(prisms, eye, 100, near=0.0)).any()
 
@@ -169,7 +171,9 @@ def test_no_line_passes_where_two_corners_meet():
     )
     eye = np.array([[5.0, 5.0, 2.0]])
     for off in (0.0, 1e-12, -1e-12, 1e-3, -1e-3):
-        assert np.isnan(seen_along(prisms, eye, np.array([off - np.pi / 4])))[0, 2]
+        found = np.isnan(seen_along(prisms, eye, np.array([off - np.pi / 4])))[0]
+        assert found[2]
+        assert found.all() == (abs(off) < 1e-9)
     assert np.isnan(seen_from(prisms, eye, 720))[0, 2]
 
 

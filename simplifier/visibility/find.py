@@ -71,10 +71,10 @@ def find_pvs(
     maps = CullMaps(field, 2.0 * options.reach)
     done, begun = 0, time.perf_counter()
     for first in range(0, len(left), _BATCH):
+        tell(len(cells) - len(left) + done, len(cells))
         if (cancel is not None and cancel.is_set()) or deadline.is_up:
             break
         some = left[first : first + _BATCH]
-        tell(len(cells) - len(left) + done, len(cells))
         seen, _ = see_by_cull_maps(maps, cells.some(some))
         for cell, row in zip(some.tolist(), seen, strict=True):
             known[cell] = row
@@ -216,13 +216,13 @@ def _kept_by(field: HeightField, reach: float) -> float:
 
 
 def _thin_share(field: HeightField, reach: float) -> float:
-    """Of the solid pixels, those that are thinner than twice the reach along both axes."""
+    """Of the solid pixels, those that are thinner than twice the reach along an axis."""
     solid = np.isfinite(field.inner)
     if not solid.any():
         return 0.0
     size = 2 * int(np.ceil(reach / field.cell)) + 1
-    kept = np.zeros_like(solid)
+    kept = solid.copy()
     for axis in (0, 1):
         inner = ndimage.minimum_filter1d(solid, size, axis=axis, mode="constant", cval=False)
-        kept |= ndimage.maximum_filter1d(inner, size, axis=axis, mode="constant", cval=False)
+        kept &= ndimage.maximum_filter1d(inner, size, axis=axis, mode="constant", cval=False)
     return 1.0 - float(kept.sum() / solid.sum())

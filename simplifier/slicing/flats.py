@@ -59,7 +59,10 @@ def _turned(vector: FloatArray) -> FloatArray:
 
 def _by_direction(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:
     """Of each bin of directions that any triangle has: the sum of normals (n, 3) as long as twice
-    the areas, turned to one hemisphere, and of their lengths (n,)."""
+    the areas, turned to one hemisphere, and of their lengths (n,).  The mesh is scaled to about 1.
+    """
+    # A power of two, which changes no digit: squares of areas would leave the range of floats.
+    scale = math.ldexp(1.0, -math.frexp(float(mesh.extent.max()))[1])
     total = np.zeros((_BINS * _BINS, 4))
     totals = np.empty((_AT_ONCE, *total.shape))
 
@@ -67,7 +70,7 @@ def _by_direction(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:
         for index in range(begin, end):
             faces = mesh.faces[first + index * _BLOCK :][:_BLOCK]
             a, b, c = (mesh.vertices[faces[:, corner]].T for corner in range(3))
-            (px, py, pz), (qx, qy, qz) = b - a, c - a
+            (px, py, pz), (qx, qy, qz) = scale * (b - a), scale * (c - a)
             normals = np.stack([py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx])
             normals *= np.where(normals[2] < 0.0, -1.0, 1.0)
             # The upper half of an octahedron, seen from above and turned by an eighth: a square.

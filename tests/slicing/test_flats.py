@@ -101,6 +101,14 @@ def test_order_scale_and_threads_do_not_matter(monkeypatch):
     assert np.array_equal(flat_directions(mesh), expected)
 
 
+@pytest.mark.parametrize("scale", [1e-75, 1e-70, 1e70, 1e77])
+def test_scales_at_the_ends_of_floats_change_nothing(scale):
+    """Squares of areas of 1e77 overflowed, found by a mesh made at random."""
+    mesh = turned(box((1.0, 2.0, 3.0)), Rotation.random(rng=np.random.default_rng(3)))
+    far = TriangleMesh.from_soup(mesh.vertices * scale, mesh.faces)
+    assert np.allclose(flat_directions(far), flat_directions(mesh), atol=1e-6)
+
+
 def test_sections_are_cut_along_them():
     flats = np.array([[0.6, 0.8, 0.0], [0.0, 0.6, 0.8]])
     grid = VoxelGrid(np.ones((9, 9, 9), dtype=np.bool_), np.zeros(3), 1.0)

@@ -1,0 +1,153 @@
+"""``occluder pvs``, ``pvs-show`` and ``pvs-check``: what they write, show and refuse."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import simplifier
+from bench.visibility_city import generated_city, street_cells
+from simplifier.geometry.pvs import pack_rows
+from simplifier.io.pvs_file import save_pvs
+from simplifier.io.scene_writer import write_scene
+
+
+@pytest.fixture(scope="module")
+def town(tmp_path_factory):
+    """A small city, z up, as a file."""
+    path = tmp_path_factory.mktemp("town") / "town.glb"
+    write_scene(generated_city(3), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def cells(town):
+    """Street cells as a file beside it."""
+    places = street_cells(generated_city(3), 12)
+    path = town.with_suffix(".json")
+    boxes = [
+        {"low": low.tolist(), "high": high.tolist()}
+        for low, high in zip(places.low, places.high, strict=True)
+    ]
+    path.write_text(json.dumps({"cells": boxes}))
+    return path
+
+
+def test_sets_are_found_shown_checked_and_read(command, town, cells, tmp_path):
+    file, report = tmp_path / "town.pvs", tmp_path / "report.json"
+    status, told, errors = command(
+        "pvs", town, "-o", file, "--up", "z", "--cells", cells, "--epsilon", "2.5", "--report",
+        report,
+    )  # fmt: skip
+    assert (status, errors) == (0, "")
+    assert "12 of 12, 0 kept from before" in told
+    figures = json.loads(report.read_text())
+    assert figures["cells"] == figures["computed_now"] == 12
+    assert 0.3 < figures["culled_share"] < 1.0
+
+    status, told, _ = command("pvs-show", file)
+    assert status == 0
+    assert "cull-map, conservative" in told
+    low = json.loads(cells.read_text())["cells"][0]["low"]
+    point = ",".join(str(value + 1.0) for value in low)
+    status, told, _ = command("pvs-show", file, "--at", point)
+    assert status == 0
+    assert "is in cell 0: " in told
+    assert "outside of all cells: " in command("pvs-show", file, "--at", "0,0,500")[1]
+
+    status, told, _ = command("pvs-check", town, file, "--cells", "6", "--views", "20")
+    assert status == 0
+    held = simplifier.load_pvs(file)
+    assert held.visible(np.array(low) + 1.0).sum() < len(held.names)
+    assert held.visible((0.0, 0.0, 500.0)).all()
+
+    before = file.read_bytes()
+    status, told, _ = command(
+        "pvs", town, "-o", file, "--up", "z", "--cells", cells, "--epsilon", "2.5"
+    )
+    assert "12 of 12, 12 kept from before" in told
+    assert file.read_bytes() == before
+
+
+def test_cells_are_placed_where_one_can_walk(command, town, tmp_path):
+    counts = []
+    for placing in ("walkable", "grid"):
+        file = tmp_path / f"{placing}.pvs"
+        arguments = ("--up", "z", "--cells", placing, "--cell-size", "20")
+        assert command("pvs", town, "-o", file, *arguments)[0] == 0
+        counts.append(len(simplifier.load_pvs(file).cells))
+        assert command("pvs-check", town, file, "--cells", "5", "--views", "10")[0] == 0
+    assert 0 < counts[0] <= counts[1]
+
+
+def test_a_leak_is_told_and_ends_with_1(command, town, cells, tmp_path):
+    file = tmp_path / "town.pvs"
+    assert command("pvs", town, "-o", file, "--up", "z", "--cells", cells)[0] == 0
+    held = simplifier.load_pvs(file)
+    rows, places = pack_rows([np.zeros(len(held.names), bool)] * len(held.cells))
+    save_pvs(replace(held, rows=rows, row_of=places), file)
+    status, _, errors = command("pvs-check", town, file, "--cells", "2", "--views", "10")
+    assert status == 1
+    assert "leak: cell " in errors
+    assert "seen by line from" in errors
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "words"),
+    [
+        (("--cells", "nowhere"), 2, "neither a way to place cells nor a file"),
+        (("--cell-size", "0"), 2, "cell size"),
+        (("--epsilon", "1e-9"), 2, "or more"),
+        (("--cell-size", "0.001"), 2, "or more"),
+        (("--method", "magic"), 2, "method"),
+    ],
+)
+def test_what_is_refused(command, town, tmp_path, arguments, status, words):
+    file = tmp_path / "town.pvs"
+    found, _, errors = command("pvs", town, "-o", file, "--up", "z", *arguments)
+    assert found == status
+    assert words in errors
+    assert not file.exists()
+
+
+@pytest.mark.parametrize(
+    "text", ["[]", "{}", '{"cells": []}', '{"cells": [{"low": [0, 0]}]}', "no"]
+)
+def test_what_are_no_cells_is_refused(command, town, tmp_path, text):
+    cells, file = tmp_path / "cells.json", tmp_path / "town.pvs"
+    cells.write_text(text)
+    status, _, errors = command("pvs", town, "-o", file, "--up", "z", "--cells", cells)
+    assert status == 2
+    assert "cells" in errors
+    assert not file.exists()
+
+
+def test_sets_of_another_scene_and_damaged_ones_are_refused(command, town, cells, tmp_path):
+    file, other = tmp_path / "town.pvs", tmp_path / "other.glb"
+    assert command("pvs", town, "-o", file, "--up", "z", "--cells", cells)[0] == 0
+    write_scene(generated_city(3, seed=9), other)
+    status, _, errors = command("pvs-check", other, file)
+    assert status == 1
+    assert "another scene" in errors
+    data = bytearray(file.read_bytes())
+    data[len(data) // 2] ^= 4
+    file.write_bytes(data)
+    for arguments in (("pvs-check", town, file), ("pvs-show", file)):
+        status, _, errors = command(*arguments)
+        assert status == 1
+        assert str(file) in errors
+    assert command("pvs", town, "-o", file, "--up", "z", "--cells", cells)[0] == 1
+    assert file.read_bytes() == bytes(data)
+    assert command("pvs", town, "-o", town, "--up", "z")[0] != 0
+
+
+def test_a_bad_point_is_refused(command, town, cells, tmp_path):
+    file = tmp_path / "town.pvs"
+    assert command("pvs", town, "-o", file, "--up", "z", "--cells", cells)[0] == 0
+    for text in ("1,2", "a,b,c", "nan,0,0"):
+        status, _, errors = command("pvs-show", file, "--at", text)
+        assert status == 2
+        assert "give X,Y,Z" in errors

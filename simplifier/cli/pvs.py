@@ -68,8 +68,8 @@ def pvs(
                 options = replace(options, skip_buried=True)  # no user placed them there
             else:
                 where = load_cells(_cell_file(cells), options.up, upright.origin)
-            with listening.deferred() as cancel, count_bar("cells") as tell:
-                found = find_pvs(upright, where, options, before, tell, cancel)
+            with listening.deferred() as cancel, count_bar("objects, then cells") as tell:
+                found = find_pvs(upright, where, options, before, tell, cancel, tell)
             with listening.held():
                 save_pvs(found.pvs, output)
                 if report is not None:

@@ -52,8 +52,11 @@ def find_pvs(
     before: Pvs | None = None,
     tell: TellCount = lambda done, total: None,
     cancel: Cancel | None = None,
+    tell_objects: TellCount = lambda done, total: None,
 ) -> Found:
     """What may be visible from each cell; the cells' coordinates are upright.
+
+    ``tell_objects`` hears of the objects whose heights are known, ``tell`` then of the cells.
 
     Sets that were found ``before`` in the same scene with the same settings are kept.  Once
     ``cancel`` is set or the time is up, the cells that are left count as seeing everything; without
@@ -64,7 +67,13 @@ def find_pvs(
     scene, settings = scene_digest(upright.scene), settings_digest(options)
     pixel = _pixel(upright, cells, options)
     plan = np.array([cells.low[:, :2].min(axis=0), cells.high[:, :2].max(axis=0)])
-    field = height_field(upright, pixel, plan, options.ground)
+
+    def watch(objects: int, total: int) -> None:
+        if cancel is not None and cancel.is_set():
+            raise CancelledError("cancelled before the first cell was done")
+        tell_objects(objects, total)
+
+    field = height_field(upright, pixel, plan, options.ground, watch)
     cells = _without_buried(cells, field, options, upright.scene)
     known = _kept(cells, before, scene, settings)
     left = np.flatnonzero([row is None for row in known])

@@ -19,7 +19,7 @@ from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.height_field import fill_outline, measure_object
-from simplifier.progress import TellShare, silent
+from simplifier.progress import TellCount
 
 _FLAT = 1e-6  # of an object's size: bases are no rougher, and stand no higher over the ground
 _SUNK = 0.25  # of an object's height: up to there an open border is closed by the ground
@@ -65,7 +65,7 @@ def height_field(
     cell: float,
     viewers: FloatArray,
     ground: bool = False,
-    tell: TellShare = silent,
+    tell: TellCount = lambda done, total: None,
 ) -> HeightField:
     """The heights of all objects.
 
@@ -103,11 +103,11 @@ def height_field(
     )  # fmt: skip
 
 
-def _objects(upright: UprightScene, tell: TellShare) -> Iterator[tuple[FloatArray, IntArray]]:
+def _objects(upright: UprightScene, tell: TellCount) -> Iterator[tuple[FloatArray, IntArray]]:
     """Vertices and faces of each object, upright."""
     for index in range(len(upright.scene)):
         if index % _TELL == 0:
-            tell(index / len(upright.scene))
+            tell(index, len(upright.scene))
         mesh = upright.scene.joined([index])
         yield np.ascontiguousarray(mesh.vertices[:, upright.order] - upright.origin), mesh.faces
 

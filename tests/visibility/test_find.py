@@ -95,6 +95,21 @@ def test_what_is_left_sees_everything_and_is_made_later():
     assert not rest.pvs.partial
 
 
+def test_heights_are_told_of_and_can_be_cancelled():
+    upright, cells = city_and_cells(3, 2)
+    told, cancel = [], threading.Event()
+
+    def hear(done, total):
+        told.append((done, total))
+        cancel.set()
+
+    found = find_pvs(upright, cells, OPTIONS, tell_objects=lambda *some: told.append(some))
+    assert found.made == 2
+    assert told == [(0, len(upright.scene))]
+    with pytest.raises(CancelledError):
+        find_pvs(upright, cells, OPTIONS, cancel=cancel, tell_objects=hear)
+
+
 def test_nothing_done_is_an_end():
     upright, cells = city_and_cells(2, 4)
     cancel = threading.Event()

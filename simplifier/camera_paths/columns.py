@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from simplifier.geometry.mesh import FloatArray, IntArray
-from simplifier.geometry.scene import Scene
+from simplifier.geometry.scene import Scene, axis_order
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.columns import block_columns, raise_columns
 from simplifier.options.simplify import Axis
@@ -121,8 +121,7 @@ class UprightScene:
 
     @classmethod
     def of(cls, scene: Scene, up: Axis) -> UprightScene:
-        axis = "xyz".index(up)
-        order = np.array([(axis + 1) % 3, (axis + 2) % 3, axis], dtype=np.int32)
+        order = axis_order(up).astype(np.int32)
         boxes = scene.bounds()[:, :, order]
         origin = boxes[:, 0].min(axis=0)
         return cls(scene, order, origin, boxes - origin)

@@ -32,7 +32,7 @@ def path(
         from simplifier.camera_paths.generate import generate_path
 
         options = read_options(PathOptions, chosen)  # refused before the scene is read
-        _check_output(scene, output)
+        check_output(scene, output, "the path")
         with interrupts() as listening:
             read = load_scene(scene, transparent=options.transparent)
             found = generate_path(read, options)
@@ -45,9 +45,10 @@ def path(
     run_guarded(run, debug=debug)
 
 
-def _check_output(scene: Path, output: Path) -> None:
+def check_output(scene: Path, output: Path, what: str) -> None:
+    """Raise :class:`OutputError` where ``what`` cannot be written, or would replace the scene."""
     check_folder(output)
     if scene.resolve() == output.resolve():
         raise OutputError(
-            "this is the scene itself", where=str(output), remedy="name another file for the path"
+            "this is the scene itself", where=str(output), remedy=f"name another file for {what}"
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
@@ -12,7 +13,7 @@ import typer
 from simplifier.cli.console import count_bar, print_line, print_rows, print_text
 from simplifier.cli.options import SceneArgument, TransparentScene, read_options, with_options
 from simplifier.cli.running import Debug, interrupts, run_guarded
-from simplifier.errors import OptionError, OutputError, SceneError
+from simplifier.errors import OptionError, SceneError
 from simplifier.options.visibility import PvsOptions
 
 if TYPE_CHECKING:
@@ -47,18 +48,14 @@ def pvs(
     def run() -> None:
         # Here, not above: what it needs of scipy takes longer to load than the help.
         from simplifier.camera_paths.columns import UprightScene
-        from simplifier.io.files import check_folder
+        from simplifier.cli.path import check_output
         from simplifier.io.pvs_file import load_pvs, save_pvs
         from simplifier.io.scene import load_scene
         from simplifier.visibility.cells import load_cells, place_cells
         from simplifier.visibility.find import find_pvs
 
         options: PvsOptions = read_options(PvsOptions, chosen)
-        check_folder(output)
-        if scene.resolve() == output.resolve():
-            raise OutputError(
-                "this is the scene itself", where=str(output), remedy="name another file"
-            )
+        check_output(scene, output, "the sets")
         with interrupts() as listening:
             before = load_pvs(output) if output.exists() else None
             read = load_scene(scene, transparent=options.transparent)
@@ -72,10 +69,11 @@ def pvs(
                 found = find_pvs(upright, where, options, before, tell, cancel, tell)
             with listening.held():
                 save_pvs(found.pvs, output)
+                figures = _figures(found)
                 if report is not None:
-                    report.write_text(json.dumps(_figures(found), indent=2) + "\n")
+                    report.write_text(json.dumps(figures, indent=2) + "\n")
                 warnings = [*read.warnings, *found.warnings]
-                print_rows(str(output), _summary_rows(found, output), warnings)
+                print_rows(str(output), _summary_rows(figures, output), warnings)
 
     run_guarded(run, debug=debug)
 
@@ -92,9 +90,7 @@ def _cell_file(cells: str) -> Path:
 
 def _culled(pvs: Pvs) -> float:
     """The share of objects that are in no set, a mean over the cells that are done."""
-    from simplifier.geometry.pvs import UNKNOWN
-
-    done = pvs.row_of[pvs.row_of != UNKNOWN]
+    done = pvs.row_of[pvs.computed]
     count = len(pvs.names)
     seen = {row: int(pvs.rows.row(row, count).sum()) for row in set(done.tolist())}
     return 1.0 - sum(seen[row] for row in done.tolist()) / (count * len(done))
@@ -106,7 +102,7 @@ def _figures(found: Found) -> dict[str, Any]:
         "objects": len(pvs.names),
         "cells": len(pvs.cells),
         "computed_now": found.made,
-        "left": int((pvs.row_of < 0).sum()),
+        "left": len(pvs.cells) - len(pvs.computed),
         "method": pvs.method,
         "conservative": pvs.conservative,
         "culled_share": _culled(pvs),
@@ -117,16 +113,16 @@ def _figures(found: Found) -> dict[str, Any]:
     }
 
 
-def _summary_rows(found: Found, output: Path) -> list[tuple[str, str]]:
-    pvs = found.pvs
-    done = int((pvs.row_of >= 0).sum())
+def _summary_rows(figures: Mapping[str, Any], output: Path) -> list[tuple[str, str]]:
+    cells, size = figures["cells"], output.stat().st_size
+    done = cells - figures["left"]
     return [
-        ("objects", f"{len(pvs.names):,}"),
-        ("cells", f"{done:,} of {len(pvs.cells):,}, {done - found.made:,} kept from before"),
-        ("method", pvs.method),
-        ("culled", f"{100.0 * _culled(pvs):.2f} % of the objects in the mean"),
-        ("file", f"{output.stat().st_size:,} bytes, {output.stat().st_size / done:,.0f} a cell"),
-        ("time", f"{1e3 * found.seconds:.3g} ms a cell"),
+        ("objects", f"{figures['objects']:,}"),
+        ("cells", f"{done:,} of {cells:,}, {done - figures['computed_now']:,} kept from before"),
+        ("method", figures["method"]),
+        ("culled", f"{100.0 * figures['culled_share']:.2f} % of the objects in the mean"),
+        ("file", f"{size:,} bytes, {size / done:,.0f} a cell"),
+        ("time", f"{1e3 * figures['seconds_a_cell']:.3g} ms a cell"),
     ]
 
 
@@ -145,7 +141,7 @@ def pvs_show(
 
         held = load_pvs(file)
         if at is None:
-            done = int((held.row_of >= 0).sum())
+            done = len(held.computed)
             kind = "conservative" if held.conservative else "by samples"
             rows = [
                 ("objects", f"{len(held.names):,}"),

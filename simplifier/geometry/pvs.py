@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from simplifier.errors import OptionError
 from simplifier.geometry.arrays import vector
 from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.scene import axis_order
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.simplify import Axis
@@ -145,9 +146,14 @@ class Pvs:
     settings: bytes
 
     @property
+    def computed(self) -> NDArray[np.int64]:
+        """The cells that are computed, ascending."""
+        return np.flatnonzero(self.row_of != UNKNOWN)
+
+    @property
     def partial(self) -> bool:
         """Whether some cells are not computed."""
-        return bool((self.row_of == UNKNOWN).any())
+        return len(self.computed) < len(self.cells)
 
     def visible(self, where: int | ArrayLike) -> BoolArray:
         """(n,) whether each object is potentially visible, in the scene's order.
@@ -177,9 +183,3 @@ class Pvs:
                 own[self.order] = self.rows.row(int(self.row_of[cell]), len(seen))
                 seen &= own
         return seen
-
-
-def axis_order(up: Axis) -> NDArray[np.int64]:
-    """(3,) which world axes are the cells' x, y and z: a rotation, with z up."""
-    axis = "xyz".index(up)
-    return np.array([(axis + 1) % 3, (axis + 2) % 3, axis], dtype=np.int64)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from simplifier.errors import printable
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
+from simplifier.options.simplify import Axis
 
 _BATCH = 1 << 20  # points transformed at once
 _WORTH_A_HULL = 64  # instances and vertices from which a convex hull costs less than it saves
@@ -88,6 +89,12 @@ class Scene:
         starts = np.nonzero(np.diff(self.mesh_of[by_mesh], prepend=-1))[0]
         for objects in np.split(by_mesh, starts[1:]) if len(by_mesh) else ():
             yield self.meshes[self.mesh_of[objects[0]]], objects
+
+
+def axis_order(up: Axis) -> NDArray[np.int64]:
+    """(3,) which world axes are x, y and z of an upright space: a rotation."""
+    axis = "xyz".index(up)
+    return np.array([(axis + 1) % 3, (axis + 2) % 3, axis], dtype=np.int64)
 
 
 def scales(transforms: FloatArray) -> FloatArray:

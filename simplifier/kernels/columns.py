@@ -6,15 +6,16 @@ import numpy as np
 
 from simplifier.kernels.compile import inline_kernel, kernel
 
-_TOUCH = 1e-9  # columns; who comes this near touches, so that rounding does not decide
+TOUCH = 1e-9
+"""Columns: who comes this near touches, so that rounding does not decide."""
 
 
 @inline_kernel
-def _admits(ax, ay, bx, by, sign, x, y):
+def admits(ax, ay, bx, by, sign, x, y):
     """Whether the column at (x, y) reaches over to the left of the edge a -> b."""
     nx = (ay - by) * sign
     ny = (bx - ax) * sign
-    reach = max(nx, 0.0) + max(ny, 0.0) + _TOUCH * (abs(nx) + abs(ny))
+    reach = max(nx, 0.0) + max(ny, 0.0) + TOUCH * (abs(nx) + abs(ny))
     return nx * (x - ax) + ny * (y - ay) + reach >= 0.0
 
 
@@ -30,8 +31,8 @@ def _visit(vertices, faces, lows, highs, blocked, mark):
         p = vertices[faces[face, 0]]
         q = vertices[faces[face, 1]]
         r = vertices[faces[face, 2]]
-        x_low, x_high = min(p[0], q[0], r[0]) - _TOUCH, max(p[0], q[0], r[0]) + _TOUCH
-        y_low, y_high = min(p[1], q[1], r[1]) - _TOUCH, max(p[1], q[1], r[1]) + _TOUCH
+        x_low, x_high = min(p[0], q[0], r[0]) - TOUCH, max(p[0], q[0], r[0]) + TOUCH
+        y_low, y_high = min(p[1], q[1], r[1]) - TOUCH, max(p[1], q[1], r[1]) + TOUCH
         if x_high < 0.0 or y_high < 0.0 or x_low > nx or y_low > ny:
             continue
         bottom, top = min(p[2], q[2], r[2]), max(p[2], q[2], r[2])
@@ -50,9 +51,9 @@ def _visit(vertices, faces, lows, highs, blocked, mark):
         for x in range(x_first, x_last + 1):
             for y in range(y_first, y_last + 1):
                 if not (
-                    _admits(p[0], p[1], q[0], q[1], sign, x, y)
-                    and _admits(q[0], q[1], r[0], r[1], sign, x, y)
-                    and _admits(r[0], r[1], p[0], p[1], sign, x, y)
+                    admits(p[0], p[1], q[0], q[1], sign, x, y)
+                    and admits(q[0], q[1], r[0], r[1], sign, x, y)
+                    and admits(r[0], r[1], p[0], p[1], sign, x, y)
                 ):
                     continue
                 low, high = bottom, top

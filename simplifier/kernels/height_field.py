@@ -7,18 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from simplifier.kernels.columns import TOUCH, admits
 from simplifier.kernels.compile import inline_kernel, kernel
-
-_TOUCH = 1e-9  # pixels; what comes this near touches, so that rounding does not decide
-
-
-@inline_kernel
-def _reaches(ax, ay, bx, by, sign, x, y):
-    """Whether the pixel at (x, y) reaches over to the left of the edge a -> b."""
-    nx = (ay - by) * sign
-    ny = (bx - ax) * sign
-    reach = max(nx, 0.0) + max(ny, 0.0) + _TOUCH * (abs(nx) + abs(ny))
-    return nx * (x - ax) + ny * (y - ay) + reach >= 0.0
 
 
 @inline_kernel
@@ -32,7 +22,7 @@ def _clipped_heights(p, q, r, x, y, ring, other):
     for side in range(4):
         axis = side // 2
         upper = side % 2 == 1
-        bound = (x if axis == 0 else y) + (1.0 + _TOUCH if upper else -_TOUCH)
+        bound = (x if axis == 0 else y) + (1.0 + TOUCH if upper else -TOUCH)
         kept = 0
         for index in range(count):
             a = ring[index]
@@ -70,8 +60,8 @@ def measure_object(vertices, faces, ends_solid, window, roofs, tops):
     wx, wy = tops.shape
     for face in range(len(faces)):
         p, q, r = vertices[faces[face, 0]], vertices[faces[face, 1]], vertices[faces[face, 2]]
-        x_low, x_high = min(p[0], q[0], r[0]) - _TOUCH, max(p[0], q[0], r[0]) + _TOUCH
-        y_low, y_high = min(p[1], q[1], r[1]) - _TOUCH, max(p[1], q[1], r[1]) + _TOUCH
+        x_low, x_high = min(p[0], q[0], r[0]) - TOUCH, max(p[0], q[0], r[0]) + TOUCH
+        y_low, y_high = min(p[1], q[1], r[1]) - TOUCH, max(p[1], q[1], r[1]) + TOUCH
         normal = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
         sign = 1.0 if normal > 0.0 else -1.0
         x_first = max(np.int64(np.floor(x_low)), window[0])
@@ -81,9 +71,9 @@ def measure_object(vertices, faces, ends_solid, window, roofs, tops):
         for x in range(x_first, x_last + 1):
             for y in range(y_first, y_last + 1):
                 if not (
-                    _reaches(p[0], p[1], q[0], q[1], sign, x, y)
-                    and _reaches(q[0], q[1], r[0], r[1], sign, x, y)
-                    and _reaches(r[0], r[1], p[0], p[1], sign, x, y)
+                    admits(p[0], p[1], q[0], q[1], sign, x, y)
+                    and admits(q[0], q[1], r[0], r[1], sign, x, y)
+                    and admits(r[0], r[1], p[0], p[1], sign, x, y)
                 ):
                     continue
                 low, high = _clipped_heights(p, q, r, float(x), float(y), ring, other)
@@ -136,16 +126,16 @@ def fill_outline(points, ends, window, crossed, inside):
 def _cross(ax, ay, bx, by, crossed):
     """Set the closed pixels that a segment touches."""
     wx, wy = crossed.shape
-    x_first = max(np.int64(np.floor(min(ax, bx) - _TOUCH)), 0)
-    x_last = min(np.int64(np.floor(max(ax, bx) + _TOUCH)), wx - 1)
+    x_first = max(np.int64(np.floor(min(ax, bx) - TOUCH)), 0)
+    x_last = min(np.int64(np.floor(max(ax, bx) + TOUCH)), wx - 1)
     y_low, y_high = min(ay, by), max(ay, by)
     for x in range(x_first, x_last + 1):
         low, high = y_low, y_high
         if ax != bx:
-            one = ay + (x - _TOUCH - ax) / (bx - ax) * (by - ay)
-            two = ay + (x + 1.0 + _TOUCH - ax) / (bx - ax) * (by - ay)
+            one = ay + (x - TOUCH - ax) / (bx - ax) * (by - ay)
+            two = ay + (x + 1.0 + TOUCH - ax) / (bx - ax) * (by - ay)
             low, high = max(low, min(one, two)), min(high, max(one, two))
-        y_first = max(np.int64(np.floor(low - _TOUCH)), 0)
-        y_last = min(np.int64(np.floor(high + _TOUCH)), wy - 1)
+        y_first = max(np.int64(np.floor(low - TOUCH)), 0)
+        y_last = min(np.int64(np.floor(high + TOUCH)), wy - 1)
         for y in range(y_first, y_last + 1):
             crossed[x, y] = True

@@ -12,7 +12,7 @@ from simplifier.camera_paths.columns import Columns, UprightScene, blocked_band,
 from simplifier.camera_paths.street import ground_heights, steep
 from simplifier.errors import OptionError
 from simplifier.geometry.mesh import FloatArray
-from simplifier.geometry.pvs import axis_order
+from simplifier.geometry.scene import axis_order
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.io.files import read_bytes

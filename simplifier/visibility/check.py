@@ -16,8 +16,8 @@ from numpy.random import Generator
 from simplifier.checks import check_length, check_whole
 from simplifier.errors import CancelledError, OptionError, SceneError
 from simplifier.geometry.mesh import FloatArray
-from simplifier.geometry.pvs import UNKNOWN, Pvs, axis_order
-from simplifier.geometry.scene import Scene
+from simplifier.geometry.pvs import Pvs
+from simplifier.geometry.scene import Scene, axis_order
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import PRISM, ViewCells
 from simplifier.progress import Cancel, TellShare, silent
@@ -155,7 +155,7 @@ def check_pvs(
             "its objects are not those of the scene", where="set of visible objects",
             remedy="compute it for this scene",
         )  # fmt: skip
-    known = np.flatnonzero(pvs.row_of != UNKNOWN)
+    known = pvs.computed
     if len(known) == 0:
         raise OptionError(
             "no cell is computed", where="set of visible objects", remedy="compute some"

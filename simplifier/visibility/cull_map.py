@@ -69,6 +69,11 @@ class CullMaps:
         return Erosion.of(self.field, reach)
 
     @cache  # noqa: B019
+    def highest(self) -> float:
+        """The highest point of all objects."""
+        return float(self.field.tops.max())
+
+    @cache  # noqa: B019
     def pyramid(self) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
         """The highest objects in tiles of ever more pixels, as the kernel takes them."""
         levels, sizes, size, begin = [], [], BLOCK, 0
@@ -142,7 +147,6 @@ def _samples(
     plans = field.footprints
     inside = (plans[:, 0] <= high[:2]).all(axis=1) & (plans[:, 1] >= low[:2]).all(axis=1)
     seen |= inside
-    highest = float(field.tops.max())
     rows, vertical = [], []
     (x0, y0), (x1, y1) = ((corner[:2] - field.low) / field.cell for corner in (low, high))
     for along, begin, end, others in ((0, x0, x1, (y0, y1)), (1, y0, y1, (x0, x1))):
@@ -152,7 +156,7 @@ def _samples(
             for other in others:
                 place = (middle, other) if along == 0 else (other, middle)
                 ex, ey = (half, 0.0) if along == 0 else (0.0, half)
-                rows.append([*place, high[2], ex, ey, highest])
+                rows.append([*place, high[2], ex, ey, maps.highest()])
                 vertical.append(along == 1)
     reach = max(int(np.ceil(0.5 * maps.spacing / field.cell)), 1)
     boxes = (plans[inside] - field.low) / field.cell

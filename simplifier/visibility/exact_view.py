@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray, IndexArray, IntArray, TriangleMesh
-from simplifier.geometry.pvs import axis_order
-from simplifier.geometry.scene import Scene
+from simplifier.geometry.scene import Scene, axis_order
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.exact_view import grid_edges, see_from
 from simplifier.kernels.threads import run_chunks

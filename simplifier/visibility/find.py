@@ -18,6 +18,7 @@ from simplifier.geometry.pvs import UNKNOWN, Pvs, pack_rows
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
+from simplifier.hierarchy.node_plan import mesh_key
 from simplifier.options.simplify import Axis
 from simplifier.options.visibility import PvsOptions
 from simplifier.progress import Cancel, Deadline, TellCount
@@ -100,9 +101,7 @@ def scene_digest(scene: Scene) -> bytes:
     """8 bytes of the objects' names, shapes and places."""
     made = hashlib.blake2b(digest_size=8)
     for mesh in scene.meshes:
-        made.update(len(mesh.vertices).to_bytes(8, "little"))
-        made.update(np.ascontiguousarray(mesh.vertices).data)
-        made.update(np.ascontiguousarray(mesh.faces).data)
+        made.update(mesh_key(mesh))
     made.update(np.ascontiguousarray(scene.mesh_of).data)
     made.update(np.ascontiguousarray(scene.transforms).data)
     made.update("\0".join(scene.names).encode())
@@ -212,7 +211,7 @@ def _warnings(field: HeightField, pvs: Pvs, options: PvsOptions) -> list[str]:
             f" {options.reach:g}, and hides little; try --epsilon {better:g}"
         )
     if pvs.partial:
-        left = int((pvs.row_of == UNKNOWN).sum())
+        left = len(pvs.cells) - len(pvs.computed)
         told.append(f"{left:,} of {len(pvs.cells):,} cells are left, and see everything by now")
     return told
 

@@ -11,8 +11,7 @@ import numpy as np
 from simplifier.culling.item_buffer import ItemBuffer, Part
 from simplifier.geometry.camera import Camera
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
-from simplifier.geometry.pvs import axis_order
-from simplifier.geometry.scene import Scene
+from simplifier.geometry.scene import Scene, axis_order
 from simplifier.options.simplify import Axis
 from simplifier.visibility.exact_view import Prisms
 

@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simplifier.errors import OptionError
-from simplifier.geometry.pvs import UNKNOWN, Pvs, Rows, pack_rows
+from simplifier.geometry.pvs import Rows, pack_rows
 from simplifier.geometry.view_cells import ViewCells
+from tests.io.damaged_pvs import town
 
 SETS = st.lists(st.booleans(), min_size=0, max_size=400).map(lambda some: np.array(some, bool))
 
@@ -44,18 +45,9 @@ def test_what_is_no_run_is_refused(raw):
 
 def pvs(up="z", origin=(0.0, 0.0, 0.0)):
     """Two boxes that overlap, a prism, and a cell that is not computed."""
-    cells = ViewCells.joined(
-        ViewCells.boxes(
-            np.array([[0.0, 0, 0], [1, 0, 0], [8, 8, 0]]),
-            np.array([[2.0, 2, 2], [3, 2, 2], [9, 9, 1]]),
-        ),
-        ViewCells.prisms(np.array([[[4.0, 0], [4, 4], [6, 0]]]), np.zeros(1), np.full(1, 3.0)),
-    )
-    sets = [np.array(each, bool) for each in ([1, 1, 0, 0], [0, 1, 1, 0], [0, 0, 0, 1])]
-    rows, places = pack_rows(sets)
-    return Pvs(
-        up, np.array(origin), ("a", "b", "c", "d"), np.array([3, 2, 1, 0], np.int32), cells, rows,
-        np.array([places[0], places[1], UNKNOWN, places[2]]), "cull-map", True, bytes(8), bytes(8),
+    return town(
+        up=up, origin=np.array(origin), names=("a", "b", "c", "d"), method="cull-map",
+        scene=bytes(8), settings=bytes(8),
     )  # fmt: skip
 
 

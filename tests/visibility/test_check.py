@@ -10,8 +10,8 @@ import pytest
 
 from bench.visibility_city import generated_city, scene_of_boxes, street_cells
 from simplifier.errors import CancelledError, OptionError, SceneError
-from simplifier.geometry.pvs import UNKNOWN, Pvs, axis_order, pack_rows
-from simplifier.geometry.scene import Scene
+from simplifier.geometry.pvs import UNKNOWN, Pvs, pack_rows
+from simplifier.geometry.scene import Scene, axis_order
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.visibility.check import CheckOptions, check_pvs, viewpoints
 from simplifier.visibility.exact_view import prisms_of, seen_from

@@ -7,6 +7,7 @@ import pytest
 
 from bench.visibility_city import generated_city, scene_of_boxes, street_cells
 from simplifier.geometry.view_cells import ViewCells
+from simplifier.visibility.check import viewpoints
 from simplifier.visibility.cull_map import CullMaps, Erosion, _samples, see_by_cull_maps
 from simplifier.visibility.exact_view import prisms_of, seen_from
 from simplifier.visibility.height_field import height_field
@@ -23,17 +24,6 @@ def sets(scene, cells, pixel=0.5, spacing=2.5, ground=False):
 
 def named(scene, row):
     return {name for name, seen in zip(scene.names, row, strict=True) if seen}
-
-
-def points_of(cells, cell, count, seed):
-    """Points of a cell's border, at the height of its top and below."""
-    random = np.random.default_rng(seed)
-    low, high = cells.low[cell], cells.high[cell]
-    points = random.uniform(low, high, (count, 3))
-    side = random.integers(4, size=count)
-    points[np.arange(count), side // 2] = np.where(side % 2 == 0, low[side // 2], high[side // 2])
-    points[: count // 2, 2] = high[2]
-    return points
 
 
 def proven(scene, points, azimuths=720):
@@ -64,7 +54,7 @@ def test_all_that_any_point_of_a_cell_sees_of_a_city_is_in_its_set(seed, pixel, 
     cells = street_cells(city, 8, seed=seed)
     found = sets(city, cells, pixel, spacing)
     for cell in range(len(cells)):
-        seen = proven(city, points_of(cells, cell, 40, seed))
+        seen = proven(city, viewpoints(cells, cell, 40, np.random.default_rng(seed)))
         assert not (seen & ~found[cell]).any()
         assert seen.sum() > 5
     assert found.mean() < 0.6

@@ -14,7 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simplifier.errors import UnreadablePvsError
-from simplifier.geometry.pvs import METHODS, Pvs, Rows, axis_order
+from simplifier.geometry.pvs import METHODS, Pvs, Rows
+from simplifier.geometry.scene import axis_order
 from simplifier.io.pvs_file import decode_pvs, encode_pvs
 from tests.integrations.c.programs import CHECKED, LANGUAGES, compiled, printed
 from tests.io.damaged_pvs import DAMAGES, patched, signed, town

@@ -41,8 +41,8 @@ def pvs(
 ) -> None:
     """Find which objects of a scene can be seen from each view cell, before run time.
 
-    A file that is there already is gone on with: cells that it holds are not computed again.
-    Ctrl-C ends the command and keeps what is done; cells that are left see everything.
+    An existing file is continued: cells that it holds are not computed again.  Ctrl-C ends the
+    command and keeps what is done; from a cell that is not computed everything counts as visible.
     """
 
     def run() -> None:

@@ -212,7 +212,9 @@ def _warnings(field: HeightField, pvs: Pvs, options: PvsOptions) -> list[str]:
         )
     if pvs.partial:
         left = len(pvs.cells) - len(pvs.computed)
-        told.append(f"{left:,} of {len(pvs.cells):,} cells are left, and see everything by now")
+        told.append(
+            f"{left:,} of {len(pvs.cells):,} cells are not computed yet, and see everything"
+        )
     return told
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -132,6 +132,7 @@ class Judge:
     views: FineViews
     precision: float
     overhang: float = 1.0
+    _known: list[tuple[FloatArray, FinalistScore]] = field(default_factory=list)
 
     def best_of(
         self,
@@ -152,7 +153,7 @@ class Judge:
 
     def worth(self, triangles: FloatArray) -> float:
         """Of a soup (m, 3, 3): its recall, less what its faults cost; 0 of none."""
-        found = score_finalist(triangles, self.views)
+        found = self._score(triangles)
         short = max(self.precision - found.precision, 0.0)
         beside = max(found.overhang - self.overhang, 0.0)
         worst = max(found.worst - 2.0 * self.overhang, 0.0)
@@ -161,4 +162,13 @@ class Judge:
 
     def recall(self, triangles: FloatArray) -> float:
         """Of a soup (m, 3, 3), whatever its faults."""
-        return score_finalist(triangles, self.views).recall
+        return self._score(triangles).recall
+
+    def _score(self, triangles: FloatArray) -> FinalistScore:
+        """Pictures are drawn of each soup once, though it is judged several times."""
+        for soup, found in self._known:
+            if soup is triangles:
+                return found
+        found = score_finalist(triangles, self.views)
+        self._known.append((triangles, found))
+        return found

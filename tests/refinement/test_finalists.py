@@ -107,3 +107,17 @@ def test_what_is_spare_competes_where_the_best_is_worth_less_than_much(views):
     assert judge.best_of([best], make) is best
     assert not made
     assert judge.best_of([best], make, 1.0) is spare
+
+
+def test_pictures_of_a_soup_are_drawn_once(views, monkeypatch):
+    drawn = []
+
+    def score(triangles, views):
+        drawn.append(triangles)
+        return score_finalist(triangles, views)
+
+    monkeypatch.setattr("simplifier.refinement.finalists.score_finalist", score)
+    judge, some = Judge(views, 0.99), [soup(0.9), soup(0.97)]
+    best = judge.best_of(some)
+    assert judge.worth(best) <= judge.recall(best) == score_finalist(best, views).recall
+    assert len(drawn) == 2

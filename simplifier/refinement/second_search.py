@@ -1,8 +1,8 @@
-"""Triangles that stick out too much -> others, by a second search in less room."""
+"""Triangles that stick out too much -> others, found in less room or with fewer triangles."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from simplifier.geometry.mesh import FloatArray
@@ -15,6 +15,9 @@ from simplifier.refinement.search import Stop, pull_into, refine
 _FAULTS = 0.12  # of recall, that what was found has to lose by its faults
 _MOVES = 0.75  # of those of the first search
 _MOST_MOVES = 30_000  # more gain nothing
+_DOUBTFUL = 0.08  # of recall: faults that make a search with fewer triangles worth its time
+_SUFFICES = 0.5  # of recall: below it, that many triangles never do
+_PART = 4  # by which the triangles are divided
 
 
 def search_again(
@@ -54,3 +57,35 @@ def _best_drawn_in(
     rooms = [room.up_to(limit) for limit in range(room.limit - 1, SURFACE - 1, -1)]
     drawn_in = [(pull_into(one, less), less) for less in rooms for one in found]
     return max(drawn_in, key=lambda start: judge.worth(start[0]))
+
+
+def search_with_fewer(
+    begin: Callable[[int], Sequence[FloatArray]],
+    found: Sequence[FloatArray],
+    chosen: FloatArray,
+    room: Room,
+    views: RefineViews,
+    judge: Judge,
+    budget: int,
+    options: RefineOptions,
+    seed: int,
+    stop: Stop = lambda share, measure, best: False,
+) -> FloatArray | None:
+    """Triangles (m, 3, 3), a quarter of the ``budget`` at most, that are better than those
+    ``chosen`` and hide no less; None where a search from what ``begin`` makes of so many finds
+    none, or is not worth its time.
+
+    Of a smooth sheet each triangle more is one more that may stick out, and by some seeds all that
+    a search had found was worth less than with fewer.  So a budget should not be spent for its own
+    sake.  Where many parts are to be hidden fewer triangles never do, and are not tried.
+    """
+    worth = judge.worth(chosen)
+    lost = max(map(judge.recall, found), default=0.0) - worth
+    searched = any(chosen is one for one in found)
+    if worth < _SUFFICES or (searched and lost < _DOUBTFUL):
+        return None
+    few = budget // _PART
+    again = refine(begin(few), room, views, few, options, seed, stop, None, judge.views.outlines)
+    hides = [one for one in again if judge.recall(one) >= judge.recall(chosen)]
+    best = judge.best_of([chosen, *hides])
+    return best if any(best is one for one in hides) else None

@@ -18,7 +18,7 @@ from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.finalists import MUCH, OUTLINE, FineViews, Judge, Outlines
 from simplifier.refinement.search import Stop, pull_into, refine
-from simplifier.refinement.second_search import search_again
+from simplifier.refinement.second_search import search_again, search_with_fewer
 from simplifier.refinement.thin import thin_for_pictures
 from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections, silhouettes
@@ -30,7 +30,7 @@ _SEALING_VIEWS = 4096  # in which nothing may stick out of an open mesh that is 
 _CLEAN_VIEWS = 896  # in a row, after which no others are looked at
 _ALL_AROUND = 110.0  # times the overhang asked for: what the room could have all around
 _MANY, _EACH = 64.0, 0.35  # more triangles reach all of the room sooner, by that power of them
-_FIRST = 0.6  # of the time of two searches, one after the other
+_FIRST, _SECOND = 0.5, 0.85  # of the time of three searches, when the first and second end
 _TINY = 1e-9
 _FEW_FINE_VIEWS = 6  # where a time limit is short
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
@@ -175,14 +175,25 @@ def _moved(
     # Of many triangles the mesh itself in full detail may be best, which no search has begun with.
     best = judge.best_of([*found, *starts], spare, MUCH if budget <= _MANY else 1.0)
     if again and not watch.cancelled:
-        stop = tell(_FIRST, 1.0)
         better = search_again(
-            found, best, room, views, judge, budget, aims, options.seed, stop
-        )  # fmt: skip
+            found, best, room, views, judge, budget, aims, options.seed, tell(_FIRST, _SECOND)
+        )
         if better is not None:
-            best, less = better
+            best = better[0]
+            found = [*found, best]
+
+        def begin(fewer: int) -> list[FloatArray]:
+            return [starts[0], *_decimated_starts(mesh, solid, fewer, room)]
+
+        fewer = search_with_fewer(
+            begin, found, best, room, views, judge, budget, aims, options.seed, tell(_SECOND, 1.0)
+        )
+        if fewer is not None:
+            words = f"{searched[:-1]}, and by another with a quarter of the triangles."
+            return Refined(fewer - margin, room.bound, words)
+        if better is not None:
             words = f"{searched[:-1]}, and by another in less room."
-            return Refined(best - margin, less.bound, words)
+            return Refined(best - margin, better[1].bound, words)
     if any(best is one for one in found):
         return Refined(best - margin, room.bound, searched)
     if len(best) == 0:

@@ -14,7 +14,7 @@ from simplifier.kernels.soup_views import all_contained
 from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.refinement.search import pull_into
-from simplifier.refinement.second_search import search_again
+from simplifier.refinement.second_search import search_again, search_with_fewer
 from simplifier.steps.room import open_room
 from tests.solids import blob, box, joined, sphere, torus
 
@@ -204,6 +204,26 @@ def test_several_starts_are_named_and_one_that_stays_as_it_is(monkeypatch):
         assert simplify_mesh(mesh, chosen).decisions[-1] == words
 
 
+def test_a_search_with_fewer_triangles_is_told(monkeypatch):
+    monkeypatch.setattr("simplifier.refinement.second_search._DOUBTFUL", -1.0)
+    monkeypatch.setattr("simplifier.refinement.second_search._SUFFICES", -1.0)
+    mesh, asked = joined(sphere(), box((2.5, 0.2, 2.5), low=(0.0, -0.1, 0.0))), []
+
+    def search(begin, *given):
+        search_with_fewer(begin, *given)
+        starts = begin(6)
+        asked.extend(map(len, starts[1:]))
+        return starts[1]
+
+    monkeypatch.setattr("simplifier.steps.refine.search_with_fewer", search)
+    result = run(mesh, budget=24, resolution=32, moves=600)
+    assert result.decisions[-1].endswith("and by another with a quarter of the triangles.")
+    assert asked
+    assert max(asked) <= 6
+    check_contained(mesh, result)
+    check_triangles(result.occluder, 6)
+
+
 def test_a_second_search_is_told_and_never_runs_backwards(monkeypatch):
     monkeypatch.setattr("simplifier.refinement.second_search._FAULTS", -1.0)
     mesh, shares, done = joined(sphere(), box((2.5, 0.2, 2.5), low=(0.0, -0.1, 0.0))), [], []
@@ -225,6 +245,6 @@ def test_a_second_search_is_told_and_never_runs_backwards(monkeypatch):
         "the mesh in fewer triangles, and by another in less room."
     )
     assert shares == sorted(shares)
-    assert done == [pytest.approx(0.6), pytest.approx(1.0)]
+    assert done == [pytest.approx(0.5), pytest.approx(0.85)]
     check_contained(mesh, result)
     check_triangles(result.occluder, 24)

@@ -33,7 +33,7 @@ def pvs(
     *,
     cells: Annotated[
         str,
-        typer.Option(help="View cells: walkable, grid, or a JSON file of boxes."),
+        typer.Option(help="View cells: walkable, grid, triangles, or a JSON file of cells."),
     ] = "walkable",
     report: Annotated[Path | None, typer.Option(help="Write the figures as JSON.")] = None,
     debug: Debug = False,
@@ -60,7 +60,7 @@ def pvs(
             before = load_pvs(output) if output.exists() else None
             read = load_scene(scene, transparent=options.transparent)
             upright = UprightScene.of(read, options.up)
-            if cells == "walkable" or cells == "grid":
+            if cells in ("walkable", "grid", "triangles"):
                 where = place_cells(upright, cast("Placing", cells), options)
                 options = replace(options, skip_buried=True)  # no user placed them there
             else:
@@ -83,7 +83,7 @@ def _cell_file(cells: str) -> Path:
     if not path.is_file():
         raise OptionError(
             f"'{cells}' is neither a way to place cells nor a file", where="cells",
-            remedy="choose walkable or grid, or name a JSON file of boxes",
+            remedy="choose walkable, grid or triangles, or name a JSON file of cells",
         )  # fmt: skip
     return path
 

@@ -6,7 +6,8 @@ a square ring around the sample, of half a side R: every pixel inside the ring h
 ray, a whole number of steps away along one axis, and is less than a pixel from it along either.
 
 Pixels (nx, ny); x and y in pixels, heights as they are.  A sample stands for a piece of edge that
-reaches ``ex`` and ``ey`` to both sides.  The occluders are shrunk by that piece and by a pixel.
+reaches ``ex`` and ``ey`` to both sides: of a slanted piece the box around it, from which lines pass
+a ring wherever they do from the piece.  The occluders are shrunk by that piece and by a pixel.
 """
 
 from __future__ import annotations
@@ -281,20 +282,18 @@ def _open_tiles(sample, ring, slopes, pairs, levels, sizes, waiting):
 
 @kernel
 def see_from_cells(
-    begin, end, samples, sample_starts, along_y, pairs_x, turned_x, pairs_y, turned_y, free,
-    free_starts, field, levels, sizes, scratch, seen, work,
+    begin, end, samples, sample_starts, pairs, turned, free, free_starts, field, levels, sizes,
+    scratch, seen, work,
 ):  # fmt: skip
     """Set ``seen`` (c, n) bool of the cells ``begin:end``, each from its samples in turn.
 
     ``samples`` (s, 6) as :func:`see_from` takes them, those of cell i from ``sample_starts[i]`` on;
-    ``along_y`` (s,) bool whether the piece of edge runs along y, which ``pairs_y`` are for.
+    All of them stand for pieces of edge that ``pairs`` and ``turned`` are shrunk for.
     ``free`` (m, 4) those of cell i from ``free_starts[i]`` on; ``work`` (c, 2) int64 steps, tests.
     """
     for cell in range(begin, end):
         own = free[free_starts[cell] : free_starts[cell + 1]]
         for index in range(sample_starts[cell], sample_starts[cell + 1]):
-            pairs = pairs_y if along_y[index] else pairs_x
-            turned = turned_y if along_y[index] else turned_x
             steps, tests = see_from(
                 samples[index], pairs, turned, own, field, levels, sizes, scratch, seen[cell]
             )

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+import shapely
 
 from simplifier.camera_paths.columns import Columns, UprightScene, blocked_band, columns_of
 from simplifier.camera_paths.street import ground_heights, steep
@@ -18,47 +19,81 @@ from simplifier.geometry.view_cells import ViewCells
 from simplifier.io.files import read_bytes
 from simplifier.options.simplify import Axis
 from simplifier.options.visibility import PvsOptions
+from simplifier.visibility.free_space import free_space, triangles_of
+from simplifier.visibility.height_field import plans_of
 
-Placing = Literal["walkable", "grid"]
+Placing = Literal["walkable", "grid", "triangles"]
 
 _MOST_COLUMNS = 2048  # along the longer side
 _FINEST = 0.25  # of an eye height
 _KERB, _HEADROOM = 0.3, 1.5  # eye heights: lower things are stepped over, higher ones are overhead
 _MOST_CELLS = 10_000_000
+_MOST_OPEN = 0.5  # of the plan: the hull of what is open and wider is no obstacle
 
 
 def place_cells(upright: UprightScene, placing: Placing, options: PvsOptions) -> ViewCells:
-    """Squares over the scene's plan, from the ground to the eyes of who stands on it.
+    """Cells over the scene's plan, from the ground to the eyes of who stands on it.
 
-    ``walkable``  those on which one can stand somewhere; ``grid`` all.  Raises
+    ``walkable``  squares on which one can stand somewhere; ``grid`` all; ``triangles`` prisms that
+    fill the free space between what stands there, no edge longer than a square's.  Raises
     :class:`OptionError` where there is no such place, and for more cells than ten million.
     """
-    columns, ground, free = _ground(upright, options.eye_height)
     size = options.cell_size
-    low, high = np.zeros(2), upright.extent[:2]
-    count = np.maximum(np.ceil((high - low) / size - 1e-9), 1.0)
+    count = np.maximum(np.ceil(upright.extent[:2] / size - 1e-9), 1.0)
     if count.prod() > _MOST_CELLS:
         raise OptionError(
             f"{size:g} would make {int(count.prod()):,} cells", where="cell size",
             remedy=f"choose {size * float((count.prod() / _MOST_CELLS) ** 0.5):.3g} or more",
         )  # fmt: skip
-    lows, highs = [], []
-    for x in range(int(count[0])):
-        for y in range(int(count[1])):
-            corner = low + size * np.array([x, y])
-            (x0, y0), (x1, y1) = columns.cells_of(np.stack([corner, corner + size]))
-            there = slice(x0, x1 + 1), slice(y0, y1 + 1)
-            if placing == "walkable" and not free[there].any():
-                continue
-            heights = ground[there]
-            lows.append([*corner, heights.min()])
-            highs.append([*(corner + size), heights.max() + options.eye_height])
-    if not lows:
+    columns, ground, free = _ground(upright, options.eye_height)
+    if placing == "triangles":
+        obstacles = _obstacles(upright, columns, ground, options)
+        region = free_space(np.zeros(2), upright.extent[:2], obstacles, size)
+        plans = triangles_of(region, size)
+    else:
+        steps = np.stack(np.meshgrid(*map(np.arange, count), indexing="ij"), axis=-1)
+        plans = size * (steps.reshape(-1, 1, 2) + [[0.0, 0.0], [1.0, 1.0]])
+    kept, heights = [], []
+    lows, highs = plans.min(axis=1), plans.max(axis=1)
+    first, last = columns.cells_of(lows), columns.cells_of(highs)
+    for cell, ((x0, y0), (x1, y1)) in enumerate(zip(first, last, strict=True)):
+        there = slice(x0, x1 + 1), slice(y0, y1 + 1)
+        if placing == "grid" or free[there].any():
+            kept.append(cell)
+            heights.append([ground[there].min(), ground[there].max() + options.eye_height])
+    if not kept:
         raise OptionError(
             "there is no place to stand on", where="cells",
             remedy="choose --cells grid, or another --eye-height or --up",
         )  # fmt: skip
-    return ViewCells.boxes(np.array(lows), np.array(highs))
+    low, high = np.array(heights).T
+    if placing == "triangles":
+        return ViewCells.prisms(plans[kept], low, high)
+    return ViewCells.boxes(
+        np.column_stack([lows[kept], low]), np.column_stack([highs[kept], high])
+    )
+
+
+def _obstacles(
+    upright: UprightScene, columns: Columns, ground: FloatArray, options: PvsOptions
+) -> list[shapely.Geometry]:
+    """The plans of what is in a walker's way.
+
+    Of what is solid from the ground up that is its base.  Of anything else it is the hull, unless
+    this is most of the scene: then it is rather the ground, or a whole town, and hides nothing.
+    """
+    low, high = upright.boxes[:, 0], upright.boxes[:, 1]
+    first, last = columns.cells_of(low), columns.cells_of(high)
+    below, above = _KERB * options.eye_height, _HEADROOM * options.eye_height
+    plans, solid = plans_of(upright, options.ground)
+    most = _MOST_OPEN * float(np.prod(upright.extent[:2]))
+    kept = []
+    for index, ((x0, y0), (x1, y1)) in enumerate(zip(first, last, strict=True)):
+        there = ground[x0 : x1 + 1, y0 : y1 + 1]
+        blocks = low[index, 2] < there.max() + above and high[index, 2] > there.max() + below
+        if blocks and (solid[index] or plans[index].area <= most):
+            kept.append(plans[index])
+    return kept
 
 
 def _ground(upright: UprightScene, eye: float) -> tuple[Columns, FloatArray, BoolArray]:
@@ -73,29 +108,79 @@ def _ground(upright: UprightScene, eye: float) -> tuple[Columns, FloatArray, Boo
 
 
 def load_cells(path: Path, up: Axis, origin: FloatArray) -> ViewCells:
-    """Cells of a JSON file: ``{"cells": [{"low": [x, y, z], "high": [x, y, z]}, ...]}``, world.
+    """Cells of a JSON file, ``{"cells": [...]}``, in world coordinates: boxes
+    ``{"low": [x, y, z], "high": [x, y, z]}`` and upright prisms ``{"corners": [[x, y], [x, y],
+    [x, y]], "low": z, "high": z}``, whose corners lack the coordinate along the up axis.
 
     Their coordinates become those of the upright scene.  Raises :class:`OptionError` for what
     is no such file or has a cell that holds nothing.
     """
     where = str(path)
     data = read_bytes(path, error=OptionError, remedy="name a file of view cells")
+    axis = "xyz".index(up)
     try:
         cells = json.loads(data)["cells"]
-        corners = np.array([[_point(one["low"]), _point(one["high"])] for one in cells])
+        prism = np.array(["corners" in one for one in cells], dtype=np.bool_)
+        points = [_prism(one, axis) if "corners" in one else _box(one) for one in cells]
     except (ValueError, TypeError, KeyError) as error:
         raise OptionError(
             f"these are no view cells ({type(error).__name__}: {error})", where=where,
-            remedy='write {"cells": [{"low": [x, y, z], "high": [x, y, z]}]}',
+            remedy='write {"cells": [{"low": [x, y, z], "high": [x, y, z]}]}, or a prism as'
+            ' {"corners": [[x, y], [x, y], [x, y]], "low": z, "high": z}',
         ) from None  # fmt: skip
-    if len(corners) == 0:
+    if len(cells) == 0:
         raise OptionError("it has no cells", where=where, remedy="give it one or more")
-    upright = corners[:, :, axis_order(up)] - origin
-    return ViewCells.boxes(upright[:, 0], upright[:, 1])
+    upright = np.array(points)[:, :, axis_order(up)] - origin
+    _check_filled(upright, prism, where)
+    boxes = ViewCells.boxes(upright[~prism, 0], upright[~prism, 1])
+    prisms = _prisms(upright[prism])
+    # Boxes come first of both; the order of the file is wanted.
+    places = np.argsort(np.argsort(prism, kind="stable"), kind="stable")
+    return ViewCells.joined(boxes, prisms).some(places)
 
 
-def _point(values: Any) -> list[float]:
+def _prisms(points: FloatArray) -> ViewCells:
+    """From the points (n, 4, 3) of :func:`_prism`."""
+    return ViewCells.prisms(points[:, :3, :2], points[:, 0, 2], points[:, 3, 2])
+
+
+def _check_filled(upright: FloatArray, prism: BoolArray, where: str) -> None:
+    """Raise :class:`OptionError` that names the first cell of the file that holds nothing."""
+    try:
+        ViewCells.boxes(upright[~prism, 0], upright[~prism, 1])
+        _prisms(upright[prism])
+    except OptionError:
+        for index, points in enumerate(upright):
+            try:
+                _prisms(points[None]) if prism[index] else ViewCells.boxes(points[:1], points[1:2])
+            except OptionError:
+                raise OptionError(
+                    f"cell {index} holds nothing", where=where,
+                    remedy="give each cell a low height below its high one, and an area",
+                ) from None  # fmt: skip
+
+
+def _box(one: Any) -> list[list[float]]:
+    low, high = _point(one["low"], 3), _point(one["high"], 3)
+    return [low, high, high, high]
+
+
+def _prism(one: Any, axis: int) -> list[list[float]]:
+    """Three corners at the lower height, and one at the upper."""
+    corners = [_point(corner, 2) for corner in one["corners"]]
+    if len(corners) != 3:
+        raise ValueError(f"{one['corners']} is no triangle")
+    (low,), (high,) = _point([one["low"]], 1), _point([one["high"]], 1)
+    places = [(*corners, corners[0])[index] for index in range(4)]
+    heights = [low, low, low, high]
+    return [
+        [*place[:axis], height, *place[axis:]]
+        for place, height in zip(places, heights, strict=True)
+    ]
+
+
+def _point(values: Any, count: int) -> list[float]:
     point = [float(value) for value in values]
-    if len(point) != 3 or not np.isfinite(point).all():
-        raise ValueError(f"{values} is no point")
+    if len(point) != count or not np.isfinite(point).all():
+        raise ValueError(f"{values} is no point of {count} numbers")
     return point

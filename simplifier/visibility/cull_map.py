@@ -12,6 +12,7 @@ What stands in the cell is always visible from it, and never hides anything from
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 
@@ -21,37 +22,15 @@ from scipy import ndimage
 
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import BoolArray
-from simplifier.geometry.view_cells import BOX, ViewCells
+from simplifier.geometry.view_cells import PRISM, ViewCells
 from simplifier.kernels.cull_map import BLOCK, FIRST_RING, LEAF, see_from_cells
 from simplifier.kernels.threads import run_chunks
 from simplifier.progress import TellShare, silent
+from simplifier.visibility.erosion import Erosion, Window, sector_of, sectors
 from simplifier.visibility.height_field import HeightField
 
 _CHUNK = 4  # cells that are looked at between two tells
-
-
-@dataclass(frozen=True, eq=False)
-class Erosion:
-    """Occluders that are shrunk by a box, beside the objects' tops.
-
-    ``pairs``  (nx, ny, 2) float32, and ``turned`` (ny, nx, 2) the same: memory is read along rays.
-
-    ``reach``  (2,) pixels that the box reaches to each side along x and y, whole numbers.
-    """
-
-    pairs: NDArray[np.float32]
-    turned: NDArray[np.float32]
-
-    @classmethod
-    def of(cls, field: HeightField, reach: tuple[int, int]) -> Erosion:
-        """By a box of so many pixels to each side along x and y."""
-        shrunk = field.inner
-        for axis in (0, 1):
-            shrunk = ndimage.minimum_filter1d(
-                shrunk, 2 * reach[axis] + 1, axis=axis, mode="constant", cval=-np.inf
-            )
-        pairs = np.ascontiguousarray(np.stack([shrunk, field.tops], axis=2))
-        return cls(pairs, np.ascontiguousarray(pairs.transpose(1, 0, 2)))
+_ALONG_X, _ALONG_Y, _SLANTED = 0, 1, 2  # kinds of pieces of edge; from the last on, the sectors
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +44,13 @@ class CullMaps:
     spacing: float
 
     @cache  # noqa: B019, as few as there are kinds of edges
-    def erosion(self, reach: tuple[int, int]) -> Erosion:
-        return Erosion.of(self.field, reach)
+    def erosion(self, window: Window) -> Erosion:
+        return Erosion.of(self.field, window)
+
+    @property
+    def half(self) -> float:
+        """Pixels that a piece of edge reaches to both sides at most."""
+        return 0.5 * self.spacing / self.field.cell
 
     @cache  # noqa: B019
     def highest(self) -> float:
@@ -105,15 +89,17 @@ def see_by_cull_maps(
     field = maps.field
     seen = np.zeros((len(cells), len(field.footprints)), dtype=np.bool_)
     work = np.zeros((len(cells), 2), dtype=np.int64)
-    edges = [_samples(maps, cells, cell, seen[cell]) for cell in range(len(cells))]
-    samples = np.concatenate([one[0] for one in edges])
-    # Whole pixels, as they are eroded by; a little of rounding in a length is no further pixel.
-    x, y = np.maximum(np.ceil(samples[:, 3:5].max(axis=0) - 1e-6), 1.0).astype(int).tolist()
-    along_x, along_y = maps.erosion((x, 1)), maps.erosion((1, y))
-    starts = np.cumsum([0, *(len(one[0]) for one in edges)])
-    free = np.concatenate([one[2] for one in edges])
-    free_starts = np.cumsum([0, *(len(one[2]) for one in edges)])
-    vertical = np.concatenate([one[1] for one in edges])
+    made = [_samples(maps, cells, cell, seen[cell]) for cell in range(len(cells))]
+    samples = np.concatenate([one[0] for one in made])
+    kinds = np.concatenate([one[1] for one in made])
+    owners = np.repeat(np.arange(len(cells)), [len(one[0]) for one in made])
+    free = np.concatenate([one[2] for one in made])
+    free_starts = np.cumsum([0, *(len(one[2]) for one in made)])
+    passes = []
+    for window, chosen in _by_window(maps, samples, kinds):
+        counts = np.bincount(owners[chosen], minlength=len(cells))
+        starts = np.concatenate([[0], np.cumsum(counts)])
+        passes.append((maps.erosion(window), samples[chosen], starts))
     levels, sizes = maps.pyramid()
     rays = FIRST_RING
     while rays < 2 * max(field.shape) + FIRST_RING:
@@ -125,42 +111,94 @@ def see_by_cull_maps(
             np.empty(4 * (2 * rays + 1)), np.zeros(4 * (2 * rays + 1), np.bool_),
             np.empty(int(sizes[LEAF, 1] * sizes[LEAF, 2]), np.int32),
         )  # fmt: skip
-        see_from_cells(
-            begin, end, samples, starts, vertical, along_x.pairs, along_x.turned, along_y.pairs,
-            along_y.turned, free, free_starts, data, levels, sizes, scratch, seen, work,
-        )  # fmt: skip
+        for erosion, some, starts in passes:
+            see_from_cells(
+                begin, end, some, starts, erosion.pairs, erosion.turned, free, free_starts, data,
+                levels, sizes, scratch, seen, work,
+            )  # fmt: skip
 
     run_chunks(look, len(cells), chunks_per_thread=max(4, len(cells) // _CHUNK), tell=tell)
     return seen, work
 
 
+def _by_window(
+    maps: CullMaps, samples: FloatArray, kinds: NDArray[np.int64]
+) -> Iterator[tuple[Window, NDArray[np.int64]]]:
+    """The samples of each kind of piece, with what the occluders are shrunk by for it."""
+    boxes = kinds < _SLANTED
+    if boxes.any():
+        # Whole pixels, as they are eroded by; a little of rounding in a length is no further pixel.
+        most = np.ceil(samples[boxes, 3:5].max(axis=0) - 1e-6)
+        x, y = np.maximum(most, 1.0).astype(int).tolist()
+        for kind, window in ((_ALONG_X, Window.box(x, 1)), (_ALONG_Y, Window.box(1, y))):
+            yield window, np.flatnonzero(kinds == kind)
+    count = sectors(maps.half)
+    for kind in np.unique(kinds[~boxes]).tolist():
+        window = Window.sector(kind - _SLANTED, count, maps.half)
+        yield window, np.flatnonzero(kinds == kind)
+
+
 def _samples(
     maps: CullMaps, cells: ViewCells, cell: int, seen: BoolArray
-) -> tuple[FloatArray, BoolArray, NDArray[np.int64]]:
-    """Samples on the border of a box cell, which run along y, and the pixels that are free.
+) -> tuple[FloatArray, NDArray[np.int64], NDArray[np.int64]]:
+    """Samples on the border of a cell, the kind of piece that each stands for, and boxes of pixels
+    in which nothing hides from it.
 
     What stands in the cell is set in ``seen``.
     """
+    if cells.kinds[cell] == PRISM:
+        return _prism_samples(maps, cells, cell, seen)
     field = maps.field
-    assert cells.kinds[cell] == BOX
     low, high = cells.low[cell], cells.high[cell]
     plans = field.footprints
     inside = (plans[:, 0] <= high[:2]).all(axis=1) & (plans[:, 1] >= low[:2]).all(axis=1)
     seen |= inside
-    rows, vertical = [], []
+    rows, kinds = [], []
     (x0, y0), (x1, y1) = ((corner[:2] - field.low) / field.cell for corner in (low, high))
-    for along, begin, end, others in ((0, x0, x1, (y0, y1)), (1, y0, y1, (x0, x1))):
+    for kind, begin, end, others in ((_ALONG_X, x0, x1, (y0, y1)), (_ALONG_Y, y0, y1, (x0, x1))):
         count = int(np.ceil((end - begin) * field.cell / maps.spacing - 1e-9))
         half = 0.5 * (end - begin) / count
         for middle in begin + half * (2 * np.arange(count) + 1):
             for other in others:
-                place = (middle, other) if along == 0 else (other, middle)
-                ex, ey = (half, 0.0) if along == 0 else (0.0, half)
+                place = (middle, other) if kind == _ALONG_X else (other, middle)
+                ex, ey = (half, 0.0) if kind == _ALONG_X else (0.0, half)
                 rows.append([*place, high[2], ex, ey, maps.highest()])
-                vertical.append(along == 1)
+                kinds.append(kind)
     reach = max(int(np.ceil(0.5 * maps.spacing / field.cell)), 1)
     boxes = (plans[inside] - field.low) / field.cell
     first = np.floor(boxes[:, 0]).astype(np.int64) - reach - 1
     last = np.floor(boxes[:, 1]).astype(np.int64) + reach + 1
     free = np.stack([first[:, 0], last[:, 0], first[:, 1], last[:, 1]], axis=1)
-    return np.array(rows), np.array(vertical), free
+    return np.array(rows), np.array(kinds), free
+
+
+def _prism_samples(
+    maps: CullMaps, cells: ViewCells, cell: int, seen: BoolArray
+) -> tuple[FloatArray, NDArray[np.int64], NDArray[np.int64]]:
+    """As :func:`_samples`, on the three upper edges of a prism.
+
+    Walls may stand at its very border.  Only pixels that are solid within its plan, and higher than
+    its viewers, stop hiding: what is no higher is in no line's way between the border and a viewer.
+    """
+    field, eye = maps.field, float(cells.high[cell, 2])
+    outline, count = cells.outline(cell), sectors(maps.half)
+    seen[field.objects_in(outline)] = True
+    rows, kinds = [], []
+    corners = (outline - field.low) / field.cell
+    for begin, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        length = float(np.linalg.norm(end - begin))
+        parts = int(np.ceil(length / (2.0 * maps.half) - 1e-12))
+        half = 0.5 * (end - begin) / parts
+        for middle in begin + half * (2 * np.arange(parts) + 1)[:, None]:
+            rows.append([*middle, eye, *np.abs(half), maps.highest()])
+            kinds.append(_SLANTED + sector_of(half, count))
+    first, touched = field.touched(outline)
+    window = tuple(slice(at, at + size) for at, size in zip(first, touched.shape, strict=True))
+    parts_of, _ = ndimage.label(touched & (field.inner[window] > eye))
+    reach = max(int(np.ceil(maps.half)), 1)
+    free = [
+        [first[0] + x.start - reach, first[0] + x.stop - 1 + reach,
+         first[1] + y.start - reach, first[1] + y.stop - 1 + reach]
+        for x, y in ndimage.find_objects(parts_of)
+    ]  # fmt: skip
+    return np.array(rows), np.array(kinds), np.array(free, dtype=np.int64).reshape(-1, 4)

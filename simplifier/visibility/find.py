@@ -17,7 +17,7 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.pvs import UNKNOWN, Pvs, pack_rows
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import BoolArray
-from simplifier.geometry.view_cells import ViewCells
+from simplifier.geometry.view_cells import PRISM, ViewCells
 from simplifier.hierarchy.node_plan import mesh_key
 from simplifier.options.simplify import Axis
 from simplifier.options.visibility import PvsOptions
@@ -135,11 +135,15 @@ def _without_buried(
     last = np.floor((cells.high[:, :2] - field.low) / field.cell).astype(np.int64)
     kept = np.ones(len(cells), dtype=np.bool_)
     for cell, ((x0, y0), (x1, y1)) in enumerate(zip(first, last, strict=True)):
-        if field.inner[x0 : x1 + 1, y0 : y1 + 1].min() < cells.high[cell, 2]:
+        heights = field.inner[x0 : x1 + 1, y0 : y1 + 1]
+        if cells.kinds[cell] == PRISM:
+            (x0, y0), touched = field.touched(cells.outline(cell))
+            wx, wy = touched.shape
+            heights = field.inner[x0 : x0 + wx, y0 : y0 + wy][touched]
+        if heights.min() < cells.high[cell, 2]:
             continue
         if not options.skip_buried:
-            place = x0 * field.shape[1] + y0
-            name = scene.names[int(field.objects[field.starts[place]])]
+            name = scene.names[int(field.objects_in(cells.outline(cell))[0])]
             raise OptionError(
                 f"cell {cell} lies wholly within '{name}' and what touches it", where="cells",
                 remedy="leave it out, or add --skip-buried",

@@ -18,6 +18,7 @@ from scipy import ndimage
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.solid import BoolArray
+from simplifier.kernels.columns import TOUCH
 from simplifier.kernels.height_field import fill_outline, measure_object
 from simplifier.progress import TellCount
 
@@ -58,6 +59,34 @@ class HeightField:
         """Pixels along x and y."""
         nx, ny = self.inner.shape
         return nx, ny
+
+    def touched(self, outline: FloatArray) -> tuple[Low, BoolArray]:
+        """The first pixel (2,) of a window, and which pixels of it (wx, wy) a convex outline (k, 2),
+        counter-clockwise, touches.
+        """
+        corners = (outline - self.low) / self.cell
+        most = np.array(self.shape) - 1
+        first = np.clip(np.floor(corners.min(axis=0) - TOUCH).astype(np.int64), 0, most)
+        last = np.clip(np.floor(corners.max(axis=0) + TOUCH).astype(np.int64), 0, most)
+        x, y = np.ogrid[first[0] : last[0] + 1, first[1] : last[1] + 1]
+        within = np.ones(tuple(last - first + 1), dtype=np.bool_)
+        for (ax, ay), (bx, by) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            nx, ny = ay - by, bx - ax  # inwards
+            reach = max(nx, 0.0) + max(ny, 0.0) + TOUCH * (abs(nx) + abs(ny))
+            within &= nx * (x - ax) + ny * (y - ay) + reach >= 0.0
+        return first, within
+
+    def objects_in(self, outline: FloatArray) -> IntArray:
+        """The objects of all pixels that a convex outline touches; some more than once."""
+        (x, y), within = self.touched(outline)
+        begin = (x + np.arange(len(within))) * self.shape[1] + y
+        some = [np.empty(0, np.int32)]
+        for line, start in zip(within, begin.tolist(), strict=True):
+            kept = np.flatnonzero(line)
+            if len(kept):
+                between = self.starts[start + kept[0]], self.starts[start + kept[-1] + 1]
+                some.append(self.objects[slice(*between)])
+        return np.concatenate(some)
 
 
 def height_field(
@@ -101,6 +130,23 @@ def height_field(
         low, cell, _down(inner), tops, starts, objects, object_tops,
         upright.boxes[:, :, :2], 1.0 - kept / filled if filled > 0.0 else 0.0,
     )  # fmt: skip
+
+
+def plans_of(upright: UprightScene, ground: bool = False) -> tuple[list[shapely.Geometry], BoolArray]:
+    """The plan of each object, and whether it is that of its solid where this begins, (n,) bool.
+
+    Of an object that is solid nowhere from the ground up it is the convex hull.  ``ground`` as in
+    :func:`height_field`.
+    """
+    floor = None if ground else float(upright.boxes[:, 0, 2].min())
+    plans = []
+    solid = np.zeros(len(upright.scene), dtype=np.bool_)
+    for index, (vertices, faces) in enumerate(_objects(upright, lambda done, total: None)):
+        plan, _ = _base(vertices, faces, floor)
+        solid[index] = plan is not None
+        hull = shapely.convex_hull(shapely.multipoints(vertices[:, :2]))
+        plans.append(hull if plan is None else plan)
+    return plans, solid
 
 
 def _objects(upright: UprightScene, tell: TellCount) -> Iterator[tuple[FloatArray, IntArray]]:

@@ -8,7 +8,8 @@ import pytest
 from bench.visibility_city import generated_city, scene_of_boxes, street_cells
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.visibility.check import viewpoints
-from simplifier.visibility.cull_map import CullMaps, Erosion, _samples, see_by_cull_maps
+from simplifier.visibility.cull_map import CullMaps, _samples, see_by_cull_maps
+from simplifier.visibility.erosion import Erosion, Window
 from simplifier.visibility.exact_view import prisms_of, seen_from
 from simplifier.visibility.height_field import height_field
 from tests.visibility.scenes import PUZZLES, street_cell
@@ -166,9 +167,13 @@ def shrink_less(monkeypatch, along, across):
     """Erode by so many pixels less, along the edges that samples stand for and across them."""
     whole = Erosion.of
 
-    def of(field, reach):
-        by = (along, across) if reach[0] >= reach[1] else (across, along)
-        return whole(field, (max(reach[0] - by[0], 0), max(reach[1] - by[1], 0)))
+    def of(field, window):
+        lines = len(window.runs) // 2
+        lines = max(lines - across, 0)
+        middle = len(window.runs) // 2
+        runs = window.runs[middle - lines : middle + lines + 1]
+        less = tuple((min(first + along, 0), max(last - along, 0)) for first, last in runs)
+        return whole(field, Window(window.axis, less))
 
     monkeypatch.setattr("simplifier.visibility.cull_map.Erosion.of", of)
 
@@ -201,8 +206,8 @@ def test_an_erosion_that_is_a_fifth_short_is_found_out(monkeypatch, less, missed
 
 def test_a_sample_that_is_left_out_is_found_out(monkeypatch):
     def fewer(*given):
-        rows, vertical, free = _samples(*given)
-        return rows[:1], vertical[:1], free
+        rows, kinds, free = _samples(*given)
+        return rows[:1], kinds[:1], free
 
     monkeypatch.setattr("simplifier.visibility.cull_map._samples", fewer)
     assert missed_in_slits((0.1,), 2.5) > 0

@@ -52,7 +52,7 @@ def place_cells(upright: UprightScene, placing: Placing, options: PvsOptions) ->
         plans = triangles_of(region, size)
     else:
         steps = np.stack(np.meshgrid(*map(np.arange, count), indexing="ij"), axis=-1)
-        plans = size * (steps.reshape(-1, 1, 2) + [[0.0, 0.0], [1.0, 1.0]])
+        plans = size * (steps.reshape(-1, 1, 2) + np.array([[0.0, 0.0], [1.0, 1.0]]))
     kept, heights = [], []
     lows, highs = plans.min(axis=1), plans.max(axis=1)
     first, last = columns.cells_of(lows), columns.cells_of(highs)
@@ -69,9 +69,7 @@ def place_cells(upright: UprightScene, placing: Placing, options: PvsOptions) ->
     low, high = np.array(heights).T
     if placing == "triangles":
         return ViewCells.prisms(plans[kept], low, high)
-    return ViewCells.boxes(
-        np.column_stack([lows[kept], low]), np.column_stack([highs[kept], high])
-    )
+    return ViewCells.boxes(np.column_stack([lows[kept], low]), np.column_stack([highs[kept], high]))
 
 
 def _obstacles(

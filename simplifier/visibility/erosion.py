@@ -16,7 +16,7 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import BoolArray
 from simplifier.visibility.height_field import HeightField
 
-_NORMALS = 64  # half-planes in a right angle that a window is cut out by; more are hardly tighter
+_NORMALS = 64  # half-planes in a right angle that a window is cut out by, for the arc of ends
 _ROUNDING = 1e-9  # pixels: as much is between what covers a pixel and its border
 
 Heights = NDArray[np.float32]
@@ -47,14 +47,17 @@ class Window:
         X is the convex hull of these pieces and of the box of points less than a pixel away along
         either axis.  A pixel at (i, j) belongs to the window where a point of the pixel at 0 plus a
         point of X may lie in it: where (i, j) is in the sum of X and the open square of 2 pixels.
-        The sum's width along a normal is the sum of both widths; finitely many normals give a
-        larger set, if any.
+        The sum's width along a normal is the sum of both widths; any choice of normals
+        gives no smaller set.
         """
-        angles = 0.5 * np.pi / _NORMALS * np.arange(2 * _NORMALS)
+        middle, within = np.pi * index / count, 0.5 * np.pi / count
+        angles = np.concatenate(
+            [0.5 * np.pi / _NORMALS * np.arange(2 * _NORMALS), _sides(middle, within, half)]
+        )
         normals = np.stack([np.cos(angles), np.sin(angles)])
         square = np.abs(normals).sum(axis=0)
-        aside = np.abs((angles - np.pi * index / count + 0.5 * np.pi) % np.pi - 0.5 * np.pi)
-        pieces = half * np.cos(np.maximum(aside - 0.5 * np.pi / count, 0.0))
+        aside = np.abs((angles - middle + 0.5 * np.pi) % np.pi - 0.5 * np.pi)
+        pieces = half * np.cos(np.maximum(aside - within, 0.0))
         bound = np.maximum(pieces, square) + square - _ROUNDING
         reach = max(int(np.ceil(half - _ROUNDING)), 1)
         steps = np.arange(-reach, reach + 1)
@@ -69,14 +72,15 @@ class Window:
         runs = [np.flatnonzero(line)[[0, -1]] - reach for line in lines if line.any()]
         return cls(axis, tuple((int(first), int(last)) for first, last in runs))
 
-    @property
-    def mask(self) -> BoolArray:
-        """(2 rx + 1, 2 ry + 1) bool, with the middle at (rx, ry)."""
-        reach = self.runs[len(self.runs) // 2][1]
-        lines = np.zeros((len(self.runs), 2 * reach + 1), dtype=np.bool_)
-        for line, (first, last) in zip(lines, self.runs, strict=True):
-            line[reach + first : reach + last + 1] = True
-        return lines.T if self.axis == 0 else lines
+
+def _sides(middle: float, within: float, half: float) -> FloatArray:
+    """(8,) directions of the normals of lines from corners of the square to the ends of pieces."""
+    ends = half * np.array(
+        [[np.cos(turn), np.sin(turn)] for turn in (middle - within, middle + within)]
+    )
+    corners = np.array([[x, y] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
+    along = (ends[:, None] - corners).reshape(-1, 2)
+    return np.asarray(np.arctan2(along[:, 0], -along[:, 1]))
 
 
 def sectors(half: float) -> int:
@@ -103,7 +107,7 @@ def shrunk(heights: Heights, window: Window) -> Heights:
     lowest, power = (padded.T if window.axis else padded), 1
     result = np.full(heights.shape, np.inf, dtype=np.float32)
     turned = result.T if window.axis else result
-    size = turned.shape
+    size, across = len(turned), len(turned.T)
     # Runs of twice the length from two of the length, then each length from two that overlap.
     for length in sorted({last - first + 1 for first, last in window.runs}):
         while 2 * power <= length:
@@ -113,7 +117,7 @@ def shrunk(heights: Heights, window: Window) -> Heights:
         for line, (first, last) in enumerate(window.runs):
             if last - first + 1 == length:
                 begin = reach + first
-                part = run[begin : begin + size[0], line : line + size[1]]
+                part = run[begin : begin + size, line : line + across]
                 np.minimum(turned, part, out=turned)
     return result
 

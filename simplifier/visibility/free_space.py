@@ -42,7 +42,8 @@ def free_space(
         return around
     away = _AWAY * longest
     solid = shapely.union_all(obstacles).buffer(away, join_style="mitre").simplify(0.5 * away)
-    return around.difference(solid)
+    free: shapely.Geometry = around.difference(solid)
+    return free
 
 
 def triangles_of(region: shapely.Geometry, longest: float) -> FloatArray:
@@ -91,10 +92,10 @@ def _between(made: Delaunay, region: shapely.Geometry, bound: float) -> FloatArr
     length = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
     order = np.argsort(-length, kind="stable")
     order = order[length[order] > bound]
-    middles = edges[order].mean(axis=1)
+    middles = np.asarray(edges[order].mean(axis=1))
     middles = middles[shapely.contains_xy(region, middles)]
     if len(middles) == 0:
-        return middles
+        return np.asarray(middles)
     middles = middles[KDTree(points).query(middles)[0] >= _LEAST * bound]
     kept = np.ones(len(middles), dtype=np.bool_)
     near = KDTree(middles).query_pairs(_APART * bound, output_type="ndarray")

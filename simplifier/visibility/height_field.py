@@ -61,8 +61,9 @@ class HeightField:
         return nx, ny
 
     def touched(self, outline: FloatArray) -> tuple[Low, BoolArray]:
-        """The first pixel (2,) of a window, and which pixels of it (wx, wy) a convex outline (k, 2),
-        counter-clockwise, touches.
+        """The first pixel (2,) of a window, and which of its pixels (wx, wy) an outline touches.
+
+        ``outline`` (k, 2), convex and counter-clockwise.
         """
         corners = (outline - self.low) / self.cell
         most = np.array(self.shape) - 1
@@ -132,7 +133,9 @@ def height_field(
     )  # fmt: skip
 
 
-def plans_of(upright: UprightScene, ground: bool = False) -> tuple[list[shapely.Geometry], BoolArray]:
+def plans_of(
+    upright: UprightScene, ground: bool = False
+) -> tuple[list[shapely.Geometry], BoolArray]:
     """The plan of each object, and whether it is that of its solid where this begins, (n,) bool.
 
     Of an object that is solid nowhere from the ground up it is the convex hull.  ``ground`` as in
@@ -187,7 +190,8 @@ class _Object:
         points, faces = mesh
         vertices = points.copy()
         vertices[:, :2] = (vertices[:, :2] - low) / cell
-        window = np.floor(vertices[:, :2].min(axis=0)).astype(np.int64) - 1
+        # No further out than the field, where rounding has moved a corner over a border of pixels.
+        window = np.maximum(np.floor(vertices[:, :2].min(axis=0)).astype(np.int64) - 1, 0)
         size = np.floor(vertices[:, :2].max(axis=0)).astype(np.int64) + 2 - window
         plan, ends = _base(vertices, faces, floor)
         roofs, tops = np.full(tuple(size), np.inf), np.full(tuple(size), -np.inf)

@@ -11,6 +11,7 @@ import pytest
 import simplifier
 from bench.visibility_city import generated_city, street_cells
 from simplifier.geometry.pvs import pack_rows
+from simplifier.geometry.view_cells import BOX, PRISM
 from simplifier.io.pvs_file import save_pvs
 from simplifier.io.scene_writer import write_scene
 
@@ -83,6 +84,60 @@ def test_cells_are_placed_where_one_can_walk(command, town, tmp_path):
     assert 0 < counts[0] <= counts[1]
 
 
+def test_free_space_is_divided_into_triangles(command, town, tmp_path):
+    file = tmp_path / "town.pvs"
+    arguments = ("--up", "z", "--cells", "triangles", "--cell-size", "20")
+    assert command("pvs", town, "-o", file, *arguments)[0] == 0
+    held = simplifier.load_pvs(file)
+    assert (held.cells.kinds == PRISM).all()
+    place = held.cells.corners[7].mean(axis=0)
+    point = np.array([*place, 1.0]) + held.origin
+    status, told, _ = command("pvs-show", file, "--at", ",".join(map(str, point)))
+    assert (status, "is in cell 7: " in told) == (0, True)
+    status, told, _ = command("pvs-check", town, file, "--cells", "10", "--views", "20")
+    assert status == 0
+    before = file.read_bytes()
+    _, told, _ = command("pvs", town, "-o", file, *arguments)
+    assert f"{len(held.cells)} of {len(held.cells)}, {len(held.cells)} kept" in told
+    assert file.read_bytes() == before
+
+
+@pytest.mark.parametrize("up", ["y", "z"])
+def test_a_file_has_prisms_and_boxes_in_any_order(command, tmp_path, up):
+    town, cells, file = tmp_path / "town.glb", tmp_path / "cells.json", tmp_path / "town.pvs"
+    city = generated_city(2)
+    if up == "y":
+        turn = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+        city = replace(city, transforms=turn @ city.transforms)
+    write_scene(city, town)
+    street = street_cells(generated_city(2), 2)
+    (x, y), (x1, y1) = street.low[0, :2].tolist(), street.high[0, :2].tolist()
+    prism = np.array([[x, y], [x1, y], [x, y1]])
+    low, high = street.low[1].tolist(), street.high[1].tolist()
+    if up == "y":
+        prism[:, 1] *= -1.0
+        low, high = [low[0], 0.0, -high[1]], [high[0], high[2], -low[1]]
+    some = [
+        {"corners": prism.tolist(), "low": 0.0, "high": 2.0},
+        {"low": low, "high": high},
+        {"corners": prism[::-1].tolist(), "low": 1.0, "high": 3.0},
+    ]
+    cells.write_text(json.dumps({"cells": some}))
+    assert command("pvs", town, "-o", file, "--up", up, "--cells", cells)[0] == 0
+    held = simplifier.load_pvs(file)
+    assert held.cells.kinds.tolist() == [PRISM, BOX, PRISM]
+    inner = prism.mean(axis=0).tolist()
+    point = [inner[0], 1.5, inner[1]] if up == "y" else [*inner, 1.5]
+    status, told, _ = command("pvs-show", file, "--at", ",".join(map(str, point)))
+    assert "is in cell 0, 2: " in told
+    assert command("pvs-check", town, file, "--views", "20", "--pictures", "1")[0] == 0
+    some[1]["high"] = some[1]["low"]
+    cells.write_text(json.dumps({"cells": some}))
+    status, _, errors = command("pvs", town, "-o", file, "--up", up, "--cells", cells)
+    assert status == 2
+    assert "cell 1 holds nothing" in errors
+
+
 def test_a_leak_is_told_and_ends_with_1(command, town, cells, tmp_path):
     file = tmp_path / "town.pvs"
     assert command("pvs", town, "-o", file, "--up", "z", "--cells", cells)[0] == 0
@@ -114,7 +169,16 @@ def test_what_is_refused(command, town, tmp_path, arguments, status, words):
 
 
 @pytest.mark.parametrize(
-    "text", ["[]", "{}", '{"cells": []}', '{"cells": [{"low": [0, 0]}]}', "no"]
+    "text",
+    [
+        "[]",
+        "{}",
+        '{"cells": []}',
+        '{"cells": [{"low": [0, 0]}]}',
+        "no",
+        '{"cells": [{"corners": [[0, 0], [1, 0]], "low": 0, "high": 1}]}',
+        '{"cells": [{"corners": [[0, 0], [1, 0], [2, 0]], "low": 0, "high": 1}]}',
+    ],
 )
 def test_what_are_no_cells_is_refused(command, town, tmp_path, text):
     cells, file = tmp_path / "cells.json", tmp_path / "town.pvs"

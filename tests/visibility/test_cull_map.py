@@ -126,7 +126,7 @@ def test_what_touches_a_cell_is_visible():
     assert sets(scene, cells).all()
 
 
-def slits(seed, turned=False):
+def slits(seed, turned=False, deep=7.0):
     """A thick wall with slits, a post behind each, and points that look straight through.
 
     A sample in the middle of an edge sees none of the posts, for it would have to look aslant.
@@ -136,7 +136,7 @@ def slits(seed, turned=False):
     half = random.uniform(0.05, 0.15, 3)
     sides = np.stack([middles - half, middles + half], axis=1).ravel()
     ends = np.concatenate([[-40.0], sides, [40.0]]).reshape(-1, 2)
-    wall = [[(9.0, low, 0.0), (16.0, high, 20.0)] for low, high in ends]
+    wall = [[(9.0, low, 0.0), (9.0 + deep, high, 20.0)] for low, high in ends]
     posts = [[(60.0, y - 0.1, 0.0), (60.2, y + 0.1, 9.0)] for y in middles]
     corners = np.array(wall + posts)
     points = np.column_stack([np.full(3, 5.0), middles, np.full(3, 2.0)])

@@ -56,6 +56,14 @@ def test_a_box_fills_the_pixels_that_it_covers_and_no_other():
     assert field.lost == 0.0
 
 
+@pytest.mark.parametrize("cell", [0.1, 0.2, 0.3, 0.7])
+def test_a_corner_that_rounding_moves_over_the_border_of_the_field(cell):
+    for steps in range(1, 60):
+        low = -50.0 * steps * cell
+        field = field_of(boxes([(low, low, 0.0), (low + 6.0, low + 6.0, 4.0)]), cell)
+        assert at(field, low + 3.0, low + 3.0) == 4.0
+
+
 def test_touching_boxes_lose_nothing_at_the_wall_between_them():
     low, high = ((0.0, 0.0, 0.0), (5.3, 9.0, 4.0)), ((5.3, 0.0, 0.0), (11.0, 9.0, 9.0))
     field = field_of(boxes(low, high))

@@ -1,9 +1,10 @@
-"""What is visible from view cells: ``python -m bench.visibility [--only city|cells]``.
+"""What is visible from view cells: ``python -m bench.visibility [--only city|cells|shrinking]``.
 
     city   cells of 10 m in the streets of a generated city of 2,000 blocks, by epsilon: how large
            their sets are beside what is certainly seen, what is culled, bytes and milliseconds a
            cell, and leaks, of which there must be none
     cells  milliseconds by the number of cells and of objects, and by the cell's size
+    shrinking  three ways to shrink occluders: the sets they give, seconds, and memory beside them
 
 Kernels are warm; the height field is made once and counts apart.  Tables go to
 ``bench/results/visibility_NAME.csv`` and to ``visibility.md``.
@@ -18,6 +19,7 @@ from pathlib import Path
 
 from bench.record import Row, told, write_page, write_table
 from bench.visibility_city import generated_city, street_cells
+from bench.visibility_shrinking import shrinking_rows
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.io.pvs_file import encode_pvs
@@ -26,7 +28,7 @@ from simplifier.visibility.check import CheckOptions, check_pvs
 from simplifier.visibility.find import Found, find_pvs
 
 RESULTS = Path("bench/results")
-TABLES = ("city", "cells")
+TABLES = ("city", "cells", "shrinking")
 EPSILONS = (5.0, 2.5)
 CELLS = 1000
 
@@ -94,7 +96,7 @@ def main(words: Sequence[str] | None = None) -> None:
     # Kernels compile on their first call, and arrays of another kind compile them again.
     upright, places = _streets(2, 2)
     check_pvs(upright.scene, _found(upright, places, 10.0).pvs, CheckOptions(1, 4))
-    makers = {"city": city_rows, "cells": cells_rows}
+    makers = {"city": city_rows, "cells": cells_rows, "shrinking": shrinking_rows}
     for name in TABLES if only is None else (only,):
         rows = []
         for row in makers[name]():

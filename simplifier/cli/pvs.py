@@ -11,18 +11,19 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from simplifier.cli.console import count_bar, print_line, print_rows, print_text
-from simplifier.cli.options import SceneArgument, TransparentScene, read_options, with_options
+from simplifier.cli.options import SceneArgument, read_options, with_options
 from simplifier.cli.running import Debug, interrupts, run_guarded
-from simplifier.errors import OptionError, SceneError
-from simplifier.options.visibility import PvsOptions
+from simplifier.errors import OptionError
+from simplifier.options.simplify import Transparent
+from simplifier.options.visibility import SEE_THROUGH_HELP, PvsOptions
 
 if TYPE_CHECKING:
     from simplifier.geometry.pvs import Pvs
-    from simplifier.geometry.scene import Scene
     from simplifier.visibility.cells import Placing
     from simplifier.visibility.find import Found
 
 PvsFile = Annotated[Path, typer.Argument(help="What 'occluder pvs' wrote.")]
+SeenThrough = Annotated[Transparent, typer.Option(help=SEE_THROUGH_HELP)]
 _SOME = 40  # names that are shown of a set
 
 
@@ -50,7 +51,7 @@ def pvs(
         from simplifier.camera_paths.columns import UprightScene
         from simplifier.cli.path import check_output
         from simplifier.io.pvs_file import load_pvs, save_pvs
-        from simplifier.io.scene import load_scene
+        from simplifier.io.scene_layers import load_layers
         from simplifier.visibility.cells import load_cells, place_cells
         from simplifier.visibility.find import find_pvs
 
@@ -58,7 +59,7 @@ def pvs(
         check_output(scene, output, "the sets")
         with interrupts() as listening:
             before = load_pvs(output) if output.exists() else None
-            read = load_scene(scene, transparent=options.transparent)
+            read, opaque = load_layers(scene, transparent=options.transparent)
             upright = UprightScene.of(read, options.up)
             if cells in ("walkable", "grid", "triangles"):
                 where = place_cells(upright, cast("Placing", cells), options)
@@ -66,7 +67,7 @@ def pvs(
             else:
                 where = load_cells(_cell_file(cells), options.up, upright.origin)
             with listening.deferred() as cancel, count_bar("objects, then cells") as tell:
-                found = find_pvs(upright, where, options, before, tell, cancel, tell)
+                found = find_pvs(upright, where, options, before, tell, cancel, tell, opaque)
             with listening.held():
                 save_pvs(found.pvs, output)
                 figures = _figures(found)
@@ -193,7 +194,7 @@ def pvs_check(
         bool, typer.Option("--ground", help="Draw ground below the objects.")
     ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of the lots.")] = 0,
-    transparent: TransparentScene = "leave-out",
+    transparent: SeenThrough = "leave-out",
     debug: Debug = False,
 ) -> None:
     """Hold sets of visible objects against what is certainly seen from points of their cells.
@@ -202,19 +203,21 @@ def pvs_check(
     """
 
     def run() -> None:
+        from simplifier.culling.visible_sets import check_sets
         from simplifier.io.pvs_file import load_pvs
-        from simplifier.io.scene import load_scene
+        from simplifier.io.scene_layers import load_layers
         from simplifier.visibility.check import CheckOptions, check_pvs
 
         options = CheckOptions(cells, views, pictures=pictures, ground=ground, seed=seed)
         with interrupts() as listening:
             held = load_pvs(file)
-            read = load_scene(scene, transparent=transparent)
-            check_scene(read, held)
+            read, opaque = load_layers(scene, transparent=transparent)
+            check_sets(held, read, opaque)
             with listening.deferred() as cancel, count_bar("cells") as tell:
                 found = check_pvs(
-                    read, held, options, lambda share: tell(round(share * cells), cells), cancel
-                )
+                    read, held, options, lambda share: tell(round(share * cells), cells), cancel,
+                    opaque,
+                )  # fmt: skip
         rows = [
             ("cells", f"{len(found.rows):,} of {len(held.cells):,}"),
             ("leaks", f"{len(found.leaks):,}"),
@@ -233,14 +236,3 @@ def pvs_check(
             raise typer.Exit(1)
 
     run_guarded(run, debug=debug)
-
-
-def check_scene(read: Scene, held: Pvs) -> None:
-    """Raise :class:`SceneError` where the sets were found in another scene."""
-    from simplifier.visibility.find import scene_digest
-
-    if held.scene != scene_digest(read):
-        raise SceneError(
-            "these are the visible sets of another scene, or of an earlier state of this one",
-            remedy="find them again with 'occluder pvs'",
-        )

@@ -26,6 +26,7 @@ class Scene:
     ``transforms``  (n, 4, 4) float64: from the mesh's space to the world, column vectors, affine;
                     invertible, though they may mirror.
     ``warnings``    what was left out and why, each naming its object, on one printable line.
+    ``see_through`` triangles of objects that were left out, since one can see through them.
     """
 
     meshes: tuple[TriangleMesh, ...]
@@ -33,6 +34,7 @@ class Scene:
     mesh_of: IntArray
     transforms: FloatArray
     warnings: tuple[str, ...] = ()
+    see_through: int = 0
 
     @classmethod
     def of(cls, mesh: TriangleMesh) -> Scene:
@@ -89,6 +91,22 @@ class Scene:
         starts = np.nonzero(np.diff(self.mesh_of[by_mesh], prepend=-1))[0]
         for objects in np.split(by_mesh, starts[1:]) if len(by_mesh) else ():
             yield self.meshes[self.mesh_of[objects[0]]], objects
+
+
+NOTHING, WHOLE = -1, -2
+"""In place of an object's opaque part: there is none, and it is all of the object."""
+
+
+def opaque_places(scene: Scene, opaque: Scene) -> NDArray[np.int64]:
+    """(n,) which object of ``opaque`` is the opaque part of each one of ``scene``, by their names;
+    :data:`NOTHING` and :data:`WHOLE` where that is none or all of it.
+    """
+    if opaque is scene:
+        return np.full(len(scene), WHOLE, dtype=np.int64)
+    places = {name: place for place, name in enumerate(opaque.names)}
+    found = np.array([places.get(name, NOTHING) for name in scene.names], dtype=np.int64)
+    solid = np.append(opaque.triangle_counts, 0)[found]
+    return np.where((found != NOTHING) & (solid == scene.triangle_counts), WHOLE, found)
 
 
 def axis_order(up: Axis) -> NDArray[np.int64]:

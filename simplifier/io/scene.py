@@ -193,7 +193,10 @@ def usable_scene(objects: Objects, where: str) -> Scene:
     kept_mesh_of = places.reshape(-1).astype(np.int32)
     warnings += _in_part(objects, good, names)
     warnings += _dropped_warnings(kept, kept_mesh_of, kept_names)
-    return Scene(kept, kept_names, kept_mesh_of, objects.transforms[good], tuple(warnings))
+    return Scene(
+        kept, kept_names, kept_mesh_of, objects.transforms[good], tuple(warnings),
+        int(see_through.sum()),
+    )  # fmt: skip
 
 
 def _share_meshes(meshes: Sequence[RawMesh]) -> tuple[list[int], NDArray[np.int64]]:

@@ -6,8 +6,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 from simplifier.options.fields import OptionSet, option, shared
-from simplifier.options.scene import TRANSPARENT_HELP
 from simplifier.options.simplify import EYE_HEIGHT, Axis, SimplifyOptions, Transparent
+
+SEE_THROUGH_HELP = (
+    "Triangles that one can see through, which may be seen themselves: leave-out of what hides, or"
+    " keep."
+)
 
 Method = Literal["auto", "cull-map"]
 
@@ -45,7 +49,7 @@ class PvsOptions(OptionSet):
     )
     skip_buried: bool = option(False, "Leave out cells that lie within an object.")
     transparent: Transparent = shared(
-        SimplifyOptions, "transparent", help=TRANSPARENT_HELP, of_result=False
+        SimplifyOptions, "transparent", help=SEE_THROUGH_HELP, of_result=False
     )
     time_limit: float | None = shared(
         SimplifyOptions, "time_limit",

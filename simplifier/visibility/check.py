@@ -142,8 +142,11 @@ def check_pvs(
     options: CheckOptions | None = None,
     tell: TellShare = silent,
     cancel: Cancel | None = None,
+    opaque: Scene | None = None,
 ) -> Check:
     """Look from points of some cells for what is certainly visible, and compare it with their sets.
+
+    ``opaque``  what of the scene one cannot see through, by the objects' names; all by default.
 
     Once ``cancel`` is set the cells checked by then are returned, or, if there is none,
     :class:`CancelledError` raised.  Raises :class:`SceneError` where the sets are not of the scene,
@@ -163,7 +166,7 @@ def check_pvs(
     generator = np.random.default_rng(options.seed)
     count = min(options.cells, len(known))
     chosen = np.sort(generator.choice(known, count, replace=False))
-    judge = _Judge(scene, pvs, options)
+    judge = _Judge(scene, pvs, options, opaque)
     rows = []
     for done, cell in enumerate(chosen.tolist()):
         if cancel is not None and cancel.is_set():
@@ -201,14 +204,14 @@ def viewpoints(cells: ViewCells, cell: int, count: int, generator: Generator) ->
 class _Judge:
     """Holds what all cells are judged by."""
 
-    def __init__(self, scene: Scene, pvs: Pvs, options: CheckOptions) -> None:
+    def __init__(self, scene: Scene, pvs: Pvs, options: CheckOptions, opaque: Scene | None) -> None:
         self._scene, self._pvs, self._options = scene, pvs, options
         self._order = axis_order(pvs.up)
-        self._prisms = prisms_of(scene, pvs.up)
+        self._prisms = prisms_of(scene, pvs.up, opaque)
         self._panorama: Panorama | None = None
         if options.pictures:
             ground = self._prisms if options.ground else None
-            self._panorama = Panorama(scene, pvs.up, options.pixels, ground)
+            self._panorama = Panorama(scene, pvs.up, options.pixels, ground, opaque)
 
     def row(self, cell: int, places: FloatArray) -> CellCheck:
         """``places`` (k, 3) of the cell, in its space."""

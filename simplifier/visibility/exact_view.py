@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray, IndexArray, IntArray, TriangleMesh
-from simplifier.geometry.scene import Scene, axis_order
+from simplifier.geometry.scene import NOTHING, WHOLE, Scene, axis_order, opaque_places
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.exact_view import grid_edges, see_from
 from simplifier.kernels.threads import run_chunks
@@ -40,7 +40,8 @@ class Prisms:
     The columns are right as occluders: each reaches from far below up to the highest point of its
     object, over its plan or, where the object is no upright prism with a flat top, over the convex
     hull of its plan.  Only of upright prisms the rim of the column's top is a part of the object.
-    Of the others some vertices stand for it: the highest one, and those furthest out.
+    Of the others some vertices stand for it: the highest one, and those furthest out.  What one can
+    see through has no column, or one that holds the opaque part alone.
 
     ``offsets``   (n + 1,) int64: the edges of each column.
     ``edges``     (e, 2, 2) float64: from corner to corner, the plan on their left.
@@ -80,8 +81,11 @@ class Prisms:
     @cached_property
     def boxes(self) -> FloatArray:
         """(n, 4) float64: low x, low y, high x, high y of each plan."""
-        low = np.minimum.reduceat(self.edges.min(axis=1), self.offsets[:-1], axis=0)
-        high = np.maximum.reduceat(self.edges.max(axis=1), self.offsets[:-1], axis=0)
+        low, high = np.full((len(self), 2), np.inf), np.full((len(self), 2), -np.inf)
+        for least, most in ((low, np.minimum), (high, np.maximum)):
+            most.at(least, self.point_of, self.points[:, :2])
+            for end in (0, 1):
+                most.at(least, _owners(self), self.edges[:, end])
         return np.ascontiguousarray(np.concatenate([low, high], axis=1))
 
     @cached_property
@@ -204,8 +208,10 @@ def _starts(counts: IndexArray) -> IndexArray:
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
 
 
-def prisms_of(scene: Scene, up: Axis) -> Prisms:
+def prisms_of(scene: Scene, up: Axis, opaque: Scene | None = None) -> Prisms:
     """The columns that hold the objects, and what may be seen of them.
+
+    ``opaque``  what of the objects one cannot see through, by their names; all of it by default.
 
     An object is an upright prism where its triangles are all in its highest plane, upright below
     the outline of those, or in its lowest plane with the same outline; corners that belong together
@@ -219,15 +225,16 @@ def prisms_of(scene: Scene, up: Axis) -> Prisms:
     points: list[FloatArray] = [np.empty((0, 3))]
     point_of: list[int] = []
     outlines: dict[tuple[int, int, bool], IndexArray | None] = {}
-    for index in range(len(scene)):
+    layer = scene if opaque is None else opaque
+    for index, place in enumerate(opaque_places(scene, layer).tolist()):
         mesh = scene.meshes[scene.mesh_of[index]]
         linear = scene.transforms[index, :3, :3][order]
         shift = scene.transforms[index, :3, 3][order] - origin
         vertices = mesh.vertices @ linear.T + shift
-        axis = _upright_axis(linear)
-        if axis is None:
+        axis, outline = _upright_axis(linear), None
+        if place == WHOLE and axis is None:
             outline = flat_outline(vertices, mesh.faces)
-        else:
+        elif place == WHOLE and axis is not None:
             key = int(scene.mesh_of[index]), axis, bool(linear[2, axis] > 0.0)
             if key not in outlines:
                 outlines[key] = _outline_in_mesh(mesh, axis, key[2])
@@ -237,7 +244,12 @@ def prisms_of(scene: Scene, up: Axis) -> Prisms:
             edges[index] = _counter_clockwise(vertices[outline, :2])
             upright[index] = True
         else:
-            edges[index] = _hull(vertices[:, :2])
+            hiding = vertices
+            if place >= 0:
+                hiding = layer.joined([place]).vertices[:, order] - origin
+                tops[index] = hiding[:, 2].max()
+            if place != NOTHING:
+                edges[index] = _hull(hiding[:, :2])
             some = np.unique(np.argmax(vertices @ _TOWARDS.T, axis=0))
             points.append(vertices[some])
             point_of += [index] * len(some)

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from simplifier.camera_paths.columns import UprightScene
+from simplifier.culling.visible_sets import scene_digest
 from simplifier.errors import CancelledError, OptionError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.pvs import UNKNOWN, Pvs, pack_rows
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import PRISM, ViewCells
-from simplifier.hierarchy.node_plan import mesh_key
 from simplifier.options.simplify import Axis
 from simplifier.options.visibility import PvsOptions
 from simplifier.progress import Cancel, Deadline, TellCount
@@ -54,9 +54,11 @@ def find_pvs(
     tell: TellCount = lambda done, total: None,
     cancel: Cancel | None = None,
     tell_objects: TellCount = lambda done, total: None,
+    opaque: Scene | None = None,
 ) -> Found:
     """What may be visible from each cell; the cells' coordinates are upright.
 
+    ``opaque`` is what of the scene hides anything, by the objects' names: by default all of it.
     ``tell_objects`` hears of the objects whose heights are known, ``tell`` then of the cells.
 
     Sets that were found ``before`` in the same scene with the same settings are kept.  Once
@@ -65,7 +67,7 @@ def find_pvs(
     take too fine a raster, and for cells that lie in an object wholly unless they are skipped.
     """
     deadline = Deadline.after(options.time_limit)
-    scene, settings = scene_digest(upright.scene), settings_digest(options)
+    scene, settings = scene_digest(upright.scene, opaque), settings_digest(options)
     pixel = _pixel(upright, cells, options)
     plan = np.array([cells.low[:, :2].min(axis=0), cells.high[:, :2].max(axis=0)])
 
@@ -74,7 +76,7 @@ def find_pvs(
             raise CancelledError("cancelled before the first cell was done")
         tell_objects(objects, total)
 
-    field = height_field(upright, pixel, plan, options.ground, watch)
+    field = height_field(upright, pixel, plan, options.ground, watch, opaque)
     cells = _without_buried(cells, field, options, upright.scene)
     known = _kept(cells, before, scene, settings)
     left = np.flatnonzero([row is None for row in known])
@@ -95,17 +97,6 @@ def find_pvs(
     pvs = _packed(upright, cells, known, scene, settings)
     seconds = (time.perf_counter() - begun) / max(done, 1)
     return Found(pvs, done, seconds, tuple(_warnings(field, pvs, options)))
-
-
-def scene_digest(scene: Scene) -> bytes:
-    """8 bytes of the objects' names, shapes and places."""
-    made = hashlib.blake2b(digest_size=8)
-    for mesh in scene.meshes:
-        made.update(mesh_key(mesh))
-    made.update(np.ascontiguousarray(scene.mesh_of).data)
-    made.update(np.ascontiguousarray(scene.transforms).data)
-    made.update("\0".join(scene.names).encode())
-    return bytes(made.digest())
 
 
 def settings_digest(options: PvsOptions) -> bytes:

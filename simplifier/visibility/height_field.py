@@ -17,6 +17,7 @@ from scipy import ndimage
 
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.scene import NOTHING, WHOLE, Scene, opaque_places
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.columns import TOUCH
 from simplifier.kernels.height_field import fill_outline, measure_object
@@ -28,6 +29,8 @@ _UPRIGHT = 1e-9  # of a face's area in plan beside its own
 _TELL = 256  # objects between two tells
 
 Low = NDArray[np.int64]
+Shape = tuple[FloatArray, IntArray]
+"""Vertices (n, 3) and faces (m, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +99,7 @@ def height_field(
     viewers: FloatArray,
     ground: bool = False,
     tell: TellCount = lambda done, total: None,
+    opaque: Scene | None = None,
 ) -> HeightField:
     """The heights of all objects.
 
@@ -103,6 +107,7 @@ def height_field(
     ``viewers`` (2, 2): low and high corner in plan of where viewers are, which is covered as well.
     ``ground``  all that stands on a border of its own stands on the ground there.  Without it, only
                 what stands as low as the lowest object does: one may look under all others.
+    ``opaque``  what of the objects hides anything, by their names; all of it by default.
     """
     # A pixel more all around: what touches the border of a pixel touches its neighbour.
     first = np.minimum(upright.boxes[:, 0, :2].min(axis=0), viewers[0])
@@ -113,7 +118,8 @@ def height_field(
     inner = np.full(tuple(shape), -np.inf)
     least = np.full(tuple(shape), np.inf)
     made = [
-        _Object.of(one, low, cell, None if ground else floor) for one in _objects(upright, tell)
+        _Object.of(*one, low, cell, None if ground else floor)
+        for one in _objects(upright, opaque, tell)
     ]
     filled = kept = 0.0
     for one in made:
@@ -144,7 +150,8 @@ def plans_of(
     floor = None if ground else float(upright.boxes[:, 0, 2].min())
     plans = []
     solid = np.zeros(len(upright.scene), dtype=np.bool_)
-    for index, (vertices, faces) in enumerate(_objects(upright, lambda done, total: None)):
+    for index, (whole, _) in enumerate(_objects(upright, None, lambda done, total: None)):
+        vertices, faces = whole
         plan, _ = _base(vertices, faces, floor)
         solid[index] = plan is not None
         hull = shapely.convex_hull(shapely.multipoints(vertices[:, :2]))
@@ -152,13 +159,26 @@ def plans_of(
     return plans, solid
 
 
-def _objects(upright: UprightScene, tell: TellCount) -> Iterator[tuple[FloatArray, IntArray]]:
-    """Vertices and faces of each object, upright."""
-    for index in range(len(upright.scene)):
+def _objects(
+    upright: UprightScene, opaque: Scene | None, tell: TellCount
+) -> Iterator[tuple[Shape, Shape | None]]:
+    """Each object, upright, and what of it hides anything: the same shape if all of it does."""
+    scene = upright.scene
+    layer = scene if opaque is None else opaque
+    places = opaque_places(scene, layer)
+
+    def shape(one: Scene, index: int) -> Shape:
+        mesh = one.joined([index])
+        return np.ascontiguousarray(mesh.vertices[:, upright.order] - upright.origin), mesh.faces
+
+    for index, place in enumerate(places.tolist()):
         if index % _TELL == 0:
-            tell(index, len(upright.scene))
-        mesh = upright.scene.joined([index])
-        yield np.ascontiguousarray(mesh.vertices[:, upright.order] - upright.origin), mesh.faces
+            tell(index, len(scene))
+        whole = shape(scene, index)
+        if place == WHOLE:
+            yield whole, whole
+        else:
+            yield whole, None if place == NOTHING else shape(layer, place)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,18 +205,25 @@ class _Object:
 
     @classmethod
     def of(
-        cls, mesh: tuple[FloatArray, IntArray], low: FloatArray, cell: float, floor: float | None
+        cls, whole: Shape, opaque: Shape | None, low: FloatArray, cell: float, floor: float | None
     ) -> _Object:
-        points, faces = mesh
-        vertices = points.copy()
-        vertices[:, :2] = (vertices[:, :2] - low) / cell
+        points, faces = _in_pixels(whole, low, cell)
         # No further out than the field, where rounding has moved a corner over a border of pixels.
-        window = np.maximum(np.floor(vertices[:, :2].min(axis=0)).astype(np.int64) - 1, 0)
-        size = np.floor(vertices[:, :2].max(axis=0)).astype(np.int64) + 2 - window
-        plan, ends = _base(vertices, faces, floor)
-        roofs, tops = np.full(tuple(size), np.inf), np.full(tuple(size), -np.inf)
-        measure_object(vertices, faces, ends, window, roofs, tops)
+        window = np.maximum(np.floor(points[:, :2].min(axis=0)).astype(np.int64) - 1, 0)
+        size = np.floor(points[:, :2].max(axis=0)).astype(np.int64) + 2 - window
+        roofs, highest = np.full(tuple(size), np.inf), np.full(tuple(size), -np.inf)
         covered, inside = np.zeros(tuple(size), np.bool_), np.zeros(tuple(size), np.bool_)
+        if opaque is not whole:
+            none = np.zeros(len(faces), np.bool_)
+            measure_object(points, faces, none, window, roofs, highest)
+        if opaque is None:
+            return cls(window, roofs, _up(highest), covered, None, 0.0, 0.0)
+        vertices, faces = _in_pixels(opaque, low, cell)
+        if opaque is not whole and floor is None:
+            floor = float(points[:, 2].min())  # no ground closes the border of a window
+        plan, ends = _base(vertices, faces, floor)
+        tops = np.full(tuple(size), -np.inf)
+        measure_object(vertices, faces, ends, window, roofs, tops)
         if plan is None:
             roofs[:] = np.inf
         else:
@@ -206,7 +233,13 @@ class _Object:
         # Borders are touched by more pixels than they are worth.
         there &= inside if plan is not None else ndimage.binary_erosion(there)
         filled, kept = float((tops[there] - base).sum()), float((roofs[solid] - base).sum())
-        return cls(window, roofs, _up(tops), covered, plan, filled, kept)
+        return cls(window, roofs, _up(np.maximum(highest, tops)), covered, plan, filled, kept)
+
+
+def _in_pixels(shape: Shape, low: FloatArray, cell: float) -> Shape:
+    vertices = shape[0].copy()
+    vertices[:, :2] = (vertices[:, :2] - low) / cell
+    return vertices, shape[1]
 
 
 def _base(

@@ -11,7 +11,7 @@ import numpy as np
 from simplifier.culling.item_buffer import ItemBuffer, Part
 from simplifier.geometry.camera import Camera
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
-from simplifier.geometry.scene import Scene, axis_order
+from simplifier.geometry.scene import WHOLE, Scene, axis_order, opaque_places
 from simplifier.options.simplify import Axis
 from simplifier.visibility.exact_view import Prisms
 
@@ -25,12 +25,26 @@ class Panorama:
     ``pixels``  along an edge of each of the six pictures.
     ``prisms``  with them each object stands on a column of ground as wide as its own, from its
                 lowest point down, so that nobody looks below houses that stand uphill.
+    ``opaque``  what of the objects one cannot see through, by their names; all of it by default.
+                The others are drawn over it, and of these one hides another.
     """
 
     def __init__(
-        self, scene: Scene, up: Axis, pixels: int = 512, prisms: Prisms | None = None
+        self,
+        scene: Scene,
+        up: Axis,
+        pixels: int = 512,
+        prisms: Prisms | None = None,
+        opaque: Scene | None = None,
     ) -> None:
         self._scene = scene
+        self._opaque = scene if opaque is None else opaque
+        places = opaque_places(scene, self._opaque)
+        numbers = {name: index for index, name in enumerate(scene.names)}
+        own = [numbers.get(name, len(scene)) for name in self._opaque.names]
+        # Items: what is opaque, the ground, and all objects anew.
+        self._object_of = np.array([*own, len(scene), *range(len(scene))], dtype=np.int32)
+        self._glass = np.flatnonzero(places != WHOLE)
         self._order = axis_order(up)
         self._buffer = ItemBuffer(pixels, pixels)
         bounds = scene.bounds()
@@ -53,13 +67,20 @@ class Panorama:
         for axis in range(3):
             for sense in (1.0, -1.0):
                 camera = self._camera(eye, axis, sense, near)
-                self._draw(camera)
+                self._draw_opaque(camera)
                 if self._buffer.depth.min() < _TOO_NEAR * near:
                     return np.full((len(self._scene), 3), np.nan)
-                items, directions = _owned(self._buffer.items, camera)
-                some = items < len(found)
-                found[items[some]] = directions[some]
+                self._note(camera, found)
+                if len(self._glass):
+                    self._draw_glass(camera)
+                    self._note(camera, found)
         return found
+
+    def _note(self, camera: Camera, found: FloatArray) -> None:
+        items, directions = _owned(self._buffer.items, camera)
+        objects = self._object_of[items]
+        some = objects < len(found)
+        found[objects[some]] = directions[some]
 
     def _camera(self, eye: FloatArray, axis: int, sense: float, near: float) -> Camera:
         forward, above = np.zeros(3), np.zeros(3)
@@ -67,12 +88,20 @@ class Panorama:
         above[self._order[(axis + 1) % 3]] = 1.0
         return Camera.looking(eye, forward, above, 90.0, near)
 
-    def _draw(self, camera: Camera) -> None:
+    def _draw_opaque(self, camera: Camera) -> None:
         self._buffer.clear()
-        self._buffer.draw(self._scene, camera)
+        self._buffer.draw(self._opaque, camera)
         if self._ground is not None:
-            part = Part(self._ground, self._ground_place, len(self._scene))
+            part = Part(self._ground, self._ground_place, len(self._opaque))
             self._buffer.draw_parts([part], camera)
+
+    def _draw_glass(self, camera: Camera) -> None:
+        scene, first = self._scene, len(self._opaque) + 1
+        parts = [
+            Part(scene.meshes[scene.mesh_of[index]], scene.transforms[index], first + index)
+            for index in self._glass.tolist()
+        ]
+        self._buffer.draw_parts(parts, camera)
 
 
 def _owned(items: IntArray, camera: Camera) -> tuple[IntArray, FloatArray]:

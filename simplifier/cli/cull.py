@@ -7,19 +7,22 @@ from typing import Annotated, Any
 
 import typer
 
-from simplifier.cli.console import print_line, print_rows, print_text, run_bar
+from simplifier.cli.console import print_line, print_rows, print_table, print_text, run_bar
 from simplifier.cli.options import read_options, with_options
 from simplifier.cli.running import Debug, Interrupts, interrupts, run_guarded
 from simplifier.culling.flythrough import Flythrough, fly
 from simplifier.culling.flythrough_report import flythrough_files
-from simplifier.culling.flythrough_rows import COUNTED, summary_rows
+from simplifier.culling.flythrough_rows import COUNTED, drawn_tables, summary_rows
+from simplifier.culling.visible_sets import VisibleSets
 from simplifier.geometry.camera import CameraPath
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.occluder_tree import OccluderTree
 from simplifier.hierarchy.scene_file import load_occluder_tree
 from simplifier.io.camera_path import load_camera_path
 from simplifier.io.files import make_folder, write_whole
+from simplifier.io.pvs_file import load_pvs
 from simplifier.io.scene import load_scene
+from simplifier.io.scene_layers import whole_scene
 from simplifier.options.scene import CullOptions
 
 
@@ -37,6 +40,12 @@ def cull(
         typer.Option("-o", "--output", help="Folder for cull.csv, .json, .png and frames.png."),
     ],
     *,
+    pvs: Annotated[
+        Path | None,
+        typer.Option(
+            help="Visible sets that 'occluder pvs' wrote: tell what they leave to draw, too."
+        ),
+    ] = None,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
@@ -49,9 +58,13 @@ def cull(
         options = read_options(CullOptions, chosen)
         with interrupts() as listening:
             cameras, tree = load_camera_path(path), load_occluder_tree(occluders)
+            held = None if pvs is None else load_pvs(pvs)
             read = load_scene(scene, transparent=options.transparent)  # last, for it takes longest
+            sets = None
+            if held is not None:
+                sets = VisibleSets.of(held, whole_scene(scene, read), read)
             make_folder(output)
-            flown = _fly(read, tree, cameras, options, listening)
+            flown = _fly(read, tree, cameras, options, sets, listening)
             with listening.deferred():  # what was measured is not to be lost to a late Ctrl-C
                 for name, data in flythrough_files(flown, scene.resolve().name):
                     with listening.held():
@@ -60,6 +73,8 @@ def cull(
                     f"{scene.resolve().name}, {path.name}", summary_rows(flown), read.warnings
                 )
                 print_text(COUNTED)
+                for table in drawn_tables(flown):
+                    print_table(*table)
         if not flown.complete:
             frames = f"{len(flown.frames)} of {len(cameras.cameras)} frames"
             print_line(f"warning: interrupted after {frames}; {output} holds what they gave")
@@ -68,7 +83,8 @@ def cull(
 
 
 def _fly(
-    read: Scene, tree: OccluderTree, path: CameraPath, options: CullOptions, listening: Interrupts
-) -> Flythrough:
+    read: Scene, tree: OccluderTree, path: CameraPath, options: CullOptions,
+    sets: VisibleSets | None, listening: Interrupts,
+) -> Flythrough:  # fmt: skip
     with listening.deferred() as cancel, run_bar(len(path.cameras)) as tell:
-        return fly(read, tree, path, options, tell, cancel)
+        return fly(read, tree, path, options, tell, cancel, sets)

@@ -13,11 +13,11 @@ from itertools import zip_longest
 
 import numpy as np
 
-from simplifier.culling.frame import Frame, FrameFigures, FrameMeasure, total
+from simplifier.culling.frame import Frame, FrameFigures, FrameMeasure, part_boxes, total
 from simplifier.culling.shot import Shot
+from simplifier.culling.visible_sets import VisibleSets
 from simplifier.errors import CancelledError, SceneError, UnreadablePathError
 from simplifier.geometry.camera import CameraPath
-from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.occluder_tree import OccluderTree
 from simplifier.hierarchy.parts import Parts, split_large
@@ -32,6 +32,7 @@ class Flythrough:
     ``path``         the whole of it; ``frames`` are fewer where the run was cancelled.
     ``pixel_error``  that the occluders were drawn with.
     ``shots``        of some of the frames.
+    ``sets``         visible sets that were looked up along the path, if any were.
     """
 
     scene: Scene
@@ -41,6 +42,7 @@ class Flythrough:
     pixel_error: float
     frames: tuple[Frame, ...]
     shots: tuple[Shot, ...]
+    sets: VisibleSets | None = None
 
     @property
     def complete(self) -> bool:
@@ -71,8 +73,11 @@ def fly(
     options: CullOptions,
     tell: TellStep = lambda done, name: None,
     cancel: Cancel | None = None,
+    sets: VisibleSets | None = None,
 ) -> Flythrough:
     """Cull the scene from every camera of the path and count what is hidden rightly and wrongly.
+
+    With ``sets`` it is also counted what they leave to be drawn, alone and with the occluders.
 
     Once ``cancel`` is set the frames measured by then are returned, or, if there is none,
     :class:`CancelledError` raised.  Raises :class:`SceneError` where the occluders are not those of
@@ -83,7 +88,7 @@ def fly(
             "it has no frames", where=f"path '{path.name}'", remedy="give it one or more"
         )
     parts = matching_parts(scene, tree)
-    measure = FrameMeasure(scene, parts, tree, options)
+    measure = FrameMeasure(scene, parts, tree, options, sets)
     chosen = _even_places(len(path.cameras), options.shots)
     frames, shots = [], []
     for index, camera in enumerate(path.cameras):
@@ -95,7 +100,9 @@ def fly(
             shots.append(measure.shot(index, camera))
     if not frames:
         raise CancelledError("cancelled before the first frame was measured")
-    return Flythrough(scene, parts, path, options, measure.pixel_error, tuple(frames), tuple(shots))
+    return Flythrough(
+        scene, parts, path, options, measure.pixel_error, tuple(frames), tuple(shots), sets
+    )
 
 
 def _even_places(count: int, most: int) -> set[int]:
@@ -120,7 +127,7 @@ def matching_parts(scene: Scene, tree: OccluderTree) -> Parts:
     parts = split_large(scene)
     if not np.array_equal(parts.object_of, tree.object_of):
         raise _foreign(f"{len(parts.object_of)} parts here and {len(tree.object_of)} there")
-    boxes, built = parts.scene.bounds(), _part_boxes(tree)
+    boxes, built = parts.scene.bounds(), part_boxes(tree)
     extent = float((boxes[:, 1].max(axis=0) - boxes[:, 0].min(axis=0)).max())
     off = np.abs(boxes - built).max(axis=(1, 2))
     worst = int(np.argmax(off))
@@ -128,14 +135,6 @@ def matching_parts(scene: Scene, tree: OccluderTree) -> Parts:
         name = scene.names[parts.object_of[worst]]
         raise _foreign(f"the box of '{name}' is off by {off[worst]:.3g}")
     return parts
-
-
-def _part_boxes(tree: OccluderTree) -> FloatArray:
-    """(p, 2, 3) of the leaves, by part."""
-    leaves = np.nonzero(tree.tree.is_leaf)[0]
-    boxes = np.empty((len(leaves), 2, 3))
-    boxes[tree.tree.order[tree.tree.spans[leaves, 0]]] = tree.tree.bounds[leaves]
-    return boxes
 
 
 def _name_or_none(name: str | None) -> str:

@@ -2,40 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
+from simplifier.culling.drawn import Way
 from simplifier.culling.flythrough import Flythrough
-from simplifier.culling.flythrough_rows import pixel_words, recall_words
+from simplifier.culling.flythrough_rows import CULLED_BY, drawn_share, pixel_words, recall_words
 from simplifier.culling.frame import FrameFigures
 from simplifier.report.png import figure_image, png_bytes
-from simplifier.wording import count, picture_line, small_percent
+from simplifier.wording import count, percent, picture_line, small_percent
 
 _INK, _SOFT, _LINE = "#1b1b1a", "#6a6a66", "#e4e4e0"
 _PARTS, _OBJECTS, _WRONG, _COST = "#1d5fc4", "#c77b0a", "#c80028", "#00795c"
-_SIZE = (10.0, 8.4)  # inches
+_WAYS = {
+    Way.FRUSTUM: "#8a8a86",
+    Way.PVS: "#7a3fb0",
+    Way.OCCLUDERS: _COST,
+    Way.BOTH: "#c77b0a",
+}
+_SIZE = (10.0, 10.9)  # inches
 _LETTERS = 9.5
-_PANELS = ((0.085, 0.655, 0.89, 0.195), (0.085, 0.375, 0.89, 0.165), (0.085, 0.075, 0.89, 0.185))
+_PANELS = ((1.26, 1.638), (3.864, 1.386), (6.216, 1.554), (8.716, 1.554))  # from above, and height
+_LEFT, _WIDTH = 0.085, 0.89
 _LEAST_WRONG = 1e-4  # of the axis: a hole of one pixel is not blown up to a mountain
 
 
 def flythrough_plot(flown: Flythrough, scene_name: str) -> bytes:
-    """PNG of three panels, one over the other, with the sums in their titles; 1500 pixels wide."""
+    """PNG of four panels, one over the other, with the sums in their titles; 1500 pixels wide."""
     figure = Figure(figsize=_SIZE, dpi=150, facecolor="white")
     frames = f"{len(flown.frames):,} frames of path '{picture_line(flown.path.name)}'"
     title = f"{picture_line(scene_name)}: what its occluders hide, {frames}"
-    figure.text(0.02, 0.955, title, fontsize=14, fontweight="bold", color=_INK)
-    axes = [figure.add_axes(place) for place in _PANELS]
+    figure.text(0.02, 1.0 - 0.378 / _SIZE[1], title, fontsize=14, fontweight="bold", color=_INK)
+    axes = [figure.add_axes(_place(*panel)) for panel in _PANELS]
     _draw_recall(axes[0], flown)
     _draw_wrong(axes[1], flown)
     _draw_cost(axes[2], flown)
+    _draw_drawn(axes[3], flown)
     for one in axes:
         _finish(one, flown)
     axes[-1].set_xlabel("Frame", color=_INK, fontsize=_LETTERS)
     return png_bytes(figure_image(figure))
+
+
+def _place(top: float, height: float) -> tuple[float, float, float, float]:
+    """Of a panel, by inches from above."""
+    return _LEFT, 1.0 - (top + height) / _SIZE[1], _WIDTH, height / _SIZE[1]
 
 
 def _draw_recall(axes: Any, flown: Flythrough) -> None:
@@ -46,10 +60,7 @@ def _draw_recall(axes: Any, flown: Flythrough) -> None:
     words = f"parts: {recall_words(whole.parts)}; objects: {recall_words(whole.objects)}"
     _title(axes, "Recall", words)
     axes.set_ylim(-0.02, 1.04)
-    axes.legend(
-        loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, fontsize=_LETTERS,
-        labelcolor=_INK, borderaxespad=0.2,
-    )  # fmt: skip
+    _legend(axes)
 
 
 def _draw_wrong(axes: Any, flown: Flythrough) -> None:
@@ -69,6 +80,37 @@ def _draw_cost(axes: Any, flown: Flythrough) -> None:
     words = f"{drawn_each:,.0f} a frame for {there:,}: {small_percent(whole.triangle_share)}"
     _title(axes, "Occluder triangles drawn, of the scene's", words)
     shares = [f.figures.triangle_share for f in flown.frames if f.figures.occluder_triangles]
+    _by_powers(axes, shares)
+
+
+def _draw_drawn(axes: Any, flown: Flythrough) -> None:
+    whole, shares = flown.total, []
+    for way in whole.drawn:
+
+        def share(figures: FrameFigures, way: Way = way) -> float | None:
+            return figures.drawn[way].triangles / figures.scene_triangles or None
+
+        _line(axes, flown, share, _WAYS[way], CULLED_BY[way], width=1.6)
+        shares += [one for frame in flown.frames if (one := share(frame.figures)) is not None]
+    words = [
+        f"{CULLED_BY[way]}: {percent(part)}"
+        for way in whole.drawn
+        if way != Way.FRUSTUM and (part := drawn_share(whole, way)) is not None
+    ]
+    told = "; ".join(words)
+    _title(axes, "Triangles drawn, of the scene's", f"of those in the frustum, {told}" * bool(told))
+    _legend(axes, lift=0.14)  # above the words
+    _by_powers(axes, shares)
+
+
+def _legend(axes: Any, lift: float = 0.0) -> None:
+    axes.legend(
+        loc="lower right", bbox_to_anchor=(1.0, 1.0 + lift), ncols=4, frameon=False,
+        fontsize=_LETTERS, labelcolor=_INK, borderaxespad=0.2,
+    )  # fmt: skip
+
+
+def _by_powers(axes: Any, shares: Sequence[float]) -> None:
     low, high = min(shares, default=0.01), max(shares, default=0.01)
     axes.set(yscale="log", ylim=(low / 3.0, high * 3.0))
 

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
+from simplifier.culling.drawn import Spread, Way
 from simplifier.culling.fate import Counts
 from simplifier.culling.flythrough import Flythrough
-from simplifier.culling.flythrough_rows import flythrough_csv, median_milliseconds
+from simplifier.culling.flythrough_rows import drawn_share, flythrough_csv, median_milliseconds
 from simplifier.culling.frame import Frame, FrameFigures
 from simplifier.report.machine import this_machine
 from simplifier.version import VERSION
@@ -53,6 +54,8 @@ def summary(flown: Flythrough, scene_name: str) -> dict[str, Any]:
         },
         "occluders": _occluders(flown, whole),
         "milliseconds": _milliseconds(flown),
+        "drawn": {str(way): _drawn(flown, way) for way in whole.drawn},
+        "pvs": _sets(flown),
         "machine": asdict(this_machine()),
     }
 
@@ -99,6 +102,31 @@ def _occluders(flown: Flythrough, whole: FrameFigures) -> dict[str, Any]:
         "triangles_mean": whole.occluder_triangles / len(flown.frames),
         "triangles_max": max(triangles),
         "triangle_share": whole.triangle_share,
+    }
+
+
+def _drawn(flown: Flythrough, way: Way) -> dict[str, Any]:
+    of_frames = [frame.figures.drawn[way] for frame in flown.frames]
+    total = flown.total.drawn[way]
+    return {
+        "objects": asdict(Spread.of([one.objects for one in of_frames])),
+        "triangles": asdict(Spread.of([one.triangles for one in of_frames])),
+        "share_of_frustum": drawn_share(flown.total, way),
+        "wrong_objects": total.wrong_objects,
+        "wrong_pixels": total.wrong_pixels,
+    }
+
+
+def _sets(flown: Flythrough) -> dict[str, Any] | None:
+    if flown.sets is None:
+        return None
+    held = flown.sets.pvs
+    return {
+        "cells": len(held.cells),
+        "computed": len(held.computed),
+        "method": held.method,
+        "conservative": held.conservative,
+        "frames_outside": flown.total.outside_cells,
     }
 
 

@@ -9,7 +9,9 @@ from __future__ import annotations
 import csv
 import io
 import statistics
+from collections.abc import Mapping
 
+from simplifier.culling.drawn import Drawn, Spread, Way
 from simplifier.culling.fate import Counts
 from simplifier.culling.flythrough import Flythrough
 from simplifier.culling.frame import FrameFigures
@@ -23,6 +25,8 @@ COLUMNS = (
     *(f"parts_{name}" for name in _COUNTS),
     "covered_pixels", "wrong_pixels", "wrong_share", "occluders", "occluder_triangles",
     "scene_triangles", "triangles_in_view", "milliseconds",
+    *(f"{way}_drawn_{name}" for way in Way for name in ("objects", "triangles")),
+    *(f"{way}_wrong_{name}" for way in Way for name in ("objects", "pixels")), "outside_cells",
 )  # fmt: skip
 """New ones go to the end; none changes its meaning."""
 
@@ -31,9 +35,9 @@ TOTAL = "total"
 
 
 def flythrough_csv(flown: Flythrough) -> bytes:
-    """ASCII CSV, lines end in LF; empty cells are shares of nothing."""
+    """ASCII CSV, lines end in LF; empty cells are shares of nothing, and of sets where none are."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    writer = csv.DictWriter(text, COLUMNS, restval="", lineterminator="\n")
     writer.writeheader()
     for frame in flown.frames:
         writer.writerow({"frame": str(frame.index), **_cells(frame.figures)})
@@ -53,7 +57,19 @@ def _cells(figures: FrameFigures) -> dict[str, str]:
         "scene_triangles": str(figures.scene_triangles),
         "triangles_in_view": str(figures.triangles_in_view),
         "milliseconds": f"{figures.milliseconds:.3f}",
+        **_drawn_cells(figures.drawn),
+        "outside_cells": str(figures.outside_cells) if Way.PVS in figures.drawn else "",
     }
+
+
+def _drawn_cells(drawn: Mapping[Way, Drawn]) -> dict[str, str]:
+    cells = {}
+    for way, one in drawn.items():
+        cells[f"{way}_drawn_objects"] = str(one.objects)
+        cells[f"{way}_drawn_triangles"] = str(one.triangles)
+        cells[f"{way}_wrong_objects"] = str(one.wrong_objects)
+        cells[f"{way}_wrong_pixels"] = str(one.wrong_pixels)
+    return cells
 
 
 def _count_cells(what: str, counts: Counts) -> dict[str, str]:
@@ -90,7 +106,62 @@ def summary_rows(flown: Flythrough) -> list[tuple[str, str]]:
         ),
         ("occluders", f"{whole.occluders / frames:,.0f} a frame"),
         ("time to cull", f"{median_milliseconds(flown):.2f} ms a frame (median)"),
+        *_rows_of_cells(flown),
     ]
+
+
+CULLED_BY = {
+    Way.FRUSTUM: "view frustum",
+    Way.PVS: "visible sets",
+    Way.OCCLUDERS: "occluders",
+    Way.BOTH: "both",
+}
+
+
+Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
+"""Title, columns and rows."""
+
+
+def drawn_tables(flown: Flythrough) -> tuple[Table, Table]:
+    """What is drawn in a frame by each way of culling: objects, and triangles."""
+    whole = flown.total
+    objects: list[tuple[str, ...]] = []
+    triangles: list[tuple[str, ...]] = []
+    for way, total in whole.drawn.items():
+        of_frames = [frame.figures.drawn[way] for frame in flown.frames]
+        share = drawn_share(whole, way)
+        spread = _spread_words([one.objects for one in of_frames])
+        objects.append((CULLED_BY[way], f"{total.wrong_objects:,}", *spread))
+        spread = _spread_words([one.triangles for one in of_frames])
+        of_view = "" if share is None else percent(share)
+        triangles.append((CULLED_BY[way], of_view, f"{total.wrong_pixels:,}", *spread))
+    spread = ("mean", "median", "worst", "in frame")
+    return (
+        ("objects drawn in a frame", ("culled by", "wrong objects", *spread), objects),
+        (
+            "triangles drawn in a frame",
+            ("culled by", "of the frustum's", "wrong pixels", *spread),
+            triangles,
+        ),
+    )
+
+
+def drawn_share(whole: FrameFigures, way: Way) -> float | None:
+    """Triangles that a way of culling leaves, of those in the frustum; None where none are."""
+    there = whole.drawn[Way.FRUSTUM].triangles
+    return whole.drawn[way].triangles / there if there else None
+
+
+def _spread_words(values: list[int]) -> tuple[str, str, str, str]:
+    found = Spread.of(values)
+    return f"{found.mean:,.0f}", f"{found.median:,.0f}", f"{found.most:,}", f"{found.frame}"
+
+
+def _rows_of_cells(flown: Flythrough) -> list[tuple[str, str]]:
+    if flown.sets is None:
+        return []
+    outside = f"{flown.total.outside_cells:,} of {count(len(flown.frames), 'frame')}"
+    return [("outside of all cells", f"{outside}, from which the sets have everything")]
 
 
 def recall_words(counts: Counts) -> str:

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict, shared_edges
+from simplifier.culling.drawn import Drawn, Way
 from simplifier.culling.fate import Counts, Fate, fates, object_sums, object_verdicts
 from simplifier.culling.item_buffer import ItemBuffer
 from simplifier.culling.shot import Shot, view_picture
+from simplifier.culling.visible_sets import VisibleSets
 from simplifier.geometry.camera import Camera, Lens
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.scene import Scene
+from simplifier.geometry.solid import BoolArray
 from simplifier.hierarchy.occluder_tree import OccluderTree
 from simplifier.hierarchy.parts import Parts
 from simplifier.hierarchy.visible_nodes import CutFinder
+from simplifier.kernels.box_verdict import mark_outside
 from simplifier.options.scene import CullOptions
 
 
@@ -35,6 +39,8 @@ class FrameFigures:
     ``triangles_in_view``   of the objects that cover a pixel.
     ``milliseconds``        for drawing the occluders and testing all parts: the least of several
                             times.
+    ``drawn``               by each way of culling; those with visible sets where there are any.
+    ``outside_cells``       frames outside of all view cells, from which the sets have everything.
     """
 
     objects: Counts
@@ -46,6 +52,8 @@ class FrameFigures:
     scene_triangles: int
     triangles_in_view: int
     milliseconds: float
+    drawn: Mapping[Way, Drawn]
+    outside_cells: int
 
     @property
     def wrong_share(self) -> float:
@@ -79,6 +87,8 @@ def total(frames: Sequence[Frame]) -> FrameFigures:
         scene_triangles=sum(one.scene_triangles for one in every),
         triangles_in_view=sum(one.triangles_in_view for one in every),
         milliseconds=sum(one.milliseconds for one in every),
+        drawn={way: Drawn.total(one.drawn[way] for one in every) for way in every[0].drawn},
+        outside_cells=sum(one.outside_cells for one in every),
     )
 
 
@@ -90,9 +100,14 @@ class FrameMeasure:
     """
 
     def __init__(
-        self, scene: Scene, parts: Parts, tree: OccluderTree, options: CullOptions
+        self,
+        scene: Scene,
+        parts: Parts,
+        tree: OccluderTree,
+        options: CullOptions,
+        sets: VisibleSets | None = None,
     ) -> None:
-        self._parts, self._repeats = parts, options.repeats
+        self._parts, self._repeats, self._sets = parts, options.repeats, sets
         self._triangles = scene.triangle_counts
         inner = tree.options.conservative
         self.buffer = DepthBuffer(options.rows, options.columns, "inner" if inner else "centre")
@@ -124,8 +139,22 @@ class FrameMeasure:
             scene_triangles=int(self._triangles.sum()),
             triangles_in_view=int(self._triangles[of_objects != Fate.ABSENT].sum()),
             milliseconds=1000.0 * seconds,
+            drawn={
+                way: Drawn.of(self._parts, drawn, visible)
+                for way, drawn in self._drawn(camera, culled).items()
+            },
+            outside_cells=int(self._sets is not None and not self._sets.holds(camera.position)),
         )
         return Frame(index, figures)
+
+    def _drawn(self, camera: Camera, culled: Culled) -> dict[Way, BoolArray]:
+        """(p,) which parts each way of culling leaves."""
+        in_view = self._culler.in_frustum(camera)
+        ways = {Way.FRUSTUM: in_view, Way.OCCLUDERS: culled.verdicts == Verdict.VISIBLE}
+        if self._sets is not None:
+            seen = self._sets.seen_from(camera.position)[self._parts.object_of]
+            ways |= {Way.PVS: in_view & seen, Way.BOTH: ways[Way.OCCLUDERS] & seen}
+        return {way: ways[way] for way in Way if way in ways}
 
     def shot(self, index: int, camera: Camera) -> Shot:
         """Pictures of the frame that was measured last."""
@@ -182,7 +211,14 @@ class Culler:
         self._finder = CutFinder.of(tree)
         self._bounds = np.ascontiguousarray(tree.tree.bounds)
         self._leaf = tree.tree.is_leaf
+        self._part_boxes = part_boxes(tree)
         self._placed: dict[tuple[int, int], _Placed] = {}
+
+    def in_frustum(self, camera: Camera) -> BoolArray:
+        """(p,) the parts whose box is not wholly beside the view frustum."""
+        outside = np.empty(len(self._part_boxes), dtype=np.bool_)
+        mark_outside(self._part_boxes, self.buffer.view(camera), outside)
+        return ~outside
 
     def cull(self, camera: Camera) -> Culled:
         """Draw the cut from near to far, leaving out what is hidden by then, and test all parts.
@@ -232,3 +268,11 @@ def _children(ranges: IntArray) -> IntArray:
     starts = np.cumsum(counts) - counts
     steps = np.arange(counts.sum(), dtype=np.int32) - np.repeat(starts, counts)
     return np.asarray(np.repeat(first, counts) + steps, dtype=np.int32)
+
+
+def part_boxes(tree: OccluderTree) -> FloatArray:
+    """(p, 2, 3) of the leaves, by part."""
+    leaves = np.nonzero(tree.tree.is_leaf)[0]
+    boxes = np.empty((len(leaves), 2, 3))
+    boxes[tree.tree.order[tree.tree.spans[leaves, 0]]] = tree.tree.bounds[leaves]
+    return boxes

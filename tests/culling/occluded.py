@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from simplifier.culling.visible_sets import scene_digest
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.pvs import UNKNOWN, Pvs, pack_rows
+from simplifier.geometry.view_cells import ViewCells
 from simplifier.hierarchy.occluder_tree import FAR, NEAR, OccluderTree
 from simplifier.hierarchy.parts import split_large
 from simplifier.hierarchy.tree import build_tree
@@ -70,4 +73,20 @@ def tree_of(scene, occluders, **options):
     return OccluderTree(
         SceneOptions(**options), scene.names, parts.object_of, tree,
         parts.scene.transforms, occluder_of, tuple(made), np.full(len(made), 1e3),
+    )  # fmt: skip
+
+
+CELLS = ViewCells.boxes(
+    np.array([[-2.0, -12, 0], [2, -12, 0]]), np.array([[2.0, -8, 4], [9, -8, 4]])
+)
+
+
+def sets_of(scene, *visible, opaque=None):
+    """Sets of named objects for the first of two cells before the wall; others are not computed."""
+    rows, places = pack_rows(np.isin(scene.names, names) for names in visible)
+    row_of = np.full(len(CELLS), UNKNOWN, dtype=np.int64)
+    row_of[: len(places)] = places
+    return Pvs(
+        "z", np.zeros(3), scene.names, np.arange(len(scene), dtype=np.int32), CELLS, rows, row_of,
+        "cull-map", True, scene_digest(scene, opaque), bytes(8),
     )  # fmt: skip

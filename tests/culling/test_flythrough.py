@@ -108,7 +108,9 @@ def test_sums_are_those_of_a_plain_recount():
 
 
 def _flat(figures):
-    return [*astuple(figures.objects), *astuple(figures.parts), *astuple(figures)[2:]]
+    drawn = [number for one in figures.drawn.values() for number in astuple(one)]
+    numbers = [value for value in vars(figures).values() if isinstance(value, int | float)]
+    return [*astuple(figures.objects), *astuple(figures.parts), *numbers, *drawn]
 
 
 def _shown(figures):

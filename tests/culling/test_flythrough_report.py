@@ -11,15 +11,17 @@ from jsonschema import Draft202012Validator
 
 from simplifier.culling.flythrough import fly
 from simplifier.culling.flythrough_report import flythrough_files, summary
-from simplifier.culling.flythrough_rows import summary_rows
+from simplifier.culling.flythrough_rows import drawn_tables, summary_rows
+from simplifier.culling.visible_sets import VisibleSets
 from simplifier.geometry.camera import CameraPath
-from simplifier.wording import small_percent
+from simplifier.wording import percent, small_percent
 from tests.culling.occluded import (
     SMALL,
     WALL,
     exact,
     looking,
     path_of,
+    sets_of,
     street,
     tree_of,
     wall_with_window,
@@ -28,9 +30,10 @@ from tests.culling.occluded import (
 SCHEMA = json.loads((Path(__file__).parents[2] / "docs" / "cull.schema.json").read_text())
 
 
-def flown(*cameras, wall=WALL):
+def flown(*cameras, wall=WALL, sets=None):
     scene = street(wall)
-    return fly(scene, tree_of(scene, {"wall": exact(WALL)}), path_of(*cameras), SMALL)
+    held = None if sets is None else VisibleSets.of(sets_of(scene, sets), scene, scene)
+    return fly(scene, tree_of(scene, {"wall": exact(WALL)}), path_of(*cameras), SMALL, sets=held)
 
 
 def required_everywhere(schema):
@@ -44,7 +47,10 @@ def required_everywhere(schema):
 
 
 def test_it_is_as_the_schema_says():
-    for found in (flown(), flown(wall=wall_with_window()), flown(looking(forward=(0, -1, 0)))):
+    for found in (
+        flown(), flown(wall=wall_with_window()), flown(looking(forward=(0, -1, 0))),
+        flown(sets=["wall"]), flown(looking(forward=(1, 0, 0)), sets=[]),
+    ):  # fmt: skip
         Draft202012Validator(required_everywhere(SCHEMA)).validate(summary(found, "a scene"))
 
 
@@ -61,6 +67,30 @@ def test_its_figures():
     assert made["options"]["pixel_error"] == 0.5  # of the build
     assert made["occluders"]["triangles_max"] == 12
     assert json.loads(dict(flythrough_files(found, "town.glb"))["cull.json"]) == made
+
+
+def test_what_is_drawn():
+    aside = looking(forward=(1.0, 0.0, 0.0))
+    found = flown(aside, looking(), looking((30.0, -10.0, 3.0)), sets=["wall", "beside"])
+    made = summary(found, "town.glb")
+    assert made["pvs"] == {
+        "cells": 2, "computed": 1, "method": "cull-map", "conservative": True, "frames_outside": 1,
+    }  # fmt: skip
+    assert made["drawn"]["frustum"]["objects"]["most"] == 6
+    assert made["drawn"]["both"]["triangles"]["frame"] == 1
+    assert made["drawn"]["pvs"]["share_of_frustum"] < made["drawn"]["frustum"]["share_of_frustum"]
+    objects, triangles = drawn_tables(found)
+    for _, columns, rows in (objects, triangles):
+        assert [row[0] for row in rows] == ["view frustum", "visible sets", "occluders", "both"]
+        assert all(len(row) == len(columns) for row in rows)
+    assert objects[2][1] == ("visible sets", "0", "1", "0", "2", "1")
+    share = made["drawn"]["pvs"]["share_of_frustum"]
+    assert triangles[2][1] == ("visible sets", percent(share), "0", "8", "0", "24", "1")
+    assert dict(summary_rows(found))["outside of all cells"].startswith("1 of 3 frames, from which")
+    assert len(dict(flythrough_files(found, "a"))["cull.csv"].splitlines()) == 5
+    alone = flown()
+    assert summary(alone, "")["pvs"] is None
+    assert [row[0] for row in drawn_tables(alone)[0][2]] == ["view frustum", "occluders"]
 
 
 def test_without_anything_hidden_there_is_no_recall():

@@ -45,7 +45,10 @@ def test_a_row_a_frame_and_their_sums(flown):
     assert [row["frame"] for row in frames] == ["0", "1", "2"]
     assert total["frame"] == TOTAL
     for column in COLUMNS[1:]:
-        if column not in SHARES:
+        if not total[column]:
+            assert column.startswith(("pvs_", "both_", "outside_"))  # without visible sets
+            assert not any(row[column] for row in frames)
+        elif column not in SHARES:
             sums = sum(float(row[column]) for row in frames)
             assert float(total[column]) == pytest.approx(sums, abs=0.002), column
     for row in (*frames, total):

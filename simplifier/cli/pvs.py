@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -107,6 +107,7 @@ def _figures(found: Found) -> dict[str, Any]:
         "method": pvs.method,
         "conservative": pvs.conservative,
         "culled_share": _culled(pvs),
+        "holes": [asdict(leak) for leak in found.leaks],
         "row_bytes": len(pvs.rows.data),
         "rows": len(pvs.rows),
         "seconds_a_cell": found.seconds,
@@ -120,7 +121,7 @@ def _summary_rows(figures: Mapping[str, Any], output: Path) -> list[tuple[str, s
     return [
         ("objects", f"{figures['objects']:,}"),
         ("cells", f"{done:,} of {cells:,}, {done - figures['computed_now']:,} kept from before"),
-        ("method", figures["method"]),
+        ("method", figures["method"] + ("" if figures["conservative"] else ", not conservative")),
         ("culled", f"{100.0 * figures['culled_share']:.2f} % of the objects in the mean"),
         ("file", f"{size:,} bytes, {size / done:,.0f} a cell"),
         ("time", f"{1e3 * figures['seconds_a_cell']:.3g} ms a cell"),
@@ -143,7 +144,7 @@ def pvs_show(
         held = load_pvs(file)
         if at is None:
             done = len(held.computed)
-            kind = "conservative" if held.conservative else "by samples"
+            kind = "conservative" if held.conservative else "not conservative"
             rows = [
                 ("objects", f"{len(held.names):,}"),
                 ("cells", f"{len(held.cells):,}, {done:,} of them computed"),

@@ -14,6 +14,7 @@ SEE_THROUGH_HELP = (
 )
 
 Method = Literal["auto", "cull-map"]
+Fill = Literal["outside", "viewers"]
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,9 @@ class PvsOptions(OptionSet):
                      less that is hidden, and takes longer.  None is half the cell size.
     ``ground``       what stands on a border of its own stands on the ground there, and no viewer
                      looks under it.
+    ``fill``         what is solid: "outside", objects that are closed, or open where they meet the
+                     ground; "viewers", also what no view cell reaches through free space, which is
+                     for scenes of open sheets, and right but for holes of a pixel or two.
     ``skip_buried``  leave cells out that lie in an object wholly, in place of refusing them.
     """
 
@@ -46,6 +50,10 @@ class PvsOptions(OptionSet):
     up: Axis = shared(SimplifyOptions, "up", help="The scene's up axis: x, y or z.")
     ground: bool = shared(
         SimplifyOptions, "ground", help="Objects stand on the ground: close open bases."
+    )
+    fill: Fill = option(
+        "outside",
+        "What is solid: closed objects (outside), or also what no cell reaches (viewers).",
     )
     skip_buried: bool = option(False, "Leave out cells that lie within an object.")
     transparent: Transparent = shared(

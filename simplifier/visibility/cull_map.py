@@ -165,9 +165,13 @@ def _samples(
                 rows.append([*place, high[2], ex, ey, maps.highest()])
                 kinds.append(kind)
     reach = max(int(np.ceil(0.5 * maps.spacing / field.cell)), 1)
-    boxes = (plans[inside] - field.low) / field.cell
-    first = np.floor(boxes[:, 0]).astype(np.int64) - reach - 1
-    last = np.floor(boxes[:, 1]).astype(np.int64) + reach + 1
+    boxes = np.floor((plans[inside & field.stands] - field.low) / field.cell).astype(np.int64)
+    if field.rooms is not None:
+        own = np.floor([[x0, y0], [x1, y1]]).astype(np.int64)
+        within = field.inner[own[0, 0] : own[1, 0] + 1, own[0, 1] : own[1, 1] + 1]
+        some = [own[None]] if np.isfinite(within).any() else []
+        boxes = np.concatenate([boxes, *some, field.rooms.around(cells, cell)])
+    first, last = boxes[:, 0] - reach - 1, boxes[:, 1] + reach + 1
     free = np.stack([first[:, 0], last[:, 0], first[:, 1], last[:, 1]], axis=1)
     return np.array(rows), np.array(kinds), free
 

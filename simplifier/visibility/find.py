@@ -23,7 +23,9 @@ from simplifier.options.simplify import Axis
 from simplifier.options.visibility import PvsOptions
 from simplifier.progress import Cancel, Deadline, TellCount
 from simplifier.visibility.cull_map import CullMaps, see_by_cull_maps
+from simplifier.visibility.fill_leaks import FillLeak
 from simplifier.visibility.height_field import HeightField, height_field
+from simplifier.visibility.viewer_fill import Filled, fill_by_viewers, fill_warnings
 
 _FINE = 0.2  # of epsilon: a pixel of the height field
 _MOST_PIXELS = 8192  # along the longest edge
@@ -38,12 +40,14 @@ class Found:
     """The sets, and what the user should know.
 
     ``made`` cells that were computed now; ``seconds`` each took in the mean.
+    ``leaks`` spaces that would be solid, were it not for a hole.
     """
 
     pvs: Pvs
     made: int
     seconds: float
     warnings: tuple[str, ...]
+    leaks: tuple[FillLeak, ...] = ()
 
 
 def find_pvs(
@@ -79,6 +83,11 @@ def find_pvs(
     field = height_field(upright, pixel, plan, options.ground, watch, opaque)
     cells = _without_buried(cells, field, options, upright.scene)
     known = _kept(cells, before, scene, settings)
+    filled: Filled | None = None
+    if options.fill == "viewers":
+        eye = options.eye_height if options.ground else None
+        filled = fill_by_viewers(field, upright, cells, eye)
+        field = filled.field
     left = np.flatnonzero([row is None for row in known])
     maps = CullMaps(field, 2.0 * options.reach)
     done, begun = 0, time.perf_counter()
@@ -94,14 +103,20 @@ def find_pvs(
     tell(len(cells) - len(left) + done, len(cells))
     if all(row is None for row in known):
         raise CancelledError("cancelled before the first cell was done")
-    pvs = _packed(upright, cells, known, scene, settings)
+    sure = filled is None or filled.conservative
+    if before is not None and len(left) < len(cells):
+        sure = sure and before.conservative  # of what is kept
+    pvs = _packed(upright, cells, known, scene, settings, sure)
     seconds = (time.perf_counter() - begun) / max(done, 1)
-    return Found(pvs, done, seconds, tuple(_warnings(field, pvs, options)))
+    warnings = _warnings(field, pvs, options) + ([] if filled is None else fill_warnings(filled))
+    return Found(pvs, done, seconds, tuple(warnings), () if filled is None else filled.leaks)
 
 
 def settings_digest(options: PvsOptions) -> bytes:
     """8 bytes of all that a cell's set depends on beside the scene and the cell."""
-    kept = (_FORMAT, options.reach, options.up, options.ground)
+    kept: tuple[object, ...] = (_FORMAT, options.reach, options.up, options.ground)
+    if options.fill == "viewers":
+        kept += (options.fill, options.eye_height)
     return bytes(hashlib.blake2b(repr(kept).encode(), digest_size=8).digest())
 
 
@@ -166,7 +181,7 @@ def _key(cells: ViewCells, cell: int) -> bytes:
 
 def _packed(
     upright: UprightScene, cells: ViewCells, known: list[BoolArray | None], scene: bytes,
-    settings: bytes,
+    settings: bytes, conservative: bool,
 ) -> Pvs:  # fmt: skip
     order = _near_together(upright.boxes[:, :, :2].mean(axis=1))
     computed = [cell for cell, row in enumerate(known) if row is not None]
@@ -175,8 +190,8 @@ def _packed(
     row_of[computed] = places
     up = cast(Axis, "xyz"[int(upright.order[2])])
     return Pvs(
-        up, upright.origin, upright.scene.names, order, cells, rows, row_of, "cull-map", True,
-        scene, settings,
+        up, upright.origin, upright.scene.names, order, cells, rows, row_of, "cull-map",
+        conservative, scene, settings,
     )  # fmt: skip
 
 

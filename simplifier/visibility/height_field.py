@@ -19,6 +19,7 @@ from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.scene import NOTHING, WHOLE, Scene, opaque_places
 from simplifier.geometry.solid import BoolArray
+from simplifier.geometry.view_cells import ViewCells
 from simplifier.kernels.columns import TOUCH
 from simplifier.kernels.height_field import fill_outline, measure_object
 from simplifier.progress import TellCount
@@ -34,6 +35,30 @@ Shape = tuple[FloatArray, IntArray]
 
 
 @dataclass(frozen=True, eq=False)
+class Rooms:
+    """What hides nothing from single cells, since they reach into it.
+
+    ``boxes``  by the box of a cell, (k, 2, 2) int64 first and last pixel along x and y of each.
+    """
+
+    boxes: dict[bytes, NDArray[np.int64]]
+
+    @classmethod
+    def of(cls, cells: ViewCells, starts: NDArray[np.int64], boxes: NDArray[np.int64]) -> Rooms:
+        """``starts`` (c + 1,): where those of each cell begin in ``boxes``."""
+        some = np.flatnonzero(np.diff(starts)).tolist()
+        return cls({_key(cells, cell): boxes[starts[cell] : starts[cell + 1]] for cell in some})
+
+    def around(self, cells: ViewCells, cell: int) -> NDArray[np.int64]:
+        """(k, 2, 2) those of a cell."""
+        return self.boxes.get(_key(cells, cell), np.empty((0, 2, 2), dtype=np.int64))
+
+
+def _key(cells: ViewCells, cell: int) -> bytes:
+    return bytes(cells.low[cell].tobytes() + cells.high[cell].tobytes())
+
+
+@dataclass(frozen=True, eq=False)
 class HeightField:
     """Square pixels over an upright scene; heights in the scene's own.
 
@@ -45,6 +70,9 @@ class HeightField:
                 ``objects`` (k,) int32 and ``object_tops`` (k,) float32, how high each is there.
     ``footprints``  (n, 2, 2) float64: the box of each object in plan.
     ``lost``    share of what objects fill, 0 to 1, that does not count as solid.
+    ``stands``  (n,) bool: the objects that are solid by themselves, and so hide nothing from cells
+                that they stand in.
+    ``rooms``   where it is not objects alone that are solid: what else is free for single cells.
     """
 
     low: FloatArray
@@ -56,6 +84,8 @@ class HeightField:
     object_tops: NDArray[np.float32]
     footprints: FloatArray
     lost: float
+    stands: BoolArray
+    rooms: Rooms | None = None
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -136,6 +166,7 @@ def height_field(
     return HeightField(
         low, cell, _down(inner), tops, starts, objects, object_tops,
         upright.boxes[:, :, :2], 1.0 - kept / filled if filled > 0.0 else 0.0,
+        np.array([one.plan is not None for one in made]),
     )  # fmt: skip
 
 

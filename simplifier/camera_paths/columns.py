@@ -152,12 +152,18 @@ class UprightScene:
             mesh = self.scene.joined(some)
             yield np.ascontiguousarray(mesh.vertices[:, self.order] - self.origin), mesh.faces
 
+    def with_scene(self, scene: Scene) -> UprightScene:
+        """Another scene in the same upright space."""
+        boxes = scene.bounds()[:, :, self.order] - self.origin
+        return replace(self, scene=scene, boxes=boxes)
+
     def without_doors(self) -> UprightScene:
         """All but the objects whose names say door: one may walk through them."""
         kept = np.array([not _is_door(name) for name in self.scene.names])
-        return self if kept.all() or not kept.any() else self._some(kept)
+        return self if kept.all() or not kept.any() else self.some(kept)
 
-    def _some(self, kept: NDArray[np.bool_]) -> UprightScene:
+    def some(self, kept: NDArray[np.bool_]) -> UprightScene:
+        """Those of a mask (n,), in the same upright space."""
         scene = self.scene
         names = tuple(name for name, keep in zip(scene.names, kept, strict=True) if keep)
         some = replace(

@@ -37,6 +37,10 @@ def pvs(
         typer.Option(help="View cells: walkable, grid, triangles, or a JSON file of cells."),
     ] = "walkable",
     report: Annotated[Path | None, typer.Option(help="Write the figures as JSON.")] = None,
+    pictures: Annotated[
+        Path | None,
+        typer.Option(help="Draw plans of three sets, a cull map and all cells into this folder."),
+    ] = None,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
@@ -50,6 +54,7 @@ def pvs(
         # Here, not above: what it needs of scipy takes longer to load than the help.
         from simplifier.camera_paths.columns import UprightScene
         from simplifier.cli.path import check_output
+        from simplifier.cli.report import check_extras
         from simplifier.io.pvs_file import load_pvs, save_pvs
         from simplifier.io.scene_layers import load_layers
         from simplifier.visibility.cells import load_cells, place_cells
@@ -57,6 +62,7 @@ def pvs(
 
         options: PvsOptions = read_options(PvsOptions, chosen)
         check_output(scene, output, "the sets")
+        check_extras(report, pictures)
         with interrupts() as listening:
             before = load_pvs(output) if output.exists() else None
             read, opaque = load_layers(scene, transparent=options.transparent)
@@ -73,10 +79,21 @@ def pvs(
                 figures = _figures(found)
                 if report is not None:
                     report.write_text(json.dumps(figures, indent=2) + "\n")
+                if pictures is not None:
+                    from simplifier.visibility.pictures import set_pictures
+
+                    _write(pictures, set_pictures(upright, found.pvs, found.maps, scene.name))
                 warnings = [*read.warnings, *found.warnings]
                 print_rows(str(output), _summary_rows(figures, output), warnings)
 
     run_guarded(run, debug=debug)
+
+
+def _write(folder: Path, files: Mapping[str, bytes]) -> None:
+    from simplifier.io.files import make_folder, write_all_whole
+
+    make_folder(folder)
+    write_all_whole({folder / name: data for name, data in files.items()})
 
 
 def _cell_file(cells: str) -> Path:
@@ -134,6 +151,9 @@ def pvs_show(
     at: Annotated[
         str | None, typer.Option(help="A world point, X,Y,Z: what may be seen from there.")
     ] = None,
+    pictures: Annotated[
+        Path | None, typer.Option(help="Draw all cells by the size of their sets into this folder.")
+    ] = None,
     debug: Debug = False,
 ) -> None:
     """Tell what a file of visible sets holds, or what may be seen from a point."""
@@ -142,6 +162,10 @@ def pvs_show(
         from simplifier.io.pvs_file import load_pvs
 
         held = load_pvs(file)
+        if pictures is not None:
+            from simplifier.visibility.pictures import cells_picture
+
+            _write(pictures, {"cells.png": cells_picture(held, file.name)})
         if at is None:
             done = len(held.computed)
             kind = "conservative" if held.conservative else "not conservative"

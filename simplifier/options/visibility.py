@@ -15,6 +15,7 @@ SEE_THROUGH_HELP = (
 
 Method = Literal["auto", "cull-map"]
 Fill = Literal["outside", "viewers"]
+Backend = Literal["cpu", "opengl"]
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,8 @@ class PvsOptions(OptionSet):
     ``epsilon``      half the length of a cell's edge that one point on it stands for; occluders
                      are shrunk by so much along it, and by a fifth of it to all sides.  Less shows
                      less that is hidden, and takes longer.  None is half the cell size.
+    ``backend``      what draws cull maps; both are conservative, their sets differ by a few
+                     percent.  On graphics hardware ``opengl`` draws without the processor.
     ``ground``       what stands on a border of its own stands on the ground there, and no viewer
                      looks under it.
     ``fill``         what is solid: "outside", objects that are closed, or open where they meet the
@@ -43,6 +46,7 @@ class PvsOptions(OptionSet):
         help="Most height of eyes over the ground, in the scene's units; "
         f"{EYE_HEIGHT:g} where they are metres.",
     )  # fmt: skip
+    backend: Backend = option("cpu", "What draws cull maps: cpu, or opengl (the 'gl' extra).")
     epsilon: float | None = option(
         None, "Half the length of edge that one point stands for; less is tighter and slower.",
         above=0.0, absent="half the cell size", unit="world units",

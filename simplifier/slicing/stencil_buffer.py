@@ -163,9 +163,11 @@ class StencilBuffer:
 
 _STENCIL_TEST, _STENCIL_BUFFER_BIT = 0x0B90, 0x0400
 _STENCIL_INDEX, _UNSIGNED_BYTE, _PACK_ALIGNMENT = 0x1901, 0x1401, 0x0D05
+_DEPTH_COMPONENT, _FLOAT = 0x1902, 0x1406
 _FRONT, _BACK, _FRONT_AND_BACK = 0x0404, 0x0405, 0x0408
 _KEEP, _ADD_WRAPPING, _SUBTRACT_WRAPPING = 0x1E00, 0x8507, 0x8508
-_ALWAYS, _NOT_EQUAL, _ALL_BITS = 0x0207, 0x0205, 0xFF
+_REPLACE, _GREATER = 0x1E01, 0x0204
+_ALWAYS, _EQUAL, _NOT_EQUAL, _ALL_BITS = 0x0207, 0x0202, 0x0205, 0xFF
 _FRAMEBUFFER, _RENDERBUFFER, _FRAMEBUFFER_COMPLETE = 0x8D40, 0x8D41, 0x8CD5
 _DEPTH24_STENCIL8, _DEPTH_STENCIL_ATTACHMENT = 0x88F0, 0x821A
 
@@ -174,6 +176,8 @@ _ARGUMENTS: dict[str, tuple[Any, ...]] = {
     "glClear": (c_uint,),
     "glStencilFunc": (c_uint, c_int, c_uint),
     "glStencilOpSeparate": (c_uint, c_uint, c_uint, c_uint),
+    "glDepthMask": (ctypes.c_ubyte,),
+    "glDepthFunc": (c_uint,),
     "glPixelStorei": (c_uint, c_int),
     "glReadPixels": (c_int, c_int, c_int, c_int, c_uint, c_uint, ctypes.c_void_p),
     "glGenRenderbuffers": (c_int, ctypes.POINTER(c_uint)),
@@ -185,32 +189,37 @@ _ARGUMENTS: dict[str, tuple[Any, ...]] = {
 }
 
 
-def open_context() -> tuple[Any, StencilCalls]:
+def open_context(
+    where: str = "slicer gl", instead: str = "the cpu slicer"
+) -> tuple[Any, StencilCalls]:
     """A moderngl context that is current, OpenGL 3.3 or newer, and its stencil calls.
 
-    Raises :class:`BackendUnavailableError` where a package or a library is missing.
+    Raises :class:`BackendUnavailableError` where a package or a library is missing, which says
+    ``where`` it is wanted, and what can be used ``instead``.
     """
     try:
         import glcontext
         import moderngl
     except ImportError as error:
-        raise _unavailable(f"the Python package {error.name} is missing") from error
+        what = f"the Python package {error.name} is missing"
+        raise _unavailable(what, where, instead) from error
     # Both packages raise plain Exception, for a missing library as for a refusing driver.
     try:
         native = glcontext.get_backend_by_name("egl")(mode="standalone", glversion=330)
         context = moderngl.create_context(context=native)
     except Exception as error:
-        raise _unavailable(f"OpenGL 3.3 with EGL cannot be opened ({error})") from error
-    return context, StencilCalls(native)
+        what = f"OpenGL 3.3 with EGL cannot be opened ({error})"
+        raise _unavailable(what, where, instead) from error
+    return context, StencilCalls(native, where, instead)
 
 
-def _unavailable(what: str) -> BackendUnavailableError:
+def _unavailable(what: str, where: str, instead: str) -> BackendUnavailableError:
     return BackendUnavailableError(
         what,
-        where="slicer gl",
+        where=where,
         remedy="install the 'gl' extra (pip install planar-occluder[gl]) and OpenGL with EGL "
         "(Debian packages libegl1 libegl-mesa0 libgl1-mesa-dri libgles2 libgl1 libopengl0 "
-        "libgbm1), or use the cpu slicer",
+        f"libgbm1), or use {instead}",
     )
 
 
@@ -220,7 +229,8 @@ class StencilCalls:
     ``native`` is the glcontext object, which knows the addresses of the OpenGL functions.
     """
 
-    def __init__(self, native: Any) -> None:
+    def __init__(self, native: Any, where: str, instead: str) -> None:
+        self._where, self._instead = where, instead
         # Every result type is an unsigned int; functions without a result leave it unread.
         self._call = {
             name: ctypes.CFUNCTYPE(c_uint, *arguments)(native.load(name))
@@ -242,7 +252,8 @@ class StencilCalls:
         )
         self._renderbuffer = fresh
         if call["glCheckFramebufferStatus"](_FRAMEBUFFER) != _FRAMEBUFFER_COMPLETE:
-            raise _unavailable(f"no stencil buffer of {columns} x {rows} pixels")
+            what = f"no stencil buffer of {columns} x {rows} pixels"
+            raise _unavailable(what, self._where, self._instead)
 
     def clear(self) -> None:
         """Set all of the stencil to 0."""
@@ -259,10 +270,39 @@ class StencilCalls:
         self._call["glStencilFunc"](_NOT_EQUAL, 0, _ALL_BITS)
         self._call["glStencilOpSeparate"](_FRONT_AND_BACK, _KEEP, _KEEP, _KEEP)
 
+    def raise_depth(self) -> None:
+        """From now on fragments with a greater depth are drawn, all over."""
+        self._call["glStencilFunc"](_ALWAYS, 0, _ALL_BITS)
+        self._call["glStencilOpSeparate"](_FRONT_AND_BACK, _KEEP, _KEEP, _KEEP)
+        self._call["glDepthFunc"](_GREATER)
+        self._call["glDepthMask"](1)
+
+    def mark_greater(self) -> None:
+        """From now on fragments with a greater depth set the stencil to 1, and draw nothing."""
+        self._call["glStencilFunc"](_ALWAYS, 1, _ALL_BITS)
+        self._call["glStencilOpSeparate"](_FRONT_AND_BACK, _KEEP, _KEEP, _REPLACE)
+        self._call["glDepthFunc"](_GREATER)
+        self._call["glDepthMask"](0)
+
+    def select_zero(self, *, greater: bool) -> None:
+        """From now on only fragments where the stencil is 0 are drawn: all, or the greater ones."""
+        self._call["glStencilFunc"](_EQUAL, 0, _ALL_BITS)
+        self._call["glStencilOpSeparate"](_FRONT_AND_BACK, _KEEP, _KEEP, _KEEP)
+        self._call["glDepthFunc"](_GREATER if greater else _ALWAYS)
+        self._call["glDepthMask"](1)
+
     def read(self, rows: int, columns: int) -> NDArray[np.uint8]:
         """(rows, columns) uint8: the stencil from its lowest row up; waits for the drawing."""
         values = np.empty((rows, columns), dtype=np.uint8)
         self._call["glReadPixels"](
             0, 0, columns, rows, _STENCIL_INDEX, _UNSIGNED_BYTE, values.ctypes.data
+        )
+        return values
+
+    def read_depth(self, rows: int, columns: int) -> NDArray[np.float32]:
+        """(rows, columns) float32: the depths, 0 to 1, from the lowest row up."""
+        values = np.empty((rows, columns), dtype=np.float32)
+        self._call["glReadPixels"](
+            0, 0, columns, rows, _DEPTH_COMPONENT, _FLOAT, values.ctypes.data
         )
         return values

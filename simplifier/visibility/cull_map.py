@@ -25,6 +25,7 @@ from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import PRISM, ViewCells
 from simplifier.kernels.cull_map import BLOCK, FIRST_RING, LEAF, see_from_cells
 from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.umbra import lower_umbra
 from simplifier.progress import TellShare, silent
 from simplifier.visibility.erosion import Erosion, Window, sector_of, sectors
 from simplifier.visibility.height_field import HeightField
@@ -136,6 +137,41 @@ def _by_window(
     for kind in np.unique(kinds[~boxes]).tolist():
         window = Window.sector(kind - _SLANTED, count, maps.half)
         yield window, np.flatnonzero(kinds == kind)
+
+
+def samples_by_erosion(
+    maps: CullMaps, cells: ViewCells, cell: int, seen: BoolArray
+) -> tuple[list[tuple[Erosion, FloatArray]], NDArray[np.int64]]:
+    """The samples (s, 6) on the border of a cell beside the occluders shrunk for them, and the
+    pixels (m, 4) that are free, as the kernels take them.
+
+    What stands in the cell is set in ``seen``.
+    """
+    samples, kinds, free = _samples(maps, cells, cell, seen)
+    groups = [
+        (maps.erosion(window), samples[chosen])
+        for window, chosen in _by_window(maps, samples, kinds)
+        if len(chosen)
+    ]
+    return groups, free
+
+
+def umbra_heights(maps: CullMaps, cells: ViewCells, cell: int) -> FloatArray:
+    """(nx, ny) float64: the height below which each pixel is hidden from all of a cell.
+
+    Minus infinite where nothing is hidden.  What stands in the cell casts no shadow.
+    """
+    groups, free = samples_by_erosion(maps, cells, cell, np.zeros(len(maps.field.footprints), bool))
+    umbra = np.full(maps.field.shape, np.inf)
+    for erosion, samples in groups:
+        for sample in samples:
+            # Past the furthest corner of the raster, by the longer axis.
+            far = np.abs(np.concatenate([sample[:2], sample[:2] - umbra.shape])).max()
+            ring = FIRST_RING
+            while ring < far + 1.0:
+                ring *= 2
+            lower_umbra(sample, ring, erosion.pairs, erosion.turned, free, umbra)
+    return umbra
 
 
 def _samples(

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import cast
 
 import numpy as np
@@ -20,9 +23,10 @@ from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import PRISM, ViewCells
 from simplifier.options.simplify import Axis
-from simplifier.options.visibility import PvsOptions
+from simplifier.options.visibility import Backend, PvsOptions
 from simplifier.progress import Cancel, Deadline, TellCount
 from simplifier.visibility.cull_map import CullMaps, see_by_cull_maps
+from simplifier.visibility.cull_map_gl import OpenGLCullMaps, check_opengl
 from simplifier.visibility.fill_leaks import FillLeak
 from simplifier.visibility.height_field import HeightField, height_field
 from simplifier.visibility.viewer_fill import Filled, fill_by_viewers, fill_warnings
@@ -39,11 +43,12 @@ _CODE = 16  # bits of a place along each axis, where objects are put in order
 class Found:
     """The sets, and what the user should know.
 
-    ``made`` cells that were computed now; ``seconds`` each took in the mean.
-    ``leaks`` spaces that would be solid, were it not for a hole.
+    ``maps`` what they were looked up in.  ``made`` cells that were computed now; ``seconds`` each
+    took in the mean.  ``leaks`` spaces that would be solid, were it not for a hole.
     """
 
     pvs: Pvs
+    maps: CullMaps
     made: int
     seconds: float
     warnings: tuple[str, ...]
@@ -68,8 +73,11 @@ def find_pvs(
     Sets that were found ``before`` in the same scene with the same settings are kept.  Once
     ``cancel`` is set or the time is up, the cells that are left count as seeing everything; without
     any, :class:`CancelledError` is raised.  Raises :class:`OptionError` for an epsilon that would
-    take too fine a raster, and for cells that lie in an object wholly unless they are skipped.
+    take too fine a raster, and for cells that lie in an object wholly unless they are skipped, and
+    :class:`~simplifier.errors.BackendUnavailableError` without the OpenGL that was asked for.
     """
+    if options.backend == "opengl":
+        check_opengl()
     deadline = Deadline.after(options.time_limit)
     scene, settings = scene_digest(upright.scene, opaque), settings_digest(options)
     pixel = _pixel(upright, cells, options)
@@ -84,22 +92,24 @@ def find_pvs(
     cells = _without_buried(cells, field, options, upright.scene)
     known = _kept(cells, before, scene, settings)
     filled: Filled | None = None
-    if options.fill == "viewers":
+    if options.fill == "viewers" and (opaque is None or len(opaque)):
         eye = options.eye_height if options.ground else None
-        filled = fill_by_viewers(field, upright, cells, eye)
+        filled = fill_by_viewers(field, upright, cells, eye, opaque)
         field = filled.field
     left = np.flatnonzero([row is None for row in known])
     maps = CullMaps(field, 2.0 * options.reach)
     done, begun = 0, time.perf_counter()
-    for first in range(0, len(left), _BATCH):
-        tell(len(cells) - len(left) + done, len(cells))
-        if (cancel is not None and cancel.is_set()) or deadline.is_up:
-            break
-        some = left[first : first + _BATCH]
-        seen, _ = see_by_cull_maps(maps, cells.some(some))
-        for cell, row in zip(some.tolist(), seen, strict=True):
-            known[cell] = row
-        done += len(some)
+    batch = _BATCH if options.backend == "cpu" else 1
+    with _cull_maps_by(options.backend, maps) as see:
+        for first in range(0, len(left), batch):
+            tell(len(cells) - len(left) + done, len(cells))
+            if (cancel is not None and cancel.is_set()) or deadline.is_up:
+                break
+            some = left[first : first + batch]
+            seen, _ = see(cells.some(some))
+            for cell, row in zip(some.tolist(), seen, strict=True):
+                known[cell] = row
+            done += len(some)
     tell(len(cells) - len(left) + done, len(cells))
     if all(row is None for row in known):
         raise CancelledError("cancelled before the first cell was done")
@@ -109,7 +119,21 @@ def find_pvs(
     pvs = _packed(upright, cells, known, scene, settings, sure)
     seconds = (time.perf_counter() - begun) / max(done, 1)
     warnings = _warnings(field, pvs, options) + ([] if filled is None else fill_warnings(filled))
-    return Found(pvs, done, seconds, tuple(warnings), () if filled is None else filled.leaks)
+    leaks = () if filled is None else filled.leaks
+    return Found(pvs, maps, done, seconds, tuple(warnings), leaks)
+
+
+See = Callable[[ViewCells], tuple[BoolArray, NDArray[np.int64]]]
+
+
+@contextmanager
+def _cull_maps_by(backend: Backend, maps: CullMaps) -> Iterator[See]:
+    """What sees from cells, on the processor or by OpenGL."""
+    if backend == "cpu":
+        yield partial(see_by_cull_maps, maps)
+        return
+    with OpenGLCullMaps(maps) as drawn:
+        yield drawn.see
 
 
 def settings_digest(options: PvsOptions) -> bytes:
@@ -117,6 +141,8 @@ def settings_digest(options: PvsOptions) -> bytes:
     kept: tuple[object, ...] = (_FORMAT, options.reach, options.up, options.ground)
     if options.fill == "viewers":
         kept += (options.fill, options.eye_height)
+    if options.backend != "cpu":
+        kept += (options.backend,)
     return bytes(hashlib.blake2b(repr(kept).encode(), digest_size=8).digest())
 
 

@@ -67,17 +67,17 @@ def voxels_of(
     upright: UprightScene, low: FloatArray, cell: float, shape: tuple[int, int], top: float,
     eye: float | None,
 ) -> Voxels:  # fmt: skip
-    """The voxels from the lowest point of a scene up to ``top``.
+    """The voxels from ``low`` up to ``top``, and which of them the surfaces touch.
 
-    ``low``    (2,): corner of the first column; ``shape`` columns along x and y.
+    ``low``    (3,): corner of the first voxel, as low as all that may be seen; ``shape`` columns
+               along x and y.
     ``eye``    eye height, where there is ground below what stands on it: below walls that begin no
                higher than that over the lowest things nearby.  None: the ground is the plane of
-               the scene's lowest point.
+               ``low``.
 
     Raises :class:`OptionError` for more voxels than two GiB hold.
     """
-    bottom = float(upright.boxes[:, 0, 2].min())
-    depth = max(int(np.ceil((top - bottom) / cell - 1e-9)), 1)
+    depth = max(int(np.ceil((top - low[2]) / cell - 1e-9)), 1)
     words = -(-depth // 64)
     needed = shape[0] * shape[1] * words * 8
     if needed > _MOST_BYTES:
@@ -85,11 +85,10 @@ def voxels_of(
             f"filling by viewers would take {needed / 2**30:.1f} GiB of voxels", where="epsilon",
             remedy=f"choose one {np.ceil((needed / _MOST_BYTES) ** 0.5):g} times as large",
         )  # fmt: skip
-    origin = np.array([*low, bottom])
     bits = np.zeros((*shape, words), dtype=np.uint64)
     lows, walls = np.full(shape, np.inf), np.full(shape, np.inf)
     flat = _FLAT * float(upright.extent.max()) / cell
-    for vertices, faces in triangles_in(upright, origin, cell):
+    for vertices, faces in triangles_in(upright, low, cell):
 
         def mark(
             begin: int, end: int, soup: tuple[FloatArray, IntArray] = (vertices, faces)
@@ -101,7 +100,7 @@ def voxels_of(
     if eye is not None:
         stands = _stands(lows, walls, eye / cell)
         earth[stands] = np.clip(lows[stands], 0, depth)
-    return Voxels(origin, cell, bits, earth, depth)
+    return Voxels(low, cell, bits, earth, depth)
 
 
 def triangles_in(

@@ -40,6 +40,7 @@ from scipy import ndimage
 
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.kernels.threads import run_chunks
@@ -73,18 +74,26 @@ class Filled:
 
 
 def fill_by_viewers(
-    field: HeightField, upright: UprightScene, cells: ViewCells, eye: float | None
+    field: HeightField,
+    upright: UprightScene,
+    cells: ViewCells,
+    eye: float | None,
+    opaque: Scene | None = None,
 ) -> Filled:
     """Raise the heights of a field to what no cell reaches through free space.
 
     ``cells``  upright, those that the field will be looked at from, and no others.
     ``eye``    eye height, where there is ground below what stands on it, else None: see
                :func:`~simplifier.visibility.spaces.voxels_of`.
+    ``opaque`` what of the scene hides anything: by default all of it.
 
     Raises :class:`~simplifier.errors.OptionError` for more voxels than there is room for.
     """
     top = max(float(upright.extent[2]), float(cells.high[:, 2].max()))
-    voxels = voxels_of(upright, field.low, field.cell, field.shape, top, eye)
+    low = np.array([*field.low, upright.boxes[:, 0, 2].min()])
+    if opaque is not None:
+        upright = upright.with_scene(opaque)
+    voxels = voxels_of(upright, low, field.cell, field.shape, top, eye)
     spaces = Spaces.of(voxels.bits, voxels.earth, voxels.depth)
     windows = _windows(voxels, cells)
     met = spaces.touched(windows, eye is not None)

@@ -45,7 +45,7 @@ def test_signatures_tell_inside_from_outside_and_pieces_apart(turned):
     sheets |= house("house", (20.0, 2.0, 0.0), (28.0, 10.0, 9.0))
     scene = scene_of(sheets)
     upright = UprightScene(scene, np.arange(3, dtype=np.int32), np.zeros(3), scene.bounds())
-    voxels = voxels_of(upright, np.array([-1.0, -1.0]), 0.5, (62, 40), 9.0, None)
+    voxels = voxels_of(upright, np.array([-1.0, -1.0, 0.0]), 0.5, (62, 40), 9.0, None)
     points = np.array(
         [[2.0, 6, 6], [10.1, 6, 6], [6, 6, 6], [1, 1, 1], [24, 6, 4], [21, 9, 1], [29, 6, 2]]
     )

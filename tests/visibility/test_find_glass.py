@@ -56,6 +56,18 @@ def test_a_wall_of_glass_hides_nothing_and_is_seen():
     assert check_pvs(scene, pvs, LOOK, opaque=opaque).leaks == ()
 
 
+@pytest.mark.parametrize("deep", [0.0, -20.0])
+def test_what_glass_encloses_is_not_filled_by_viewers(deep):
+    """A house of glass that no viewer enters, and one far below all that hides anything."""
+    low = np.array([[0, 0, deep], [0, 0, 0]])
+    boxes = {"glass": WALL + low, "wall": [(20, 400, 0), (30, 409, 30)], "behind": BEHIND}
+    scene, opaque = layers(boxes, glass=["glass"])
+    _, seen = sets_of(scene, opaque, fill="viewers", ground=True)
+    assert seen == {"glass", "wall", "behind"}
+    lone, none = layers({"glass": WALL, "behind": BEHIND}, glass=["glass", "behind"])
+    assert sets_of(lone, none, fill="viewers")[1] == {"glass", "behind"}
+
+
 def test_glass_behind_a_wall_is_hidden():
     scene, opaque = layers({"wall": WALL, "behind": BEHIND}, glass=["behind"])
     assert sets_of(scene, opaque)[1] == {"wall"}

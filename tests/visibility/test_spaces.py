@@ -167,7 +167,7 @@ def test_touched_voxels_are_those_of_the_other_voxelizer(seed):
     mesh = random_soup(seed, 20, 0.3)
     upright = UprightScene.of(Scene.of(mesh), "z")
     cell, shape = 0.15, (40, 40)
-    low = -np.full(2, 1.0)
+    low = np.array([-1.0, -1.0, 0.0])
     top = float(upright.extent[2])
     voxels = voxels_of(upright, low, cell, shape, top, None)
     plain = np.zeros((*shape, voxels.depth), dtype=bool)
@@ -178,9 +178,12 @@ def test_touched_voxels_are_those_of_the_other_voxelizer(seed):
     assert np.array_equal(unpacked(voxels.bits, voxels.depth)[inside], plain[inside])
 
 
+CORNER = np.array([-1.0, -1.0, 0.0])
+
+
 def test_what_lies_in_the_lowest_plane_touches_nothing():
     upright = UprightScene.of(Scene.of(box((4.0, 4.0, 3.0))), "z")
-    voxels = voxels_of(upright, np.full(2, -1.0), 0.5, (13, 13), 3.0, None)
+    voxels = voxels_of(upright, CORNER, 0.5, (13, 13), 3.0, None)
     touched = unpacked(voxels.bits, voxels.depth)
     assert not touched[6, 6, :-1].any()
     assert touched[6, 6, -1]
@@ -194,13 +197,13 @@ def test_ground_is_below_walls_that_stand_on_it():
     boxes[0, 0, 2] = 0.0
     origin = upright.origin - np.array([0.0, 0.0, 2.0])
     low = UprightScene(upright.scene, upright.order, origin, boxes)
-    earth = voxels_of(low, np.full(2, -1.0), 0.5, (13, 13), 5.0, 1.7).earth
+    earth = voxels_of(low, CORNER, 0.5, (13, 13), 5.0, 1.7).earth
     assert earth[2, 6] == 4
     assert earth[6, 6] == 0  # a roof stands on nothing
-    assert not voxels_of(low, np.full(2, -1.0), 0.5, (13, 13), 5.0, None).earth.any()
+    assert not voxels_of(low, CORNER, 0.5, (13, 13), 5.0, None).earth.any()
 
 
 def test_more_voxels_than_there_is_room_for_are_refused_with_the_epsilon_that_fits():
     upright = UprightScene.of(Scene.of(box((9.0, 9.0, 3000.0))), "z")
     with pytest.raises(OptionError, match="2 times as large"):
-        voxels_of(upright, np.zeros(2), 0.1, (1000, 1000), 3000.0, None)
+        voxels_of(upright, np.zeros(3), 0.1, (1000, 1000), 3000.0, None)

@@ -1,10 +1,14 @@
-"""What is visible from view cells: ``python -m bench.visibility [--only city|cells|shrinking]``.
+"""What is visible from view cells: ``python -m bench.visibility [--only NAME]``.
 
     city   cells of 10 m in the streets of a generated city of 2,000 blocks, by epsilon: how large
            their sets are beside what is certainly seen, what is culled, bytes and milliseconds a
            cell, and leaks, of which there must be none
-    cells  milliseconds by the number of cells and of objects, and by the cell's size
+    cells  milliseconds, also of all cores together, by the number of cells and of objects, by
+           epsilon and by the cell's size
+    lyon   the same as city, for street cells of a part of Lyon on a slope; needs the shared assets
     shrinking  three ways to shrink occluders: the sets they give, seconds, and memory beside them
+    check  100,000 viewpoints of the generated city that look past silhouettes, and 2,000 that draw
+           item buffers on six faces: leaks, of which there must be none.  Long: only when asked for
 
 Kernels are warm; the height field is made once and counts apart.  Tables go to
 ``bench/results/visibility_NAME.csv`` and to ``visibility.md``.
@@ -17,18 +21,27 @@ import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from bench.record import Row, told, write_page, write_table
 from bench.visibility_city import generated_city, street_cells
+from bench.visibility_plot import plot_cells
 from bench.visibility_shrinking import shrinking_rows
 from simplifier.camera_paths.columns import UprightScene
+from simplifier.geometry.pvs import Pvs
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.io.pvs_file import encode_pvs
+from simplifier.io.scene import load_scene
 from simplifier.options.visibility import PvsOptions
+from simplifier.progress import TellShare
+from simplifier.visibility.cells import place_cells
 from simplifier.visibility.check import CheckOptions, check_pvs
 from simplifier.visibility.find import Found, find_pvs
 
 RESULTS = Path("bench/results")
-TABLES = ("city", "cells", "shrinking")
+TABLES = ("city", "cells", "lyon", "shrinking")
+ALL = (*TABLES, "check")
+LYON = Path("../shared/assets/city_lyon_buildings.glb")
 EPSILONS = (5.0, 2.5)
 CELLS = 1000
 
@@ -39,47 +52,141 @@ def city_rows(
     """A row an epsilon; ``checked`` of the cells are held against what is seen."""
     upright, places = _streets(blocks, cells)
     for epsilon in epsilons:
-        options = PvsOptions(up="z", epsilon=epsilon)
-        begin = time.perf_counter()
-        found = find_pvs(upright, places, options)
-        seconds = time.perf_counter() - begin
-        check = check_pvs(upright.scene, found.pvs, CheckOptions(checked, 60))
         yield {
             "epsilon": epsilon,
-            "cells": cells,
-            "objects": len(upright.scene),
-            "ms_a_cell": 1e3 * found.seconds,
-            "seconds_before": seconds - found.seconds * found.made,
+            **_judged(upright, places, PvsOptions(up="z", epsilon=epsilon), checked),
+        }
+
+
+def lyon_rows(
+    path: Path = LYON, count: int = 300, epsilons: Sequence[float] = EPSILONS, checked: int = 50
+) -> Iterator[Row]:
+    """A row an epsilon; the cells are drawn by lot from all on which one can walk."""
+    upright = UprightScene.of(load_scene(path), "z")
+    for epsilon in epsilons:
+        options = PvsOptions(up="z", ground=True, epsilon=epsilon, skip_buried=True)
+        places = place_cells(upright, "walkable", options)
+        sizes = places.high - places.low
+        lots = np.random.default_rng(0).permutation(len(places))[:count]
+        yield {
+            "epsilon": epsilon,
+            "all_cells": len(places),
+            "all_area": float(np.prod(sizes[:, :2], axis=1).sum()),
+            "mean_height": float(np.mean(sizes[:, 2])),
+            **_judged(upright, places.some(np.sort(lots)), options, checked),
+        }
+
+
+def _judged(
+    upright: UprightScene, places: ViewCells, options: PvsOptions, checked: int = 50
+) -> Row:
+    begin = time.perf_counter()
+    found, processor = _timed(upright, places, options)
+    seconds = time.perf_counter() - begin
+    check = check_pvs(upright.scene, found.pvs, CheckOptions(checked, 60))
+    return {
+        "cells": len(found.pvs.cells),
+        "objects": len(upright.scene),
+        "ms_a_cell": 1e3 * found.seconds,
+        "processor_ms_a_cell": 1e3 * processor / len(places),
+        "seconds_before": seconds - found.seconds * found.made,
+        "sets_to_seen": check.excess,
+        "culled": culled_share(found.pvs),
+        "bytes_a_cell": len(encode_pvs(found.pvs)) / len(found.pvs.cells),
+        "leaks": len(check.leaks),
+    }
+
+
+def _timed(upright: UprightScene, places: ViewCells, options: PvsOptions) -> tuple[Found, float]:
+    """The sets, and the seconds of all cores for the cells, which do not count what others do."""
+    clock: list[float] = []
+    found = find_pvs(
+        upright, places, options, tell=lambda done, total: clock.append(time.process_time())
+    )
+    return found, clock[-1] - clock[0]
+
+
+def cells_rows(
+    blocks: Sequence[int] = (6, 11, 22, 45),
+    cells: Sequence[int] = (50, 100, 200, 400, 800),
+    epsilons: Sequence[float] = (1.25, 2.5, 5.0),
+    sizes: Sequence[float] = (2.5, 5.0, 10.0),
+) -> Iterator[Row]:
+    """Rows by the number of cells and of objects, by epsilon and by the cells' size.
+
+    What does not vary is 200 cells of 10 m, an epsilon of 5 m and a city of 22 x 22 blocks, or the
+    middle of what is given.
+    """
+    middle, some = blocks[-2], cells[len(cells) // 2]
+    for count in cells:
+        yield _row("cells", *_streets(middle, count))
+    for wide in blocks:
+        yield _row("objects", *_streets(wide, some))
+    for epsilon in epsilons:
+        yield _row("epsilon", *_streets(middle, some), epsilon=epsilon)
+    for size in sizes:
+        yield _row("cell_size", *_streets(middle, some, size), size)
+
+
+def _row(
+    varied: str, upright: UprightScene, places: ViewCells, size: float = 10.0, epsilon: float = 5.0
+) -> Row:
+    options = PvsOptions(up="z", cell_size=size, epsilon=epsilon)
+    found, processor = _timed(upright, places, options)
+    return {
+        "varied": varied,
+        "objects": len(upright.scene),
+        "cells": len(places),
+        "cell_size": size,
+        "epsilon": epsilon,
+        "ms_a_cell": 1e3 * found.seconds,
+        "processor_ms_a_cell": 1e3 * processor / len(places),
+        "processor_seconds": processor,
+        "culled": culled_share(found.pvs),
+    }
+
+
+def culled_share(pvs: Pvs) -> float:
+    """The share of objects that are not in the sets, a mean over the cells."""
+    return 1.0 - float(np.mean([pvs.visible(cell).mean() for cell in pvs.computed.tolist()]))
+
+
+def check_rows(
+    blocks: int = 45, cells: int = CELLS, views: int = 100, lines: int = 1000, pictures: int = 2
+) -> Iterator[Row]:
+    """A row for lines and one for pictures: ``views`` and ``pictures`` viewpoints a cell.
+
+    Each viewpoint looks along ``lines`` directions, and past the corners of what is seen or near.
+    """
+    upright, places = _streets(blocks, cells)
+    found = find_pvs(upright, places, PvsOptions(up="z"))
+    for what, options in (
+        ("lines", CheckOptions(cells, views, azimuths=lines, seed=1)),
+        ("pictures", CheckOptions(cells, pictures, azimuths=0, pictures=pictures, seed=2)),
+    ):
+        begin = time.perf_counter()
+        check = check_pvs(upright.scene, found.pvs, options, _told_share(what))
+        yield {
+            "by": what,
+            "cells": len(check.rows),
+            "viewpoints": len(check.rows) * options.views,
+            "seconds": time.perf_counter() - begin,
             "sets_to_seen": check.excess,
-            "culled": check.culled_share,
-            "bytes_a_cell": len(encode_pvs(found.pvs)) / cells,
             "leaks": len(check.leaks),
         }
 
 
-def cells_rows(blocks: Sequence[int] = (11, 22, 45), cells: int = 200) -> Iterator[Row]:
-    """Rows by the city's size, then by the number of cells, then by their size."""
-    for some in blocks:
-        yield _row(*_streets(some, cells))
-    for count in (cells // 4, cells // 2, 2 * cells):
-        yield _row(*_streets(max(blocks), count))
-    for size in (2.5, 5.0):
-        yield _row(*_streets(max(blocks), cells, size), size)
+def _told_share(what: str) -> TellShare:
+    """Tells of every twentieth part."""
+    known = {0}
 
+    def tell(share: float) -> None:
+        part = int(20 * share)
+        if part not in known:
+            known.add(part)
+            print(f"check: {what} {5 * part} %", flush=True)
 
-def _row(upright: UprightScene, places: ViewCells, size: float = 10.0) -> Row:
-    found = _found(upright, places, size)
-    return {
-        "objects": len(upright.scene),
-        "cells": len(places),
-        "cell_size": size,
-        "ms_a_cell": 1e3 * found.seconds,
-        "seconds": found.seconds * found.made,
-    }
-
-
-def _found(upright: UprightScene, places: ViewCells, size: float) -> Found:
-    return find_pvs(upright, places, PvsOptions(up="z", cell_size=size, epsilon=5.0))
+    return tell
 
 
 def _streets(blocks: int, count: int, size: float = 10.0) -> tuple[UprightScene, ViewCells]:
@@ -91,19 +198,28 @@ def _streets(blocks: int, count: int, size: float = 10.0) -> tuple[UprightScene,
 
 def main(words: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--only", choices=TABLES, help="one table alone")
+    parser.add_argument("--only", choices=ALL, help="one table alone")
     only = parser.parse_args(words).only
     # Kernels compile on their first call, and arrays of another kind compile them again.
     upright, places = _streets(2, 2)
-    check_pvs(upright.scene, _found(upright, places, 10.0).pvs, CheckOptions(1, 4))
-    makers = {"city": city_rows, "cells": cells_rows, "shrinking": shrinking_rows}
+    check_pvs(upright.scene, find_pvs(upright, places, PvsOptions(up="z")).pvs, CheckOptions(1, 4))
+    makers = {
+        "city": city_rows,
+        "cells": cells_rows,
+        "lyon": lyon_rows,
+        "shrinking": shrinking_rows,
+        "check": check_rows,
+    }
     for name in TABLES if only is None else (only,):
         rows = []
         for row in makers[name]():
             print(f"{name}: {told(row)}", flush=True)
             rows.append(row)
-        write_table(RESULTS / f"visibility_{name}.csv", rows, f"bench.visibility --only {name}")
-    write_page(RESULTS, "visibility", TABLES)
+        command = f"bench.visibility --only {name}"
+        write_table(RESULTS / f"visibility_{name}.csv", rows, command)
+        if name == "cells":
+            plot_cells(RESULTS / "visibility_cells.png", rows, command)
+    write_page(RESULTS, "visibility", ALL)
 
 
 if __name__ == "__main__":

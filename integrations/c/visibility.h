@@ -61,8 +61,9 @@ typedef struct {
     const uint32_t *row_of;     /* cell_count: the row of each cell */
     const uint32_t *row_offsets;    /* row_count + 1: where each row begins in `rows` */
     const unsigned char *rows;
-    const uint32_t *name_offsets;   /* object_count + 1, or NULL: there are no names */
-    const char *names;
+    const uint32_t *name_offsets;   /* where each group of names begins in `names`, and the end; or
+                                       NULL: there are no names */
+    const unsigned char *names;
     float grid_low[2], tile_edge;
     uint32_t columns, lines;    /* of the look-up grid */
     const uint32_t *tile_offsets;   /* columns * lines + 1: where each begins in `tile_cells` */
@@ -71,7 +72,8 @@ typedef struct {
 
 #define VISIBILITY_NO_CELL 0xFFFFFFFFu
 
-enum { VISIBILITY_HEADER_BYTES = 144, VISIBILITY_GRID_BYTES = 32, VISIBILITY_CELL_FLOATS = 8 };
+enum { VISIBILITY_HEADER_BYTES = 144, VISIBILITY_GRID_BYTES = 32, VISIBILITY_CELL_FLOATS = 8,
+       VISIBILITY_NAME_GROUP = 16 };
 
 /* In place of a row: the cell is not computed. */
 #define VISIBILITY_NO_ROW_ 0xFFFFFFFFu
@@ -307,16 +309,25 @@ static inline int visibility_is_visible(
 
 /* --- The scene */
 
-/* The name of an object, UTF-8 of `length` bytes and without a 0 behind it; empty if there are no
- * names.  `object` has to be below `object_count`. */
-static inline const char *visibility_name(
-    const visibility_file *file, uint32_t object, size_t *length)
+/* Writes the name of an object, UTF-8 without a 0 behind it, as far as there is `room`, and returns
+ * how many bytes it has; none if there are no names.  `object` has to be below `object_count`. */
+static inline size_t visibility_name(
+    const visibility_file *file, uint32_t object, char *name, size_t room)
 {
-    *length = 0;
+    const unsigned char *at;
+    size_t length = 0;
+    uint32_t index = object - object % VISIBILITY_NAME_GROUP;
     if (!file->name_offsets)
-        return "";
-    *length = file->name_offsets[object + 1] - file->name_offsets[object];
-    return file->names + file->name_offsets[object];
+        return 0;
+    at = file->names + file->name_offsets[object / VISIBILITY_NAME_GROUP];
+    for (; index <= object; ++index) { /* each has some bytes of the name before, and its own */
+        const size_t shared = visibility_number_(&at), more = visibility_number_(&at);
+        if (shared < room && more)
+            memcpy(name + shared, at, more < room - shared ? more : room - shared);
+        at += more;
+        length = shared + more;
+    }
+    return length;
 }
 
 /* Whether the file is of the scene that has this digest. */
@@ -567,24 +578,67 @@ static inline int visibility_find_rows_(visibility_file *file)
     return 1;
 }
 
-/* Finds the names, if there are any, and checks that they are UTF-8. */
+/* Reads a number of at most five bytes that end before `end`, and says whether there is one. */
+static inline int visibility_take_(
+    const unsigned char **at, const unsigned char *end, uint64_t *value)
+{
+    unsigned shift;
+    *value = 0;
+    for (shift = 0; shift <= 28 && *at < end; shift += 7) {
+        const unsigned char byte = *(*at)++;
+        *value |= (uint64_t)(byte & 0x7f) << shift;
+        if (byte < 0x80)
+            return 1;
+    }
+    return 0;
+}
+
+/* Whether a group holds `count` names in UTF-8, each with whole letters of the name before. */
+static inline int visibility_check_names_(
+    const unsigned char *at, const unsigned char *end, uint32_t count)
+{
+    const unsigned char *own[VISIBILITY_NAME_GROUP]; /* what each name adds, */
+    uint64_t begins[VISIBILITY_NAME_GROUP];          /* from which of its bytes on */
+    uint64_t length = 0, shared, more;
+    uint32_t index, before;
+    for (index = 0; index < count; ++index) {
+        if (!visibility_take_(&at, end, &shared) || !visibility_take_(&at, end, &more)
+            || shared > length || more > (uint64_t)(end - at)
+            || !visibility_check_utf8_(at, at + more))
+            return 0;
+        if (shared < length) { /* the byte of the name before at which it is cut */
+            for (before = index - 1; begins[before] > shared;)
+                --before;
+            if ((own[before][shared - begins[before]] & 0xc0) == 0x80)
+                return 0;
+        }
+        own[index] = at;
+        begins[index] = shared;
+        length = shared + more;
+        at += more;
+    }
+    return at == end;
+}
+
+/* Finds the names, if there are any, and checks them. */
 static inline int visibility_find_names_(visibility_file *file)
 {
-    const uint64_t count = file->object_count;
-    const unsigned char *names;
-    uint64_t object;
+    const uint32_t size = VISIBILITY_NAME_GROUP, count = file->object_count;
+    const uint32_t groups = count / size + (count % size != 0);
+    uint32_t group;
     if (visibility_u32_(file->bytes + 120) == 0)
         return 1;
-    file->name_offsets = visibility_numbers_(file, 8, 0, count + 1);
-    if (!visibility_ascend_(file->name_offsets, count))
+    file->name_offsets = visibility_numbers_(file, 8, 0, (uint64_t)groups + 1);
+    if (!visibility_ascend_(file->name_offsets, groups))
         return 0;
-    names = visibility_block_(file, 8, 4 * (count + 1), file->name_offsets[count]);
-    if (!names)
+    file->names
+        = visibility_block_(file, 8, 4 * ((uint64_t)groups + 1), file->name_offsets[groups]);
+    if (!file->names)
         return 0;
-    file->names = (const char *)names;
-    for (object = 0; object < count; ++object)
-        if (!visibility_check_utf8_(
-                names + file->name_offsets[object], names + file->name_offsets[object + 1]))
+    for (group = 0; group < groups; ++group)
+        if (!visibility_check_names_(file->names + file->name_offsets[group],
+                                     file->names + file->name_offsets[group + 1],
+                                     count - size * group < size ? count - size * group : size))
             return 0;
     return 1;
 }
@@ -629,7 +683,7 @@ static inline visibility_status visibility_open(
     flags = visibility_u32_(at + 12);
     /* Known are conservative (1), partial (8) and the up axis (bits 8 and 9).  Slices and altitudes,
      * two of the blocks, are for versions to come. */
-    if (visibility_u32_(at + 8) != 1 || (flags & ~(1u | 8u | 3u << 8)) != 0
+    if (visibility_u32_(at + 8) != 2 || (flags & ~(1u | 8u | 3u << 8)) != 0
         || visibility_u32_(at + 112) != 0 || visibility_u32_(at + 116) != 0)
         return VISIBILITY_OTHER_VERSION;
     if (visibility_u64_(at + 16) != size)

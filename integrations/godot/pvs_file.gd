@@ -10,6 +10,8 @@ const NO_CELL := -1
 const _HEADER := 144
 const _GRID := 32
 const _CELL := 32
+const _GROUP := 16
+const _GROUP_BITS := 4
 const _NO_ROW := 0xFFFFFFFF
 const _MAGIC: Array[int] = [0x89, 0x50, 0x56, 0x53, 0x0D, 0x0A, 0x1A, 0x0A]
 const _KNOWN_FLAGS := 0x309
@@ -32,6 +34,7 @@ var _row_offsets := 0
 var _rows := 0
 var _columns := 0
 var _lines := 0
+var _at := 0
 
 
 ## Reads a file; returns what is wrong with it, and nothing where it can be used.
@@ -164,7 +167,7 @@ func _check_start() -> String:
 			return "this is no file of visible sets: it does not begin as one"
 	var unknown := _bytes.decode_u32(12) & ~_KNOWN_FLAGS
 	# Slices and altitudes, two of the blocks, are for versions to come.
-	if _bytes.decode_u32(8) != 1 or unknown != 0 or _bytes.decode_u64(112) != 0:
+	if _bytes.decode_u32(8) != 2 or unknown != 0 or _bytes.decode_u64(112) != 0:
 		return "it is of another version, or holds what is not known"
 	if _bytes.decode_u64(16) != _bytes.size():
 		return "it is cut short, or longer than it says"
@@ -314,21 +317,54 @@ func _is_row(begin: int, end: int) -> bool:
 	return true
 
 
+## Each name is what it has beyond the name before, in groups of which the first is whole.
 func _read_names() -> String:
 	var fault := "it is damaged: its names are no text"
 	if _bytes.decode_u32(120) == 0:
 		return "it names no objects, so no node can be found" if _object_count > 0 else ""
-	var offsets := _block(8, 4 * _object_count + 4)
-	if offsets < 0 or not _ascends(offsets, _object_count):
+	var groups := (_object_count + _GROUP - 1) >> _GROUP_BITS
+	var offsets := _block(8, 4 * groups + 4)
+	if offsets < 0 or not _ascends(offsets, groups):
 		return fault
-	var text := offsets + 4 * _object_count + 4
+	var text := offsets + 4 * groups + 4
 	if text + _bytes.decode_u32(text - 4) > _bytes.size():
 		return fault
-	for index in range(_object_count):
-		var begin := text + _bytes.decode_u32(offsets + 4 * index)
-		var raw := _bytes.slice(begin, text + _bytes.decode_u32(offsets + 4 * index + 4))
-		var decoded := raw.get_string_from_utf8()
-		if decoded.to_utf8_buffer() != raw:
+	for group in range(groups):
+		var begin := text + _bytes.decode_u32(offsets + 4 * group)
+		var end := text + _bytes.decode_u32(offsets + 4 * group + 4)
+		if not _read_group(begin, end, mini(_GROUP, _object_count - _GROUP * group)):
 			return fault
-		names.append(decoded)
 	return ""
+
+
+## Adds so many names; false where the bytes hold others than these.
+func _read_group(begin: int, end: int, count: int) -> bool:
+	var before := PackedByteArray()
+	_at = begin
+	for index in range(count):
+		var shared := _read_number(end)
+		var more := _read_number(end)
+		if shared < 0 or more < 0 or shared > before.size() or more > end - _at:
+			return false
+		before = before.slice(0, shared)
+		before.append_array(_bytes.slice(_at, _at + more))
+		_at += more
+		var decoded := before.get_string_from_utf8()
+		if decoded.to_utf8_buffer() != before:
+			return false
+		names.append(decoded)
+	return _at == end
+
+
+## The number at the place that is read, by 7 bits a byte; -1 where it goes on past the end.
+func _read_number(end: int) -> int:
+	var value := 0
+	for place in range(5):
+		if _at >= end:
+			return -1
+		var byte := _bytes[_at]
+		_at += 1
+		value |= (byte & 0x7F) << (7 * place)
+		if byte < 0x80:
+			return value
+	return -1

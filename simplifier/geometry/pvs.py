@@ -90,10 +90,11 @@ def pack_rows(sets: Iterable[BoolArray]) -> tuple[Rows, NDArray[np.int64]]:
 def _packed(visible: BoolArray) -> bytes:
     """The runs of a set; none behind the last visible object."""
     edges = np.flatnonzero(np.diff(visible.astype(np.int8), prepend=0, append=0))
-    return b"".join(map(_leb128, np.diff(edges, prepend=0).tolist()))
+    return b"".join(map(leb128, np.diff(edges, prepend=0).tolist()))
 
 
-def _leb128(value: int) -> bytes:
+def leb128(value: int) -> bytes:
+    """A number, seven bits a byte, low ones first; the top bit says that more bytes follow."""
     some = bytearray()
     while value > 0x7F:
         some.append(value & 0x7F | 0x80)
@@ -126,7 +127,7 @@ class Pvs:
     ``up``         the scene's up axis: a world point (x, y, z) has its coordinates in turn, so that
                    the last is along this axis, less ``origin`` (3,), in the cells' space.
     ``names``      of the objects, in the scene's order.
-    ``order``      (n,) int32: the objects as the rows have them, near ones together.
+    ``order``      (n,) int32: the objects as the rows have them, so that these have few runs.
     ``row_of``     (c,) int64: the row of each cell, or :data:`UNKNOWN`.
     ``method``     that found the sets, of :data:`METHODS`.
     ``scene``      8 bytes that tell this scene from another.

@@ -10,7 +10,6 @@ from __future__ import annotations
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +24,11 @@ from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import BOX, PRISM, ViewCells
 from simplifier.io.files import read_bytes, write_whole
 from simplifier.io.pvs_grid import tile_grid
+from simplifier.io.pvs_names import GROUP, decode_names, encode_names
 from simplifier.options.simplify import Axis
 
 MAGIC = b"\x89PVS\r\n\x1a\n"  # as PNG's: a transfer as text damages it
-PVS_VERSION = 1
+PVS_VERSION = 2
 NO_ROW = 0xFFFFFFFF
 """In place of a row: the cell is not computed."""
 
@@ -137,10 +137,9 @@ def _encode_blocks(pvs: Pvs) -> dict[str, bytes]:
         "rows": pvs.rows.data,
     }
     if any(pvs.names):
-        names = [name.encode("utf-8", "replace") for name in pvs.names]
-        ends = np.cumsum([0, *map(len, names)], dtype=np.int64)
-        _u32(int(ends[-1]), "bytes of names")
-        blocks["names"] = ends.astype("<u4").tobytes() + b"".join(names)
+        starts, names = encode_names(pvs.names)
+        _u32(len(names), "bytes of names")
+        blocks["names"] = starts.astype("<u4").tobytes() + names
     return blocks
 
 
@@ -172,7 +171,7 @@ def decode_pvs(data: bytes, where: str) -> Pvs:
     header = _checked_header(data, where)
     file = _Blocks(data, header["blocks"], where)
     objects, rows = int(header["objects"]), int(header["rows"])
-    cells = _decode_cells(file, header)
+    order, cells = _decode_order(file, objects), _decode_cells(file, header)
     _check_grid(file, len(cells))
     row_of = file.array("row_of", "<u4", len(cells)).astype(np.int64)
     row_of[row_of == NO_ROW] = UNKNOWN
@@ -182,7 +181,7 @@ def decode_pvs(data: bytes, where: str) -> Pvs:
         _up(header, file),
         header["origin"].astype(np.float64),
         _decode_names(file, objects),
-        _decode_order(file, objects),
+        order,
         cells,
         _decode_rows(file, rows, objects),
         row_of,
@@ -205,7 +204,13 @@ def _checked_header(data: bytes, where: str) -> np.void:
     """The header of bytes that are those that were written, as far as a checksum can tell."""
     _check_start(data, len(data), where)
     header: np.void = np.frombuffer(data, dtype=_HEADER, count=1)[0]
-    if header["version"] != PVS_VERSION:
+    if header["version"] < PVS_VERSION:
+        raise UnreadablePvsError(
+            f"version {header['version']} of the format is no longer read",
+            where=where,
+            remedy="remove it, and find the sets again",
+        )
+    if header["version"] > PVS_VERSION:
         raise _unknown(f"version {header['version']} of the format is", where)
     if header["flags"] & ~np.uint32(_KNOWN) or any(header["blocks"][name] for name in _RESERVED):
         raise _unknown(f"what it holds besides cells and rows (flags {header['flags']}) is", where)
@@ -336,12 +341,12 @@ def _decode_names(file: _Blocks, objects: int) -> tuple[str, ...]:
     """Empty ones where the file has none."""
     if not file.offsets["names"]:
         return ("",) * objects
-    offsets = file.ascending("names", objects)
+    offsets = file.ascending("names", -(-objects // GROUP))
     text = file.raw("names", int(offsets[-1]), 4 * len(offsets))
     try:
-        return tuple(text[begin:end].decode() for begin, end in pairwise(offsets.tolist()))
-    except UnicodeDecodeError as error:
-        raise file.damage(f"the name of an object is not UTF-8 ({error})") from None
+        return decode_names(offsets, text, objects)
+    except ValueError as error:
+        raise file.damage(f"the name of an object is no UTF-8, or cut ({error})") from None
 
 
 def _unknown(what: str, where: str) -> UnreadablePvsError:

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.view_cells import ViewCells
 
-_MOST_ENTRIES = 4  # a cell, and tiles a cell: what a regular grid of square cells takes
+_MOST_ENTRIES, _MOST_TILES = 4, 2  # a cell: a regular grid of square ones takes fewer
+_COARSE = 2.0  # of the median cell's edge: a few more cells to test, and half the bytes
 _MARGIN = 2.0**-21  # of the largest coordinate; float32 puts a point less than this off
 _COARSER = 2.0**0.25  # the next edge that is tried
 
@@ -41,24 +42,25 @@ class TileGrid:
 
 
 def tile_grid(cells: ViewCells) -> TileGrid:
-    """About a tile a cell, coarser where a few large cells among small ones would be listed often.
+    """About a tile for four cells that touch.
 
-    Coordinates have to be below 1e36, so that float32 holds the grid around them.
+    Coarser where a few large cells among small ones would be listed often.  Coordinates have to be
+    below 1e36, so that float32 holds the grid around them.
     """
     count = len(cells)
     if count == 0:
         nothing = np.zeros(2, dtype=np.int64)
         return TileGrid(np.zeros(2, np.float32), np.float32(1.0), (1, 1), nothing, nothing[:0])
     low, high = cells.low[:, :2], cells.high[:, :2]
-    most = _MOST_ENTRIES * count
-    edge = float(np.median((high - low).max(axis=1)))
+    most = _MOST_TILES * count
+    edge = _COARSE * float(np.median((high - low).max(axis=1)))
     # Finer ones have too many tiles along one axis alone, perhaps more than a whole number holds.
     edge = max(edge, float((high.max(axis=0) - low.min(axis=0)).max()) / most)
     while True:
         corner, tile, first, last = _tiles(low, high, edge)
         columns, rows = (int(number) + 1 for number in last.max(axis=0))
         entries = float((last - first + 1).astype(np.float64).prod(axis=1).sum())
-        if columns * rows <= most and entries <= most:
+        if columns * rows <= most and entries <= _MOST_ENTRIES * count:
             break
         edge *= _COARSER
     starts, listed = _lists(first, last, columns, rows)
@@ -70,11 +72,11 @@ def _tiles(
 ) -> tuple[NDArray[np.float32], np.float32, NDArray[np.int64], NDArray[np.int64]]:
     """Corner and edge of the grid, and the first and last tile (n, 2) of each cell.
 
-    The grid begins half a tile before the cells, so that the borders of a regular grid lie within
-    tiles and rounding moves none into a further one.
+    The grid begins a quarter of a tile before the cells, so that the borders of a regular grid lie
+    within tiles and rounding moves none into a further one.
     """
     tile = np.float32(edge)
-    corner = (low.min(axis=0) - 0.5 * tile).astype(np.float32)
+    corner = (low.min(axis=0) - 0.25 * tile).astype(np.float32)
     margin = _MARGIN * float(np.abs([low, high]).max())
     first = np.floor((low - margin - corner) / np.float64(tile))
     last = np.floor((high + margin - corner) / np.float64(tile))

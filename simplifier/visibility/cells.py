@@ -34,9 +34,10 @@ _MOST_OPEN = 0.5  # of the plan: the hull of what is open and wider is no obstac
 def place_cells(upright: UprightScene, placing: Placing, options: PvsOptions) -> ViewCells:
     """Cells over the scene's plan, from the ground to the eyes of who stands on it.
 
-    ``walkable``  squares on which one can stand somewhere; ``grid`` all; ``triangles`` prisms that
-    fill the free space between what stands there, no edge longer than a square's.  Raises
-    :class:`OptionError` where there is no such place, and for more cells than ten million.
+    ``walkable``  squares on which one can stand somewhere, up to the eyes at the highest of these;
+    ``grid`` all; ``triangles`` prisms that fill the free space between what stands there, no edge
+    longer than a square's.  Raises :class:`OptionError` where there is no such place, and for more
+    cells than ten million.
     """
     size = options.cell_size
     count = np.maximum(np.ceil(upright.extent[:2] / size - 1e-9), 1.0)
@@ -60,7 +61,9 @@ def place_cells(upright: UprightScene, placing: Placing, options: PvsOptions) ->
         there = slice(x0, x1 + 1), slice(y0, y1 + 1)
         if placing == "grid" or free[there].any():
             kept.append(cell)
-            heights.append([ground[there].min(), ground[there].max() + options.eye_height])
+            # Between house bases, ground is drawn that rises within houses: none stands there.
+            stood = ground[there][free[there]] if placing == "walkable" else ground[there]
+            heights.append([stood.min(), stood.max() + options.eye_height])
     if not kept:
         raise OptionError(
             "there is no place to stand on", where="cells",

@@ -17,7 +17,6 @@ from scipy import ndimage
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.culling.visible_sets import scene_digest
 from simplifier.errors import CancelledError, OptionError
-from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.pvs import UNKNOWN, Pvs, pack_rows
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import BoolArray
@@ -29,6 +28,7 @@ from simplifier.visibility.cull_map import CullMaps, see_by_cull_maps
 from simplifier.visibility.cull_map_gl import OpenGLCullMaps, check_opengl
 from simplifier.visibility.fill_leaks import FillLeak
 from simplifier.visibility.height_field import HeightField, height_field
+from simplifier.visibility.object_order import few_runs
 from simplifier.visibility.viewer_fill import Filled, fill_by_viewers, fill_warnings
 
 _FINE = 0.2  # of epsilon: a pixel of the height field
@@ -36,7 +36,6 @@ _MOST_PIXELS = 8192  # along the longest edge
 _BATCH = 32  # cells between two looks at the clock
 _FORMAT = 1  # raised when the same input is to give other sets
 _LOST = 0.2  # share of what stands there that may not count as solid without a word
-_CODE = 16  # bits of a place along each axis, where objects are put in order
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,9 +208,10 @@ def _packed(
     upright: UprightScene, cells: ViewCells, known: list[BoolArray | None], scene: bytes,
     settings: bytes, conservative: bool,
 ) -> Pvs:  # fmt: skip
-    order = _near_together(upright.boxes[:, :, :2].mean(axis=1))
     computed = [cell for cell, row in enumerate(known) if row is not None]
-    rows, places = pack_rows(row[order] for row in known if row is not None)
+    sets = [row for row in known if row is not None]
+    order = few_runs(sets, upright.boxes[:, :, :2].mean(axis=1))
+    rows, places = pack_rows(row[order] for row in sets)
     row_of = np.full(len(cells), UNKNOWN, dtype=np.int64)
     row_of[computed] = places
     up = cast(Axis, "xyz"[int(upright.order[2])])
@@ -219,17 +219,6 @@ def _packed(
         up, upright.origin, upright.scene.names, order, cells, rows, row_of, "cull-map",
         conservative, scene, settings,
     )  # fmt: skip
-
-
-def _near_together(places: FloatArray) -> NDArray[np.int32]:
-    """(n,) objects along a Z-curve over the plan: what is visible together then makes few runs."""
-    low, extent = places.min(axis=0), np.ptp(places, axis=0).max()
-    cells = ((places - low) / max(extent, 1e-300) * (2**_CODE - 1)).astype(np.uint64)
-    code = np.zeros(len(places), dtype=np.uint64)
-    for bit in range(_CODE):
-        for axis in (0, 1):
-            code |= (cells[:, axis] >> np.uint64(bit) & np.uint64(1)) << np.uint64(2 * bit + axis)
-    return np.argsort(code, kind="stable").astype(np.int32)
 
 
 def _warnings(field: HeightField, pvs: Pvs, options: PvsOptions) -> list[str]:

@@ -35,7 +35,7 @@ def town(**changes):
     sets = [np.array(each, bool) for each in ([1, 1, 0, 0], [0, 1, 1, 0], [0, 0, 0, 1])]
     rows, places = pack_rows(sets)
     members = {
-        "up": "y", "origin": np.array([5e6, 2e6, 100.0]), "names": ("a", "b", "Häuser", "d"),
+        "up": "y", "origin": np.array([5e6, 2e6, 100.0]), "names": ("a", "b", "Häuser", "Häfen"),
         "order": np.array([3, 2, 1, 0], np.int32), "cells": cells, "rows": rows,
         "row_of": np.array([places[0], places[1], UNKNOWN, places[2]]), "method": "slice-wise",
         "conservative": True, "scene": b"town\0\0\0\0", "settings": bytes(range(8)),
@@ -61,7 +61,8 @@ def block(data, name):
 
 
 DAMAGES = {
-    "another version": (lambda d: 8, struct.pack("<I", 2), "version 2 .* newer release"),
+    "another version": (lambda d: 8, struct.pack("<I", 3), "version 3 .* newer release"),
+    "an old version": (lambda d: 8, struct.pack("<I", 1), "version 1 .* find the sets again"),
     "a flag of later": (lambda d: 12, struct.pack("<I", 1 | 8 | 16), "not known; .* newer release"),
     "slices": (lambda d: BLOCKS["slices"], struct.pack("<I", 9), "not known; .* newer release"),
     "altitudes": (lambda d: BLOCKS["altitudes"], struct.pack("<I", 9), "not known"),
@@ -103,7 +104,21 @@ DAMAGES = {
     "a run beyond the objects": (lambda d: block(d, "rows") + 1, b"\x05", "longer than the 4"),
     "runs beyond the objects": (lambda d: block(d, "rows"), b"\x03\x02", "longer than the 4"),
     "an empty run": (lambda d: block(d, "rows") + 1, b"\x00", "run is empty"),
-    "names that fall": (lambda d: block(d, "names") + 4, struct.pack("<I", 3), "not ascend"),
-    "a name that is no text": (lambda d: block(d, "names") + 20, b"\xff", "UTF-8"),
-    "half a letter": (lambda d: block(d, "names") + 12, struct.pack("<I", 4), "UTF-8"),
+    "names that begin late": (lambda d: block(d, "names"), struct.pack("<I", 1), "not ascend"),
+    "names behind the end": (lambda d: block(d, "names") + 4, struct.pack("<I", 99), "not in the"),
+    "a name that is no text": (lambda d: block(d, "names") + 10, b"\xff", "UTF-8"),
+    "a name that shares half a letter": (
+        lambda d: block(d, "names") + 23, b"\x02", "begins with half a letter",
+    ),
+    "a name that adds half a letter": (lambda d: block(d, "names") + 26, b"\xc3", "UTF-8"),
+    "a name that shares too much": (
+        lambda d: block(d, "names") + 23, b"\x08", "begins with 8 bytes of one of 7",
+    ),
+    "a first name that shares": (
+        lambda d: block(d, "names") + 8, b"\x01", "begins with 1 bytes of one of 0",
+    ),
+    "a name that is too long": (lambda d: block(d, "names") + 24, b"\x04", "ends behind"),
+    "a name too few": (lambda d: block(d, "names") + 24, b"\x02", "goes on behind"),
+    "a name too many": (lambda d: block(d, "names") + 4, struct.pack("<I", 15), "goes on"),
+    "a length that goes on": (lambda d: block(d, "names") + 23, 5 * b"\x80", "goes on"),
 }  # fmt: skip

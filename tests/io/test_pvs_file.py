@@ -54,7 +54,7 @@ def test_a_file_as_a_script_uses_it(tmp_path):
 def test_the_layout_is_as_the_docs_say():
     data = encode_pvs(town())
     assert data[:8] == b"\x89PVS\r\n\x1a\n"
-    assert struct.unpack_from("<IIQIIII", data, 8) == (1, 1 | 8 | 1 << 8, len(data), 4, 4, 3, 1)
+    assert struct.unpack_from("<IIQIIII", data, 8) == (2, 1 | 8 | 1 << 8, len(data), 4, 4, 3, 1)
     assert struct.unpack_from("<3d", data, 40) == (5e6, 2e6, 100.0)
     assert struct.unpack_from("<6f", data, 64) == (0.0, 0.0, 0.0, 9.0, 9.0, 3.0)
     assert data[124:140] == b"town\0\0\0\0" + bytes(range(8))
@@ -70,8 +70,9 @@ def test_the_layout_is_as_the_docs_say():
     assert struct.unpack_from("<4I", data, block(data, "row_of")) == (0, 1, 0xFFFFFFFF, 2)
     assert struct.unpack_from("<4I", data, block(data, "row_offsets")) == (0, 2, 4, 6)
     assert data[block(data, "rows") :][:6] == bytes([0, 2, 1, 2, 3, 1])
-    assert struct.unpack_from("<5I", data, block(data, "names")) == (0, 1, 2, 9, 10)
-    assert data[block(data, "names") + 20 :].rstrip(b"\0") == "abHäuserd".encode()
+    names = block(data, "names")
+    assert struct.unpack_from("<2I", data, names) == (0, 20)
+    assert data[names + 8 : names + 28] == b"\0\1a\0\1b\0\7" + "Häuser".encode() + b"\3\3fen"
 
 
 def test_names_are_left_out_where_there_are_none():

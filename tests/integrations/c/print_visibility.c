@@ -1,5 +1,6 @@
-/* Prints files of visible sets for the tests.  The command line has pairs: such a file, and world
- * points to look up in it, three doubles each. */
+/* Prints files of visible sets for the tests.  The command line names a file of such files one after
+ * the other: how long it and its points are, each in 64 bits; itself; and world points to look up in
+ * it, three doubles each. */
 #include "read_all.h"
 #include "visibility.h"
 
@@ -55,6 +56,7 @@ static void print(const visibility_file *file, const unsigned char *points, size
 {
     uint32_t index;
     size_t at, length;
+    char *name, *half;
     printf("counts %u %u %u method %d conservative %d partial %d up %d\n",
            (unsigned)file->object_count, (unsigned)file->cell_count, (unsigned)file->row_count,
            (int)file->method, file->conservative, file->partial, file->up);
@@ -67,11 +69,21 @@ static void print(const visibility_file *file, const unsigned char *points, size
         printf("%02x", (unsigned)file->settings[index]);
     printf("\n");
     for (index = 0; index < file->object_count; ++index) {
-        const char *name = visibility_name(file, index, &length);
+        length = visibility_name(file, index, NULL, 0);
+        name = (char *)malloc(length ? length : 1);
+        half = (char *)malloc(length / 2 ? length / 2 : 1);
+        if (!name || !half)
+            exit(3);
+        if (visibility_name(file, index, name, length) != length
+            || visibility_name(file, index, half, length / 2) != length
+            || memcmp(name, half, length / 2) != 0)
+            exit(8);
         printf("name ");
         for (at = 0; at < length; ++at)
             printf("%02x", (unsigned)(unsigned char)name[at]);
         printf("\n");
+        free(name);
+        free(half);
     }
     print_set(file, VISIBILITY_NO_CELL);
     for (index = 0; index < file->cell_count; ++index)
@@ -83,20 +95,37 @@ static void print(const visibility_file *file, const unsigned char *points, size
     }
 }
 
+/* A copy in a block that ends where it does, so that a sanitizer sees any read behind it. */
+static unsigned char *copied(const unsigned char *from, size_t size)
+{
+    unsigned char *bytes = (unsigned char *)malloc(size ? size : 1);
+    if (!bytes)
+        exit(3);
+    memcpy(bytes, from, size);
+    return bytes;
+}
+
 int main(int count, char **names)
 {
-    int place;
-    for (place = 1; place + 1 < count; place += 2) {
+    size_t size, at = 0;
+    unsigned char *all = read_all(names[count - 1], &size);
+    while (at < size) {
         visibility_file file;
-        size_t size, points_size;
-        unsigned char *bytes = read_all(names[place], &size);
-        unsigned char *points = read_all(names[place + 1], &points_size);
-        const visibility_status status = visibility_open(bytes, size, &file);
+        uint64_t sizes[2];
+        unsigned char *bytes, *points;
+        visibility_status status;
+        memcpy(sizes, all + at, sizeof sizes);
+        at += sizeof sizes;
+        bytes = copied(all + at, (size_t)sizes[0]);
+        points = copied(all + at + sizes[0], (size_t)sizes[1]);
+        at += (size_t)(sizes[0] + sizes[1]);
+        status = visibility_open(bytes, (size_t)sizes[0], &file);
         printf("== %s\n", visibility_text(status));
         if (status == VISIBILITY_OK)
-            print(&file, points, points_size);
+            print(&file, points, (size_t)sizes[1]);
         free(bytes);
         free(points);
     }
+    free(all);
     return 0;
 }

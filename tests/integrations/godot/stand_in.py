@@ -104,6 +104,9 @@ class PackedByteArray(bytearray):
         assert 0 <= begin <= end <= len(self)
         return PackedByteArray(self[begin:end])
 
+    def append_array(self, other):
+        self.extend(other)
+
     def compress(self, kind):
         assert kind == "gzip"
         return PackedByteArray(gzip.compress(bytes(self)))
@@ -203,7 +206,7 @@ _GLOBALS = {
     "PackedStringArray": Packed, "PackedInt32Array": Packed, "Packed": Packed, "cast": _cast,
     "Vector3": Vector3,
     "FileAccess": SimpleNamespace(get_file_as_bytes=_read, COMPRESSION_GZIP="gzip"),
-    "is_nan": math.isnan, "is_finite": math.isfinite, "minf": min, "maxf": max,
+    "is_nan": math.isnan, "is_finite": math.isfinite, "minf": min, "maxf": max, "mini": min,
     "push_error": lambda text: LOG.append(f"ERROR: {text}"),
     "push_warning": lambda text: LOG.append(f"WARNING: {text}"),
     "is_instance_valid": lambda node: node.valid,

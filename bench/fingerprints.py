@@ -37,7 +37,7 @@ _TIMES = frozenset({
     "timings", "made", "created", "queued", "started", "ended", "finished", "expires", "seconds",
     "machine", "host", "cull_ms", "cull_seconds", "duration", "date", "id", "job", "job_id",
     "links", "href", "run", "created_at", "started_at", "finished_at", "queued_at", "ended_at",
-    "updated", "milliseconds", "time", "times", "reused", "link",
+    "updated", "milliseconds", "time", "times", "reused", "link", "seconds_a_cell",
 })  # fmt: skip
 """Keys whose values are times, dates, or names that a server draws at random."""
 
@@ -116,8 +116,8 @@ def main() -> None:
 def fingerprints(folder: Path, only: str = "") -> dict[str, str]:
     """A digest by name; work that none of the ``only`` names needs is not done."""
     works: dict[str, Callable[[Path], Iterator[tuple[str, Any]]]] = {
-        "openapi": _openapi, "help": _helps, "scene": _scene, "service": _service, "build": _build,
-        "refusals": _refusals, "tradeoff": _tradeoff,
+        "openapi": _openapi, "help": _helps, "scene": _scene, "pvs": _pvs, "service": _service,
+        "build": _build, "refusals": _refusals, "tradeoff": _tradeoff,
     }  # fmt: skip
     for number, (asset, options, suffix) in enumerate(CASES):
         if (ASSETS / asset).exists():
@@ -184,7 +184,8 @@ def _openapi(folder: Path) -> Iterator[tuple[str, Any]]:
 def _helps(folder: Path) -> Iterator[tuple[str, Any]]:
     yield "occluder", _run(folder, "--help").out
     for name in (
-        "simplify", "evaluate", "tradeoff", "path", "scene", "cull", "build", "watch", "warmup",
+        "simplify", "evaluate", "tradeoff", "path", "scene", "cull", "pvs", "pvs-show", "pvs-check",
+        "build", "watch", "warmup",
         "serve", "submit", "keys", "keys create", "keys list", "keys revoke", "keys secret",
     ):  # fmt: skip
         yield name, _run(folder, *name.split(), "--help").out
@@ -204,6 +205,28 @@ def _scene(folder: Path) -> Iterator[tuple[str, Any]]:
     for name, value in _files(folder):
         if "cull.csv" not in name and "cull.png" not in name:
             yield name, value
+
+
+def _pvs(folder: Path) -> Iterator[tuple[str, Any]]:
+    """Sets of a building and of a terrain: the files by their bytes, and what is told of them."""
+    terrain = str(ASSETS / "dem_jacksboro_344x403_int16.npy")
+    posts = ("--spacing", "74.40,92.67", "--tile", "64")
+    for name, scene, options, read in (
+        ("building", str(ASSETS / "building_duplex.glb"),
+         ("--up", "z", "--ground", "--cell-size", "2"), ()),
+        ("terrain", terrain, (*posts, "--cell-size", "4000", "--cells", "grid"), posts),
+    ):  # fmt: skip
+        sets = str(folder / f"{name}.pvs")
+        report = str(folder / f"{name}.json")
+        runs = {
+            "pvs": ("pvs", scene, "-o", sets, *options, "--report", report),
+            "pvs-show": ("pvs-show", sets),
+            "pvs-check": ("pvs-check", scene, sets, *read, "--cells", "4", "--views", "12"),
+        }
+        for command, arguments in runs.items():
+            told = _told(_run(folder, *arguments))
+            yield from ((f"{name} {command} {part}", value) for part, value in told)
+    yield from _files(folder)
 
 
 def _build(folder: Path) -> Iterator[tuple[str, Any]]:
@@ -251,6 +274,9 @@ def _refusals(folder: Path) -> Iterator[tuple[str, Any]]:
         f"scene {mesh} -o s --pixel-error 0", f"tradeoff {mesh} -o t --times 0",
         f"tradeoff {mesh} -o t --resolutions a,b", f"path {mesh} -o p.json --eye-height 0",
         f"cull {mesh} --occluders none --path none -o c --image 3", "build",
+        f"pvs {mesh} -o s.pvs --cell-size 0", f"pvs {mesh} -o s.pvs --spacing 1,1",
+        f"pvs {mesh} -o s.pvs --memory-limit 0.001", "pvs nowhere.npy -o s.pvs --spacing 1,1",
+        "pvs nowhere.npy -o s.pvs", "pvs-show nowhere.pvs", f"pvs-check {mesh} nowhere.pvs",
         "simplify nowhere.ply -o o.glb",
     ):  # fmt: skip
         ran = _run(folder, *words.split())

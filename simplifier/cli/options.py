@@ -20,6 +20,13 @@ Mesh = Annotated[Path, typer.Argument(help="The mesh: glb, gltf, obj, ply, stl, 
 SceneArgument = Annotated[
     Path, typer.Argument(help="The scene: a mesh file, objects by its nodes, or a folder of them.")
 ]
+TerrainArgument = Annotated[
+    Path,
+    typer.Argument(
+        help="The scene: a mesh file, objects by its nodes, a folder of them, or an elevation"
+        " model, .npy or .tif."
+    ),
+]
 TransparentScene = Annotated[
     Transparent,
     typer.Option("--transparent", help=TRANSPARENT_HELP),

@@ -11,25 +11,28 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from simplifier.cli.console import count_bar, print_line, print_rows, print_text
-from simplifier.cli.options import SceneArgument, read_options, with_options
+from simplifier.cli.options import TerrainArgument, read_options, with_options
 from simplifier.cli.running import Debug, interrupts, run_guarded
 from simplifier.errors import OptionError
+from simplifier.io.suffixes import ELEVATION_SUFFIXES
 from simplifier.options.simplify import Transparent
-from simplifier.options.visibility import SEE_THROUGH_HELP, PvsOptions
+from simplifier.options.visibility import SEE_THROUGH_HELP, ElevationOptions, PvsOptions
 
 if TYPE_CHECKING:
     from simplifier.geometry.pvs import Pvs
+    from simplifier.geometry.scene import Scene
     from simplifier.visibility.cells import Placing
     from simplifier.visibility.find import Found
+    from simplifier.visibility.terrain import Terrain
 
 PvsFile = Annotated[Path, typer.Argument(help="What 'occluder pvs' wrote.")]
 SeenThrough = Annotated[Transparent, typer.Option(help=SEE_THROUGH_HELP)]
 _SOME = 40  # names that are shown of a set
 
 
-@with_options(PvsOptions)
+@with_options(PvsOptions, ElevationOptions)
 def pvs(
-    scene: SceneArgument,
+    scene: TerrainArgument,
     output: Annotated[Path, typer.Option("-o", "--output", help="The file of sets, .pvs.")],
     *,
     cells: Annotated[
@@ -46,6 +49,8 @@ def pvs(
 ) -> None:
     """Find which objects of a scene can be seen from each view cell, before run time.
 
+    Of an elevation model the objects are square tiles, and z is up.
+
     An existing file is continued: cells that it holds are not computed again.  Ctrl-C ends the
     command and keeps what is done; from a cell that is not computed everything counts as visible.
     """
@@ -56,24 +61,34 @@ def pvs(
         from simplifier.cli.path import check_output
         from simplifier.cli.report import check_extras
         from simplifier.io.pvs_file import load_pvs, save_pvs
-        from simplifier.io.scene_layers import load_layers
         from simplifier.visibility.cells import load_cells, place_cells
         from simplifier.visibility.find import find_pvs
+        from simplifier.visibility.terrain_cells import place_on_terrain
 
         options: PvsOptions = read_options(PvsOptions, chosen)
+        elevation: ElevationOptions = read_options(ElevationOptions, chosen)
+        if _is_elevation(scene):
+            options = replace(options, up="z")
         check_output(scene, output, "the sets")
         check_extras(report, pictures)
         with interrupts() as listening:
             before = load_pvs(output) if output.exists() else None
-            read, opaque = load_layers(scene, transparent=options.transparent)
+            layers = _read(scene, options.transparent, elevation, options.memory_limit)
+            read, opaque, terrain = layers
             upright = UprightScene.of(read, options.up)
             if cells in ("walkable", "grid", "triangles"):
-                where = place_cells(upright, cast("Placing", cells), options)
+                placing = cast("Placing", cells)
+                if terrain is None:
+                    where = place_cells(upright, placing, options)
+                else:
+                    where = place_on_terrain(terrain, upright, placing, options)
                 options = replace(options, skip_buried=True)  # no user placed them there
             else:
                 where = load_cells(_cell_file(cells), options.up, upright.origin)
             with listening.deferred() as cancel, count_bar("objects, then cells") as tell:
-                found = find_pvs(upright, where, options, before, tell, cancel, tell, opaque)
+                found = find_pvs(
+                    upright, where, options, before, tell, cancel, tell, opaque, terrain
+                )
             with listening.held():
                 save_pvs(found.pvs, output)
                 figures = _figures(found)
@@ -94,6 +109,33 @@ def _write(folder: Path, files: Mapping[str, bytes]) -> None:
 
     make_folder(folder)
     write_all_whole({folder / name: data for name, data in files.items()})
+
+
+def _is_elevation(scene: Path) -> bool:
+    return scene.suffix.lower() in ELEVATION_SUFFIXES and not scene.is_dir()
+
+
+def _read(
+    scene: Path, transparent: Transparent, options: ElevationOptions, memory_limit: float | None
+) -> tuple[Scene, Scene | None, Terrain | None]:
+    """The objects of a scene and what of them hides anything, or the tiles of an elevation model
+    and that.
+    """
+    if not _is_elevation(scene):
+        from simplifier.io.scene_layers import load_layers
+
+        if options.spacing is not None:
+            raise OptionError(
+                "a scene of meshes has none", where="spacing",
+                remedy="leave it out, or name an elevation model: .npy or .tif",
+            )  # fmt: skip
+        return *load_layers(scene, transparent=transparent, memory_limit=memory_limit), None
+    from simplifier.io.elevation import load_elevation
+    from simplifier.visibility.terrain import Terrain
+
+    posts = load_elevation(scene, spacing=options.spacing, memory_limit=memory_limit)
+    terrain = Terrain.of(posts, options.tile)
+    return terrain.scene, None, terrain
 
 
 def _cell_file(cells: str) -> Path:
@@ -122,6 +164,7 @@ def _figures(found: Found) -> dict[str, Any]:
         "computed_now": found.made,
         "left": len(pvs.cells) - len(pvs.computed),
         "method": pvs.method,
+        "reason": found.reason,
         "conservative": pvs.conservative,
         "culled_share": _culled(pvs),
         "holes": [asdict(leak) for leak in found.leaks],
@@ -135,10 +178,11 @@ def _figures(found: Found) -> dict[str, Any]:
 def _summary_rows(figures: Mapping[str, Any], output: Path) -> list[tuple[str, str]]:
     cells, size = figures["cells"], output.stat().st_size
     done = cells - figures["left"]
+    sure = [] if figures["conservative"] else ["not conservative"]
     return [
         ("objects", f"{figures['objects']:,}"),
         ("cells", f"{done:,} of {cells:,}, {done - figures['computed_now']:,} kept from before"),
-        ("method", figures["method"] + ("" if figures["conservative"] else ", not conservative")),
+        ("method", ", ".join([figures["method"], *sure, figures["reason"]])),
         ("culled", f"{100.0 * figures['culled_share']:.2f} % of the objects in the mean"),
         ("file", f"{size:,} bytes, {size / done:,.0f} a cell"),
         ("time", f"{1e3 * figures['seconds_a_cell']:.3g} ms a cell"),
@@ -206,8 +250,9 @@ def _point(text: str) -> Any:
     return point
 
 
+@with_options(ElevationOptions)
 def pvs_check(
-    scene: SceneArgument,
+    scene: TerrainArgument,
     file: PvsFile,
     *,
     cells: Annotated[int, typer.Option(min=1, help="Cells that are drawn by lot.")] = 50,
@@ -221,6 +266,7 @@ def pvs_check(
     seed: Annotated[int, typer.Option(min=0, help="Of the lots.")] = 0,
     transparent: SeenThrough = "leave-out",
     debug: Debug = False,
+    **chosen: Any,
 ) -> None:
     """Hold sets of visible objects against what is certainly seen from points of their cells.
 
@@ -230,18 +276,18 @@ def pvs_check(
     def run() -> None:
         from simplifier.culling.visible_sets import check_sets
         from simplifier.io.pvs_file import load_pvs
-        from simplifier.io.scene_layers import load_layers
         from simplifier.visibility.check import CheckOptions, check_pvs
 
+        elevation: ElevationOptions = read_options(ElevationOptions, chosen)
         options = CheckOptions(cells, views, pictures=pictures, ground=ground, seed=seed)
         with interrupts() as listening:
             held = load_pvs(file)
-            read, opaque = load_layers(scene, transparent=transparent)
+            read, opaque, terrain = _read(scene, transparent, elevation, None)
             check_sets(held, read, opaque)
             with listening.deferred() as cancel, count_bar("cells") as tell:
                 found = check_pvs(
                     read, held, options, lambda share: tell(round(share * cells), cells), cancel,
-                    opaque,
+                    opaque, terrain,
                 )  # fmt: skip
         rows = [
             ("cells", f"{len(found.rows):,} of {len(held.cells):,}"),

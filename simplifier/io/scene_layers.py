@@ -14,31 +14,36 @@ from simplifier.options.simplify import Transparent
 from simplifier.wording import count
 
 
-def load_layers(path: str | Path, *, transparent: Transparent = "leave-out") -> tuple[Scene, Scene]:
+def load_layers(
+    path: str | Path, *, transparent: Transparent = "leave-out", memory_limit: float | None = None
+) -> tuple[Scene, Scene]:
     """All objects of a scene, and what of them one cannot see through, by the same names.
 
     ``transparent``  ``leave-out``: what one can see through is in the first scene alone; an object
                      of which nothing else is left is not in the second, which may be empty.
                      ``keep``: both are the same.
+    ``memory_limit`` GiB, as of ``load_scene``.
 
     Raises what :func:`~simplifier.io.scene.load_scene` does.  A scene without anything to see
     through is read once.
     """
     try:
-        opaque = load_scene(path, transparent=transparent)
+        opaque = load_scene(path, transparent=transparent, memory_limit=memory_limit)
     except EmptyMeshError:
         if transparent == "keep":
             raise
         opaque = Scene((), (), np.zeros(0, dtype=np.int32), np.zeros((0, 4, 4)), see_through=1)
-    whole = whole_scene(path, opaque)
+    whole = whole_scene(path, opaque, memory_limit)
     if whole is opaque:
         return opaque, opaque
     return replace(whole, warnings=(*whole.warnings, *_told(whole, opaque))), opaque
 
 
-def whole_scene(path: str | Path, opaque: Scene) -> Scene:
+def whole_scene(path: str | Path, opaque: Scene, memory_limit: float | None = None) -> Scene:
     """All objects of the scene that ``opaque`` was read from: that itself where it has all."""
-    return load_scene(path, transparent="keep") if opaque.see_through else opaque
+    if not opaque.see_through:
+        return opaque
+    return load_scene(path, transparent="keep", memory_limit=memory_limit)
 
 
 def _told(whole: Scene, opaque: Scene) -> list[str]:

@@ -18,6 +18,9 @@ OCCLUDER_SUFFIXES = (".glb", ".obj", ".occ", ".off", ".ply", ".stl", ".tres")
 QUAD_SUFFIXES = (".obj", ".off", ".ply")
 """Files that hold quads, too."""
 
+ELEVATION_SUFFIXES = (".npy", ".tif", ".tiff")
+"""Files that heights of a terrain are read from."""
+
 
 SUFFIX = ".overrides.toml"
 """In place of the mesh's own."""

@@ -39,12 +39,15 @@ def check_need(
     where: str = "",
     resolution: int = 1,
     at: Callable[[int], MemoryNeed] | None = None,
+    advise: Callable[[float], str] | None = None,
 ) -> None:
     """Raise :class:`~simplifier.errors.MemoryLimitError` where a run needs more than it may.
 
     ``memory_limit``  GiB, None for :func:`default_limit`.
     ``where``         what the run is about, for the message.
     ``at``            the need at a lower resolution than ``resolution``, to say which one fits.
+    ``advise``        in its place, of runs without a resolution: from the limit in GiB what to
+                      choose, as in "choose larger cells"; empty where nothing would do.
     """
     check_limit(memory_limit)
     limit = default_limit() if memory_limit is None else memory_limit
@@ -52,6 +55,8 @@ def check_need(
         return
     fitting = 0 if at is None else _finest(at, resolution, limit)
     advice = f"choose a resolution of at most {fitting}, or" if fitting else "thin the mesh, or set"
+    if advise is not None:
+        advice = f"{advise(limit)}, or set".removeprefix(", or ")
     raise MemoryLimitError(
         f"about {need.gib:.3g} GiB of memory would be needed, most of it to {_DEEDS[need.largest]},"
         f" and the limit is {limit:.3g} GiB",
@@ -73,6 +78,8 @@ _DEEDS = {
     "pictures": "draw pictures",
     "viewing": "show the mesh",
     "occluders": "make several occluders at once",
+    "raster": "raster the heights",
+    "maps": "look from the cells",
 }
 
 

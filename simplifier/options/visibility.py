@@ -68,7 +68,26 @@ class PvsOptions(OptionSet):
         help="Seconds to find sets for; cells that are left count as seeing everything.",
     )  # fmt: skip
 
+    memory_limit: float | None = shared(SimplifyOptions, "memory_limit")
+
     @property
     def reach(self) -> float:
         """Half the length of edge that one point stands for."""
         return 0.5 * self.cell_size if self.epsilon is None else self.epsilon
+
+
+@dataclass(frozen=True)
+class ElevationOptions(OptionSet):
+    """How an elevation model becomes a scene.
+
+    ``spacing``  between posts along x and y; an array has none of its own.
+    ``tile``     squares of four posts along a side of an object; larger ones make smaller files,
+                 and sets that are further from what is seen.
+    """
+
+    spacing: tuple[float, ...] | None = option(
+        None, "Of an elevation model: DX,DY, the world units between posts; a .npy needs it.",
+        kind="lengths", absent="the GeoTIFF's", unit="world units",
+    )  # fmt: skip
+    tile: int = option(16, "Of an elevation model: posts along the side of an object.",
+                       low=1, high=65_536, unit="posts")  # fmt: skip

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from simplifier.camera_paths.columns import Columns, UprightScene, blocked_band, columns_of
 from simplifier.camera_paths.street import ground_heights, steep
@@ -40,12 +41,7 @@ def place_cells(upright: UprightScene, placing: Placing, options: PvsOptions) ->
     cells than ten million.
     """
     size = options.cell_size
-    count = np.maximum(np.ceil(upright.extent[:2] / size - 1e-9), 1.0)
-    if count.prod() > _MOST_CELLS:
-        raise OptionError(
-            f"{size:g} would make {int(count.prod()):,} cells", where="cell size",
-            remedy=f"choose {size * float((count.prod() / _MOST_CELLS) ** 0.5):.3g} or more",
-        )  # fmt: skip
+    count = cells_across(upright.extent[:2], size)
     columns, ground, free = _ground(upright, options.eye_height)
     if placing == "triangles":
         obstacles = _obstacles(upright, columns, ground, options)
@@ -95,6 +91,20 @@ def _obstacles(
         if blocks and (solid[index] or plans[index].area <= most):
             kept.append(plans[index])
     return kept
+
+
+def cells_across(extent: FloatArray, size: float, sliver: float = 1e-9) -> NDArray[np.int64]:
+    """(2,) how many cells cover a plan (2,); what is left of a size is no cell if it is so little.
+
+    Raises :class:`OptionError` for more than ten million.
+    """
+    count = np.maximum(np.ceil(extent / size - sliver), 1.0)
+    if count.prod() > _MOST_CELLS:
+        raise OptionError(
+            f"{size:g} would make {int(count.prod()):,} cells", where="cell size",
+            remedy=f"choose {size * float((count.prod() / _MOST_CELLS) ** 0.5):.3g} or more",
+        )  # fmt: skip
+    return np.asarray(count.astype(np.int64))
 
 
 def _ground(upright: UprightScene, eye: float) -> tuple[Columns, FloatArray, BoolArray]:

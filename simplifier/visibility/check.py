@@ -23,6 +23,8 @@ from simplifier.geometry.view_cells import PRISM, ViewCells
 from simplifier.progress import Cancel, TellShare, silent
 from simplifier.visibility.exact_view import AZIMUTHS, prisms_of, seen_from
 from simplifier.visibility.panorama import Panorama
+from simplifier.visibility.terrain import Terrain
+from simplifier.visibility.terrain_view import terrain_seen_from
 
 _ON_TOP = 0.75  # share of the viewpoints that lie on upper edges
 _WITHIN = 1e-3  # of the way to the middle, for pictures: a wall may touch the cell
@@ -143,10 +145,12 @@ def check_pvs(
     tell: TellShare = silent,
     cancel: Cancel | None = None,
     opaque: Scene | None = None,
+    terrain: Terrain | None = None,
 ) -> Check:
     """Look from points of some cells for what is certainly visible, and compare it with their sets.
 
     ``opaque``  what of the scene one cannot see through, by the objects' names; all by default.
+    ``terrain``  what the scene was made of, if it is one: lines then pass over its triangles.
 
     Once ``cancel`` is set the cells checked by then are returned, or, if there is none,
     :class:`CancelledError` raised.  Raises :class:`SceneError` where the sets are not of the scene,
@@ -166,7 +170,7 @@ def check_pvs(
     generator = np.random.default_rng(options.seed)
     count = min(options.cells, len(known))
     chosen = np.sort(generator.choice(known, count, replace=False))
-    judge = _Judge(scene, pvs, options, opaque)
+    judge = _Judge(scene, pvs, options, opaque, terrain)
     rows = []
     for done, cell in enumerate(chosen.tolist()):
         if cancel is not None and cancel.is_set():
@@ -204,10 +208,18 @@ def viewpoints(cells: ViewCells, cell: int, count: int, generator: Generator) ->
 class _Judge:
     """Holds what all cells are judged by."""
 
-    def __init__(self, scene: Scene, pvs: Pvs, options: CheckOptions, opaque: Scene | None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        pvs: Pvs,
+        options: CheckOptions,
+        opaque: Scene | None,
+        terrain: Terrain | None,
+    ) -> None:
         self._scene, self._pvs, self._options = scene, pvs, options
         self._order = axis_order(pvs.up)
-        self._prisms = prisms_of(scene, pvs.up, opaque)
+        self._terrain = terrain
+        self._prisms = prisms_of(scene, pvs.up, opaque) if terrain is None else None
         self._panorama: Panorama | None = None
         if options.pictures:
             ground = self._prisms if options.ground else None
@@ -217,9 +229,7 @@ class _Judge:
         """``places`` (k, 3) of the cell, in its space."""
         pvs = self._pvs
         visible = pvs.visible(cell)
-        eyes = places + (pvs.origin - self._prisms.origin)
-        options = self._options
-        found = seen_from(self._prisms, eyes, options.azimuths, margin=options.margin)
+        found = self._lines(places + pvs.origin)
         seen = ~np.isnan(found).all(axis=0)
         leaks = [
             self._leak(cell, index, place, self._towards(found[view, index]), "line")
@@ -237,6 +247,15 @@ class _Judge:
         size = int(pvs.rows.offsets[begin + 1] - pvs.rows.offsets[begin])
         proven = int(np.count_nonzero(seen & visible))
         return CellCheck(cell, int(visible.sum()), int(seen.sum()), proven, size, tuple(leaks))
+
+    def _lines(self, eyes: FloatArray) -> FloatArray:
+        """(k, n) along which azimuth eyes (k, 3), world with z up, certainly see each object."""
+        options = self._options
+        if self._terrain is not None:
+            return terrain_seen_from(self._terrain, eyes, options.azimuths, margin=options.margin)
+        assert self._prisms is not None
+        eyes = eyes - self._prisms.origin
+        return seen_from(self._prisms, eyes, options.azimuths, margin=options.margin)
 
     def _picture_places(self, cell: int, places: FloatArray) -> FloatArray:
         """Of the places those for pictures, upper corners first, a little within the cell."""

@@ -7,7 +7,8 @@ by a pixel, so that what a sample does not see is hidden from all of the piece, 
 is hidden from the whole cell, since every line from within it leaves through its border, and since
 over a height field higher eyes see more.
 
-What stands in the cell is always visible from it, and never hides anything from it.
+What stands in the cell is always visible from it, and never hides anything from it; of a terrain
+only what is as high as the cell does not.
 """
 
 from __future__ import annotations
@@ -188,7 +189,7 @@ def _samples(
     low, high = cells.low[cell], cells.high[cell]
     plans = field.footprints
     inside = (plans[:, 0] <= high[:2]).all(axis=1) & (plans[:, 1] >= low[:2]).all(axis=1)
-    seen |= inside
+    seen |= inside if field.holed is None else inside | field.holed
     rows, kinds = [], []
     (x0, y0), (x1, y1) = ((corner[:2] - field.low) / field.cell for corner in (low, high))
     for kind, begin, end, others in ((_ALONG_X, x0, x1, (y0, y1)), (_ALONG_Y, y0, y1, (x0, x1))):
@@ -201,6 +202,8 @@ def _samples(
                 rows.append([*place, high[2], ex, ey, maps.highest()])
                 kinds.append(kind)
     reach = max(int(np.ceil(0.5 * maps.spacing / field.cell)), 1)
+    if field.holed is not None:
+        return np.array(rows), np.array(kinds), _reaching(field, low, high, reach)
     boxes = np.floor((plans[inside & field.stands] - field.low) / field.cell).astype(np.int64)
     if field.rooms is not None:
         own = np.floor([[x0, y0], [x1, y1]]).astype(np.int64)
@@ -223,6 +226,8 @@ def _prism_samples(
     field, eye = maps.field, float(cells.high[cell, 2])
     outline, count = cells.outline(cell), sectors(maps.half)
     seen[field.objects_in(outline)] = True
+    if field.holed is not None:
+        seen |= field.holed
     rows, kinds = [], []
     corners = (outline - field.low) / field.cell
     for begin, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
@@ -242,3 +247,26 @@ def _prism_samples(
         for x, y in ndimage.find_objects(parts_of)
     ]  # fmt: skip
     return np.array(rows), np.array(kinds), np.array(free, dtype=np.int64).reshape(-1, 4)
+
+
+def _reaching(
+    field: HeightField, low: FloatArray, high: FloatArray, reach: int
+) -> NDArray[np.int64]:
+    """(m, 4) the pixels in and around a cell where a terrain is as high as the cell, by columns.
+
+    All else of the terrain may hide things from the cell, though it is in it: the upper edges see
+    each other above it.
+    """
+    first = np.floor((low[:2] - field.low) / field.cell).astype(int)
+    last = np.floor((high[:2] - field.low) / field.cell).astype(int)
+    own = field.inner[first[0] : last[0] + 1, first[1] : last[1] + 1]
+    if own.size == 0 or own.max() < high[2]:
+        return np.empty((0, 4), dtype=np.int64)
+    x0, y0 = np.maximum(first - reach - 1, 0)
+    x1, y1 = last + reach + 2
+    raised = field.inner[x0:x1, y0:y1] >= high[2]
+    columns = [(x, np.flatnonzero(column)) for x, column in enumerate(raised)]
+    return np.array(
+        [(x0 + x, x0 + x, y0 + ys[0], y0 + ys[-1]) for x, ys in columns if len(ys)],
+        dtype=np.int64,
+    )

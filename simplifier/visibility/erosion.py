@@ -98,12 +98,12 @@ def sector_of(direction: FloatArray, count: int) -> int:
     return int(np.round(turn * count)) % count
 
 
-def shrunk(heights: Heights, window: Window) -> Heights:
-    """The lowest height (nx, ny) in the window around each pixel; minus infinite outside."""
+def shrunk(heights: Heights, window: Window, beyond: float = -np.inf) -> Heights:
+    """The lowest height (nx, ny) in the window around each pixel; ``beyond`` outside of all."""
     lines = len(window.runs) // 2
     reach = max(last for _, last in window.runs)
     wide = [(reach, reach), (lines, lines)][:: 1 if window.axis == 0 else -1]
-    padded = np.pad(heights, wide, constant_values=-np.inf)
+    padded = np.pad(heights, wide, constant_values=beyond)
     lowest, power = (padded.T if window.axis else padded), 1
     result = np.full(heights.shape, np.inf, dtype=np.float32)
     turned = result.T if window.axis else result
@@ -134,5 +134,6 @@ class Erosion:
 
     @classmethod
     def of(cls, field: HeightField, window: Window) -> Erosion:
-        pairs = np.ascontiguousarray(np.stack([shrunk(field.inner, window), field.tops], axis=2))
+        inner = shrunk(field.inner, window, field.beyond)
+        pairs = np.ascontiguousarray(np.stack([inner, field.tops], axis=2))
         return cls(pairs, np.ascontiguousarray(pairs.transpose(1, 0, 2)))

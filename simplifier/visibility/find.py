@@ -28,7 +28,9 @@ from simplifier.visibility.cull_map import CullMaps, see_by_cull_maps
 from simplifier.visibility.cull_map_gl import OpenGLCullMaps, check_opengl
 from simplifier.visibility.fill_leaks import FillLeak
 from simplifier.visibility.height_field import HeightField, height_field
+from simplifier.visibility.memory import check_memory
 from simplifier.visibility.object_order import few_runs
+from simplifier.visibility.terrain import Terrain, terrain_field
 from simplifier.visibility.viewer_fill import Filled, fill_by_viewers, fill_warnings
 
 _FINE = 0.2  # of epsilon: a pixel of the height field
@@ -36,6 +38,7 @@ _MOST_PIXELS = 8192  # along the longest edge
 _BATCH = 32  # cells between two looks at the clock
 _FORMAT = 1  # raised when the same input is to give other sets
 _LOST = 0.2  # share of what stands there that may not count as solid without a word
+_UPRIGHT = 0.05  # of what stands there: if no more is lost, a raster of heights has it all
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +46,8 @@ class Found:
     """The sets, and what the user should know.
 
     ``maps`` what they were looked up in.  ``made`` cells that were computed now; ``seconds`` each
-    took in the mean.  ``leaks`` spaces that would be solid, were it not for a hole.
+    took in the mean; ``reason`` why sets were found as they were.  ``leaks`` spaces that would be
+    solid, were it not for a hole.
     """
 
     pvs: Pvs
@@ -51,6 +55,7 @@ class Found:
     made: int
     seconds: float
     warnings: tuple[str, ...]
+    reason: str
     leaks: tuple[FillLeak, ...] = ()
 
 
@@ -63,17 +68,20 @@ def find_pvs(
     cancel: Cancel | None = None,
     tell_objects: TellCount = lambda done, total: None,
     opaque: Scene | None = None,
+    terrain: Terrain | None = None,
 ) -> Found:
     """What may be visible from each cell; the cells' coordinates are upright.
 
     ``opaque`` is what of the scene hides anything, by the objects' names: by default all of it.
+    ``terrain`` is what the scene was made of, if it is one.
     ``tell_objects`` hears of the objects whose heights are known, ``tell`` then of the cells.
 
     Sets that were found ``before`` in the same scene with the same settings are kept.  Once
     ``cancel`` is set or the time is up, the cells that are left count as seeing everything; without
     any, :class:`CancelledError` is raised.  Raises :class:`OptionError` for an epsilon that would
     take too fine a raster, and for cells that lie in an object wholly unless they are skipped, and
-    :class:`~simplifier.errors.BackendUnavailableError` without the OpenGL that was asked for.
+    :class:`~simplifier.errors.BackendUnavailableError` without the OpenGL that was asked for, and
+    :class:`~simplifier.errors.MemoryLimitError` before it takes more than the options allow.
     """
     if options.backend == "opengl":
         check_opengl()
@@ -81,17 +89,22 @@ def find_pvs(
     scene, settings = scene_digest(upright.scene, opaque), settings_digest(options)
     pixel = _pixel(upright, cells, options)
     plan = np.array([cells.low[:, :2].min(axis=0), cells.high[:, :2].max(axis=0)])
+    check_memory(upright, cells, pixel, _FINE, options.memory_limit, terrain is not None)
 
     def watch(objects: int, total: int) -> None:
         if cancel is not None and cancel.is_set():
             raise CancelledError("cancelled before the first cell was done")
         tell_objects(objects, total)
 
-    field = height_field(upright, pixel, plan, options.ground, watch, opaque)
+    if terrain is None:
+        field = height_field(upright, pixel, plan, options.ground, watch, opaque)
+    else:
+        field = terrain_field(terrain, upright, pixel, plan)
     cells = _without_buried(cells, field, options, upright.scene)
     known = _kept(cells, before, scene, settings)
     filled: Filled | None = None
-    if options.fill == "viewers" and (opaque is None or len(opaque)):
+    sheets = terrain is None and (opaque is None or len(opaque) > 0)
+    if options.fill == "viewers" and sheets:
         eye = options.eye_height if options.ground else None
         filled = fill_by_viewers(field, upright, cells, eye, opaque)
         field = filled.field
@@ -119,7 +132,7 @@ def find_pvs(
     seconds = (time.perf_counter() - begun) / max(done, 1)
     warnings = _warnings(field, pvs, options) + ([] if filled is None else fill_warnings(filled))
     leaks = () if filled is None else filled.leaks
-    return Found(pvs, maps, done, seconds, tuple(warnings), leaks)
+    return Found(pvs, maps, done, seconds, tuple(warnings), _reason(field, options), leaks)
 
 
 See = Callable[[ViewCells], tuple[BoolArray, NDArray[np.int64]]]
@@ -241,6 +254,18 @@ def _warnings(field: HeightField, pvs: Pvs, options: PvsOptions) -> list[str]:
             f"{left:,} of {len(pvs.cells):,} cells are not computed yet, and see everything"
         )
     return told
+
+
+def _reason(field: HeightField, options: PvsOptions) -> str:
+    """Why sets are found by cull maps, as the end of a sentence."""
+    if options.method != "auto":
+        return "as was asked for"
+    if field.holed is not None:
+        return "since a terrain has one height at each place"
+    solid = f"{100.0 * (1.0 - field.lost):.0f} % of what stands in the scene is solid from"
+    if field.lost <= _UPRIGHT:
+        return f"since {solid} the ground up"
+    return f"which is all there is, though only {solid} the ground up"
 
 
 def _kept_by(field: HeightField, reach: float) -> float:

@@ -73,6 +73,9 @@ class HeightField:
     ``stands``  (n,) bool: the objects that are solid by themselves, and so hide nothing from cells
                 that they stand in.
     ``rooms``   where it is not objects alone that are solid: what else is free for single cells.
+    ``holed``   (n,) bool of the tiles of a terrain: those that lack samples, and are always
+                visible; None where objects stand on the ground.
+    ``beyond``  up to where it counts as solid outside of the raster.
     """
 
     low: FloatArray
@@ -86,6 +89,8 @@ class HeightField:
     lost: float
     stands: BoolArray
     rooms: Rooms | None = None
+    holed: BoolArray | None = None
+    beyond: float = -np.inf
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -139,14 +144,10 @@ def height_field(
                 what stands as low as the lowest object does: one may look under all others.
     ``opaque``  what of the objects hides anything, by their names; all of it by default.
     """
-    # A pixel more all around: what touches the border of a pixel touches its neighbour.
-    first = np.minimum(upright.boxes[:, 0, :2].min(axis=0), viewers[0])
-    last = np.maximum(upright.boxes[:, 1, :2].max(axis=0), viewers[1])
-    low = (np.floor(first / cell) - 1.0) * cell
-    shape = np.floor((last - low) / cell).astype(np.int64) + 2
+    low, shape = raster_over(upright, cell, viewers)
     floor = float(upright.boxes[:, 0, 2].min())
     inner = np.full(tuple(shape), -np.inf)
-    least = np.full(tuple(shape), np.inf)
+    least = np.full(shape, np.inf)
     made = [
         _Object.of(*one, low, cell, None if ground else floor)
         for one in _objects(upright, opaque, tell)
@@ -159,15 +160,27 @@ def height_field(
         inner[place] = np.maximum(inner[place], own)
         filled, kept = filled + one.filled, kept + one.kept
     _fill_joints(made, inner, least)
-    starts, objects, object_tops = _sorted_by_pixel(made, tuple(shape))
-    tops = np.full(tuple(shape), -np.inf, dtype=np.float32)
+    starts, objects, object_tops = _sorted_by_pixel(made, shape)
+    tops = np.full(shape, -np.inf, dtype=np.float32)
     for one in made:
         tops[one.place] = np.maximum(tops[one.place], one.tops)
     return HeightField(
-        low, cell, _down(inner), tops, starts, objects, object_tops,
+        low, cell, rounded_down(inner), tops, starts, objects, object_tops,
         upright.boxes[:, :, :2], 1.0 - kept / filled if filled > 0.0 else 0.0,
         np.array([one.plan is not None for one in made]),
     )  # fmt: skip
+
+
+def raster_over(
+    upright: UprightScene, cell: float, viewers: FloatArray
+) -> tuple[FloatArray, tuple[int, int]]:
+    """The corner (2,) of the first pixel, and how many there are along x and y."""
+    # A pixel more all around: what touches the border of a pixel touches its neighbour.
+    first = np.minimum(upright.boxes[:, 0, :2].min(axis=0), viewers[0])
+    last = np.maximum(upright.boxes[:, 1, :2].max(axis=0), viewers[1])
+    low = (np.floor(first / cell) - 1.0) * cell
+    nx, ny = (np.floor((last - low) / cell).astype(np.int64) + 2).tolist()
+    return low, (nx, ny)
 
 
 def plans_of(
@@ -248,7 +261,7 @@ class _Object:
             none = np.zeros(len(faces), np.bool_)
             measure_object(points, faces, none, window, roofs, highest)
         if opaque is None:
-            return cls(window, roofs, _up(highest), covered, None, 0.0, 0.0)
+            return cls(window, roofs, rounded_up(highest), covered, None, 0.0, 0.0)
         vertices, faces = _in_pixels(opaque, low, cell)
         if opaque is not whole and floor is None:
             floor = float(points[:, 2].min())  # no ground closes the border of a window
@@ -264,7 +277,8 @@ class _Object:
         # Borders are touched by more pixels than they are worth.
         there &= inside if plan is not None else ndimage.binary_erosion(there)
         filled, kept = float((tops[there] - base).sum()), float((roofs[solid] - base).sum())
-        return cls(window, roofs, _up(np.maximum(highest, tops)), covered, plan, filled, kept)
+        highest = rounded_up(np.maximum(highest, tops))
+        return cls(window, roofs, highest, covered, plan, filled, kept)
 
 
 def _in_pixels(shape: Shape, low: FloatArray, cell: float) -> Shape:
@@ -354,12 +368,13 @@ def _sorted_by_pixel(
     return starts.astype(np.int64), np.concatenate(numbers)[order], np.concatenate(tops)[order]
 
 
-def _down(values: FloatArray) -> NDArray[np.float32]:
+def rounded_down(values: FloatArray) -> NDArray[np.float32]:
     """As float32, no value higher."""
     near = values.astype(np.float32)
     return np.where(near > values, np.nextafter(near, np.float32(-np.inf)), near)
 
 
-def _up(values: FloatArray) -> NDArray[np.float32]:
+def rounded_up(values: FloatArray) -> NDArray[np.float32]:
+    """As float32, no value lower."""
     near = values.astype(np.float32)
     return np.where(near < values, np.nextafter(near, np.float32(np.inf)), near)

@@ -1,0 +1,153 @@
+"""One sample's cull map, against the same rays followed plainly, pixel by pixel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from simplifier.kernels.cull_map import FIRST_RING, LEAF, see_from, see_from_cells
+from simplifier.visibility.cull_map import CullMaps
+from simplifier.visibility.height_field import HeightField
+
+
+class Raster:
+    """Heights that hide, and one object for each pixel that has a top."""
+
+    def __init__(self, inner, tops):
+        self.pairs = np.ascontiguousarray(np.stack([inner, tops], axis=2), dtype=np.float32)
+        self.turned = np.ascontiguousarray(self.pairs.transpose(1, 0, 2))
+        there = np.isfinite(tops).ravel()
+        starts = np.concatenate([[0], np.cumsum(there)]).astype(np.int64)
+        self.count = int(starts[-1])
+        self.field = (
+            starts, np.arange(self.count, dtype=np.int32),
+            np.ascontiguousarray(self.pairs[:, :, 1].ravel()[there]),
+        )  # fmt: skip
+        self.numbers = np.where(there, starts[:-1], -1).reshape(tops.shape)
+        field = HeightField(
+            np.zeros(2), 1.0, self.pairs[:, :, 0], self.pairs[:, :, 1], *self.field,
+            np.zeros((self.count, 2, 2)), 0.0,
+        )  # fmt: skip
+        self.levels, self.sizes = CullMaps(field, 1.0).pyramid()
+        rays = FIRST_RING
+        while rays < 2 * max(tops.shape) + FIRST_RING:
+            rays *= 2
+        self.scratch = (
+            np.empty(4 * (2 * rays + 1)), np.zeros(4 * (2 * rays + 1), np.bool_),
+            np.empty(int(self.sizes[LEAF, 1] * self.sizes[LEAF, 2]), np.int32),
+        )  # fmt: skip
+        self.highest = float(tops.max())
+
+    def sample(self, x, y, eye, ex=0.0, ey=0.0):
+        return np.array([x, y, eye, ex, ey, self.highest])
+
+    def see(self, sample, free=()):
+        """(n,) objects that the sample sees."""
+        seen = np.zeros(self.count, np.bool_)
+        boxes = np.array(free, dtype=np.int64).reshape(-1, 4)
+        work = see_from(
+            sample, self.pairs, self.turned, boxes, self.field, self.levels, self.sizes,
+            self.scratch, seen,
+        )  # fmt: skip
+        return seen, work
+
+
+def followed(raster, sample, free=()):
+    """What the rays of the first ring see, without blocks."""
+    px, py, eye = sample[:3]
+    nx, ny = raster.pairs.shape[:2]
+    seen = set()
+    start = int(np.floor(px)), int(np.floor(py))
+    if 0 <= start[0] < nx and 0 <= start[1] < ny:
+        seen.add(int(raster.numbers[start]))
+    heights = raster.pairs.astype(np.float64) - eye
+    for x0, x1, y0, y1 in free:
+        heights[x0 : x1 + 1, y0 : y1 + 1, 0] = -np.inf
+    for side in range(4):
+        sign = 1 if side % 2 == 0 else -1
+        for index in range(-FIRST_RING, FIRST_RING + 1):
+            steepest = -np.inf
+            for step in range(1, FIRST_RING + 1):
+                aside = index / FIRST_RING * step
+                x = int(np.floor(px)) + sign * step if side < 2 else int(np.floor(px + aside))
+                y = int(np.floor(py + aside)) if side < 2 else int(np.floor(py)) + sign * step
+                if not (0 <= x < nx and 0 <= y < ny):
+                    break
+                if heights[x, y, 1] > steepest * step - 1e-6:
+                    seen.add(int(raster.numbers[x, y]))
+                steepest = max(steepest, heights[x, y, 0] / step)
+    return seen - {-1}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_it_sees_what_plain_rays_see(seed):
+    random = np.random.default_rng(seed)
+    shape = (14, 17)
+    tops = np.where(random.random(shape) < 0.5, random.uniform(0.0, 9.0, shape), -np.inf)
+    inner = np.where(random.random(shape) < 0.6, tops - random.uniform(0.0, 1.0, shape), -np.inf)
+    raster = Raster(inner, tops)
+    free = [] if seed % 2 else [(3, 6, 2, 5), (10, 10, 0, 16)]
+    place = random.uniform(-1.0, 15.0, 2) if seed == 3 else random.uniform(4.0, 10.0, 2)
+    sample = raster.sample(*place, (2.0, 11.0, 5.0, 1.0)[seed])
+    seen, _ = raster.see(sample, free)
+    assert set(np.flatnonzero(seen).tolist()) == followed(raster, sample, free)
+
+
+def long_way(tower, turns, wall=10.0, reach=8):
+    """A wall at 100 pixels and a tower at 560, past the first ring; turned by right angles."""
+    inner = np.full((640, reach), -np.inf)
+    inner[100:103] = wall
+    tops = inner.copy()
+    tops[560, reach // 2] = tower
+    return Raster(np.rot90(inner, turns), np.rot90(tops, turns))
+
+
+PLACES = {0: (20.5, 4.5), 1: (3.5, 20.5), 2: (619.5, 3.5), 3: (4.5, 619.5)}
+
+
+@pytest.mark.parametrize("turns", range(4))
+@pytest.mark.parametrize(("tower", "seen"), [(50.0, False), (58.0, True)])
+def test_far_away_a_tower_is_seen_if_it_is_higher_than_the_shadow(turns, tower, seen):
+    # The eye is 80 pixels before the wall: 2 + 8 / 80 x 540 = 56 at the tower.
+    raster = long_way(tower, turns)
+    found, (_, tests) = raster.see(raster.sample(*PLACES[turns], 2.0))
+    x, y = np.argwhere(raster.pairs[:, :, 1] == tower)[0]
+    assert found[raster.numbers[x, y]] == seen
+    assert tests > 0
+
+
+@pytest.mark.parametrize(("top", "seen"), [(-1.0, True), (-40.0, False)])
+def test_from_above_a_low_box_is_seen_past_the_wall_where_it_is_far(top, seen):
+    inner = np.full((640, 8), -np.inf)
+    inner[100:103] = 10.0
+    tops = inner.copy()
+    tops[400, 4] = top
+    raster = Raster(inner, tops)
+    found, _ = raster.see(raster.sample(20.5, 4.5, 15.0))
+    shadow = 15.0 - 5.0 * 380 / 82
+    assert (top > shadow) == seen
+    assert found[raster.numbers[400, 4]] == seen
+
+
+def test_cells_take_their_own_samples_free_pixels_and_edges():
+    raster = long_way(50.0, 0, reach=4)
+    open_field = long_way(50.0, 0, wall=-np.inf, reach=4)
+    samples = np.array([raster.sample(20.5, 2.5, 2.0), raster.sample(21.5, 1.5, 2.0)])
+    tower = raster.numbers[560, 2]
+
+    def sets(along_y, free, free_starts):
+        seen, work = np.zeros((2, raster.count), np.bool_), np.zeros((2, 2), np.int64)
+        see_from_cells(
+            0, 2, samples, np.array([0, 1, 2]), np.array(along_y), raster.pairs, raster.turned,
+            open_field.pairs, open_field.turned, np.array(free, dtype=np.int64).reshape(-1, 4),
+            np.array(free_starts), raster.field, raster.levels, raster.sizes, raster.scratch, seen,
+            work,
+        )  # fmt: skip
+        assert (work > 0).all()
+        return seen[:, tower].tolist()
+
+    wall = [(100, 102, 0, 3)]
+    assert sets([False, False], [], [0, 0, 0]) == [False, False]
+    assert sets([False, True], [], [0, 0, 0]) == [False, True]
+    assert sets([False, False], wall, [0, 1, 1]) == [True, False]
+    assert sets([False, False], wall, [0, 0, 1]) == [False, True]

@@ -21,9 +21,11 @@ from simplifier.geometry.solid import BoolArray
 
 _MOST_COLUMNS = 1000  # along a window's side
 
+AROUND = 5.0
+"""Eye heights: how far from all objects a walk may lead."""
+
 # In eye heights.
 _FINEST, _COARSEST = 0.15, 0.6  # a column's edge
-_ROUND = 5.0  # how far from all objects a walk may lead
 _KERB = 0.3  # lower things are walked over
 _HEADROOM = 1.5
 _AWAY = 0.35  # least distance from walls
@@ -100,7 +102,7 @@ def street_walk(
 def find_street(upright: UprightScene, eye: float) -> Street:
     """The ground of the most built-up part of a scene, and where one can walk on it."""
     low, high = window(upright, _MOST_COLUMNS * _COARSEST * eye)
-    margin = _ROUND * eye
+    margin = AROUND * eye
     low, high = low - margin, high + margin
     cell = max(float((high - low).max()) / _MOST_COLUMNS, _FINEST * eye)
     columns = columns_of(upright, low, high, cell)
@@ -141,6 +143,9 @@ def _ways(street: Street, cells: Ids) -> Ways:
     factors = 1.0 + 3.0 * crowded + (_UNDER_ROOF - 1.0) * street.roofed[x, y]
     return Ways.between(places, np.concatenate(pairs), factors)
 
+
+AROUND = 5.0
+"""Eye heights: how far from all objects a walk may lead."""
 
 # In eye heights.
 _BUMP = 12.0  # what is no wider than twice this is no hill

@@ -11,7 +11,7 @@ import shapely
 from numpy.typing import NDArray
 
 from simplifier.camera_paths.columns import Columns, UprightScene, blocked_band, columns_of
-from simplifier.camera_paths.street import ground_heights, steep
+from simplifier.camera_paths.street import AROUND, ground_heights, steep
 from simplifier.errors import OptionError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.scene import axis_order
@@ -21,7 +21,7 @@ from simplifier.io.files import read_bytes
 from simplifier.options.simplify import Axis
 from simplifier.options.visibility import PvsOptions
 from simplifier.visibility.free_space import free_space, triangles_of
-from simplifier.visibility.height_field import plans_of
+from simplifier.visibility.height_field import plans_of, rounded_down, rounded_up
 
 Placing = Literal["walkable", "grid", "triangles"]
 
@@ -41,15 +41,16 @@ def place_cells(upright: UprightScene, placing: Placing, options: PvsOptions) ->
     cells than ten million.
     """
     size = options.cell_size
-    count = cells_across(upright.extent[:2], size)
+    low, high = _plan(upright, options.eye_height)
+    count = cells_across(high - low, size)
     columns, ground, free = _ground(upright, options.eye_height)
     if placing == "triangles":
         obstacles = _obstacles(upright, columns, ground, options)
-        region = free_space(np.zeros(2), upright.extent[:2], obstacles, size)
+        region = free_space(low, high, obstacles, size)
         plans = triangles_of(region, size)
     else:
         steps = np.stack(np.meshgrid(*map(np.arange, count), indexing="ij"), axis=-1)
-        plans = size * (steps.reshape(-1, 1, 2) + np.array([[0.0, 0.0], [1.0, 1.0]]))
+        plans = low + size * (steps.reshape(-1, 1, 2) + np.array([[0.0, 0.0], [1.0, 1.0]]))
     kept, heights = [], []
     lows, highs = plans.min(axis=1), plans.max(axis=1)
     first, last = columns.cells_of(lows), columns.cells_of(highs)
@@ -65,10 +66,14 @@ def place_cells(upright: UprightScene, placing: Placing, options: PvsOptions) ->
             "there is no place to stand on", where="cells",
             remedy="choose --cells grid, or another --eye-height or --up",
         )  # fmt: skip
-    low, high = np.array(heights).T
+    ground_low, eyes = np.array(heights).T
+    # Cells are float32, and an eye at its full height must not be above its cell.
+    ground_low, eyes = _double(rounded_down(ground_low)), _double(rounded_up(eyes))
     if placing == "triangles":
-        return ViewCells.prisms(plans[kept], low, high)
-    return ViewCells.boxes(np.column_stack([lows[kept], low]), np.column_stack([highs[kept], high]))
+        return ViewCells.prisms(plans[kept], ground_low, eyes)
+    return ViewCells.boxes(
+        np.column_stack([lows[kept], ground_low]), np.column_stack([highs[kept], eyes])
+    )
 
 
 def _obstacles(
@@ -107,13 +112,22 @@ def cells_across(extent: FloatArray, size: float, sliver: float = 1e-9) -> NDArr
     return np.asarray(count.astype(np.int64))
 
 
+def _double(values: NDArray[np.float32]) -> FloatArray:
+    return values.astype(np.float64)
+
+
+def _plan(upright: UprightScene, eye: float) -> tuple[FloatArray, FloatArray]:
+    """The corners (2,) of the plan that cells cover: as far around as walks lead."""
+    around = AROUND * eye
+    return np.full(2, -around), upright.extent[:2] + around
+
+
 def _ground(upright: UprightScene, eye: float) -> tuple[Columns, FloatArray, BoolArray]:
-    """Heights of the ground over the scene's plan, and where one can stand."""
-    high = upright.extent[:2]
-    columns = columns_of(
-        upright, np.zeros(2), high, max(float(high.max()) / _MOST_COLUMNS, _FINEST * eye)
-    )
-    ground, _ = ground_heights(columns, float(np.prod(high)), eye)
+    """Heights of the ground over the plan of the cells, and where one can stand."""
+    low, high = _plan(upright, eye)
+    finest = max(float((high - low).max()) / _MOST_COLUMNS, _FINEST * eye)
+    columns = columns_of(upright, low, high, finest)
+    ground, _ = ground_heights(columns, float(np.prod(upright.extent[:2])), eye)
     blocked = blocked_band(upright, columns, ground + _KERB * eye, ground + _HEADROOM * eye)
     return columns, ground, ~blocked & ~steep(ground, columns.cell)
 

@@ -24,6 +24,8 @@ def upright():
 def stand(monkeypatch):
     """The ground, and where one can stand, by columns of two metres."""
 
+    monkeypatch.setattr(cells, "AROUND", 0.0)
+
     def put(ground, free):
         columns = Columns(np.zeros(2), 2.0, ground, ground)
         monkeypatch.setattr(cells, "_ground", lambda upright, eye: (columns, ground, free.copy()))
@@ -40,6 +42,13 @@ def test_a_cell_reaches_no_higher_than_eyes_where_one_can_stand(stand):
     assert placed.low.tolist() == [[0.0, 0.0, 0.0], [10.0, 0.0, -3.0]]
     assert placed.high.tolist() == [[10.0, 10.0, 3.0], [20.0, 10.0, 2.0]]
     assert place_cells(upright(), "grid", OPTIONS).high[0, 2] == 32.0
+
+
+def test_cells_hold_all_of_the_eyes_of_a_walk_around_the_scene():
+    """Five eye heights away from all objects, as far as walks lead, and at the very top."""
+    placed = place_cells(upright(), "walkable", PvsOptions(up="z", cell_size=10.0, eye_height=1.7))
+    for x, y in ((-8.4, -8.4), (28.4, 18.4), (10.0, -4.0)):
+        assert len(placed.containing(np.array([x, y, 1.7])))
 
 
 def test_where_one_cannot_stand_is_no_cell(stand):

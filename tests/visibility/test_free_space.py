@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from bench.visibility_city import generated_city, scene_of_boxes
 from simplifier.camera_paths.columns import UprightScene
+from simplifier.camera_paths.street import AROUND
 from simplifier.errors import OptionError
 from simplifier.geometry.view_cells import PRISM, signed_areas
 from simplifier.options.visibility import PvsOptions
@@ -90,7 +91,8 @@ def test_cells_of_a_city_stand_on_its_streets_alone():
     plans = shapely.box(*upright.boxes[:, 0, :2].T, *upright.boxes[:, 1, :2].T)
     tree = shapely.STRtree(plans)
     assert not len(tree.query(shapely.polygons(cells.corners), predicate="intersects")[0])
-    streets = np.prod(upright.extent[:2]) - shapely.union_all(plans).area
+    plan = upright.extent[:2] + 2.0 * AROUND * options.eye_height
+    streets = np.prod(plan) - shapely.union_all(plans).area
     assert 0.9 * streets < signed_areas(cells.corners).sum() < streets
 
 
@@ -115,7 +117,8 @@ def test_kerbs_and_what_is_overhead_are_in_nobodys_way_and_gates_are():
     ]  # fmt: skip
 
 
-def test_where_nothing_is_free_that_is_said():
+def test_where_nothing_is_free_that_is_said(monkeypatch):
+    monkeypatch.setattr("simplifier.visibility.cells.AROUND", 0.0)
     scene = scene_of_boxes(np.array([[(0.0, 0.0, 0.0), (9.0, 9.0, 9.0)]]), ["all"])
     with pytest.raises(OptionError, match="no place to stand on"):
         place_cells(UprightScene.of(scene, "z"), "triangles", PvsOptions(up="z"))

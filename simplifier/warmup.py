@@ -30,9 +30,9 @@ from simplifier.kernels.thin import crack_triangles
 from simplifier.options.scene import CullOptions, PathKind, PathOptions, SceneOptions
 from simplifier.options.simplify import Trim
 from simplifier.options.stages import Options, SectionOptions, make_options
+from simplifier.options.visibility import Fill, PvsOptions
 from simplifier.pipeline import simplify_mesh
 from simplifier.report.report import build_report
-from simplifier.visibility.exact_view import prisms_of, seen_from
 
 _MOVES = 16  # a search in a few rounds
 _HEADER = """ply
@@ -73,7 +73,8 @@ def warm_up() -> None:
         with suppress(MeshError):  # the frame has no interior, which is found out by its floors
             generate_path(_scene(mesh), PathOptions(kind, frames=2))
     _cull(mesh)
-    seen_from(prisms_of(_scene(mesh), "y"), np.zeros((1, 3)), 4)
+    # With a hole, which what viewers fill is looked through for.
+    _find_sets(_scene(TriangleMesh.from_soup(mesh.vertices, mesh.faces[1:])))
     with tempfile.TemporaryDirectory() as folder:
         for conservative in (False, True):
             _fly(mesh, Path(folder) / str(conservative), conservative=conservative)
@@ -117,6 +118,37 @@ def _fly(mesh: TriangleMesh, folder: Path, *, conservative: bool) -> None:
         np.array([1.5, 1.5, -5.0]), np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), 60.0, 0.1
     )
     fly(scene, load_occluder_tree(folder), CameraPath("", (camera,)), CullOptions((16, 16)))
+
+
+def _find_sets(scene: Scene) -> None:
+    """What is visible from cells among objects and on a terrain, found and checked."""
+    # Here, not above: what they need of scipy and shapely takes long to load.
+    from simplifier.camera_paths.columns import UprightScene
+    from simplifier.geometry.elevation import Elevation
+    from simplifier.visibility.cells import Placing, place_cells
+    from simplifier.visibility.check import CheckOptions, check_pvs
+    from simplifier.visibility.cull_map import umbra_heights
+    from simplifier.visibility.find import find_pvs
+    from simplifier.visibility.terrain import Terrain
+    from simplifier.visibility.terrain_cells import place_on_terrain
+
+    look = CheckOptions(cells=1, views=4, azimuths=4, pictures=1, pixels=16)
+    options = PvsOptions(up="y", cell_size=2.0, eye_height=0.5)
+    upright = UprightScene.of(scene, "y")
+    some = np.arange(1)
+    for placing in get_args(Placing):
+        cells = place_cells(upright, placing, options).some(some)
+        for fill in get_args(Fill):
+            found = find_pvs(upright, cells, replace(options, fill=fill))
+            check_pvs(scene, found.pvs, look)
+        umbra_heights(found.maps, found.pvs.cells, 0)
+    hill = Elevation(np.array([[0.0, 0, 1], [0, 2, 0], [0, 0, 0]]), (1.0, 1.0), (0.0, 0.0))
+    terrain = Terrain.of(hill, 1)
+    upright = UprightScene.of(terrain.scene, "z")
+    options = replace(options, up="z", cell_size=1.0)
+    cells = place_on_terrain(terrain, upright, "grid", options).some(some)
+    found = find_pvs(upright, cells, options, terrain=terrain)
+    check_pvs(terrain.scene, found.pvs, look, terrain=terrain)
 
 
 def _files(folder: Path, occluder: Occluder) -> Iterator[Path]:

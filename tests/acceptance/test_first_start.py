@@ -103,6 +103,18 @@ def commands(meshes, folder):
         built = str(folder / name)
         yield ["scene", first, "-o", built, *few, *more]
         yield ["cull", first, "--occluders", built, "--path", walk, "-o", built, "--image", "32x18"]
+    look, near = ["--cells", "1", "--views", "4"], ["--cell-size", "1", "--eye-height", "0.1"]
+    for placing, more in (
+        ("walkable", ["--pictures", built]),
+        ("triangles", ["--fill", "viewers"]),
+    ):
+        sets = str(folder / f"{placing}.pvs")
+        yield ["pvs", first, "-o", sets, "--cells", placing, *near, *more]
+        yield ["pvs-check", first, sets, *look, "--pictures", "1"]
+    np.save(hills := str(folder / "hills.npy"), np.arange(40.0).reshape(5, 8) % 7.0)
+    sets, tiles = str(folder / "hills.pvs"), ["--spacing", "1,1", "--tile", "2"]
+    yield ["pvs", hills, "-o", sets, "--cells", "grid", *tiles, *near]
+    yield ["pvs-check", hills, sets, *tiles, *look]
 
 
 def signatures():

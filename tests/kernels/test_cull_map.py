@@ -26,7 +26,7 @@ class Raster:
         self.numbers = np.where(there, starts[:-1], -1).reshape(tops.shape)
         field = HeightField(
             np.zeros(2), 1.0, self.pairs[:, :, 0], self.pairs[:, :, 1], *self.field,
-            np.zeros((self.count, 2, 2)), 0.0,
+            np.zeros((self.count, 2, 2)), 0.0, np.ones(self.count, np.bool_),
         )  # fmt: skip
         self.levels, self.sizes = CullMaps(field, 1.0).pyramid()
         rays = FIRST_RING

@@ -30,7 +30,8 @@ from simplifier.visibility.check import viewpoints
 from simplifier.visibility.cull_map import CullMaps, see_by_cull_maps
 from simplifier.visibility.erosion import Erosion, Window, shrunk
 from simplifier.visibility.exact_view import prisms_of, seen_from
-from simplifier.visibility.height_field import HeightField, _covered, height_field
+from simplifier.visibility.height_field import HeightField, height_field
+from simplifier.visibility.object_heights import covered_by
 
 Heights = NDArray[np.float32]
 Shrinking = Callable[["Roofs", HeightField, Window], Heights]
@@ -144,7 +145,7 @@ def _raster(plan: shapely.Geometry, heights: HeightField) -> tuple[tuple[slice, 
     bounds = np.array(plan.bounds).reshape(2, 2)
     first = np.maximum(np.floor(bounds[0]).astype(np.int64) - 1, 0)
     last = np.minimum(np.floor(bounds[1]).astype(np.int64) + 2, heights.shape)
-    covered, _ = _covered(plan, first, tuple(last - first))
+    covered, _ = covered_by(plan, first, tuple(last - first))
     return (slice(first[0], last[0]), slice(first[1], last[1])), covered
 
 

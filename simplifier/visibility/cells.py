@@ -21,7 +21,8 @@ from simplifier.io.files import read_bytes
 from simplifier.options.simplify import Axis
 from simplifier.options.visibility import PvsOptions
 from simplifier.visibility.free_space import free_space, triangles_of
-from simplifier.visibility.height_field import plans_of, rounded_down, rounded_up
+from simplifier.visibility.height_field import plans_of
+from simplifier.visibility.object_heights import rounded_down, rounded_up
 
 Placing = Literal["walkable", "grid", "triangles"]
 

@@ -7,8 +7,8 @@ by a pixel, so that what a sample does not see is hidden from all of the piece, 
 is hidden from the whole cell, since every line from within it leaves through its border, and since
 over a height field higher eyes see more.
 
-What stands in the cell is always visible from it, and never hides anything from it; of a terrain
-only what is as high as the cell does not.
+What stands in the cell is always visible from it, and never hides anything from it where it is
+higher than the viewers.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from scipy import ndimage
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import PRISM, ViewCells
+from simplifier.kernels.columns import TOUCH
 from simplifier.kernels.cull_map import BLOCK, FIRST_RING, LEAF, see_from_cells
 from simplifier.kernels.threads import run_chunks
 from simplifier.kernels.umbra import lower_umbra
@@ -32,7 +33,6 @@ from simplifier.visibility.erosion import Erosion, Window, sector_of, sectors
 from simplifier.visibility.height_field import HeightField
 
 _CHUNK = 4  # cells that are looked at between two tells
-_ALONG_X, _ALONG_Y, _SLANTED = 0, 1, 2  # kinds of pieces of edge; from the last on, the sectors
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +98,7 @@ def see_by_cull_maps(
     free = np.concatenate([one[2] for one in made])
     free_starts = np.cumsum([0, *(len(one[2]) for one in made)])
     passes = []
-    for window, chosen in _by_window(maps, samples, kinds):
+    for window, chosen in _by_window(maps, kinds):
         counts = np.bincount(owners[chosen], minlength=len(cells))
         starts = np.concatenate([[0], np.cumsum(counts)])
         passes.append((maps.erosion(window), samples[chosen], starts))
@@ -124,19 +124,19 @@ def see_by_cull_maps(
 
 
 def _by_window(
-    maps: CullMaps, samples: FloatArray, kinds: NDArray[np.int64]
+    maps: CullMaps, kinds: NDArray[np.int64]
 ) -> Iterator[tuple[Window, NDArray[np.int64]]]:
-    """The samples of each kind of piece, with what the occluders are shrunk by for it."""
-    boxes = kinds < _SLANTED
-    if boxes.any():
-        # Whole pixels, as they are eroded by; a little of rounding in a length is no further pixel.
-        most = np.ceil(samples[boxes, 3:5].max(axis=0) - 1e-6)
-        x, y = np.maximum(most, 1.0).astype(int).tolist()
-        for kind, window in ((_ALONG_X, Window.box(x, 1)), (_ALONG_Y, Window.box(1, y))):
-            yield window, np.flatnonzero(kinds == kind)
+    """The samples of each kind of piece, with what the occluders are shrunk by for it.
+
+    It depends on the piece alone, so a cell has the same set whatever others are looked at with it.
+    """
     count = sectors(maps.half)
-    for kind in np.unique(kinds[~boxes]).tolist():
-        window = Window.sector(kind - _SLANTED, count, maps.half)
+    for kind in np.unique(kinds).tolist():
+        if kind < 0:
+            window = Window.sector(-1 - kind, count, maps.half)
+        else:
+            pixels, axis = divmod(kind, 2)
+            window = Window.box(1, pixels) if axis else Window.box(pixels, 1)
         yield window, np.flatnonzero(kinds == kind)
 
 
@@ -151,7 +151,7 @@ def samples_by_erosion(
     samples, kinds, free = _samples(maps, cells, cell, seen)
     groups = [
         (maps.erosion(window), samples[chosen])
-        for window, chosen in _by_window(maps, samples, kinds)
+        for window, chosen in _by_window(maps, kinds)
         if len(chosen)
     ]
     return groups, free
@@ -175,78 +175,82 @@ def umbra_heights(maps: CullMaps, cells: ViewCells, cell: int) -> FloatArray:
     return umbra
 
 
+def _kind(half: FloatArray, kind: int, count: int) -> int:
+    """A number for pieces of edge (2,) that take the same window: of boxes whole pixels along an
+    axis, one of ``count`` sectors of prisms.
+    """
+    if kind == PRISM:
+        return -1 - sector_of(half, count)
+    axis = int(np.argmax(np.abs(half)))
+    return 2 * max(int(np.ceil(abs(half[axis]) - TOUCH)), 1) + axis
+
+
 def _samples(
     maps: CullMaps, cells: ViewCells, cell: int, seen: BoolArray
 ) -> tuple[FloatArray, NDArray[np.int64], NDArray[np.int64]]:
-    """Samples on the border of a cell, the kind of piece that each stands for, and boxes of pixels
-    in which nothing hides from it.
+    """Samples on the upper edges of a cell, the kind of piece that each stands for, and boxes of
+    pixels in which nothing hides from it.
 
-    What stands in the cell is set in ``seen``.
-    """
-    if cells.kinds[cell] == PRISM:
-        return _prism_samples(maps, cells, cell, seen)
-    field = maps.field
-    low, high = cells.low[cell], cells.high[cell]
-    plans = field.footprints
-    inside = (plans[:, 0] <= high[:2]).all(axis=1) & (plans[:, 1] >= low[:2]).all(axis=1)
-    seen |= inside if field.holed is None else inside | field.holed
-    rows, kinds = [], []
-    (x0, y0), (x1, y1) = ((corner[:2] - field.low) / field.cell for corner in (low, high))
-    for kind, begin, end, others in ((_ALONG_X, x0, x1, (y0, y1)), (_ALONG_Y, y0, y1, (x0, x1))):
-        count = int(np.ceil((end - begin) * field.cell / maps.spacing - 1e-9))
-        half = 0.5 * (end - begin) / count
-        for middle in begin + half * (2 * np.arange(count) + 1):
-            for other in others:
-                place = (middle, other) if kind == _ALONG_X else (other, middle)
-                ex, ey = (half, 0.0) if kind == _ALONG_X else (0.0, half)
-                rows.append([*place, high[2], ex, ey, maps.highest()])
-                kinds.append(kind)
-    reach = max(int(np.ceil(0.5 * maps.spacing / field.cell)), 1)
-    if field.holed is not None:
-        return np.array(rows), np.array(kinds), _reaching(field, low, high, reach)
-    boxes = np.floor((plans[inside & field.stands] - field.low) / field.cell).astype(np.int64)
-    if field.rooms is not None:
-        own = np.floor([[x0, y0], [x1, y1]]).astype(np.int64)
-        within = field.inner[own[0, 0] : own[1, 0] + 1, own[0, 1] : own[1, 1] + 1]
-        some = [own[None]] if np.isfinite(within).any() else []
-        boxes = np.concatenate([boxes, *some, field.rooms.around(cells, cell)])
-    first, last = boxes[:, 0] - reach - 1, boxes[:, 1] + reach + 1
-    free = np.stack([first[:, 0], last[:, 0], first[:, 1], last[:, 1]], axis=1)
-    return np.array(rows), np.array(kinds), free
-
-
-def _prism_samples(
-    maps: CullMaps, cells: ViewCells, cell: int, seen: BoolArray
-) -> tuple[FloatArray, NDArray[np.int64], NDArray[np.int64]]:
-    """As :func:`_samples`, on the three upper edges of a prism.
-
-    Walls may stand at its very border.  Only pixels that are solid within its plan, and higher than
-    its viewers, stop hiding: what is no higher is in no line's way between the border and a viewer.
+    What stands in the cell is set in ``seen``.  Walls may stand at its very border, and a ground
+    within it.  Only pixels that are solid within its plan, and higher than its viewers, stop
+    hiding: docs/decisions/0020-one-erosion.md.
     """
     field, eye = maps.field, float(cells.high[cell, 2])
     outline, count = cells.outline(cell), sectors(maps.half)
-    seen[field.objects_in(outline)] = True
-    if field.holed is not None:
-        seen |= field.holed
+    within = np.zeros(len(seen), dtype=np.bool_)
+    within[field.objects_in(outline)] = True
+    plans = field.footprints
+    within &= (plans[:, 0] <= cells.high[cell, :2]).all(axis=1)
+    within &= (plans[:, 1] >= cells.low[cell, :2]).all(axis=1)
+    seen |= within if field.holed is None else within | field.holed
     rows, kinds = [], []
     corners = (outline - field.low) / field.cell
     for begin, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         length = float(np.linalg.norm(end - begin))
-        parts = int(np.ceil(length / (2.0 * maps.half) - 1e-12))
+        # A little of rounding in a length is no further piece, and no further pixel of one.
+        parts = max(int(np.ceil((length - TOUCH) / (2.0 * maps.half))), 1)
         half = 0.5 * (end - begin) / parts
+        kind = _kind(half, int(cells.kinds[cell]), count)
         for middle in begin + half * (2 * np.arange(parts) + 1)[:, None]:
             rows.append([*middle, eye, *np.abs(half), maps.highest()])
-            kinds.append(_SLANTED + sector_of(half, count))
-    first, touched = field.touched(outline)
+            kinds.append(kind)
+    free = _freed(maps, outline, eye)
+    if cells.kinds[cell] != PRISM:
+        reach = max(int(np.ceil(maps.half - TOUCH)), 1)
+        if field.holed is not None:
+            free = _reaching(field, cells.low[cell], cells.high[cell], reach)
+        elif field.rooms is not None:
+            free = np.concatenate([free, _in_rooms(field, cells, cell, within, reach)])
+    return np.array(rows), np.array(kinds), free
+
+
+def _in_rooms(
+    field: HeightField, cells: ViewCells, cell: int, within: BoolArray, reach: int
+) -> NDArray[np.int64]:
+    """(m, 4) the pixels that are shrunk away with a cell, what stands in it and its rooms."""
+    assert field.rooms is not None
+    boxes = np.floor((field.footprints[within & field.stands] - field.low) / field.cell)
+    corners = np.array([cells.low[cell, :2], cells.high[cell, :2]])
+    own = np.floor((corners - field.low) / field.cell).astype(np.int64)
+    inner = field.inner[own[0, 0] : own[1, 0] + 1, own[0, 1] : own[1, 1] + 1]
+    some = [own[None]] if np.isfinite(inner).any() else []
+    boxes = np.concatenate([boxes.astype(np.int64), *some, field.rooms.around(cells, cell)])
+    first, last = boxes[:, 0] - reach - 1, boxes[:, 1] + reach + 1
+    return np.stack([first[:, 0], last[:, 0], first[:, 1], last[:, 1]], axis=1)
+
+
+def _freed(maps: CullMaps, outline: FloatArray, eye: float) -> NDArray[np.int64]:
+    """(m, 4) first and last x and y of pixels that are shrunk away with what stands in a cell."""
+    first, touched = maps.field.touched(outline)
     window = tuple(slice(at, at + size) for at, size in zip(first, touched.shape, strict=True))
-    parts_of, _ = ndimage.label(touched & (field.inner[window] > eye))
-    reach = max(int(np.ceil(maps.half)), 1)
+    parts, _ = ndimage.label(touched & (maps.field.inner[window] > eye))
+    reach = max(int(np.ceil(maps.half - TOUCH)), 1)
     free = [
         [first[0] + x.start - reach, first[0] + x.stop - 1 + reach,
          first[1] + y.start - reach, first[1] + y.stop - 1 + reach]
-        for x, y in ndimage.find_objects(parts_of)
+        for x, y in ndimage.find_objects(parts)
     ]  # fmt: skip
-    return np.array(rows), np.array(kinds), np.array(free, dtype=np.int64).reshape(-1, 4)
+    return np.array(free, dtype=np.int64).reshape(-1, 4)
 
 
 def _reaching(

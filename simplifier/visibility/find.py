@@ -36,7 +36,7 @@ from simplifier.visibility.viewer_fill import Filled, fill_by_viewers, fill_warn
 _FINE = 0.2  # of epsilon: a pixel of the height field
 _MOST_PIXELS = 8192  # along the longest edge
 _BATCH = 32  # cells between two looks at the clock
-_FORMAT = 1  # raised when the same input is to give other sets
+_FORMAT = 2  # raised when the same input is to give other sets
 _LOST = 0.2  # share of what stands there that may not count as solid without a word
 _UPRIGHT = 0.05  # of what stands there: if no more is lost, a raster of heights has it all
 

@@ -20,7 +20,8 @@ from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.terrain import measure_pixels
-from simplifier.visibility.height_field import HeightField, raster_over, rounded_down, rounded_up
+from simplifier.visibility.height_field import HeightField, raster_over
+from simplifier.visibility.object_heights import rounded_down, rounded_up
 
 _DEEP = 0.01  # of the spacing: so far below the lowest post the sides of tiles reach
 

@@ -10,7 +10,7 @@ from simplifier.geometry.view_cells import ViewCells
 from simplifier.kernels.terrain import measure_boxes
 from simplifier.options.visibility import PvsOptions
 from simplifier.visibility.cells import Placing, cells_across
-from simplifier.visibility.height_field import rounded_down, rounded_up
+from simplifier.visibility.object_heights import rounded_down, rounded_up
 from simplifier.visibility.terrain import Terrain
 
 _STEEP = 1.0  # height by length: 45 degrees, as elsewhere

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.visibility_city import scene_of_boxes
+from bench.visibility_city import generated_city, scene_of_boxes
+from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.view_cells import ViewCells
 
@@ -126,6 +127,34 @@ def roof_from_above():
         "far": ((70.0, 72.0), (-5.0, 5.0), 1.0),
     }
     return puzzle(boxes, ["house", "far"], ["curb"], eye=30.0)
+
+
+def city_on_a_slab(blocks=4, seed=3):
+    """The scene from which box cells culled nothing, and prisms little: all cells touch the slab,
+    and it is in all pixels of the walls between houses.
+    """
+    city = generated_city(blocks, seed=seed)
+    bounds = city.bounds()
+    slab = [bounds[:, 0].min(axis=0) - [20.0, 20.0, 1.0], bounds[:, 1].max(axis=0) + 20.0]
+    slab[1][2] = 0.0
+    return city, scene_of_boxes(np.concatenate([bounds, [slab]]), [*city.names, "slab"])
+
+
+def city_on_terrain(blocks=4, seed=3):
+    """The same over an open sheet that rises and falls by less than a house is deep."""
+    city = generated_city(blocks, seed=seed)
+    bounds = city.bounds()
+    low, high = bounds[:, 0].min(axis=0) - 20.0, bounds[:, 1].max(axis=0) + 20.0
+    x, y = (axis.ravel() for axis in np.meshgrid(*np.linspace(low[:2], high[:2], 9).T))
+    points = np.column_stack([x, y, 0.5 + 0.5 * np.sin(x) * np.cos(y)])
+    corner = (9 * np.arange(8)[:, None] + np.arange(8)).ravel()
+    faces = np.concatenate([corner[:, None] + [0, 1, 10], corner[:, None] + [0, 10, 9]])
+    sheet = TriangleMesh.from_soup(points, faces)
+    return city, Scene(
+        (*city.meshes, sheet), (*city.names, "terrain"),
+        np.append(city.mesh_of, np.int32(len(city.meshes))).astype(np.int32),
+        np.concatenate([city.transforms, np.eye(4)[None]]),
+    )  # fmt: skip
 
 
 PUZZLES = (

@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 
 from bench.visibility_city import generated_city, scene_of_boxes, street_cells
+from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.view_cells import ViewCells
+from simplifier.options.visibility import PvsOptions
+from simplifier.visibility.cells import place_cells
 from simplifier.visibility.check import viewpoints
 from simplifier.visibility.cull_map import CullMaps, _samples, see_by_cull_maps
 from simplifier.visibility.erosion import Erosion, Window
 from simplifier.visibility.exact_view import prisms_of, seen_from
 from simplifier.visibility.height_field import height_field
-from tests.visibility.scenes import PUZZLES, street_cell
+from tests.visibility.scenes import PUZZLES, city_on_a_slab, city_on_terrain, street_cell
 from tests.visibility.test_height_field import upright
 
 
@@ -117,6 +120,46 @@ def test_what_stands_in_a_cell_is_visible_and_hides_nothing():
     found = sets(scene, cells, 0.25, 0.5)
     assert named(scene, found[0]) == {"wall", "behind"}
     assert named(scene, found[1]) == {"wall"}
+
+
+@pytest.mark.parametrize(
+    ("make", "ground"), [(city_on_a_slab, False), (city_on_a_slab, True), (city_on_terrain, True)]
+)
+@pytest.mark.parametrize("placing", ["boxes", "triangles"])
+def test_a_ground_among_the_objects_hides_no_less_than_none(make, ground, placing):
+    city, whole = make()
+    cells = street_cells(city, 8, seed=3)
+    if placing == "triangles":
+        cells = place_cells(UprightScene.of(city, "z"), "triangles", PvsOptions(up="z"))
+        cells = cells.some(np.arange(0, len(cells), 60))
+    alone, found = sets(city, cells, 1.0, 10.0), sets(whole, cells, 1.0, 10.0, ground)
+    assert found[:, -1].all()
+    assert alone.mean() < 0.6
+    # The ground itself hides feet of houses, and so no house more or less.
+    assert np.array_equal(found[:, :-1], alone)
+
+
+def test_a_wall_within_a_cell_that_is_lower_than_eyes_hides():
+    boxes = np.array([[(-2.0, 3.0, 0.0), (2.0, 7.0, 1.0)], [(30.0, -40.0, 0.0), (34.0, 40.0, 9.0)],
+                      [(60.0, -1.0, 0.0), (64.0, 1.0, 5.0)]])  # fmt: skip
+    scene = scene_of_boxes(boxes, ["kerb", "wall", "behind"])
+    assert named(scene, sets(scene, street_cell(), 0.25, 0.5)[0]) == {"kerb", "wall"}
+
+
+@pytest.mark.parametrize("along", [0, 1])
+def test_a_set_is_the_same_whatever_cells_are_looked_at_with_it(along):
+    city = generated_city(4, seed=6)
+    cells = street_cells(city, 6, size=7.0, seed=6)
+    sizes = np.array([7.0, 2.3, 7.0, 4.0, 6.9999999999, 0.4])
+    high = cells.high.copy()
+    high[:, along] = cells.low[:, along] + sizes
+    mixed = ViewCells.boxes(cells.low, high)
+    together = sets(city, mixed, 1.0, 10.0)
+    around = np.array([mixed.low[:, :2].min(axis=0), mixed.high[:, :2].max(axis=0)])
+    maps = CullMaps(height_field(upright(city), 1.0, around), 10.0)
+    for cell in range(len(mixed)):
+        alone, _ = see_by_cull_maps(maps, mixed.some(np.array([cell])))
+        assert np.array_equal(alone[0], together[cell])
 
 
 def test_what_touches_a_cell_is_visible():

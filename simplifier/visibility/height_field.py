@@ -142,7 +142,7 @@ def height_field(
     floor = float(upright.boxes[:, 0, 2].min())
     made = [
         ObjectHeights.of(*one, low, cell, None if ground else floor)
-        for one in _objects(upright, opaque, tell)
+        for one in shapes_of(upright, opaque, tell)
     ]
     inner, kept = solid_heights(made, shape)
     filled = sum(one.filled for one in made)
@@ -180,7 +180,7 @@ def plans_of(
     floor = None if ground else float(upright.boxes[:, 0, 2].min())
     plans = []
     solid = np.zeros(len(upright.scene), dtype=np.bool_)
-    for index, (whole, _) in enumerate(_objects(upright, None, lambda done, total: None)):
+    for index, (whole, _) in enumerate(shapes_of(upright, None, lambda done, total: None)):
         vertices, faces = whole
         plan, _ = base_of(vertices, faces, floor is None)
         if needs_of(vertices, floor) > -np.inf:
@@ -191,7 +191,7 @@ def plans_of(
     return plans, solid
 
 
-def _objects(
+def shapes_of(
     upright: UprightScene, opaque: Scene | None, tell: TellCount
 ) -> Iterator[tuple[Shape, Shape | None]]:
     """Each object, upright, and what of it hides anything: the same shape if all of it does."""

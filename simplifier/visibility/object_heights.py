@@ -126,7 +126,7 @@ def base_of(
     sloped = np.abs(normals[:, 2]) > _UPRIGHT * np.linalg.norm(normals, axis=1)
     low, high = float(vertices[:, 2].min()), float(vertices[:, 2].max())
     flat = _FLAT * float(np.ptp(vertices, axis=0).max())
-    border = _border(vertices, faces)
+    border = border_of(vertices, faces)
     reach = _SUNK * (high - low) if grounded else flat
     sunk = bool((vertices[border.ravel(), 2] <= low + reach).all())
     if high - low <= flat or not sunk:
@@ -144,7 +144,7 @@ def base_of(
     return (None if plan.is_empty else plan), sloped & ~bases
 
 
-def _border(vertices: FloatArray, faces: IntArray) -> IntArray:
+def border_of(vertices: FloatArray, faces: IntArray) -> IntArray:
     """(k, 2) the edges that have more faces on one side than on the other, corners welded."""
     _, first, place = np.unique(vertices, axis=0, return_index=True, return_inverse=True)
     welded = place.reshape(-1)[faces]
@@ -154,6 +154,23 @@ def _border(vertices: FloatArray, faces: IntArray) -> IntArray:
     keys, which = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)
     excess = np.bincount(which.reshape(-1), np.where(forth, 1.0, -1.0), len(keys))
     return np.asarray(first[keys[excess != 0.0]], dtype=np.int32)
+
+
+def standing_heights(
+    shape: Shape, low: FloatArray, cell: float, floor: float | None
+) -> tuple[FloatArray, FloatArray, float]:
+    """How high one object is solid from the ground in pixels that it fills by itself.
+
+    ``low`` (2,) corner and ``cell`` edge of the pixels; ``floor`` as for :class:`ObjectHeights`.
+    The low corner (2,) of the first pixel, heights (wx, wy), minus infinite where there is no
+    solid, and the volume that the object fills, 0 where nothing of it is solid or it does not
+    stand.
+    """
+    one = ObjectHeights.of(shape, shape, low, cell, floor)
+    stands = one.plan is not None and one.needs == -np.inf
+    there = one.covered & np.isfinite(one.roofs) & stands
+    heights = np.where(there, one.roofs.astype(np.float64), -np.inf)
+    return low + cell * one.window, heights, one.filled * cell * cell if stands else 0.0
 
 
 def covered_by(

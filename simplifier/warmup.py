@@ -141,7 +141,9 @@ def _find_sets(scene: Scene) -> None:
         for fill in get_args(Fill):
             found = find_pvs(upright, cells, replace(options, fill=fill))
             check_pvs(scene, found.pvs, look)
-        umbra_heights(found.maps, found.pvs.cells, 0)
+        if found.maps is not None:
+            umbra_heights(found.maps, found.pvs.cells, 0)
+        find_pvs(upright, cells, replace(options, method="strong", skip_buried=True))
     hill = Elevation(np.array([[0.0, 0, 1], [0, 2, 0], [0, 0, 0]]), (1.0, 1.0), (0.0, 0.0))
     terrain = Terrain.of(hill, 1)
     upright = UprightScene.of(terrain.scene, "z")

@@ -71,6 +71,11 @@ def pvs(
             options = replace(options, up="z")
         check_output(scene, output, "the sets")
         check_extras(report, pictures)
+        if pictures is not None and options.method == "strong":
+            raise OptionError(
+                "strong occluders have no pictures", where="pictures",
+                remedy="leave --pictures out, or choose --method cull-map",
+            )  # fmt: skip
         with interrupts() as listening:
             before = load_pvs(output) if output.exists() else None
             layers = _read(scene, options.transparent, elevation, options.memory_limit)
@@ -94,7 +99,7 @@ def pvs(
                 figures = _figures(found)
                 if report is not None:
                     report.write_text(json.dumps(figures, indent=2) + "\n")
-                if pictures is not None:
+                if pictures is not None and found.maps is not None:
                     from simplifier.visibility.pictures import set_pictures
 
                     _write(pictures, set_pictures(upright, found.pvs, found.maps, scene.name))

@@ -19,7 +19,7 @@ from simplifier.options.simplify import Axis
 UNKNOWN = -1
 """In place of a row: the cell is not computed, and everything counts as visible from it."""
 
-METHODS = ("cull-map", "slice-wise", "voxel-column", "strong-occluder")
+METHODS = ("cull-map", "slice-wise", "voxel-column", "strong-occluders")
 """What can find the sets; files hold a method's place in this."""
 
 _BATCH = 1 << 20  # bytes of runs that are checked at once, each as a number of 8 bytes

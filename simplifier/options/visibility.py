@@ -13,7 +13,7 @@ SEE_THROUGH_HELP = (
     " keep."
 )
 
-Method = Literal["auto", "cull-map"]
+Method = Literal["auto", "cull-map", "strong"]
 Fill = Literal["outside", "viewers"]
 Backend = Literal["cpu", "opengl"]
 
@@ -22,6 +22,9 @@ Backend = Literal["cpu", "opengl"]
 class PvsOptions(OptionSet):
     """How what is visible from view cells is found.
 
+    ``method``       "cull-map", shadows of all that stands on the ground, fused; "strong", what one
+                     convex occluder hides by itself, of any scene, best from cells smaller than
+                     the occluders; "auto" is the first.
     ``cell_size``    edge of a cell in plan; smaller ones have smaller sets, and there are more.
     ``eye_height``   of the top of a cell over the ground: viewers are no higher.
     ``epsilon``      half the length of a cell's edge that one point on it stands for; occluders
@@ -37,7 +40,10 @@ class PvsOptions(OptionSet):
     ``skip_buried``  leave cells out that lie in an object wholly, in place of refusing them.
     """
 
-    method: Method = option("auto", "How sets are found: auto, or cull-map.")
+    method: Method = option(
+        "auto",
+        "How sets are found: auto, cull-map, or strong (one convex occluder hides an object).",
+    )
     cell_size: float = option(
         10.0, "Edge of a view cell in plan, in the scene's units.", above=0.0, unit="world units"
     )

@@ -215,3 +215,23 @@ def test_a_bad_point_is_refused(command, town, cells, tmp_path):
         status, _, errors = command("pvs-show", file, "--at", text)
         assert status == 2
         assert "give X,Y,Z" in errors
+
+
+def test_strong_occluders_find_sets_of_their_own(command, town, cells, tmp_path):
+    file, report = tmp_path / "town.pvs", tmp_path / "report.json"
+    arguments = ("pvs", town, "-o", file, "--up", "z", "--cells", cells, "--method", "strong")
+    status, _, errors = command(*arguments, "--report", report)
+    assert (status, errors) == (0, "")
+    figures = json.loads(report.read_text())
+    assert (figures["method"], figures["conservative"]) == ("strong-occluders", True)
+    assert figures["culled_share"] > 0.2
+    assert "strong-occluders, conservative" in command("pvs-show", file)[1]
+    assert command("pvs-check", town, file, "--cells", "12", "--views", "40")[0] == 0
+    before = file.read_bytes()
+    assert "12 of 12, 12 kept from before" in command(*arguments)[1]
+    assert file.read_bytes() == before
+    for extra in (("--backend", "opengl"), ("--fill", "viewers"), ("--pictures", tmp_path / "p")):
+        status, _, errors = command(*arguments, *extra)
+        assert status == 2
+        assert "choose --method cull-map" in errors
+    assert file.read_bytes() == before

@@ -1,0 +1,65 @@
+"""What a method of finding visible sets is given, and what it gives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.camera_paths.columns import UprightScene
+from simplifier.geometry.scene import Scene
+from simplifier.geometry.solid import BoolArray
+from simplifier.geometry.view_cells import ViewCells
+from simplifier.options.visibility import PvsOptions
+from simplifier.progress import TellCount
+from simplifier.visibility.cull_map import CullMaps
+from simplifier.visibility.fill_leaks import FillLeak
+from simplifier.visibility.terrain import Terrain
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """``cells``  upright, as what is found is to be.
+    ``opaque``  what of the scene hides anything, by the objects' names; None is all of it.
+    ``terrain``  what the scene was made of, if it is one.
+    ``tell_objects``  hears how many objects are read, and may raise.
+    """
+
+    upright: UprightScene
+    cells: ViewCells
+    options: PvsOptions
+    opaque: Scene | None
+    terrain: Terrain | None
+    tell_objects: TellCount
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """A scene made ready to be seen from cells.
+
+    ``method``  of :data:`simplifier.geometry.pvs.METHODS`.
+    ``cells``   those of the task that can be seen from.
+    ``see``     places in these (c,) int64 -> (c, n) bool, whether each object may be visible.
+    ``batch``   cells between two looks at the clock.
+    ``conservative``  whether nothing visible is ever left out.
+    ``reason``    why the sets are found so, as the end of a sentence.
+    ``warnings``  what the user should know.
+    ``maps``    what cull maps were looked up in.
+    ``leaks``   spaces that would be solid without a hole.
+    """
+
+    method: str
+    cells: ViewCells
+    see: Callable[[NDArray[np.int64]], BoolArray]
+    batch: int
+    conservative: bool
+    reason: str
+    warnings: Callable[[], list[str]]
+    maps: CullMaps | None = None
+    leaks: tuple[FillLeak, ...] = ()
+
+
+Method = Callable[[Task], AbstractContextManager[Sight]]

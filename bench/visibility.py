@@ -7,6 +7,8 @@
            epsilon and by the cell's size
     lyon   the same as city, for street cells of a part of Lyon on a slope; needs the shared assets
     shrinking  three ways to shrink occluders: the sets they give, seconds, and memory beside them
+    strong  the tables of the paper on strong occluders, beside what it prints: strong_city (its 1
+           and 2), strong_ranks (3), strong_levels (4) and strong_spheres (5)
     check  100,000 viewpoints of the generated city that look past silhouettes, and 2,000 that draw
            item buffers on six faces: leaks, of which there must be none.  Long: only when asked for
 
@@ -27,6 +29,8 @@ from bench.record import Row, told, write_page, write_table
 from bench.visibility_city import generated_city, street_cells
 from bench.visibility_plot import plot_cells
 from bench.visibility_shrinking import shrinking_rows
+from bench.visibility_strong import city_rows as strong_city_rows
+from bench.visibility_strong import level_rows, rank_rows, sphere_rows
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.pvs import Pvs
 from simplifier.geometry.view_cells import ViewCells
@@ -39,7 +43,8 @@ from simplifier.visibility.check import CheckOptions, check_pvs
 from simplifier.visibility.find import Found, find_pvs
 
 RESULTS = Path("bench/results")
-TABLES = ("city", "cells", "lyon", "shrinking")
+STRONG = ("strong_city", "strong_ranks", "strong_levels", "strong_spheres")
+TABLES = ("city", "cells", "lyon", "shrinking", *STRONG)
 ALL = (*TABLES, "check")
 LYON = Path("../shared/assets/city_lyon_buildings.glb")
 EPSILONS = (5.0, 2.5)
@@ -198,7 +203,7 @@ def _streets(blocks: int, count: int, size: float = 10.0) -> tuple[UprightScene,
 
 def main(words: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--only", choices=ALL, help="one table alone")
+    parser.add_argument("--only", choices=(*ALL, "strong"), help="one table alone")
     only = parser.parse_args(words).only
     # Kernels compile on their first call, and arrays of another kind compile them again.
     upright, places = _streets(2, 2)
@@ -208,9 +213,13 @@ def main(words: Sequence[str] | None = None) -> None:
         "cells": cells_rows,
         "lyon": lyon_rows,
         "shrinking": shrinking_rows,
+        "strong_city": strong_city_rows,
+        "strong_ranks": rank_rows,
+        "strong_levels": level_rows,
+        "strong_spheres": sphere_rows,
         "check": check_rows,
     }
-    for name in TABLES if only is None else (only,):
+    for name in {None: TABLES, "strong": STRONG}.get(only, (only,)):
         rows = []
         for row in makers[name]():
             print(f"{name}: {told(row)}", flush=True)

@@ -6,6 +6,8 @@
     cells  milliseconds, also of all cores together, by the number of cells and of objects, by
            epsilon and by the cell's size
     lyon   the same as city, for street cells of a part of Lyon on a slope; needs the shared assets
+    rooms  walkable cells of 1 m on all floors of three shared interiors, by slices; needs the
+           shared assets.  Only when asked for
     shrinking  three ways to shrink occluders: the sets they give, seconds, and memory beside them
     strong  the tables of the paper on strong occluders, beside what it prints: strong_city (its 1
            and 2), strong_ranks (3), strong_levels (4) and strong_spheres (5)
@@ -28,6 +30,7 @@ import numpy as np
 from bench.record import Row, told, write_page, write_table
 from bench.visibility_city import generated_city, street_cells
 from bench.visibility_plot import plot_cells
+from bench.visibility_rooms import rooms_rows
 from bench.visibility_shrinking import shrinking_rows
 from bench.visibility_strong import city_rows as strong_city_rows
 from bench.visibility_strong import level_rows, rank_rows, sphere_rows
@@ -45,7 +48,7 @@ from simplifier.visibility.find import Found, find_pvs
 RESULTS = Path("bench/results")
 STRONG = ("strong_city", "strong_ranks", "strong_levels", "strong_spheres")
 TABLES = ("city", "cells", "lyon", "shrinking", *STRONG)
-ALL = (*TABLES, "check")
+ALL = (*TABLES, "rooms", "check")
 LYON = Path("../shared/assets/city_lyon_buildings.glb")
 EPSILONS = (5.0, 2.5)
 CELLS = 1000
@@ -218,6 +221,7 @@ def main(words: Sequence[str] | None = None) -> None:
         "strong_levels": level_rows,
         "strong_spheres": sphere_rows,
         "check": check_rows,
+        "rooms": rooms_rows,
     }
     for name in {None: TABLES, "strong": STRONG}.get(only, (only,)):
         rows = []

@@ -137,6 +137,8 @@ def _find_sets(scene: Scene) -> None:
     upright = UprightScene.of(scene, "y")
     some = np.arange(1)
     for placing in get_args(Placing):
+        if placing == "floors":
+            continue  # there is no room
         cells = place_cells(upright, placing, options).some(some)
         for fill in get_args(Fill):
             found = find_pvs(upright, cells, replace(options, fill=fill))
@@ -144,6 +146,8 @@ def _find_sets(scene: Scene) -> None:
         if found.maps is not None:
             umbra_heights(found.maps, found.pvs.cells, 0)
         find_pvs(upright, cells, replace(options, method="strong", skip_buried=True))
+    found = find_pvs(upright, cells, replace(options, method="slice-wise"))
+    check_pvs(scene, found.pvs, look)
     hill = Elevation(np.array([[0.0, 0, 1], [0, 2, 0], [0, 0, 0]]), (1.0, 1.0), (0.0, 0.0))
     terrain = Terrain.of(hill, 1)
     upright = UprightScene.of(terrain.scene, "z")

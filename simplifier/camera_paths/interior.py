@@ -8,7 +8,7 @@ above it; two of them are neighbours when the step between them is low.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,20 +56,31 @@ def interior_walk(
 
 
 def places_indoors(upright: UprightScene, eye: float) -> FloatArray:
-    """(n, 3) the eyes of all who stand in rooms, world units, whether anything leads in or not.
+    """(n, 3) the eyes of all who stand in rooms, world units, whether anything leads in or not."""
+    floors = floors_indoors(upright, eye)
+    if floors is None:
+        return np.empty((0, 3))
+    return upright.to_world(floors.grid.to_world(floors.eyes))
+
+
+def floors_indoors(upright: UprightScene, eye: float) -> Floors | None:
+    """The floors of rooms, whether anything leads in or not; None where there are none.
 
     What has neither a way out nor the floor of a small room is the inside of a wall or a beam.
     """
     floors = find_floors(upright.without_doors(), eye)
     if floors is None or len(floors.cells) == 0 or len(floors.pairs) == 0:
-        return np.empty((0, 3))
+        return None
     _, walled, leads_out = floors.surroundings()
     wide = floors.ledge_distances() >= _WIDE * floors.eye
     ways = Ways.between(floors.eyes, floors.pairs, np.ones(len(floors.cells)))
     part = ways.parts()
     areas = np.bincount(part, weights=wide)
     closet = wide & (areas[part] >= _CLOSET * floors.eye**2)
-    return upright.to_world(floors.grid.to_world(floors.eyes[walled & (leads_out | closet)]))
+    kept = walled & (leads_out | closet)
+    if not kept.any():
+        return None
+    return replace(floors, cells=floors.cells[kept], pairs=_renumber(floors.pairs, kept))
 
 
 def _least(floors: Floors, roofed: BoolArray) -> float:

@@ -37,7 +37,9 @@ def pvs(
     *,
     cells: Annotated[
         str,
-        typer.Option(help="View cells: walkable, grid, triangles, or a JSON file of cells."),
+        typer.Option(
+            help="View cells: walkable, grid, triangles, floors (of rooms), or a JSON file."
+        ),
     ] = "walkable",
     report: Annotated[Path | None, typer.Option(help="Write the figures as JSON.")] = None,
     pictures: Annotated[
@@ -71,17 +73,22 @@ def pvs(
             options = replace(options, up="z")
         check_output(scene, output, "the sets")
         check_extras(report, pictures)
-        if pictures is not None and options.method == "strong":
+        if pictures is not None and options.method not in ("auto", "cull-map"):
             raise OptionError(
-                "strong occluders have no pictures", where="pictures",
+                "only cull maps are drawn", where="pictures",
                 remedy="leave --pictures out, or choose --method cull-map",
             )  # fmt: skip
         with interrupts() as listening:
             before = load_pvs(output) if output.exists() else None
             layers = _read(scene, options.transparent, elevation, options.memory_limit)
             read, opaque, terrain = layers
+            if terrain is not None and (cells == "floors" or options.method == "slice-wise"):
+                raise OptionError(
+                    "a terrain has neither rooms nor slices", where=scene.name,
+                    remedy="leave --cells floors and --method slice-wise out",
+                )  # fmt: skip
             upright = UprightScene.of(read, options.up)
-            if cells in ("walkable", "grid", "triangles"):
+            if cells in ("walkable", "grid", "triangles", "floors"):
                 placing = cast("Placing", cells)
                 if terrain is None:
                     where = place_cells(upright, placing, options)
@@ -148,7 +155,7 @@ def _cell_file(cells: str) -> Path:
     if not path.is_file():
         raise OptionError(
             f"'{cells}' is neither a way to place cells nor a file", where="cells",
-            remedy="choose walkable, grid or triangles, or name a JSON file of cells",
+            remedy="choose walkable, grid, triangles or floors, or name a JSON file of cells",
         )  # fmt: skip
     return path
 

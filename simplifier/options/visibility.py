@@ -13,7 +13,7 @@ SEE_THROUGH_HELP = (
     " keep."
 )
 
-Method = Literal["auto", "cull-map", "strong"]
+Method = Literal["auto", "cull-map", "slice-wise", "strong"]
 Fill = Literal["outside", "viewers"]
 Backend = Literal["cpu", "opengl"]
 
@@ -22,9 +22,11 @@ Backend = Literal["cpu", "opengl"]
 class PvsOptions(OptionSet):
     """How what is visible from view cells is found.
 
-    ``method``       "cull-map", shadows of all that stands on the ground, fused; "strong", what one
-                     convex occluder hides by itself, of any scene, best from cells smaller than
-                     the occluders; "auto" is the first.
+    ``method``       "cull-map", shadows of all that stands on the ground, fused; "slice-wise",
+                     planes through whatever is closed or flat, for rooms and all else that has no
+                     one height, in voxels of a fifth of the epsilon; "strong", what one convex
+                     occluder hides by itself, of any scene, best from cells smaller than the
+                     occluders; "auto" is the first.
     ``cell_size``    edge of a cell in plan; smaller ones have smaller sets, and there are more.
     ``eye_height``   of the top of a cell over the ground: viewers are no higher.
     ``epsilon``      half the length of a cell's edge that one point on it stands for; occluders
@@ -42,7 +44,8 @@ class PvsOptions(OptionSet):
 
     method: Method = option(
         "auto",
-        "How sets are found: auto, cull-map, or strong (one convex occluder hides an object).",
+        "How sets are found: auto, cull-map, slice-wise (rooms, bridges: all of 3D), or strong (one"
+        " convex occluder hides an object).",
     )
     cell_size: float = option(
         10.0, "Edge of a view cell in plan, in the scene's units.", above=0.0, unit="world units"

@@ -9,8 +9,10 @@ from typing import Any, Literal
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from scipy import sparse
 
 from simplifier.camera_paths.columns import Columns, UprightScene, blocked_band, columns_of
+from simplifier.camera_paths.interior import floors_indoors
 from simplifier.camera_paths.street import AROUND, ground_heights, steep
 from simplifier.errors import OptionError
 from simplifier.geometry.mesh import FloatArray
@@ -24,7 +26,7 @@ from simplifier.visibility.free_space import free_space, triangles_of
 from simplifier.visibility.height_field import plans_of
 from simplifier.visibility.object_heights import rounded_down, rounded_up
 
-Placing = Literal["walkable", "grid", "triangles"]
+Placing = Literal["walkable", "grid", "triangles", "floors"]
 
 _MOST_COLUMNS = 2048  # along the longer side
 _FINEST = 0.25  # of an eye height
@@ -38,9 +40,11 @@ def place_cells(upright: UprightScene, placing: Placing, options: PvsOptions) ->
 
     ``walkable``  squares on which one can stand somewhere, up to the eyes at the highest of these;
     ``grid`` all; ``triangles`` prisms that fill the free space between what stands there, no edge
-    longer than a square's.  Raises :class:`OptionError` where there is no such place, and for more
-    cells than ten million.
+    longer than a square's; ``floors`` what of squares can be stood on in rooms, on every floor.
+    Raises :class:`OptionError` where there is no such place, and for more cells than ten million.
     """
+    if placing == "floors":
+        return _on_floors(upright, options)
     size = options.cell_size
     low, high = _plan(upright, options.eye_height)
     count = cells_across(high - low, size)
@@ -75,6 +79,28 @@ def place_cells(upright: UprightScene, placing: Placing, options: PvsOptions) ->
     return ViewCells.boxes(
         np.column_stack([lows[kept], ground_low]), np.column_stack([highs[kept], eyes])
     )
+
+
+def _on_floors(upright: UprightScene, options: PvsOptions) -> ViewCells:
+    """A box around each connected part of a floor in a square, from there to the eyes."""
+    floors = floors_indoors(upright, options.eye_height)
+    if floors is None:
+        raise OptionError(
+            "there is no floor in a room to stand on", where="cells",
+            remedy="choose --cells walkable, or another --eye-height or --up",
+        )  # fmt: skip
+    low = floors.grid.to_world(floors.cells.astype(np.float64))
+    high = low + floors.grid.cell_size
+    squares = np.floor(0.5 * (low + high)[:, :2] / options.cell_size)
+    same = (squares[floors.pairs[:, 0]] == squares[floors.pairs[:, 1]]).all(axis=1)
+    a, b = floors.pairs[same].T
+    ways = sparse.coo_matrix((np.ones(len(a), np.bool_), (a, b)), (len(low), len(low)))
+    count, part = sparse.csgraph.connected_components(ways, directed=False)
+    lows, highs = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(lows, part, low)
+    np.maximum.at(highs, part, high)
+    highs[:, 2] += options.eye_height - floors.grid.cell_size
+    return ViewCells.boxes(lows, highs)
 
 
 def _obstacles(

@@ -12,15 +12,17 @@ from typing import Literal
 
 import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 
 from simplifier.checks import check_length, check_whole
 from simplifier.errors import CancelledError, OptionError, SceneError
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.pvs import Pvs
 from simplifier.geometry.scene import Scene, axis_order
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import PRISM, ViewCells
 from simplifier.progress import Cancel, TellShare, silent
+from simplifier.visibility.closed_pieces import closed_pieces, is_within
 from simplifier.visibility.exact_view import AZIMUTHS, prisms_of, seen_from
 from simplifier.visibility.panorama import Panorama
 from simplifier.visibility.terrain import Terrain
@@ -220,6 +222,7 @@ class _Judge:
         self._order = axis_order(pvs.up)
         self._terrain = terrain
         self._prisms = prisms_of(scene, pvs.up, opaque) if terrain is None else None
+        self._solid = _closed_solid(scene if opaque is None else opaque, pvs)
         self._panorama: Panorama | None = None
         if options.pictures:
             ground = self._prisms if options.ground else None
@@ -228,6 +231,8 @@ class _Judge:
     def row(self, cell: int, places: FloatArray) -> CellCheck:
         """``places`` (k, 3) of the cell, in its space."""
         pvs = self._pvs
+        if self._solid is not None:  # slices are right for viewers in free space alone
+            places = places[~is_within(places, *self._solid)]
         visible = pvs.visible(cell)
         found = self._lines(places + pvs.origin)
         seen = ~np.isnan(found).all(axis=0)
@@ -289,6 +294,20 @@ class _Judge:
         direction = np.zeros(3)
         direction[self._order[:2]] = np.cos(azimuth), np.sin(azimuth)
         return direction
+
+
+def _closed_solid(scene: Scene, pvs: Pvs) -> tuple[FloatArray, IntArray, NDArray[np.int64]] | None:
+    """Corners, triangles and their closed pieces in the space of the cells, where viewers in them
+    do not count.
+    """
+    if pvs.method != "slice-wise" or len(scene) == 0:
+        return None
+    mesh = scene.joined(range(len(scene)))
+    points = np.ascontiguousarray(mesh.vertices[:, axis_order(pvs.up)] - pvs.origin)
+    floor = (
+        1e-6 * float(np.ptp(points, axis=0).max()) if pvs.cells.low[:, 2].min() >= 0.0 else -np.inf
+    )
+    return points, mesh.faces, closed_pieces(points, mesh.faces, floor)
 
 
 def _first(

@@ -71,3 +71,36 @@ def closed_pieces(points: FloatArray, faces: IntArray, floor: float) -> NDArray[
     is_open[part[a[above]]] = True
     piece = part[welded[:, 0]].astype(np.int64)
     return np.where(is_open[piece], -1, piece)
+
+
+def is_within(
+    places: FloatArray, points: FloatArray, faces: IntArray, pieces: NDArray[np.int64]
+) -> NDArray[np.bool_]:
+    """(k,) whether places (k, 3) lie in any closed piece, by a line straight up from each."""
+    solid = faces[pieces >= 0]
+    owners = pieces[pieces >= 0]
+    a, b, c = (points[solid[:, corner]] for corner in range(3))
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    found = np.zeros(len(places), dtype=np.bool_)
+    for index, place in enumerate(places):
+        near = (low[:, :2] <= place[:2]).all(axis=1) & (high[:, :2] >= place[:2]).all(axis=1)
+        near &= high[:, 2] > place[2]
+        crossed = owners[near][_is_below(place, a[near], b[near], c[near])]
+        found[index] = bool((np.bincount(crossed, minlength=1) % 2 == 1).any())
+    return found
+
+
+def _is_below(place: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> NDArray[np.bool_]:
+    """(m,) whether a place is straight below triangles."""
+    times = np.zeros(len(a), dtype=np.int64)
+    for p, q in ((a, b), (b, c), (c, a)):
+        # The same numbers from both sides of an edge: a place beside it is in one triangle of two.
+        turned = (p[:, 0] > q[:, 0]) | ((p[:, 0] == q[:, 0]) & (p[:, 1] > q[:, 1]))
+        first, last = np.where(turned[:, None], q, p), np.where(turned[:, None], p, q)
+        spans = (first[:, 0] <= place[0]) & (last[:, 0] > place[0])
+        side = (last[:, 0] - first[:, 0]) * (place[1] - first[:, 1])
+        side = side - (last[:, 1] - first[:, 1]) * (place[0] - first[:, 0])
+        times += spans & (side < 0.0)
+    normal = np.cross(b - a, c - a)
+    height = np.einsum("ij,ij->i", a - place, normal)
+    return np.asarray((times % 2 == 1) & (height * normal[:, 2] > 0.0))

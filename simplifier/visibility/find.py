@@ -20,6 +20,7 @@ from simplifier.options.simplify import Axis
 from simplifier.options.visibility import PvsOptions
 from simplifier.progress import Cancel, Deadline, TellCount
 from simplifier.visibility.by_cull_maps import by_cull_maps
+from simplifier.visibility.by_slices import by_slices
 from simplifier.visibility.by_strong_occluders import by_strong_occluders
 from simplifier.visibility.cull_map import CullMaps
 from simplifier.visibility.fill_leaks import FillLeak
@@ -32,6 +33,7 @@ _FORMAT = 2  # raised when the same input is to give other sets
 METHODS: dict[str, Method] = {
     "auto": by_cull_maps,
     "cull-map": by_cull_maps,
+    "slice-wise": by_slices,
     "strong": by_strong_occluders,
 }
 
@@ -116,6 +118,8 @@ def settings_digest(options: PvsOptions) -> bytes:
         kept += (options.fill, options.eye_height)
     if options.backend != "cpu":
         kept += (options.backend,)
+    if options.method == "slice-wise":
+        kept = (_FORMAT, options.method, options.reach, options.up)
     if options.method == "strong":
         kept = (_FORMAT, options.method, options.up, options.ground)
     return bytes(hashlib.blake2b(repr(kept).encode(), digest_size=8).digest())

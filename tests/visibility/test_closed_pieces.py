@@ -7,7 +7,7 @@ import pytest
 
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.visibility.closed_pieces import closed_pieces, signatures
+from simplifier.visibility.closed_pieces import closed_pieces, is_within, signatures
 from simplifier.visibility.spaces import voxels_of
 from tests.solids import box, joined, torus
 from tests.visibility.sheets import house, scene_of
@@ -58,3 +58,32 @@ def test_signatures_tell_inside_from_outside_and_pieces_apart(turned):
     assert signs[4] == signs[5] != 0
     assert signs[0] != signs[4]
     assert (signs[[2, 3, 6]] == 0).all()
+
+
+def test_places_within_closed_pieces():
+    """Beside, below and above them, on the diagonals of their faces, and in one that is open."""
+    mesh = joined(box(), box(low=(3, 0, 0)), box(low=(6, 0, 0), without=(5,)))
+    points, faces = np.array(mesh.vertices), np.array(mesh.faces)
+    found = closed_pieces(points, faces, -1.0)
+    places = [[0.5, 0.5, 0.5], [0.25, 0.75, 0.1], [3.4, 0.6, 0.9], [2.0, 0.5, 0.5],
+              [0.5, 0.5, -0.5], [0.5, 0.5, 1.5], [6.5, 0.5, 0.5]]  # fmt: skip
+    expected = [True, True, True, False, False, False, False]
+    assert is_within(np.array(places), points, faces, found).tolist() == expected
+
+
+def test_places_within_a_torus_are_those_of_its_formula():
+    mesh = torus()
+    points, faces = np.array(mesh.vertices), np.array(mesh.faces)
+    places = np.random.default_rng(0).uniform(points.min(axis=0), points.max(axis=0), (300, 3))
+    found = is_within(places, points, faces, closed_pieces(points, faces, -np.inf))
+    assert 0.1 < found.mean() < 0.6
+    corners = points[faces]
+    towards = np.array([0.31, 0.17, 0.93])
+    a, b, c = (corners[:, k] for k in range(3))
+    for place, inside in zip(places, found, strict=True):  # along another line, by determinants
+        whole = np.linalg.det(np.stack([a - b, a - c, np.broadcast_to(towards, a.shape)], axis=2))
+        u = np.linalg.det(np.stack([a - place, a - c, np.broadcast_to(towards, a.shape)], axis=2))
+        v = np.linalg.det(np.stack([a - b, a - place, np.broadcast_to(towards, a.shape)], axis=2))
+        t = np.linalg.det(np.stack([a - b, a - c, a - place], axis=2))
+        u, v, t = u / whole, v / whole, t / whole
+        assert (np.count_nonzero((u > 0) & (v > 0) & (u + v < 1) & (t > 0)) % 2 == 1) == inside

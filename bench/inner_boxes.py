@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import VoxelGrid
-from simplifier.visibility.inner_boxes import placed_boxes
+from simplifier.visibility.strong.inner_boxes import placed_boxes
 
 Faces = NDArray[np.int64]
 

@@ -41,9 +41,9 @@ from simplifier.io.pvs_file import encode_pvs
 from simplifier.io.scene import load_scene
 from simplifier.options.visibility import PvsOptions
 from simplifier.progress import TellShare
-from simplifier.visibility.cells import place_cells
-from simplifier.visibility.check import CheckOptions, check_pvs
+from simplifier.visibility.checking.check import CheckOptions, check_pvs
 from simplifier.visibility.find import Found, find_pvs
+from simplifier.visibility.placing.cells import place_cells
 
 RESULTS = Path("bench/results")
 STRONG = ("strong_city", "strong_ranks", "strong_levels", "strong_spheres")

@@ -15,9 +15,9 @@ from simplifier.geometry.scene import Scene
 from simplifier.io.scene import load_scene
 from simplifier.options.simplify import Axis
 from simplifier.options.visibility import PvsOptions
-from simplifier.visibility.cells import place_cells
-from simplifier.visibility.check import CheckOptions, check_pvs
+from simplifier.visibility.checking.check import CheckOptions, check_pvs
 from simplifier.visibility.find import find_pvs
+from simplifier.visibility.placing.cells import place_cells
 
 ASSETS = Path("../shared/assets")
 INTERIORS: tuple[tuple[str, Axis, float], ...] = (

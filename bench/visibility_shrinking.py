@@ -26,12 +26,12 @@ from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.view_cells import ViewCells
-from simplifier.visibility.check import viewpoints
-from simplifier.visibility.cull_map import CullMaps, see_by_cull_maps
-from simplifier.visibility.erosion import Erosion, Window, shrunk
-from simplifier.visibility.exact_view import prisms_of, seen_from
-from simplifier.visibility.height_field import HeightField, height_field
-from simplifier.visibility.object_heights import covered_by
+from simplifier.visibility.checking.check import viewpoints
+from simplifier.visibility.checking.exact_view import prisms_of, seen_from
+from simplifier.visibility.cull_maps.cull_map import CullMaps, see_by_cull_maps
+from simplifier.visibility.cull_maps.erosion import Erosion, Window, shrunk
+from simplifier.visibility.solid.height_field import HeightField, height_field
+from simplifier.visibility.solid.object_heights import covered_by
 
 Heights = NDArray[np.float32]
 Shrinking = Callable[["Roofs", HeightField, Window], Heights]

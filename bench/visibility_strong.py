@@ -19,8 +19,8 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.kernels.compile import kernel
 from simplifier.kernels.hull_rays import ALL_PIECES, FIRST_PIECE, NO_PIECES, PIECE_RAYS, RAYS, meets
-from simplifier.visibility.convex_bodies import ConvexBodies
-from simplifier.visibility.strong_occluders import (
+from simplifier.visibility.strong.convex_bodies import ConvexBodies
+from simplifier.visibility.strong.strong_occluders import (
     Hidden,
     StrongOccluders,
     Tactics,

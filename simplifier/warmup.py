@@ -125,12 +125,12 @@ def _find_sets(scene: Scene) -> None:
     # Here, not above: what they need of scipy and shapely takes long to load.
     from simplifier.camera_paths.columns import UprightScene
     from simplifier.geometry.elevation import Elevation
-    from simplifier.visibility.cells import Placing, place_cells
-    from simplifier.visibility.check import CheckOptions, check_pvs
-    from simplifier.visibility.cull_map import umbra_heights
+    from simplifier.visibility.checking.check import CheckOptions, check_pvs
+    from simplifier.visibility.cull_maps.cull_map import umbra_heights
     from simplifier.visibility.find import find_pvs
-    from simplifier.visibility.terrain import Terrain
-    from simplifier.visibility.terrain_cells import place_on_terrain
+    from simplifier.visibility.placing.cells import Placing, place_cells
+    from simplifier.visibility.placing.terrain_cells import place_on_terrain
+    from simplifier.visibility.solid.terrain import Terrain
 
     look = CheckOptions(cells=1, views=4, azimuths=4, pictures=1, pixels=16)
     options = PvsOptions(up="y", cell_size=2.0, eye_height=0.5)

@@ -21,9 +21,9 @@ from simplifier.options.visibility import SEE_THROUGH_HELP, ElevationOptions, Pv
 if TYPE_CHECKING:
     from simplifier.geometry.pvs import Pvs
     from simplifier.geometry.scene import Scene
-    from simplifier.visibility.cells import Placing
     from simplifier.visibility.find import Found
-    from simplifier.visibility.terrain import Terrain
+    from simplifier.visibility.placing.cells import Placing
+    from simplifier.visibility.solid.terrain import Terrain
 
 PvsFile = Annotated[Path, typer.Argument(help="What 'occluder pvs' wrote.")]
 SeenThrough = Annotated[Transparent, typer.Option(help=SEE_THROUGH_HELP)]
@@ -63,9 +63,9 @@ def pvs(
         from simplifier.cli.path import check_output
         from simplifier.cli.report import check_extras
         from simplifier.io.pvs_file import load_pvs, save_pvs
-        from simplifier.visibility.cells import load_cells, place_cells
         from simplifier.visibility.find import find_pvs
-        from simplifier.visibility.terrain_cells import place_on_terrain
+        from simplifier.visibility.placing.cells import load_cells, place_cells
+        from simplifier.visibility.placing.terrain_cells import place_on_terrain
 
         options: PvsOptions = read_options(PvsOptions, chosen)
         elevation: ElevationOptions = read_options(ElevationOptions, chosen)
@@ -107,7 +107,7 @@ def pvs(
                 if report is not None:
                     report.write_text(json.dumps(figures, indent=2) + "\n")
                 if pictures is not None and found.maps is not None:
-                    from simplifier.visibility.pictures import set_pictures
+                    from simplifier.visibility.pictures.pictures import set_pictures
 
                     _write(pictures, set_pictures(upright, found.pvs, found.maps, scene.name))
                 warnings = [*read.warnings, *found.warnings]
@@ -143,7 +143,7 @@ def _read(
             )  # fmt: skip
         return *load_layers(scene, transparent=transparent, memory_limit=memory_limit), None
     from simplifier.io.elevation import load_elevation
-    from simplifier.visibility.terrain import Terrain
+    from simplifier.visibility.solid.terrain import Terrain
 
     posts = load_elevation(scene, spacing=options.spacing, memory_limit=memory_limit)
     terrain = Terrain.of(posts, options.tile)
@@ -219,7 +219,7 @@ def pvs_show(
 
         held = load_pvs(file)
         if pictures is not None:
-            from simplifier.visibility.pictures import cells_picture
+            from simplifier.visibility.pictures.pictures import cells_picture
 
             _write(pictures, {"cells.png": cells_picture(held, file.name)})
         if at is None:
@@ -288,7 +288,7 @@ def pvs_check(
     def run() -> None:
         from simplifier.culling.visible_sets import check_sets
         from simplifier.io.pvs_file import load_pvs
-        from simplifier.visibility.check import CheckOptions, check_pvs
+        from simplifier.visibility.checking.check import CheckOptions, check_pvs
 
         elevation: ElevationOptions = read_options(ElevationOptions, chosen)
         options = CheckOptions(cells, views, pictures=pictures, ground=ground, seed=seed)

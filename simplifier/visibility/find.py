@@ -19,14 +19,14 @@ from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.simplify import Axis
 from simplifier.options.visibility import PvsOptions
 from simplifier.progress import Cancel, Deadline, TellCount
-from simplifier.visibility.by_cull_maps import by_cull_maps
-from simplifier.visibility.by_slices import by_slices
-from simplifier.visibility.by_strong_occluders import by_strong_occluders
-from simplifier.visibility.cull_map import CullMaps
-from simplifier.visibility.fill_leaks import FillLeak
+from simplifier.visibility.cull_maps.by_cull_maps import by_cull_maps
+from simplifier.visibility.cull_maps.cull_map import CullMaps
 from simplifier.visibility.method import Method, Task
 from simplifier.visibility.object_order import few_runs
-from simplifier.visibility.terrain import Terrain
+from simplifier.visibility.slices.by_slices import by_slices
+from simplifier.visibility.solid.fill_leaks import FillLeak
+from simplifier.visibility.solid.terrain import Terrain
+from simplifier.visibility.strong.by_strong_occluders import by_strong_occluders
 
 _FORMAT = 2  # raised when the same input is to give other sets
 

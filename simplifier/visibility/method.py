@@ -15,9 +15,9 @@ from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.visibility import PvsOptions
 from simplifier.progress import TellCount
-from simplifier.visibility.cull_map import CullMaps
-from simplifier.visibility.fill_leaks import FillLeak
-from simplifier.visibility.terrain import Terrain
+from simplifier.visibility.cull_maps.cull_map import CullMaps
+from simplifier.visibility.solid.fill_leaks import FillLeak
+from simplifier.visibility.solid.terrain import Terrain
 
 
 @dataclass(frozen=True, eq=False)

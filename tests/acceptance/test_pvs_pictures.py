@@ -13,7 +13,7 @@ import simplifier
 from bench.visibility_city import generated_city, street_cells
 from simplifier.errors import BackendUnavailableError
 from simplifier.io.scene_writer import write_scene
-from simplifier.visibility.cull_map_gl import check_opengl
+from simplifier.visibility.cull_maps.cull_map_gl import check_opengl
 
 NAMES = ("largest.png", "median.png", "smallest.png", "umbra.png", "cells.png")
 PLAN = {"cell": (181, 0, 79), "seen": (0, 114, 178), "hidden": (207, 207, 202)}

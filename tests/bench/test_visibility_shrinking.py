@@ -17,8 +17,8 @@ from bench.visibility_shrinking import (
     shrinking_rows,
 )
 from simplifier.camera_paths.columns import UprightScene
-from simplifier.visibility.erosion import Window
-from simplifier.visibility.height_field import height_field
+from simplifier.visibility.cull_maps.erosion import Window
+from simplifier.visibility.solid.height_field import height_field
 
 
 def field_and_roofs(scene):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from simplifier.kernels.cull_map import FIRST_RING, LEAF, see_from, see_from_cells
-from simplifier.visibility.cull_map import CullMaps
-from simplifier.visibility.height_field import HeightField
+from simplifier.visibility.cull_maps.cull_map import CullMaps
+from simplifier.visibility.solid.height_field import HeightField
 
 
 class Raster:

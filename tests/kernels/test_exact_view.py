@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from simplifier.visibility.exact_view import Prisms, seen_along, seen_from
+from simplifier.visibility.checking.exact_view import Prisms, seen_along, seen_from
 
 STEP = 0.01
 

@@ -11,8 +11,8 @@ from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.visibility import PvsOptions
 from simplifier.visibility.find import find_pvs
-from simplifier.visibility.shafts import Shafts, Targets, see_by_shafts
-from simplifier.visibility.slices import Grid, slices_of
+from simplifier.visibility.slices.shafts import Shafts, Targets, see_by_shafts
+from simplifier.visibility.slices.slices import Grid, slices_of
 
 CELL = 0.25
 

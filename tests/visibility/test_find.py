@@ -14,7 +14,7 @@ from simplifier.geometry.pvs import UNKNOWN
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.visibility import PvsOptions
-from simplifier.visibility.check import CheckOptions, check_pvs
+from simplifier.visibility.checking.check import CheckOptions, check_pvs
 from simplifier.visibility.find import find_pvs, scene_digest, settings_digest
 
 OPTIONS = PvsOptions(up="z", epsilon=2.5)

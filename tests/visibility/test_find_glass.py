@@ -15,10 +15,10 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.pvs import pack_rows
 from simplifier.geometry.scene import Scene
 from simplifier.options.visibility import PvsOptions
-from simplifier.visibility.check import CheckOptions, check_pvs
-from simplifier.visibility.exact_view import prisms_of, seen_from
+from simplifier.visibility.checking.check import CheckOptions, check_pvs
+from simplifier.visibility.checking.exact_view import prisms_of, seen_from
+from simplifier.visibility.checking.panorama import Panorama
 from simplifier.visibility.find import find_pvs, scene_digest
-from simplifier.visibility.panorama import Panorama
 from tests.solids import box, joined
 from tests.visibility.scenes import street_cell
 

@@ -1,0 +1,1 @@
+"""Sets of visible objects, held against what is certainly seen."""

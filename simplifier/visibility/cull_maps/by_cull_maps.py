@@ -1,0 +1,175 @@
+"""Scene + ViewCells -> what cull maps see: the method of visible sets that fuses occluders."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from simplifier.camera_paths.columns import UprightScene
+from simplifier.errors import OptionError
+from simplifier.geometry.scene import Scene
+from simplifier.geometry.solid import BoolArray
+from simplifier.geometry.view_cells import PRISM, ViewCells
+from simplifier.options.visibility import Backend, PvsOptions
+from simplifier.visibility.cull_maps.cull_map import CullMaps, see_by_cull_maps
+from simplifier.visibility.cull_maps.cull_map_gl import OpenGLCullMaps, check_opengl
+from simplifier.visibility.cull_maps.memory import check_memory
+from simplifier.visibility.method import Sight, Task
+from simplifier.visibility.solid.height_field import HeightField, height_field
+from simplifier.visibility.solid.terrain import terrain_field
+from simplifier.visibility.solid.viewer_fill import Filled, fill_by_viewers, fill_warnings
+
+_FINE = 0.2  # of epsilon: a pixel of the height field
+_MOST_PIXELS = 8192  # along the longest edge
+_BATCH = 32  # cells between two looks at the clock
+_LOST = 0.2  # share of what stands there that may not count as solid without a word
+_UPRIGHT = 0.05  # of what stands there: if no more is lost, a raster of heights has it all
+
+See = Callable[[ViewCells], tuple[BoolArray, NDArray[np.int64]]]
+
+
+@contextmanager
+def by_cull_maps(task: Task) -> Iterator[Sight]:
+    """Cull maps of the whole scene.
+
+    Raises :class:`OptionError` for an epsilon that would take too fine a raster, and for cells that
+    lie in an object wholly unless they are skipped, and
+    :class:`~simplifier.errors.BackendUnavailableError` without the OpenGL that was asked for, and
+    :class:`~simplifier.errors.MemoryLimitError` before it takes more than the options allow.
+    """
+    upright, cells, options, opaque = task.upright, task.cells, task.options, task.opaque
+    if options.backend == "opengl":
+        check_opengl()
+    pixel = _pixel(upright, cells, options)
+    plan = np.array([cells.low[:, :2].min(axis=0), cells.high[:, :2].max(axis=0)])
+    check_memory(upright, cells, pixel, _FINE, options.memory_limit, task.terrain is not None)
+    if task.terrain is None:
+        field = height_field(upright, pixel, plan, options.ground, task.tell_objects, opaque)
+    else:
+        field = terrain_field(task.terrain, upright, pixel, plan)
+    cells = _without_buried(cells, field, options, upright.scene)
+    filled: Filled | None = None
+    sheets = task.terrain is None and (opaque is None or len(opaque) > 0)
+    if options.fill == "viewers" and sheets:
+        eye = options.eye_height if options.ground else None
+        filled = fill_by_viewers(field, upright, cells, eye, opaque)
+        field = filled.field
+    maps = CullMaps(field, 2.0 * options.reach)
+    with _cull_maps_by(options.backend, maps) as see:
+        yield Sight(
+            "cull-map",
+            cells,
+            lambda chosen: see(cells.some(chosen))[0],
+            batch=_BATCH if options.backend == "cpu" else 1,
+            conservative=filled is None or filled.conservative,
+            reason=_reason(field, options),
+            warnings=lambda: (
+                _warnings(field, options) + ([] if filled is None else fill_warnings(filled))
+            ),
+            maps=maps,
+            leaks=() if filled is None else filled.leaks,
+        )
+
+
+@contextmanager
+def _cull_maps_by(backend: Backend, maps: CullMaps) -> Iterator[See]:
+    """What sees from cells, on the processor or by OpenGL."""
+    if backend == "cpu":
+        yield partial(see_by_cull_maps, maps)
+        return
+    with OpenGLCullMaps(maps) as drawn:
+        yield drawn.see
+
+
+def _pixel(upright: UprightScene, cells: ViewCells, options: PvsOptions) -> float:
+    """The edge of a pixel; an epsilon of several can be kept."""
+    longest = float(np.max(upright.extent[:2]))
+    longest = max(longest, float((cells.high - cells.low)[:, :2].max()))
+    least = longest / _MOST_PIXELS
+    if options.reach < least:
+        raise OptionError(
+            f"{options.reach:g} is finer than the raster of this scene can be", where="epsilon",
+            remedy=f"choose {least:.3g} or more",
+        )  # fmt: skip
+    return max(_FINE * options.reach, least)
+
+
+def _without_buried(
+    cells: ViewCells, field: HeightField, options: PvsOptions, scene: Scene
+) -> ViewCells:
+    """The cells that do not lie in solid wholly; without leave to skip them all have to."""
+    first = np.floor((cells.low[:, :2] - field.low) / field.cell).astype(np.int64)
+    last = np.floor((cells.high[:, :2] - field.low) / field.cell).astype(np.int64)
+    kept = np.ones(len(cells), dtype=np.bool_)
+    for cell, ((x0, y0), (x1, y1)) in enumerate(zip(first, last, strict=True)):
+        heights = field.inner[x0 : x1 + 1, y0 : y1 + 1]
+        if cells.kinds[cell] == PRISM:
+            (x0, y0), touched = field.touched(cells.outline(cell))
+            wx, wy = touched.shape
+            heights = field.inner[x0 : x0 + wx, y0 : y0 + wy][touched]
+        if heights.min() < cells.high[cell, 2]:
+            continue
+        if not options.skip_buried:
+            name = scene.names[int(field.objects_in(cells.outline(cell))[0])]
+            raise OptionError(
+                f"cell {cell} lies wholly within '{name}' and what touches it", where="cells",
+                remedy="leave it out, or add --skip-buried",
+            )  # fmt: skip
+        kept[cell] = False
+    if not kept.any():
+        raise OptionError("all of them lie within objects", where="cells", remedy="move them")
+    return cells if kept.all() else cells.some(kept)
+
+
+def _warnings(field: HeightField, options: PvsOptions) -> list[str]:
+    told = []
+    if field.lost > _LOST:
+        told.append(
+            f"{100.0 * field.lost:.0f} % of what stands in the scene is not solid from the ground"
+            " up, and hides nothing" + ("" if options.ground else "; try --ground")
+        )
+    thin = _thin_share(field, options.reach)
+    if thin > _LOST:
+        better = _kept_by(field, options.reach)
+        told.append(
+            f"{100.0 * thin:.0f} % of what is solid is thinner than twice an epsilon of"
+            f" {options.reach:g}, and hides little; try --epsilon {better:g}"
+        )
+    return told
+
+
+def _reason(field: HeightField, options: PvsOptions) -> str:
+    """Why sets are found by cull maps, as the end of a sentence."""
+    if options.method != "auto":
+        return "as was asked for"
+    if field.holed is not None:
+        return "since a terrain has one height at each place"
+    solid = f"{100.0 * (1.0 - field.lost):.0f} % of what stands in the scene is solid from"
+    if field.lost <= _UPRIGHT:
+        return f"since {solid} the ground up"
+    return f"which is all there is, though only {solid} the ground up"
+
+
+def _kept_by(field: HeightField, reach: float) -> float:
+    """An epsilon that most of what is solid is thick enough for, or that of a pixel."""
+    while reach > field.cell and _thin_share(field, reach) > _LOST:
+        reach *= 0.5
+    return reach
+
+
+def _thin_share(field: HeightField, reach: float) -> float:
+    """Of the solid pixels, those that are thinner than twice the reach along an axis."""
+    solid = np.isfinite(field.inner)
+    if not solid.any():
+        return 0.0
+    size = 2 * int(np.ceil(reach / field.cell)) + 1
+    kept = solid.copy()
+    for axis in (0, 1):
+        inner = ndimage.minimum_filter1d(solid, size, axis=axis, mode="constant", cval=False)
+        kept &= ndimage.maximum_filter1d(inner, size, axis=axis, mode="constant", cval=False)
+    return 1.0 - float(kept.sum() / solid.sum())

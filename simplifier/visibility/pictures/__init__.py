@@ -1,0 +1,1 @@
+"""Sets, cull maps and cells as pictures."""

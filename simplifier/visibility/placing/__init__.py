@@ -1,0 +1,1 @@
+"""Where view cells are."""

@@ -1,0 +1,1 @@
+"""Slices through what is closed or flat, in all of 3D."""

@@ -1,0 +1,68 @@
+"""Scene + ViewCells -> what slices leave open, for rooms, bridges and all without one height."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from simplifier.errors import OptionError
+from simplifier.visibility.method import Sight, Task
+from simplifier.visibility.slices.shafts import Shafts, Targets, see_by_shafts
+from simplifier.visibility.slices.slices import Grid, slices_of
+
+_BATCH = 2  # cells between two looks at the clock
+_FINE = 0.2  # of epsilon: a voxel
+_MOST_VOXELS = 120_000_000  # three GiB of slices
+_LOST = 0.2  # share of the surface that may hide nothing without a word
+
+
+@contextmanager
+def by_slices(task: Task) -> Iterator[Sight]:
+    """Shafts between cells and objects, closed by slices through what hides.
+
+    Raises :class:`OptionError` for terrains and options that only cull maps have, and for an
+    epsilon that would take too many voxels.
+    """
+    upright, cells, options, opaque = task.upright, task.cells, task.options, task.opaque
+    if options.fill == "viewers" or options.backend == "opengl":
+        name = "fill" if options.fill == "viewers" else "backend"
+        raise OptionError(
+            f"slices have no --{name}", where="method",
+            remedy=f"leave --{name} out, or choose --method cull-map",
+        )  # fmt: skip
+    if task.terrain is not None:
+        raise OptionError(
+            "a terrain has one height at each place, and no slices", where="method",
+            remedy="leave --method out, or choose --method cull-map",
+        )  # fmt: skip
+    grid = Grid.around(upright, _FINE * options.reach)
+    voxels = float(np.prod(grid.shape.astype(np.float64)))
+    if voxels > _MOST_VOXELS:
+        least = options.reach * (voxels / _MOST_VOXELS) ** (1.0 / 3.0)
+        raise OptionError(
+            f"{options.reach:g} would make {voxels:,.0f} voxels", where="epsilon",
+            remedy=f"choose {np.ceil(1e3 * least) / 1e3:.6g} or more",
+        )  # fmt: skip
+    hiding = upright if opaque is None else upright.with_scene(opaque)
+    slices = slices_of(hiding, grid, float(cells.low[:, 2].min()))
+    shafts = Shafts.of(slices, Targets.of(upright, grid, task.tell_objects))
+    told = [
+        "what shows through gaps between closed objects that are smaller than"
+        f" {0.5 * grid.cell:.3g} both ways may be missing, and the file is not called conservative"
+    ]
+    if slices.lost > _LOST:
+        told.append(
+            f"{100.0 * slices.lost:.0f} % of the surface is neither that of closed objects nor flat"
+            " across an axis, and hides nothing"
+        )
+    yield Sight(
+        "slice-wise",
+        cells,
+        lambda chosen: see_by_shafts(shafts, cells.some(chosen))[0],
+        batch=_BATCH,
+        conservative=False,
+        reason="as was asked for",
+        warnings=lambda: told,
+    )

@@ -1,0 +1,1 @@
+"""What a single convex occluder hides (Cohen-Or et al. 1998)."""

@@ -1,0 +1,94 @@
+"""Scene + ViewCells -> what no strong occluder hides: the method of single convex occluders."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from simplifier.errors import OptionError
+from simplifier.geometry.solid import BoolArray
+from simplifier.geometry.view_cells import ViewCells
+from simplifier.kernels.hull_rays import VOLUME
+from simplifier.visibility.method import Sight, Task
+from simplifier.visibility.strong.convex_bodies import ConvexBodies
+from simplifier.visibility.strong.scene_occluders import occluders_of
+from simplifier.visibility.strong.strong_occluders import TwoLevels, cell_of
+
+_BATCH = 32  # cells between two looks at the clock
+_LOST = 0.2  # share of what is solid that may hide nothing without a word
+_WIDE = 1.0  # of the occluders' median width: larger cells than that are told of
+
+
+@contextmanager
+def by_strong_occluders(task: Task) -> Iterator[Sight]:
+    """Convex parts of the objects, each by itself.
+
+    Raises :class:`OptionError` where there are none, for cells that lie in one of them wholly
+    unless they are skipped, and for terrains and options that only cull maps have.
+    """
+    options = task.options
+    if options.fill == "viewers" or options.backend == "opengl":
+        name = "fill" if options.fill == "viewers" else "backend"
+        raise OptionError(
+            f"strong occluders have no --{name}", where="method",
+            remedy=f"leave --{name} out, or choose --method cull-map",
+        )  # fmt: skip
+    if task.terrain is not None:
+        raise OptionError(
+            "a terrain has no convex occluders", where="method",
+            remedy="leave --method out, or choose --method cull-map",
+        )  # fmt: skip
+    found = occluders_of(task.upright, options.ground, task.tell_objects, task.opaque)
+    cells = _without_buried(task, found.occluders.bodies)
+    levels = TwoLevels(found.occluders, cells)
+
+    def warnings() -> list[str]:
+        told = []
+        if 1.0 - found.kept > _LOST:
+            told.append(
+                f"{100.0 * (1.0 - found.kept):.0f} % of what is solid is in no convex part of an"
+                " object, and hides nothing"
+            )
+        sides = (found.occluders.bodies.boxes[:, 1] - found.occluders.bodies.boxes[:, 0])[:, :2]
+        width = float(np.median(sides.min(axis=1)))
+        size = float(np.median((cells.high - cells.low)[:, :2].max(axis=1)))
+        if size > _WIDE * width:
+            told.append(
+                f"half of the occluders are narrower than {width:.3g}, and hide little from cells"
+                f" of {size:.3g}; try smaller cells, or --method cull-map"
+            )
+        return told
+
+    yield Sight(
+        "strong-occluders",
+        cells,
+        lambda chosen: ~levels.hidden(chosen),
+        batch=_BATCH,
+        conservative=True,
+        reason="as was asked for",
+        warnings=warnings,
+    )
+
+
+def _without_buried(task: Task, bodies: ConvexBodies) -> ViewCells:
+    """The cells that do not lie in a convex body; without leave to skip them all have to."""
+    cells = task.cells
+    kept: BoolArray = np.ones(len(cells), dtype=np.bool_)
+    for cell in range(len(cells)):
+        low, high = cells.low[cell], cells.high[cell]
+        around = (bodies.boxes[:, 0] <= low).all(axis=1) & (bodies.boxes[:, 1] >= high).all(axis=1)
+        corners = cell_of(cells, cell, 0.0)[0]
+        for body in np.flatnonzero(around & (bodies.kinds == VOLUME)).tolist():
+            planes = bodies.planes[bodies.starts[body] : bodies.starts[body + 1]]
+            if (corners @ planes[:, :3].T <= planes[:, 3]).all():
+                kept[cell] = False
+    if not kept.all() and not task.options.skip_buried:
+        raise OptionError(
+            f"cell {int(np.flatnonzero(~kept)[0])} lies wholly within an object", where="cells",
+            remedy="leave it out, or add --skip-buried",
+        )  # fmt: skip
+    if not kept.any():
+        raise OptionError("all of them lie within objects", where="cells", remedy="move them")
+    return cells if kept.all() else cells.some(kept)

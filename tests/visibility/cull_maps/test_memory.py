@@ -1,0 +1,70 @@
+"""Memory of finding sets: foretold, and refused with an epsilon that fits."""
+
+from __future__ import annotations
+
+import re
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from bench.visibility_city import generated_city, street_cells
+from simplifier.camera_paths.columns import UprightScene
+from simplifier.errors import MemoryLimitError
+from simplifier.geometry.view_cells import ViewCells
+from simplifier.memory.need import BASE_BYTES
+from simplifier.options.visibility import PvsOptions
+from simplifier.visibility.cull_maps.memory import check_memory, need_of_sets
+from simplifier.visibility.find import find_pvs
+from simplifier.visibility.placing.terrain_cells import place_on_terrain
+from simplifier.visibility.solid.terrain import Terrain
+from tests.visibility.solid.test_terrain import terrain_of
+
+
+def city():
+    scene = generated_city(5)
+    upright = UprightScene.of(scene, "z")
+    cells = street_cells(scene, 8)
+    return upright, ViewCells.boxes(cells.low - upright.origin, cells.high - upright.origin), None
+
+
+def terrain():
+    random = np.random.default_rng(0)
+    posts: Terrain = terrain_of(random.uniform(0.0, 9.0, (65, 65)), (10.0, 10.0), 8)
+    upright = UprightScene.of(posts.scene, "z")
+    options = PvsOptions(up="z", cell_size=10.0)
+    return upright, place_on_terrain(posts, upright, "grid", options).some(np.arange(2)), posts
+
+
+@pytest.mark.parametrize(("make", "epsilon"), [(city, 2.5), (terrain, 2.5)])
+def test_the_peak_is_below_what_is_foretold_and_not_far(make, epsilon):
+    upright, cells, posts = make()
+    options = PvsOptions(up="z", epsilon=epsilon)
+    find_pvs(upright, cells, options, terrain=posts)  # compiled, and all imported
+    tracemalloc.start()
+    find_pvs(upright, cells, options, terrain=posts)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    need = need_of_sets(upright, cells, 0.2 * epsilon, posts is not None)
+    # Libraries are no arrays, and neither is what any process takes.
+    arrays = need.peak - BASE_BYTES - 60 * 2**20
+    assert 0.5 * arrays < peak < arrays
+
+
+def test_too_much_is_refused_before_and_the_epsilon_that_is_told_fits():
+    upright, cells, _ = city()
+    options = PvsOptions(up="z", epsilon=0.05, memory_limit=0.4)
+    with pytest.raises(MemoryLimitError, match=r"and the limit is 0\.4 GiB") as caught:
+        find_pvs(upright, cells, options)
+    told = re.search(r"choose an epsilon of at least ([\d.]+), or set a memory", str(caught.value))
+    assert told is not None
+    fitting = float(told[1])
+    check_memory(upright, cells, 0.2 * fitting, 0.2, 0.4)
+    with pytest.raises(MemoryLimitError):
+        check_memory(upright, cells, 0.16 * fitting, 0.2, 0.4)
+
+
+def test_sets_alone_can_be_too_much():
+    upright, cells, _ = city()
+    with pytest.raises(MemoryLimitError, match="choose larger cells, or set a memory limit"):
+        check_memory(upright, cells, 0.2, 0.2, 0.1)

@@ -158,6 +158,9 @@ def terrain_field(
 
     ``upright`` is the terrain's, ``cell`` the edge of a pixel, ``viewers`` (2, 2) the plan of where
     they are.
+
+    Where none of them is beyond the terrain no line of sight is: its plan is convex.  It may be
+    taken for solid there, so that hills at its border lose nothing of their width.
     """
     low, shape = raster_over(upright, cell, viewers)
     spacing = np.array(terrain.elevation.spacing)

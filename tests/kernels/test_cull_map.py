@@ -129,25 +129,26 @@ def test_from_above_a_low_box_is_seen_past_the_wall_where_it_is_far(top, seen):
     assert found[raster.numbers[400, 4]] == seen
 
 
-def test_cells_take_their_own_samples_free_pixels_and_edges():
+def test_cells_take_their_own_samples_and_free_pixels_and_one_raster_a_call():
     raster = long_way(50.0, 0, reach=4)
     open_field = long_way(50.0, 0, wall=-np.inf, reach=4)
     samples = np.array([raster.sample(20.5, 2.5, 2.0), raster.sample(21.5, 1.5, 2.0)])
     tower = raster.numbers[560, 2]
 
-    def sets(along_y, free, free_starts):
+    def sets(shrunk, free, free_starts, starts=(0, 1, 2), cells=(0, 2)):
         seen, work = np.zeros((2, raster.count), np.bool_), np.zeros((2, 2), np.int64)
         see_from_cells(
-            0, 2, samples, np.array([0, 1, 2]), np.array(along_y), raster.pairs, raster.turned,
-            open_field.pairs, open_field.turned, np.array(free, dtype=np.int64).reshape(-1, 4),
-            np.array(free_starts), raster.field, raster.levels, raster.sizes, raster.scratch, seen,
-            work,
+            *cells, samples, np.array(starts), shrunk.pairs, shrunk.turned,
+            np.array(free, dtype=np.int64).reshape(-1, 4), np.array(free_starts), raster.field,
+            raster.levels, raster.sizes, raster.scratch, seen, work,
         )  # fmt: skip
-        assert (work > 0).all()
-        return seen[:, tower].tolist()
+        return seen[:, tower].tolist(), (work[:, 0] > 0).tolist()
 
-    wall = [(100, 102, 0, 3)]
-    assert sets([False, False], [], [0, 0, 0]) == [False, False]
-    assert sets([False, True], [], [0, 0, 0]) == [False, True]
-    assert sets([False, False], wall, [0, 1, 1]) == [True, False]
-    assert sets([False, False], wall, [0, 0, 1]) == [False, True]
+    wall, both, none = [(100, 102, 0, 3)], [True, True], [0, 0, 0]
+    assert sets(raster, [], none) == ([False, False], both)
+    assert sets(open_field, [], none) == ([True, True], both)
+    assert sets(raster, wall, [0, 1, 1]) == ([True, False], both)
+    assert sets(raster, wall, [0, 0, 1]) == ([False, True], both)
+    # A cell without samples of this raster, and one that another call looks from.
+    assert sets(open_field, [], none, (0, 0, 2)) == ([False, True], [False, True])
+    assert sets(open_field, [], none, cells=(0, 1)) == ([True, False], [True, False])

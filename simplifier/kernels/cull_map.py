@@ -29,7 +29,7 @@ _ROUNDING = 1e-9  # of a height, and of a share: what rounding may cost is seen
 
 
 @kernel
-def _trace(
+def trace(
     side, index, ring, px, py, eye, highest, pairs, turned, free, field, blocks, blocks_y, seen
 ):  # fmt: skip
     """Follow a ray to the ring; its steepest shadow, as height a pixel, and its steps.
@@ -122,7 +122,7 @@ def _passage(side, box, ring, px, py, ex, ey):
 
 
 @kernel
-def _hides(box, top, ring, px, py, eye, ex, ey, slopes):
+def hides(box, top, ring, px, py, eye, ex, ey, slopes):
     """Whether all lines to a box pass below the shadows at the ring.
 
     ``box`` from low to high x and y, with no point within the ring; ``slopes`` (4, 2 ring + 1).
@@ -142,7 +142,7 @@ def _hides(box, top, ring, px, py, eye, ex, ey, slopes):
 
 
 @kernel
-def _ask(box, ring, px, py, ex, ey, asked):
+def ask(box, ring, px, py, ex, ey, asked):
     """Ask for the rays that visit a box, or pass below it at the ring."""
     for side in range(4):
         begin, end, _, _ = _passage(side, box, ring, px, py, ex, ey)
@@ -164,7 +164,7 @@ def _ask(box, ring, px, py, ex, ey, asked):
 
 
 @inline_kernel
-def _reach(box, px, py):
+def reach(box, px, py):
     """How far the furthest point of a box is, by the longer axis."""
     return max(box[1] - px, px - box[0], box[3] - py, py - box[2])
 
@@ -210,11 +210,11 @@ def see_from(sample, pairs, turned, free, field, levels, sizes, scratch, seen):
             asked[:] = False
             for index in range(count):
                 _set_tile(waiting[index], sizes[LEAF, 2], sizes[LEAF, 3], nx, ny, box)
-                _ask(box, ring, px, py, ex, ey, asked)
+                ask(box, ring, px, py, ex, ey, asked)
         for side in range(4):
             for index in range(2 * ring + 1):
                 if count < 0 or asked[side, index]:
-                    slope, took = _trace(
+                    slope, took = trace(
                         side, index - ring, ring, px, py, eye, highest - eye, pairs, turned, free,
                         field, levels, sizes[0, 2], seen,
                     )  # fmt: skip
@@ -227,10 +227,10 @@ def see_from(sample, pairs, turned, free, field, levels, sizes, scratch, seen):
             kept = 0
             for index in range(count):
                 _set_tile(waiting[index], sizes[LEAF, 2], sizes[LEAF, 3], nx, ny, box)
-                if _reach(box, px, py) > ring:
+                if reach(box, px, py) > ring:
                     tests += 1
                     top = levels[sizes[LEAF, 0] + waiting[index]]
-                    if not _hides(box, top, ring, px, py, eye, ex, ey, slopes):
+                    if not hides(box, top, ring, px, py, eye, ex, ey, slopes):
                         waiting[kept] = waiting[index]
                         kept += 1
             count = kept
@@ -262,10 +262,10 @@ def _open_tiles(sample, ring, slopes, pairs, levels, sizes, waiting):
         if top == -np.inf:
             continue
         _set_tile(tile, sizes[level, 2], sizes[level, 3], nx, ny, box)
-        if _reach(box, px, py) <= ring:
+        if reach(box, px, py) <= ring:
             continue
         tests += 1
-        if _hides(box, top, ring, px, py, eye, ex, ey, slopes):
+        if hides(box, top, ring, px, py, eye, ex, ey, slopes):
             continue
         if level == LEAF:
             waiting[count] = tile

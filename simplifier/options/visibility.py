@@ -30,10 +30,12 @@ class PvsOptions(OptionSet):
     ``cell_size``    edge of a cell in plan; smaller ones have smaller sets, and there are more.
     ``eye_height``   of the top of a cell over the ground: viewers are no higher.
     ``epsilon``      half the length of a cell's edge that one point on it stands for; occluders
-                     are shrunk by so much along it, and by a fifth of it to all sides.  Less shows
-                     less that is hidden, and takes longer.  None is half the cell size.
-    ``backend``      what draws cull maps; both are conservative, their sets differ by a few
-                     percent.  On graphics hardware ``opengl`` draws without the processor.
+                     are shrunk by so much along it, and by a fifth of it to all sides; what is left
+                     is looked for again with a fifth of it along the edge as well.  Less shows less
+                     that is hidden, and takes longer.  None is half the cell size.
+    ``backend``      what draws cull maps; both are conservative.  On graphics hardware ``opengl``
+                     draws without the processor; it does not look again, so that its sets are
+                     about a tenth larger.
     ``ground``       what stands on a border of its own stands on the ground there, and no viewer
                      looks under it.
     ``fill``         what is solid: "outside", objects that are closed, or open where they meet the

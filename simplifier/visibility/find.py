@@ -28,7 +28,7 @@ from simplifier.visibility.solid.fill_leaks import FillLeak
 from simplifier.visibility.solid.terrain import Terrain
 from simplifier.visibility.strong.by_strong_occluders import by_strong_occluders
 
-_FORMAT = 2  # raised when the same input is to give other sets
+_FORMAT = 3  # raised when the same input is to give other sets
 
 METHODS: dict[str, Method] = {
     "auto": by_cull_maps,
@@ -42,7 +42,7 @@ METHODS: dict[str, Method] = {
 class Found:
     """The sets, and what the user should know.
 
-    ``maps`` what they were looked up in, where that is cull maps.  ``made`` cells that were
+    ``maps`` what they were looked up in last, where that is cull maps.  ``made`` cells that were
     computed now; ``seconds`` each took in the mean; ``reason`` why sets were found as they were.
     ``leaks`` spaces that would be solid, were it not for a hole.
     """

@@ -47,7 +47,7 @@ class Sight:
     ``conservative``  whether nothing visible is ever left out.
     ``reason``    why the sets are found so, as the end of a sentence.
     ``warnings``  what the user should know.
-    ``maps``    what cull maps were looked up in.
+    ``maps``    what cull maps were looked up in last, and most closely.
     ``leaks``   spaces that would be solid without a hole.
     """
 

@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from simplifier.camera_paths.columns import UprightScene
@@ -30,12 +29,12 @@ _BATCH = 32  # cells between two looks at the clock
 _LOST = 0.2  # share of what stands there that may not count as solid without a word
 _UPRIGHT = 0.05  # of what stands there: if no more is lost, a raster of heights has it all
 
-See = Callable[[ViewCells], tuple[BoolArray, NDArray[np.int64]]]
+See = Callable[[ViewCells], BoolArray]
 
 
 @contextmanager
 def by_cull_maps(task: Task) -> Iterator[Sight]:
-    """Cull maps of the whole scene.
+    """Cull maps of the whole scene: a quick look, and a close one on the processor.
 
     Raises :class:`OptionError` for an epsilon that would take too fine a raster, and for cells that
     lie in an object wholly unless they are skipped, and
@@ -59,31 +58,47 @@ def by_cull_maps(task: Task) -> Iterator[Sight]:
         eye = options.eye_height if options.ground else None
         filled = fill_by_viewers(field, upright, cells, eye, opaque)
         field = filled.field
-    maps = CullMaps(field, 2.0 * options.reach)
-    with _cull_maps_by(options.backend, maps) as see:
+    looks = _looks(field, options)
+    with _cull_maps_by(options.backend, looks) as see:
         yield Sight(
             "cull-map",
             cells,
-            lambda chosen: see(cells.some(chosen))[0],
+            lambda chosen: see(cells.some(chosen)),
             batch=_BATCH if options.backend == "cpu" else 1,
             conservative=filled is None or filled.conservative,
             reason=_reason(field, options),
             warnings=lambda: (
                 _warnings(field, options) + ([] if filled is None else fill_warnings(filled))
             ),
-            maps=maps,
+            maps=looks[-1],
             leaks=() if filled is None else filled.leaks,
         )
 
 
+def _looks(field: HeightField, options: PvsOptions) -> tuple[CullMaps, ...]:
+    """A quick look at all objects, and on the processor a close one at those that it leaves: with
+    pieces of edge as long as two pixels, about as much as these shrink occluders by anyway.
+    """
+    quick = CullMaps(field, 2.0 * options.reach)
+    return (quick, CullMaps(field, 2.0 * field.cell)) if options.backend == "cpu" else (quick,)
+
+
 @contextmanager
-def _cull_maps_by(backend: Backend, maps: CullMaps) -> Iterator[See]:
-    """What sees from cells, on the processor or by OpenGL."""
+def _cull_maps_by(backend: Backend, looks: tuple[CullMaps, ...]) -> Iterator[See]:
+    """What sees from cells, on the processor or by OpenGL, which takes the first look alone."""
     if backend == "cpu":
-        yield partial(see_by_cull_maps, maps)
+        yield partial(_see_by_looks, looks)
         return
-    with OpenGLCullMaps(maps) as drawn:
-        yield drawn.see
+    with OpenGLCullMaps(looks[0]) as drawn:
+        yield lambda cells: drawn.see(cells)[0]
+
+
+def _see_by_looks(looks: tuple[CullMaps, ...], cells: ViewCells) -> BoolArray:
+    """(c, n) what no look hides; each has what those before have left to look for."""
+    seen, _ = see_by_cull_maps(looks[0], cells)
+    for maps in looks[1:]:
+        seen, _ = see_by_cull_maps(maps, cells, wanted=seen)
+    return seen
 
 
 def _pixel(upright: UprightScene, cells: ViewCells, options: PvsOptions) -> float:
@@ -138,7 +153,7 @@ def _warnings(field: HeightField, options: PvsOptions) -> list[str]:
         better = _kept_by(field, options.reach)
         told.append(
             f"{100.0 * thin:.0f} % of what is solid is thinner than twice an epsilon of"
-            f" {options.reach:g}, and hides little; try --epsilon {better:g}"
+            f" {options.reach:g}, and hides less; try --epsilon {better:g}"
         )
     return told
 

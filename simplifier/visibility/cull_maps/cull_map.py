@@ -24,6 +24,7 @@ from scipy import ndimage
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import PRISM, ViewCells
+from simplifier.kernels.close_look import look_from_cells
 from simplifier.kernels.columns import TOUCH
 from simplifier.kernels.cull_map import BLOCK, FIRST_RING, LEAF, see_from_cells
 from simplifier.kernels.threads import run_chunks
@@ -73,6 +74,15 @@ class CullMaps:
             tops, size = _blocks(tops, 2), 2 * size
         return np.concatenate(levels), np.array(sizes, dtype=np.int64)
 
+    @cache  # noqa: B019
+    def boxes(self) -> tuple[FloatArray, NDArray[np.float32]]:
+        """(n, 4) low and high x, low and high y of each object in pixels, and (n,) its top."""
+        field = self.field
+        boxes = (field.footprints - field.low) / field.cell
+        tops = np.full(len(boxes), -np.inf, dtype=np.float32)
+        np.maximum.at(tops, field.objects, field.object_tops)
+        return np.ascontiguousarray(boxes.transpose(0, 2, 1).reshape(-1, 4)), tops
+
 
 def _blocks(values: NDArray[np.float32], size: int) -> NDArray[np.float32]:
     """The highest of each square of so many."""
@@ -83,10 +93,12 @@ def _blocks(values: NDArray[np.float32], size: int) -> NDArray[np.float32]:
 
 
 def see_by_cull_maps(
-    maps: CullMaps, cells: ViewCells, tell: TellShare = silent
+    maps: CullMaps, cells: ViewCells, tell: TellShare = silent, wanted: BoolArray | None = None
 ) -> tuple[BoolArray, NDArray[np.int64]]:
     """(c, n) whether each object may be visible from each cell, and (c, 2) what that took: steps
-    of rays, and tests of tiles.
+    of rays, and tests of tiles, or of objects.
+
+    ``wanted`` (c, n) bool  objects that are looked for, by default all; no other one is visible.
     """
     field = maps.field
     seen = np.zeros((len(cells), len(field.footprints)), dtype=np.bool_)
@@ -111,16 +123,23 @@ def see_by_cull_maps(
     def look(begin: int, end: int) -> None:
         scratch = (
             np.empty(4 * (2 * rays + 1)), np.zeros(4 * (2 * rays + 1), np.bool_),
-            np.empty(int(sizes[LEAF, 1] * sizes[LEAF, 2]), np.int32),
+            np.empty(max(int(sizes[LEAF, 1] * sizes[LEAF, 2]), seen.shape[1]), np.int32),
         )  # fmt: skip
         for erosion, some, starts in passes:
-            see_from_cells(
-                begin, end, some, starts, erosion.pairs, erosion.turned, free, free_starts, data,
-                levels, sizes, scratch, seen, work,
-            )  # fmt: skip
+            solid = erosion.pairs, erosion.turned
+            if wanted is None:
+                see_from_cells(
+                    begin, end, some, starts, *solid, free, free_starts, data, levels, sizes,
+                    scratch, seen, work,
+                )  # fmt: skip
+            else:
+                look_from_cells(
+                    begin, end, some, starts, *solid, free, free_starts, data, levels,
+                    sizes[0, 2], *maps.boxes(), scratch, wanted, seen, work,
+                )  # fmt: skip
 
     run_chunks(look, len(cells), chunks_per_thread=max(4, len(cells) // _CHUNK), tell=tell)
-    return seen, work
+    return (seen if wanted is None else seen & wanted), work
 
 
 def _by_window(

@@ -18,9 +18,9 @@ _LIBRARIES = 60 * MIB  # scipy.ndimage, shapely and the kernels, beside what any
 _RASTER_PIXEL = 48  # bytes of P: heights as float64 twice, masks, counts and starts
 _RASTER_TOUCH = 57  # of T: heights and masks of each object's window, pixels, their order, copies
 _TERRAIN_PIXEL, _TERRAIN_TOUCH = 34, 20  # heights as float64, starts, roundings; tops twice
-_MAPS_PIXEL = (
-    60  # of P: the field; two erosions, each in two orders; and what the second is made of
-)
+# Of P: the field; three erosions, each in two orders: two for edges along x and along y, and one
+# for the close look; and what the last one is made of.
+_MAPS_PIXEL = 76
 _MAPS_TOUCH = 8  # of T: objects and how high they are
 _CELL = 200  # bytes of a cell beside its set
 _COARSER = 2.0**0.125  # steps in which a fitting epsilon is looked for

@@ -254,3 +254,36 @@ def test_a_sample_that_is_left_out_is_found_out(monkeypatch):
 
     monkeypatch.setattr("simplifier.visibility.cull_maps.cull_map._samples", fewer)
     assert missed_in_slits((0.1,), 2.5) > 0
+
+
+@pytest.mark.parametrize("placing", ["boxes", "triangles"])
+def test_a_close_look_at_what_a_quick_one_leaves_loses_nothing(placing):
+    city = generated_city(6, seed=8)
+    cells = street_cells(city, 10, seed=8)
+    if placing == "triangles":
+        cells = place_cells(UprightScene.of(city, "z"), "triangles", PvsOptions(up="z"))
+        cells = cells.some(np.arange(0, len(cells), len(cells) // 10))
+    around = np.array([cells.low[:, :2].min(axis=0), cells.high[:, :2].max(axis=0)])
+    field = height_field(upright(city), 1.0, around)
+    quick, _ = see_by_cull_maps(CullMaps(field, 10.0), cells)
+    close, work = see_by_cull_maps(CullMaps(field, 2.0), cells, wanted=quick)
+    whole, most = see_by_cull_maps(CullMaps(field, 2.0), cells)
+    assert not (close & ~quick).any()
+    assert close.sum() < quick.sum()
+    # A tile that is open shows what is looked at by itself to be hidden, or hides as well.
+    assert close.sum() <= 1.01 * (whole & quick).sum()
+    assert work[:, 0].sum() < 0.7 * most[:, 0].sum()
+    for cell in range(len(cells)):
+        seen = proven(city, viewpoints(cells, cell, 40, np.random.default_rng(cell)))
+        assert not (seen & ~close[cell]).any()
+
+
+def test_a_close_look_finds_what_shows_through_slits():
+    for seed in range(4):
+        scene, cells, points = slits(seed, seed % 2 == 1)
+        around = np.array([cells.low[0, :2], cells.high[0, :2]])
+        seen = proven(scene, points)[None]
+        for pixel in (0.1, 0.5):
+            maps = CullMaps(height_field(upright(scene), pixel, around), 2.0 * pixel)
+            found, _ = see_by_cull_maps(maps, cells, wanted=np.ones_like(seen))
+            assert not (seen & ~found).any()

@@ -77,14 +77,8 @@ TARGETS = (
     ),
     # Sets of visible objects: what is left out of them cannot be seen.
     Target(
-        "simplifier/kernels/cull_map.py", ("tests/kernels/test_cull_map.py",), compiled=False,
-    ),
-    Target(
         "simplifier/kernels/height_field.py", ("tests/kernels/test_height_field.py",),
         compiled=False,
-    ),
-    Target(
-        "simplifier/kernels/exact_view.py", ("tests/kernels/test_exact_view.py",), compiled=False,
     ),
     # Containment: an occluder keeps to the solid.
     Target(

@@ -80,13 +80,9 @@ def pvs(
             )  # fmt: skip
         with interrupts() as listening:
             before = load_pvs(output) if output.exists() else None
-            layers = _read(scene, options.transparent, elevation, options.memory_limit)
-            read, opaque, terrain = layers
-            if terrain is not None and (cells == "floors" or options.method == "slice-wise"):
-                raise OptionError(
-                    "a terrain has neither rooms nor slices", where=scene.name,
-                    remedy="leave --cells floors and --method slice-wise out",
-                )  # fmt: skip
+            read, opaque, terrain = _read(
+                scene, options.transparent, elevation, options.memory_limit
+            )
             upright = UprightScene.of(read, options.up)
             if cells in ("walkable", "grid", "triangles", "floors"):
                 placing = cast("Placing", cells)

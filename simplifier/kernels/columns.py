@@ -11,12 +11,25 @@ TOUCH = 1e-9
 
 
 @inline_kernel
-def admits(ax, ay, bx, by, sign, x, y):
+def _edge_admits(a, b, sign, x, y):
     """Whether the column at (x, y) reaches over to the left of the edge a -> b."""
-    nx = (ay - by) * sign
-    ny = (bx - ax) * sign
+    nx = (a[1] - b[1]) * sign
+    ny = (b[0] - a[0]) * sign
     reach = max(nx, 0.0) + max(ny, 0.0) + TOUCH * (abs(nx) + abs(ny))
-    return nx * (x - ax) + ny * (y - ay) + reach >= 0.0
+    return nx * (x - a[0]) + ny * (y - a[1]) + reach >= 0.0
+
+
+@inline_kernel
+def admits(p, q, r, sign, x, y):
+    """Whether the column at (x, y), which the box of a triangle touches, touches its plan.
+
+    ``sign``  1.0 where the corners are counter-clockwise from above, else -1.0.
+    """
+    return (
+        _edge_admits(p, q, sign, x, y)
+        and _edge_admits(q, r, sign, x, y)
+        and _edge_admits(r, p, sign, x, y)
+    )
 
 
 @kernel
@@ -50,11 +63,7 @@ def _visit(vertices, faces, lows, highs, blocked, mark):
         y_first, y_last = max(np.int64(np.floor(y_low)), 0), min(np.int64(np.floor(y_high)), ny - 1)
         for x in range(x_first, x_last + 1):
             for y in range(y_first, y_last + 1):
-                if not (
-                    admits(p[0], p[1], q[0], q[1], sign, x, y)
-                    and admits(q[0], q[1], r[0], r[1], sign, x, y)
-                    and admits(r[0], r[1], p[0], p[1], sign, x, y)
-                ):
+                if not admits(p, q, r, sign, x, y):
                     continue
                 low, high = bottom, top
                 if not upright:

@@ -28,6 +28,15 @@ LEAF = 2
 _ROUNDING = 1e-9  # of a height, and of a share: what rounding may cost is seen
 
 
+@inline_kernel
+def is_free(free, x, y):
+    """Whether a pixel lies in one of the boxes (m, 4) in which nothing hides."""
+    for box in range(len(free)):
+        if free[box, 0] <= x <= free[box, 1] and free[box, 2] <= y <= free[box, 3]:
+            return True
+    return False
+
+
 @kernel
 def trace(
     side, index, ring, px, py, eye, highest, pairs, turned, free, field, blocks, blocks_y, seen
@@ -83,10 +92,7 @@ def trace(
         height = grid[minor, major, 0] - eye
         if height > shadow:
             x, y = (major, minor) if x_major else (minor, major)
-            for box in range(len(free)):
-                if free[box, 0] <= x <= free[box, 1] and free[box, 2] <= y <= free[box, 3]:
-                    height = -np.inf
-            if height > shadow:
+            if not is_free(free, x, y):
                 shadow = height
                 steepest = height / step
     return steepest, took

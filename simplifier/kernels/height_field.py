@@ -70,11 +70,7 @@ def measure_object(vertices, faces, ends_solid, window, roofs, tops):
         y_last = min(np.int64(np.floor(y_high)), window[1] + wy - 1)
         for x in range(x_first, x_last + 1):
             for y in range(y_first, y_last + 1):
-                if not (
-                    admits(p[0], p[1], q[0], q[1], sign, x, y)
-                    and admits(q[0], q[1], r[0], r[1], sign, x, y)
-                    and admits(r[0], r[1], p[0], p[1], sign, x, y)
-                ):
+                if not admits(p, q, r, sign, x, y):
                     continue
                 low, high = _clipped_heights(p, q, r, float(x), float(y), ring, other)
                 if low > high:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.compile import kernel
+from simplifier.kernels.cull_map import is_free
 
 _ROUNDING = 1e-9  # of a height: what rounding may cost is seen
 
@@ -52,13 +53,9 @@ def _lower_along(side, slant, ring, px, py, eye, grid, free, umbra):
         x, y = (major, minor) if x_major else (minor, major)
         umbra[x, y] = min(umbra[x, y], eye + shadow)
         height = grid[minor, major, 0] - eye
-        if height > shadow:
-            for box in range(len(free)):
-                if free[box, 0] <= x <= free[box, 1] and free[box, 2] <= y <= free[box, 3]:
-                    height = -np.inf
-            if height > shadow:
-                shadow = height
-                steepest = height / step
+        if height > shadow and not is_free(free, x, y):
+            shadow = height
+            steepest = height / step
 
 
 @kernel

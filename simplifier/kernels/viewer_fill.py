@@ -45,11 +45,7 @@ def mark_columns(vertices, faces, begin, end, flat, bits, depth, lows, walls):
         steep = nx_ * nx_ + ny_ * ny_ > _STEEP * normal * normal
         for x in range(x_first, x_last + 1):
             for y in range(y_first, y_last + 1):
-                if not (
-                    admits(p[0], p[1], q[0], q[1], sign, x, y)
-                    and admits(q[0], q[1], r[0], r[1], sign, x, y)
-                    and admits(r[0], r[1], p[0], p[1], sign, x, y)
-                ):
+                if not admits(p, q, r, sign, x, y):
                     continue
                 low, high = _clipped_heights(p, q, r, float(x), float(y), ring, other)
                 if low > high or high <= flat:
@@ -85,11 +81,7 @@ def lower_roofs(vertices, faces, begin, end, reached, roofs):
             for y in range(y_first, y_last + 1):
                 if reached[x, y] == 0 or top <= reached[x, y]:
                     continue
-                if not (
-                    admits(p[0], p[1], q[0], q[1], sign, x, y)
-                    and admits(q[0], q[1], r[0], r[1], sign, x, y)
-                    and admits(r[0], r[1], p[0], p[1], sign, x, y)
-                ):
+                if not admits(p, q, r, sign, x, y):
                     continue
                 low, high = _clipped_heights(p, q, r, float(x), float(y), ring, other)
                 if low <= high and high > reached[x, y]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.camera_paths.columns import UprightScene
+from simplifier.errors import OptionError
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
@@ -63,3 +64,41 @@ class Sight:
 
 
 Method = Callable[[Task], AbstractContextManager[Sight]]
+
+
+def check_plain(task: Task, what: str) -> None:
+    """Raise :class:`OptionError` for terrains and options that only cull maps have.
+
+    ``what``  that has none, in the plural.
+    """
+    options = task.options
+    if options.fill == "viewers" or options.backend == "opengl":
+        name = "fill" if options.fill == "viewers" else "backend"
+        raise OptionError(
+            f"{what} have no --{name}", where="method",
+            remedy=f"leave --{name} out, or choose --method cull-map",
+        )  # fmt: skip
+    if task.terrain is not None:
+        raise OptionError(
+            f"a terrain has one height at each place, and no {what}", where="method",
+            remedy="leave --method out, or choose --method cull-map",
+        )  # fmt: skip
+
+
+def without_buried(task: Task, buried: BoolArray, within: Callable[[int], str]) -> ViewCells:
+    """The cells of a task but those that are ``buried`` (c,): none may be, unless they are skipped.
+
+    ``within``  what such a cell lies in, for the message.  Raises :class:`OptionError`.
+    """
+    cells = task.cells
+    if not buried.any():
+        return cells
+    if not task.options.skip_buried:
+        cell = int(np.flatnonzero(buried)[0])
+        raise OptionError(
+            f"cell {cell} lies wholly within {within(cell)}", where="cells",
+            remedy="leave it out, or add --skip-buried",
+        )  # fmt: skip
+    if buried.all():
+        raise OptionError("all of them lie within objects", where="cells", remedy="move them")
+    return cells.some(~buried)

@@ -28,7 +28,7 @@ class Raster:
             np.zeros(2), 1.0, self.pairs[:, :, 0], self.pairs[:, :, 1], *self.field,
             np.zeros((self.count, 2, 2)), 0.0, np.ones(self.count, np.bool_),
         )  # fmt: skip
-        self.levels, self.sizes = CullMaps(field, 1.0).pyramid()
+        self.levels, self.sizes = CullMaps(field, 1.0).pyramid
         rays = FIRST_RING
         while rays < 2 * max(tops.shape) + FIRST_RING:
             rays *= 2

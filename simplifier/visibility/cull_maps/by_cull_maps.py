@@ -11,14 +11,13 @@ from scipy import ndimage
 
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.errors import OptionError
-from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import PRISM, ViewCells
 from simplifier.options.visibility import Backend, PvsOptions
 from simplifier.visibility.cull_maps.cull_map import CullMaps, see_by_cull_maps
 from simplifier.visibility.cull_maps.cull_map_gl import OpenGLCullMaps, check_opengl
 from simplifier.visibility.cull_maps.memory import check_memory
-from simplifier.visibility.method import Sight, Task
+from simplifier.visibility.method import Sight, Task, without_buried
 from simplifier.visibility.solid.height_field import HeightField, height_field
 from simplifier.visibility.solid.terrain import terrain_field
 from simplifier.visibility.solid.viewer_fill import Filled, fill_by_viewers, fill_warnings
@@ -51,7 +50,9 @@ def by_cull_maps(task: Task) -> Iterator[Sight]:
         field = height_field(upright, pixel, plan, options.ground, task.tell_objects, opaque)
     else:
         field = terrain_field(task.terrain, upright, pixel, plan)
-    cells = _without_buried(cells, field, options, upright.scene)
+    cells = without_buried(
+        task, _buried(cells, field), partial(_name_around, cells, field, upright)
+    )
     filled: Filled | None = None
     sheets = task.terrain is None and (opaque is None or len(opaque) > 0)
     if options.fill == "viewers" and sheets:
@@ -114,31 +115,24 @@ def _pixel(upright: UprightScene, cells: ViewCells, options: PvsOptions) -> floa
     return max(_FINE * options.reach, least)
 
 
-def _without_buried(
-    cells: ViewCells, field: HeightField, options: PvsOptions, scene: Scene
-) -> ViewCells:
-    """The cells that do not lie in solid wholly; without leave to skip them all have to."""
+def _buried(cells: ViewCells, field: HeightField) -> BoolArray:
+    """(c,) whether each cell lies in solid wholly."""
     first = np.floor((cells.low[:, :2] - field.low) / field.cell).astype(np.int64)
     last = np.floor((cells.high[:, :2] - field.low) / field.cell).astype(np.int64)
-    kept = np.ones(len(cells), dtype=np.bool_)
+    buried: BoolArray = np.zeros(len(cells), dtype=np.bool_)
     for cell, ((x0, y0), (x1, y1)) in enumerate(zip(first, last, strict=True)):
         heights = field.inner[x0 : x1 + 1, y0 : y1 + 1]
         if cells.kinds[cell] == PRISM:
             (x0, y0), touched = field.touched(cells.outline(cell))
             wx, wy = touched.shape
             heights = field.inner[x0 : x0 + wx, y0 : y0 + wy][touched]
-        if heights.min() < cells.high[cell, 2]:
-            continue
-        if not options.skip_buried:
-            name = scene.names[int(field.objects_in(cells.outline(cell))[0])]
-            raise OptionError(
-                f"cell {cell} lies wholly within '{name}' and what touches it", where="cells",
-                remedy="leave it out, or add --skip-buried",
-            )  # fmt: skip
-        kept[cell] = False
-    if not kept.any():
-        raise OptionError("all of them lie within objects", where="cells", remedy="move them")
-    return cells if kept.all() else cells.some(kept)
+        buried[cell] = heights.min() >= cells.high[cell, 2]
+    return buried
+
+
+def _name_around(cells: ViewCells, field: HeightField, upright: UprightScene, cell: int) -> str:
+    found = int(field.objects_in(cells.outline(cell))[0])
+    return f"'{upright.scene.names[found]}' and what touches it"
 
 
 def _warnings(field: HeightField, options: PvsOptions) -> list[str]:

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,21 +46,32 @@ class CullMaps:
     field: HeightField
     spacing: float
 
-    @cache  # noqa: B019, as few as there are kinds of edges
+    @cached_property
+    def _erosions(self) -> dict[Window, Erosion]:
+        return {}
+
     def erosion(self, window: Window) -> Erosion:
-        return Erosion.of(self.field, window)
+        """The occluders shrunk by a window, made when it is first asked for."""
+        if window not in self._erosions:
+            self._erosions[window] = Erosion.of(self.field, window)
+        return self._erosions[window]
 
     @property
     def half(self) -> float:
         """Pixels that a piece of edge reaches to both sides at most."""
         return 0.5 * self.spacing / self.field.cell
 
-    @cache  # noqa: B019
+    @property
+    def reach(self) -> int:
+        """Whole pixels that occluders are shrunk by at most, to each side."""
+        return max(int(np.ceil(self.half - TOUCH)), 1)
+
+    @cached_property
     def highest(self) -> float:
         """The highest point of all objects."""
         return float(self.field.tops.max())
 
-    @cache  # noqa: B019
+    @cached_property
     def pyramid(self) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
         """The highest objects in tiles of ever more pixels, as the kernel takes them."""
         levels, sizes, size, begin = [], [], BLOCK, 0
@@ -74,7 +85,7 @@ class CullMaps:
             tops, size = _blocks(tops, 2), 2 * size
         return np.concatenate(levels), np.array(sizes, dtype=np.int64)
 
-    @cache  # noqa: B019
+    @cached_property
     def boxes(self) -> tuple[FloatArray, NDArray[np.float32]]:
         """(n, 4) low and high x, low and high y of each object in pixels, and (n,) its top."""
         field = self.field
@@ -114,7 +125,7 @@ def see_by_cull_maps(
         counts = np.bincount(owners[chosen], minlength=len(cells))
         starts = np.concatenate([[0], np.cumsum(counts)])
         passes.append((maps.erosion(window), samples[chosen], starts))
-    levels, sizes = maps.pyramid()
+    (levels, sizes), boxes = maps.pyramid, maps.boxes  # made before threads ask for them
     rays = FIRST_RING
     while rays < 2 * max(field.shape) + FIRST_RING:
         rays *= 2
@@ -135,7 +146,7 @@ def see_by_cull_maps(
             else:
                 look_from_cells(
                     begin, end, some, starts, *solid, free, free_starts, data, levels,
-                    sizes[0, 2], *maps.boxes(), scratch, wanted, seen, work,
+                    sizes[0, 2], *boxes, scratch, wanted, seen, work,
                 )  # fmt: skip
 
     run_chunks(look, len(cells), chunks_per_thread=max(4, len(cells) // _CHUNK), tell=tell)
@@ -231,22 +242,20 @@ def _samples(
         half = 0.5 * (end - begin) / parts
         kind = _kind(half, int(cells.kinds[cell]), count)
         for middle in begin + half * (2 * np.arange(parts) + 1)[:, None]:
-            rows.append([*middle, eye, *np.abs(half), maps.highest()])
+            rows.append([*middle, eye, *np.abs(half), maps.highest])
             kinds.append(kind)
     free = _freed(maps, outline, eye)
     if cells.kinds[cell] != PRISM:
-        reach = max(int(np.ceil(maps.half - TOUCH)), 1)
         if field.holed is not None:
-            free = _reaching(field, cells.low[cell], cells.high[cell], reach)
+            free = _reaching(field, cells.low[cell], cells.high[cell], maps.reach)
         elif field.rooms is not None:
-            free = np.concatenate([free, _in_rooms(field, cells, cell, within, reach)])
+            free = np.concatenate([free, _in_rooms(maps, cells, cell, within)])
     return np.array(rows), np.array(kinds), free
 
 
-def _in_rooms(
-    field: HeightField, cells: ViewCells, cell: int, within: BoolArray, reach: int
-) -> NDArray[np.int64]:
+def _in_rooms(maps: CullMaps, cells: ViewCells, cell: int, within: BoolArray) -> NDArray[np.int64]:
     """(m, 4) the pixels that are shrunk away with a cell, what stands in it and its rooms."""
+    field = maps.field
     assert field.rooms is not None
     boxes = np.floor((field.footprints[within & field.stands] - field.low) / field.cell)
     corners = np.array([cells.low[cell, :2], cells.high[cell, :2]])
@@ -254,7 +263,7 @@ def _in_rooms(
     inner = field.inner[own[0, 0] : own[1, 0] + 1, own[0, 1] : own[1, 1] + 1]
     some = [own[None]] if np.isfinite(inner).any() else []
     boxes = np.concatenate([boxes.astype(np.int64), *some, field.rooms.around(cells, cell)])
-    first, last = boxes[:, 0] - reach - 1, boxes[:, 1] + reach + 1
+    first, last = boxes[:, 0] - maps.reach - 1, boxes[:, 1] + maps.reach + 1
     return np.stack([first[:, 0], last[:, 0], first[:, 1], last[:, 1]], axis=1)
 
 
@@ -263,7 +272,7 @@ def _freed(maps: CullMaps, outline: FloatArray, eye: float) -> NDArray[np.int64]
     first, touched = maps.field.touched(outline)
     window = tuple(slice(at, at + size) for at, size in zip(first, touched.shape, strict=True))
     parts, _ = ndimage.label(touched & (maps.field.inner[window] > eye))
-    reach = max(int(np.ceil(maps.half - TOUCH)), 1)
+    reach = maps.reach
     free = [
         [first[0] + x.start - reach, first[0] + x.stop - 1 + reach,
          first[1] + y.start - reach, first[1] + y.stop - 1 + reach]

@@ -26,11 +26,11 @@ def place_on_terrain(
     surface.  The last ones along x and y end with the terrain.  Raises :class:`OptionError` where
     there is no such place, and for more cells than ten million.
     """
-    if placing == "triangles":
+    if placing in ("triangles", "floors"):
+        kind = "free space for triangles" if placing == "triangles" else "rooms with floors"
         raise OptionError(
-            "nothing stands on a terrain that triangles could fill the space between",
-            where="cells", remedy="choose walkable or grid",
-        )  # fmt: skip
+            f"a terrain has no {kind}", where="cells", remedy="choose walkable or grid"
+        )
     size = options.cell_size
     first = terrain.corner - upright.origin[:2]
     spacing = np.array(terrain.elevation.spacing)

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from simplifier.errors import OptionError
-from simplifier.visibility.method import Sight, Task
+from simplifier.visibility.method import Sight, Task, check_plain
 from simplifier.visibility.slices.shafts import Shafts, Targets, see_by_shafts
 from simplifier.visibility.slices.slices import Grid, slices_of
 
@@ -26,17 +26,7 @@ def by_slices(task: Task) -> Iterator[Sight]:
     epsilon that would take too many voxels.
     """
     upright, cells, options, opaque = task.upright, task.cells, task.options, task.opaque
-    if options.fill == "viewers" or options.backend == "opengl":
-        name = "fill" if options.fill == "viewers" else "backend"
-        raise OptionError(
-            f"slices have no --{name}", where="method",
-            remedy=f"leave --{name} out, or choose --method cull-map",
-        )  # fmt: skip
-    if task.terrain is not None:
-        raise OptionError(
-            "a terrain has one height at each place, and no slices", where="method",
-            remedy="leave --method out, or choose --method cull-map",
-        )  # fmt: skip
+    check_plain(task, "slices")
     grid = Grid.around(upright, _FINE * options.reach)
     voxels = float(np.prod(grid.shape.astype(np.float64)))
     if voxels > _MOST_VOXELS:

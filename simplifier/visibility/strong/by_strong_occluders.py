@@ -7,11 +7,10 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from simplifier.errors import OptionError
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.kernels.hull_rays import VOLUME
-from simplifier.visibility.method import Sight, Task
+from simplifier.visibility.method import Sight, Task, check_plain, without_buried
 from simplifier.visibility.strong.convex_bodies import ConvexBodies
 from simplifier.visibility.strong.scene_occluders import occluders_of
 from simplifier.visibility.strong.strong_occluders import TwoLevels, cell_of
@@ -28,20 +27,11 @@ def by_strong_occluders(task: Task) -> Iterator[Sight]:
     Raises :class:`OptionError` where there are none, for cells that lie in one of them wholly
     unless they are skipped, and for terrains and options that only cull maps have.
     """
-    options = task.options
-    if options.fill == "viewers" or options.backend == "opengl":
-        name = "fill" if options.fill == "viewers" else "backend"
-        raise OptionError(
-            f"strong occluders have no --{name}", where="method",
-            remedy=f"leave --{name} out, or choose --method cull-map",
-        )  # fmt: skip
-    if task.terrain is not None:
-        raise OptionError(
-            "a terrain has no convex occluders", where="method",
-            remedy="leave --method out, or choose --method cull-map",
-        )  # fmt: skip
-    found = occluders_of(task.upright, options.ground, task.tell_objects, task.opaque)
-    cells = _without_buried(task, found.occluders.bodies)
+    check_plain(task, "strong occluders")
+    found = occluders_of(task.upright, task.options.ground, task.tell_objects, task.opaque)
+    cells = without_buried(
+        task, _buried(task.cells, found.occluders.bodies), lambda cell: "an object"
+    )
     levels = TwoLevels(found.occluders, cells)
 
     def warnings() -> list[str]:
@@ -72,23 +62,14 @@ def by_strong_occluders(task: Task) -> Iterator[Sight]:
     )
 
 
-def _without_buried(task: Task, bodies: ConvexBodies) -> ViewCells:
-    """The cells that do not lie in a convex body; without leave to skip them all have to."""
-    cells = task.cells
-    kept: BoolArray = np.ones(len(cells), dtype=np.bool_)
+def _buried(cells: ViewCells, bodies: ConvexBodies) -> BoolArray:
+    """(c,) whether each cell lies in a convex body."""
+    buried: BoolArray = np.zeros(len(cells), dtype=np.bool_)
     for cell in range(len(cells)):
         low, high = cells.low[cell], cells.high[cell]
         around = (bodies.boxes[:, 0] <= low).all(axis=1) & (bodies.boxes[:, 1] >= high).all(axis=1)
         corners = cell_of(cells, cell, 0.0)[0]
         for body in np.flatnonzero(around & (bodies.kinds == VOLUME)).tolist():
             planes = bodies.planes[bodies.starts[body] : bodies.starts[body + 1]]
-            if (corners @ planes[:, :3].T <= planes[:, 3]).all():
-                kept[cell] = False
-    if not kept.all() and not task.options.skip_buried:
-        raise OptionError(
-            f"cell {int(np.flatnonzero(~kept)[0])} lies wholly within an object", where="cells",
-            remedy="leave it out, or add --skip-buried",
-        )  # fmt: skip
-    if not kept.any():
-        raise OptionError("all of them lie within objects", where="cells", remedy="move them")
-    return cells if kept.all() else cells.some(kept)
+            buried[cell] |= bool((corners @ planes[:, :3].T <= planes[:, 3]).all())
+    return buried

@@ -33,9 +33,11 @@ test: $(READY)
 	$(MAKE) -j 2 check kernels
 	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
 
-# An empty kernel cache, whole sweeps, statues, the service's contract at length: minutes.
+# An empty kernel cache, whole sweeps, statues, the service's contract at length, and every example
+# of the properties, of which `make test` takes two in five: minutes.
 test-slow: $(READY)
 	$(BIN)/python -m pytest -m slow
+	HYPOTHESIS_PROFILE=whole $(BIN)/python -m pytest -m hypothesis -n 2 --dist loadfile
 
 # Real servers under faults, one after the other; the figures come at the end.
 test-faults: $(READY)

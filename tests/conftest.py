@@ -1,20 +1,23 @@
 """What all tests share: where the real assets are, and how properties are searched.
 
-Properties are tried on the same fifty examples in every run, so that a red run says something about
-the change and not about luck.  ``HYPOTHESIS_PROFILE=search`` looks at a hundred new ones each time,
-and ``mutants`` seeks no smaller example once one fails.
+Properties are tried on the same examples in every run, so that a red run says something about the
+change and not about luck.  ``make test`` takes the first two in five of those that a property asks
+for, or of fifty, and ``make test-slow`` all of them (``HYPOTHESIS_PROFILE=whole``);
+``HYPOTHESIS_PROFILE=search`` looks at new ones each time, and ``mutants`` seeks no smaller example
+once one fails.
 """
 
 from __future__ import annotations
 
 import gc
+import math
 import os
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hypothesis import Phase, settings
+from hypothesis import Phase, is_hypothesis_test, settings
 from hypothesis.internal.conjecture import providers
 
 from simplifier.kernels.threads import thread_count
@@ -34,6 +37,7 @@ NO_CONSTANTS = providers._local_constants
 providers._get_local_constants = lambda: NO_CONSTANTS
 
 settings.register_profile("steady", derandomize=True, deadline=None, max_examples=50)
+settings.register_profile("whole", settings.get_profile("steady"))
 settings.register_profile("search", deadline=None)
 settings.register_profile(
     "mutants",
@@ -42,7 +46,9 @@ settings.register_profile(
     database=None,
     phases=[Phase.explicit, Phase.generate],
 )
-settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "steady"))
+PROFILE = os.environ.get("HYPOTHESIS_PROFILE", "steady")
+settings.load_profile(PROFILE)
+SHARE = 0.4  # of the examples that a property asks for, which ``steady`` takes
 
 
 @pytest.fixture(scope="session")
@@ -75,8 +81,19 @@ def pytest_configure(config: pytest.Config) -> None:
         config.addinivalue_line("markers", f"{marker}: {meaning}")
 
 
+def _take_fewer_examples(items: list[pytest.Item]) -> None:
+    asked = "_hypothesis_internal_use_settings"
+    functions = {getattr(item.obj, "__func__", item.obj) for item in items
+                 if isinstance(item, pytest.Function) and is_hypothesis_test(item.obj)}  # fmt: skip
+    for function in functions:
+        own = getattr(function, asked, settings.default)
+        setattr(function, asked, settings(own, max_examples=math.ceil(SHARE * own.max_examples)))
+
+
 @pytest.hookimpl(tryfirst=True)  # before pytest picks the items that ``-m`` names
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if PROFILE == "steady":
+        _take_fewer_examples(items)
     cases = Counter[str]()
     for item in items:
         if sweep := item.get_closest_marker("sweep"):

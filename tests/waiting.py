@@ -8,6 +8,9 @@ from typing import TypeVar
 
 Found = TypeVar("Found")
 
+BUSY = 60.0
+"""Seconds in which a server answers on a machine that has other tests to run."""
+
 
 def until(condition: Callable[[], Found], seconds: float = 30.0) -> Found:
     """What the condition gives once that is true; fails where it never is."""

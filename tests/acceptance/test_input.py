@@ -12,6 +12,7 @@ from tests.acceptance.command import ROOT, occluder
 from tests.extremes.inputs import CASES, Refused, Usable
 from tests.service.declared import declare
 from tests.service.real import QUICK, running
+from tests.waiting import BUSY
 
 NAMES = (
     "nothing but NaN", "an index of 2**63 - 1", "obj in UTF-16", "obj with decimal commas",
@@ -113,4 +114,4 @@ def test_the_service_answers_each_with_a_problem_and_works_on(server):
     assert any(
         "1 unusable triangle" in line for line in answer.json()["job"]["summary"]["warnings"]
     )
-    assert httpx.get(f"{server.address}/healthz").status_code == 200
+    assert httpx.get(f"{server.address}/healthz", timeout=BUSY).status_code == 200

@@ -16,7 +16,7 @@ from service.storage.database import Database
 from service.storage.key_store import SqlKeyStore
 from tests.service.dashboard.chromium import Watch
 from tests.service.dashboard.serving import IDLE, served
-from tests.waiting import until
+from tests.waiting import BUSY, until
 
 
 @dataclass(frozen=True)
@@ -43,11 +43,11 @@ def keyed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Keyed]:
 
 
 def sign_in(keyed: Keyed, secret: str, **fields: str) -> httpx.Response:
-    return httpx.post(f"{keyed.address}/sign-in", data={"key": secret, **fields})
+    return httpx.post(f"{keyed.address}/sign-in", data={"key": secret, **fields}, timeout=BUSY)
 
 
 def test_a_page_asks_to_sign_in_and_comes_back_to_where_one_was(keyed: Keyed) -> None:
-    answer = httpx.get(f"{keyed.address}/?find=a%26b")
+    answer = httpx.get(f"{keyed.address}/?find=a%26b", timeout=BUSY)
     assert answer.status_code == 303
     assert answer.headers["location"] == "/sign-in?next=%2F%3Ffind%3Da%2526b"
     signed = sign_in(keyed, keyed.artist, next="/?find=a%26b")
@@ -80,7 +80,7 @@ def test_a_wrong_key_is_told_plainly_and_gives_no_cookie(keyed: Keyed) -> None:
 
 def test_the_cookie_opens_the_api_for_pages_of_this_service_only(keyed: Keyed) -> None:
     token = sign_in(keyed, keyed.artist).cookies[COOKIE]
-    with httpx.Client(base_url=keyed.address, cookies={COOKIE: token}) as http:
+    with httpx.Client(base_url=keyed.address, cookies={COOKIE: token}, timeout=BUSY) as http:
         assert http.get("/v1/jobs").status_code == 200
         body = {"name": "castle"}
         evil = {"Origin": "http://evil.example"}
@@ -92,7 +92,7 @@ def test_the_cookie_opens_the_api_for_pages_of_this_service_only(keyed: Keyed) -
 
 
 def test_what_the_api_knows_stays_its_own(keyed: Keyed) -> None:
-    with httpx.Client(base_url=keyed.address) as http:
+    with httpx.Client(base_url=keyed.address, timeout=BUSY) as http:
         assert http.get("/v1/nothing").headers["content-type"] == "application/problem+json"
         assert http.delete("/v1/jobs").status_code == 405
         assert http.get("/redoc").status_code == 404
@@ -101,7 +101,7 @@ def test_what_the_api_knows_stays_its_own(keyed: Keyed) -> None:
 
 def test_the_socket_needs_the_session_too(keyed: Keyed) -> None:
     path = "/_nicegui_ws/socket.io/?EIO=4&transport=polling"
-    assert httpx.get(f"{keyed.address}{path}").status_code == 401
+    assert httpx.get(f"{keyed.address}{path}", timeout=BUSY).status_code == 401
 
 
 @pytest.mark.vital
@@ -137,7 +137,7 @@ def test_the_colours_that_one_chose_are_remembered(keyed: Keyed, page: Page) -> 
 def test_a_revoked_key_ends_its_sessions(keyed: Keyed) -> None:
     key, secret = keyed.keys.create("studio", "leaver", Scope.READ)
     token = sign_in(keyed, secret).cookies[COOKIE]
-    with httpx.Client(base_url=keyed.address, cookies={COOKIE: token}) as http:
+    with httpx.Client(base_url=keyed.address, cookies={COOKIE: token}, timeout=BUSY) as http:
         assert http.get("/").status_code == 200
         keyed.keys.revoke(key.id)
         until(lambda: http.get("/v1/jobs").status_code != 200)

@@ -18,6 +18,7 @@ from tests.service.dashboard.results import JobResult
 from tests.service.dashboard.screenshots import keep_picture
 from tests.service.dashboard.serving import IDLE, served
 from tests.service.dashboard.stock import stocked
+from tests.waiting import BUSY
 
 MANY = 60
 
@@ -63,7 +64,9 @@ def test_what_runs_and_waits_is_shown_and_can_be_ended(
     mesh = castle_file(tmp_path).read_bytes()
     for name in ("first.obj", "second.obj"):
         query = {"filename": name, "preset": "draft", "lods": 1, "time_limit": 600}
-        assert httpx.post(f"{working}/v1/occluders", params=query, content=mesh).is_success
+        assert httpx.post(
+            f"{working}/v1/occluders", params=query, content=mesh, timeout=BUSY
+        ).is_success
     page.goto(f"{working}/jobs")
     running = page.get_by_role("table", name="Jobs that run").get_by_role("row")
     expect(running.filter(has_text="first.obj")).to_contain_text("refining", timeout=60_000.0)

@@ -31,6 +31,7 @@ def check_kept(made, mesh, bound):
     assert deviation_from_solid(found, mesh, made.solid) <= found.error_bound <= bound
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("share", [0.2, 0.04, 0.012])
 @pytest.mark.parametrize("name", MESHES)
 def test_it_is_kept_in_the_default_grid(name, share):
@@ -50,6 +51,7 @@ def test_what_lies_inside_is_at_no_distance_where_it_is_known_in_fine_voxels():
     assert 0.93 < volume / (4.0 / 3.0 * np.pi) < 1.0
 
 
+@pytest.mark.slow
 def test_a_finer_bound_needs_a_finer_grid_and_a_coarse_one_is_refused():
     mesh = blob()
     made, longest = made_of(mesh, 0.005, moves=500)
@@ -61,6 +63,7 @@ def test_a_finer_bound_needs_a_finer_grid_and_a_coarse_one_is_refused():
     check_kept(made, mesh, 0.04 * longest)
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize(
     "options", [{"time_limit": 0.2}, {"moves": 0}, {"overhang": 1.0}, {"seed": 5, "ground": True}]
 )
@@ -70,6 +73,7 @@ def test_it_is_kept_with_other_options(options):
     check_kept(made, mesh, 0.04 * longest)
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("overhang", [0.011, 0.03, 0.2])
 @pytest.mark.parametrize("name", ["blob", "soup", "table"])
 def test_more_overhang_has_more_room_within_the_bound_of_the_grid(name, overhang):

@@ -141,6 +141,7 @@ def test_a_bad_manifest_is_one_line_with_file_and_line(folder, here):
         )
 
 
+@pytest.mark.slow
 def test_an_interrupted_build_says_so_and_goes_on(folder, here):
     (folder / "occluders.toml").write_text(LONG + "[[asset]]\nfiles='props/box.ply'\nmoves = 40\n")
     with subprocess.Popen(
@@ -262,6 +263,7 @@ output = "made/{name}.obj"
 )
 
 
+@pytest.mark.slow
 def test_a_service_makes_the_same_bytes(folder, here, tmp_path_factory):
     declared = os.pathsep.join([str(declare(tmp_path_factory.mktemp("declared"))), str(ROOT)])
     (folder / "occluders.toml").write_text(SERVED)

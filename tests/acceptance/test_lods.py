@@ -94,6 +94,7 @@ def test_a_level_is_judged_as_its_report_says(command, mesh, out, tmp_path):
         assert judged["levels"] == []
 
 
+@pytest.mark.slow
 def test_levels_by_bounds_in_any_order(command, mesh, out, tmp_path):
     files = []
     for number, bounds in enumerate(("0.3,1.2,0.6", "1.2,0.6,0.3")):

@@ -107,6 +107,7 @@ def reach(mesh):
     return mesh.vertices[:, 0].max()
 
 
+@pytest.mark.slow
 @needs_curl
 def test_the_curl_with_overrides_gives_what_they_draw(server, tmp_path):
     (tmp_path / "castle.overrides.toml").write_text(POST)
@@ -114,6 +115,7 @@ def test_the_curl_with_overrides_gives_what_they_draw(server, tmp_path):
     assert reach(made) == pytest.approx(1.5)
 
 
+@pytest.mark.slow
 def test_submit_sends_the_overrides_beside_a_mesh(server, command, served_here, tmp_path):
     (tmp_path / "box.obj").write_bytes(BOX)
     (tmp_path / "box.overrides.toml").write_text(POST)

@@ -141,6 +141,7 @@ def test_no_folder_to_write_to(command, folder, tmp_path):
     assert "the folder cannot be made" in errors
 
 
+@pytest.mark.slow
 def test_overrides_beside_a_mesh_hold_for_every_run(here, tmp_path):
     """A budget that the drawn box uses up, and that else would do for the mesh itself."""
     mesh = box()

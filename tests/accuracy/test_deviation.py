@@ -139,6 +139,7 @@ def random_case(seed):
     return corners, interior, mesh, touched, occluder
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("seed", range(12))
 def test_against_brute_force_over_dense_samples(seed):
     corners, interior, mesh, touched, triangles = random_case(seed)

@@ -151,6 +151,7 @@ def test_what_cannot_be_drawn_is_refused():
         measure_front(sphere(), NOTHING, 2.0 * LINES)
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("viewers", ["all", "above"])
 def test_a_report_tells_it_from_where_viewers_are(viewers):
     """A bowl that is open below, of which those above see nothing but what is closed."""

@@ -160,6 +160,7 @@ def test_fitted_slope_of_a_power():
     assert growth.fitted_slopes(rows, "budget", "median_s")["m"] == pytest.approx(1.5)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_moves")
 def test_occluder_times_skip_what_is_absent(tiny_stand_in, tmp_path, monkeypatch):
     def measured(work, mesh, repeats, **options):
@@ -173,6 +174,7 @@ def test_occluder_times_skip_what_is_absent(tiny_stand_in, tmp_path, monkeypatch
     assert all(row["note"].startswith("skipped: ") for row in rows[3:])
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_moves")
 def test_limits_tell_time_and_recall(tiny_stand_in, tmp_path, monkeypatch):
     monkeypatch.setattr(times, "LIMITS", (0.001, 0.1))
@@ -295,6 +297,7 @@ def test_decimated_starts_of_a_tiny_stand_in(tiny_stand_in, monkeypatch, capsys)
     assert [row[2] for row in rows[2:]] == ["sections", "enclosed", "sheet"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_moves")
 def test_levels_of_a_tiny_stand_in(tiny_stand_in, capsys):
     words = ["--lods", "2", "--resolution", "8", "--budget", "8", "--views", "4"]

@@ -233,6 +233,7 @@ def test_the_same_seed_gives_the_same_path_another_one_another(kind):
     assert forwards(first).tobytes() != forwards(other).tobytes()
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("kind", ["street", "roof", "inside"])
 @pytest.mark.parametrize("up", ["x", "y", "z"])
 def test_up_turns_the_path_with_the_scene(kind, up):

@@ -92,6 +92,7 @@ def test_a_change_that_lowers_recall_fails_and_one_that_says_so_passes(repositor
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_a_change_that_hides_as_much_passes_and_a_stale_one_fails(repository, change, path):
     change(repository, 72)
     done = checked(repository, path)

@@ -86,6 +86,7 @@ def test_models_stand_on_the_ground_within_what_they_take(models):
         assert max(-low[2], high[2]) <= model.depth / 2.0 + 1e-9
 
 
+@pytest.mark.slow
 def test_ten_thousand_buildings_have_about_ten_million_triangles():
     scene = city(10_000)
     counts = Counter(kinds(scene).tolist())
@@ -102,6 +103,7 @@ def test_exactly_as_many_buildings_as_asked_for(count):
     assert np.isin(kinds(city(count)), list(BUILDINGS)).sum() == count
 
 
+@pytest.mark.slow
 def test_the_same_arguments_give_the_same_city():
     first, again, other = city(200, seed=5), city(200, seed=5), city(200, seed=6)
     assert first.names == again.names

@@ -86,6 +86,7 @@ def test_alpha_at_its_ends(alpha, undisturbed):
     assert recall(produced(alpha=alpha)) > 0.3 * recall(undisturbed)
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("bound", [LONGEST, 10.0 * LONGEST, 1e308])
 def test_an_error_bound_longer_than_the_mesh_changes_nothing(bound):
     product = produced(error_bound=bound)
@@ -122,6 +123,7 @@ def test_no_time_is_refused(seconds):
         produced(moves=None, time_limit=seconds)
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("name", ["cube", "needle of 192 triangles", "10,000 specks"])
 def test_hardly_any_time_gives_the_quick_cut(name):
     mesh = SHAPES[name]()

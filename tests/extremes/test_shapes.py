@@ -177,6 +177,7 @@ def row_of_shapes():
     return scene_of(meshes, range(len(meshes)), transforms, tuple(WHOLE))
 
 
+@pytest.mark.slow
 def test_a_scene_of_all_shapes_loses_nothing_that_is_seen(tmp_path):
     scene = row_of_shapes()
     tree = simplifier.simplify_scene(scene, tmp_path, budget=16, resolution=12, moves=60)

@@ -81,6 +81,7 @@ def test_one_that_fails_is_told_of_by_its_path_and_the_others_are_made(run, wedg
     assert unreal.assets == {}
 
 
+@pytest.mark.slow
 def test_cancel_ends_it_after_the_mesh_under_way(run, wedge, monkeypatch):
     monkeypatch.setattr(ScopedSlowTask, "cancel_after", 1)
     other = StaticMesh("/Game/Other", WEDGE, FACES)
@@ -94,6 +95,7 @@ def test_a_command_that_is_not_there_is_told(run, wedge):
     assert unreal.errors[0].startswith("there is no command 'no-such-occluder'")
 
 
+@pytest.mark.slow
 def test_further_options_reach_the_command(run, wedge):
     made, unreal = run(wedge, arguments=["--options=--preset nonsense"])
     assert made == 0

@@ -181,6 +181,7 @@ def leaks(see, viewpoints, monkeypatch):
     return missing
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_faults_are_found(fault, monkeypatch):
     """Within 1,000 viewpoints, 400 lines from each."""

@@ -22,6 +22,12 @@ UNKNOWN = -1
 METHODS = ("cull-map", "slice-wise", "voxel-column", "strong-occluders")
 """What can find the sets; files hold a method's place in this."""
 
+SLICES = 8
+"""Slices of an object's box along each axis, all as thick as each other."""
+
+NEVER = 0xFFFF
+"""In place of an altitude: nothing of the object is seen, however high the viewer is."""
+
 _BATCH = 1 << 20  # bytes of runs that are checked at once, each as a number of 8 bytes
 
 
@@ -117,6 +123,91 @@ def _lengths(raw: NDArray[np.uint8]) -> NDArray[np.int64]:
     return np.add.reduceat(parts, starts) if len(ends) else np.empty(0, np.int64)
 
 
+def drawn(values: NDArray[np.int8], count: int = SLICES) -> NDArray[np.int64]:
+    """(k, 3, 2) the lowest and the highest slice of each axis that is drawn, counted from 1.
+
+    The slices of *all* axes are drawn, each triangle once: a point of the object is hidden only if
+    no axis draws a slice that it is in (Yilmaz and Gudukbay, *Conservative Occlusion Culling for
+    Urban Visualization Using a Slice-Wise Data Structure*, 2007, algorithm 3 and figure 19).  An
+    axis that draws none has 1 and 0.  Where all is drawn each axis has 1 and ``count``.
+
+    ``values``  (k, 3) as in :class:`Slices`.
+    """
+    value = values.astype(np.int64)
+    ranges = np.stack([np.ones_like(value), np.zeros_like(value)], axis=-1)
+    plan, height = value[:, :2], value[:, 2]
+    ranges[:, :2, 0] = np.where(plan < 0, 1 - plan, 1)
+    ranges[:, :2, 1] = np.where(plan < 0, count, plan)
+    ranges[:, 2, 0] = np.maximum(height, 1)
+    ranges[:, 2, 1] = np.where(height > 0, count, 0)
+    ranges[(value == 0).all(axis=1)] = (1, count)
+    return ranges
+
+
+@dataclass(frozen=True, eq=False)
+class Slices:
+    """Which parts of visible objects are drawn: by slices across the axes of the cells' space.
+
+    An object's box is cut into ``count`` slices along each axis, numbered from 1 at the low side.
+    A part of the object is hidden if each axis whose number is not 0 hides it.  An axis with 0 is
+    left out, and an object with 0 0 0 is drawn as a whole.
+
+    ``starts``  (c + 1,) int64: where the visible objects of each cell begin in ``values``, and the
+                end; a cell that is not computed has none.  They are in the scene's order.
+    ``values``  (pairs, 3) int8.  Along the two axes of the plan +k is the last slice that is drawn,
+                those above it are hidden; -k is the last one that is hidden, those above it are
+                drawn.  Along the up axis k is the first slice that is drawn, those below it are
+                hidden.  Every axis draws a slice: -count < x, y <= count and 0 <= z <= count.
+    """
+
+    starts: NDArray[np.int64]
+    values: NDArray[np.int8]
+    count: int = SLICES
+
+    def of(self, cell: int) -> NDArray[np.int8]:
+        """(k, 3) of the objects that are visible from a cell, in the scene's order."""
+        return self.values[self.starts[cell] : self.starts[cell + 1]]
+
+
+@dataclass(frozen=True, eq=False)
+class Altitudes:
+    """From which altitude on anything of an object is seen.
+
+    ``low``, ``step``  altitude k is low + k step, a height in the cells' space; both are float32
+                       numbers, and ``step`` is positive.
+    ``values``  (c, n) uint16, objects in the scene's order: below this altitude nothing of the
+                object is seen from anywhere in the cell's plan.  0 is seen from any height, and
+                :data:`NEVER` from none.  A cell that is not computed has 0.
+    """
+
+    low: float
+    step: float
+    values: NDArray[np.uint16]
+
+    def seen(self, cell: int, height: float) -> BoolArray:
+        """(n,) what may be seen from a height over the plan of a cell, in the cells' space."""
+        altitudes = self.values[cell]
+        # Exact but for the sum, so readers that fuse both round alike.
+        above = self.low + self.step * altitudes.astype(np.float64) > height
+        return np.asarray(((altitudes == 0) | ~above) & (altitudes != NEVER))
+
+    def counted(self, low: float, step: float) -> Altitudes:
+        """The same by other numbers: none of the altitudes is higher than before."""
+        if (low, step) == (self.low, self.step):
+            return self
+        heights = self.low + self.step * self.values.astype(np.float64)
+        steps = np.clip(np.floor((heights - low) / step), 0, NEVER - 1)
+        steps -= (low + step * steps > heights) & (steps > 0)  # where the quotient was rounded up
+        steps[self.values == 0], steps[self.values == NEVER] = 0, NEVER
+        return Altitudes(low, step, steps.astype(np.uint16))
+
+
+def float32_below(value: float) -> float:
+    """The largest float32 number that is no larger."""
+    near = np.float32(value)
+    return float(near if near <= value else np.nextafter(near, np.float32(-np.inf)))
+
+
 @dataclass(frozen=True, eq=False)
 class Pvs:
     """What is potentially visible from each cell; outside of all cells that is everything.
@@ -132,6 +223,8 @@ class Pvs:
     ``method``     that found the sets, of :data:`METHODS`.
     ``scene``      8 bytes that tell this scene from another.
     ``settings``   8 bytes that tell settings from others: sets by the same ones may stand together.
+    ``slices``     which parts of the objects are drawn; None if each is drawn as a whole.
+    ``altitudes``  from which height on each object is seen; None if that is not known.
     """
 
     up: Axis
@@ -145,6 +238,8 @@ class Pvs:
     conservative: bool
     scene: bytes
     settings: bytes
+    slices: Slices | None = None
+    altitudes: Altitudes | None = None
 
     @property
     def computed(self) -> NDArray[np.int64]:
@@ -160,27 +255,49 @@ class Pvs:
         """(n,) whether each object is potentially visible, in the scene's order.
 
         ``where``  a cell's number, or a world point (3,); where cells overlap a viewer sees no more
-                   than the set of any of them.  Raises :class:`OptionError`.
+                   than the set of any of them.  With altitudes a point sees only what is seen from
+                   its height, a cell what is seen from any of its heights.
+                   Raises :class:`OptionError`.
         """
         if isinstance(where, int | np.integer):
-            if not 0 <= where < len(self.cells):
-                raise OptionError(
-                    f"there is no cell {where}", where="cell",
-                    remedy=f"give 0 to {len(self.cells) - 1}, or a point",
-                )  # fmt: skip
-            return self._set_of([int(where)])
+            return self._set_of([self._checked(where)])
         point = self.to_cells(vector("point", where))
-        return self._set_of(self.cells.containing(point).tolist())
+        return self._set_of(self.cells.containing(point).tolist(), float(point[2]))
+
+    def drawn(self, cell: int) -> NDArray[np.int64]:
+        """(n, 3, 2) the slices of each object that are drawn for a cell, as :func:`drawn` has them.
+
+        Objects that are not visible have 1 and 0 along each axis.  Raises :class:`OptionError`.
+        """
+        cell = self._checked(cell)
+        visible, cut = self._set_of([cell]), self.slices
+        count = SLICES if cut is None else cut.count
+        ranges = np.tile(np.array([1, 0]), (len(visible), 3, 1))
+        if cut is None or self.row_of[cell] == UNKNOWN:
+            ranges[visible] = (1, count)
+        else:
+            ranges[visible] = drawn(cut.of(cell), count)
+        return ranges
 
     def to_cells(self, points: FloatArray) -> FloatArray:
         """World points (…, 3) in the space of the cells."""
         return np.asarray(points[..., axis_order(self.up)] - self.origin)
 
-    def _set_of(self, cells: Sequence[int]) -> BoolArray:
+    def _checked(self, cell: int | np.integer) -> int:
+        if not 0 <= cell < len(self.cells):
+            raise OptionError(
+                f"there is no cell {cell}", where="cell",
+                remedy=f"give 0 to {len(self.cells) - 1}, or a point",
+            )  # fmt: skip
+        return int(cell)
+
+    def _set_of(self, cells: Sequence[int], height: float | None = None) -> BoolArray:
         seen = np.ones(len(self.names), dtype=np.bool_)
         for cell in cells:
             if self.row_of[cell] != UNKNOWN:
                 own = np.empty_like(seen)
                 own[self.order] = self.rows.row(int(self.row_of[cell]), len(seen))
                 seen &= own
+                if height is not None and self.altitudes is not None:
+                    seen &= self.altitudes.seen(cell, height)
         return seen

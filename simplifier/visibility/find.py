@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
@@ -12,15 +12,15 @@ import numpy as np
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.culling.visible_sets import scene_digest
 from simplifier.errors import CancelledError
-from simplifier.geometry.pvs import UNKNOWN, Pvs, pack_rows
+from simplifier.geometry.pvs import UNKNOWN, Pvs, float32_below, pack_rows
 from simplifier.geometry.scene import Scene
-from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.simplify import Axis
 from simplifier.options.visibility import PvsOptions
 from simplifier.progress import Cancel, Deadline, TellCount
 from simplifier.visibility.cull_maps.by_cull_maps import by_cull_maps
 from simplifier.visibility.cull_maps.cull_map import CullMaps
+from simplifier.visibility.known import Known, altitudes_of, kept, known_of, slices_of
 from simplifier.visibility.method import Method, Task
 from simplifier.visibility.object_order import few_runs
 from simplifier.visibility.slices.by_slices import by_slices
@@ -88,25 +88,32 @@ def find_pvs(
     task = Task(upright, cells, options, opaque, terrain, watch)
     with METHODS[options.method](task) as sight:
         cells = sight.cells
-        known = _kept(cells, before, scene, settings)
-        left = np.flatnonzero([row is None for row in known])
+        low, step = float32_below(sight.altitude_low), float32_below(sight.altitude_step)
+        known: list[Known | None] = [None] * len(cells)
+        if before is not None and (before.scene, before.settings) == (scene, settings):
+            known = kept(cells, before, low, step)
+        left = np.flatnonzero([each is None for each in known])
         done, begun = 0, time.perf_counter()
         for first in range(0, len(left), sight.batch):
             tell(len(cells) - len(left) + done, len(cells))
             if (cancel is not None and cancel.is_set()) or deadline.is_up:
                 break
             some = left[first : first + sight.batch]
-            for cell, row in zip(some.tolist(), sight.see(some), strict=True):
-                known[cell] = row
+            for cell, each in zip(some.tolist(), known_of(sight.see(some)), strict=True):
+                known[cell] = each
             done += len(some)
         seconds = (time.perf_counter() - begun) / max(done, 1)
     tell(len(cells) - len(left) + done, len(cells))
-    if all(row is None for row in known):
+    if all(each is None for each in known):
         raise CancelledError("cancelled before the first cell was done")
     sure = sight.conservative
     if before is not None and len(left) < len(cells):
         sure = sure and before.conservative  # of what is kept
-    pvs = _packed(upright, cells, known, scene, settings, sight.method, sure)
+    pvs = replace(
+        _packed(upright, cells, known, scene, settings, sight.method, sure),
+        slices=slices_of(known),
+        altitudes=altitudes_of(known, len(upright.scene), low, step),
+    )
     warnings = [*sight.warnings(), *_unfinished(pvs)]
     return Found(pvs, sight.maps, done, seconds, tuple(warnings), sight.reason, sight.leaks)
 
@@ -125,31 +132,12 @@ def settings_digest(options: PvsOptions) -> bytes:
     return bytes(hashlib.blake2b(repr(kept).encode(), digest_size=8).digest())
 
 
-def _kept(
-    cells: ViewCells, before: Pvs | None, scene: bytes, settings: bytes
-) -> list[BoolArray | None]:
-    """The set of each cell that was found before, in the same scene by the same settings."""
-    if before is None or before.scene != scene or before.settings != settings:
-        return [None] * len(cells)
-    places = {_key(before.cells, cell): cell for cell in range(len(before.cells))}
-    found = [places.get(_key(cells, cell)) for cell in range(len(cells))]
-    return [
-        None if cell is None or before.row_of[cell] == UNKNOWN else before.visible(cell)
-        for cell in found
-    ]
-
-
-def _key(cells: ViewCells, cell: int) -> bytes:
-    parts = (cells.low[cell], cells.high[cell], cells.corners[cell])
-    return b"".join(part.tobytes() for part in parts)
-
-
 def _packed(
-    upright: UprightScene, cells: ViewCells, known: list[BoolArray | None], scene: bytes,
+    upright: UprightScene, cells: ViewCells, known: list[Known | None], scene: bytes,
     settings: bytes, method: str, conservative: bool,
 ) -> Pvs:  # fmt: skip
-    computed = [cell for cell, row in enumerate(known) if row is not None]
-    sets = [row for row in known if row is not None]
+    computed = [cell for cell, each in enumerate(known) if each is not None]
+    sets = [each.visible for each in known if each is not None]
     order = few_runs(sets, upright.boxes[:, :, :2].mean(axis=1))
     rows, places = pack_rows(row[order] for row in sets)
     row_of = np.full(len(cells), UNKNOWN, dtype=np.int64)

@@ -38,29 +38,49 @@ class Task:
 
 
 @dataclass(frozen=True, eq=False)
+class Seen:
+    """What is seen from some cells (c), of the objects (n) in the scene's order.
+
+    ``visible``    (c, n) bool: whether each object may be visible.
+    ``slices``     (c, n, 3) int8: what of it is drawn, as :class:`simplifier.geometry.pvs.Slices`
+                   has it; those of hidden objects are not looked at.  None: it is not known.
+    ``altitudes``  (c, n) uint16: from which altitude on it is seen, as
+                   :class:`simplifier.geometry.pvs.Altitudes` has it.  None: it is not known.
+    """
+
+    visible: BoolArray
+    slices: NDArray[np.int8] | None = None
+    altitudes: NDArray[np.uint16] | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Sight:
     """A scene made ready to be seen from cells.
 
     ``method``  of :data:`simplifier.geometry.pvs.METHODS`.
     ``cells``   those of the task that can be seen from.
-    ``see``     places in these (c,) int64 -> (c, n) bool, whether each object may be visible.
+    ``see``     places in these (c,) int64 -> what is seen from there.
     ``batch``   cells between two looks at the clock.
     ``conservative``  whether nothing visible is ever left out.
     ``reason``    why the sets are found so, as the end of a sentence.
     ``warnings``  what the user should know.
     ``maps``    what cull maps were looked up in last, and most closely.
     ``leaks``   spaces that would be solid without a hole.
+    ``altitude_low``, ``altitude_step``  what altitudes count: k is low + k step, a height in the
+                cells' space.  Where they are no float32 numbers, the next below are taken.
     """
 
     method: str
     cells: ViewCells
-    see: Callable[[NDArray[np.int64]], BoolArray]
+    see: Callable[[NDArray[np.int64]], Seen]
     batch: int
     conservative: bool
     reason: str
     warnings: Callable[[], list[str]]
     maps: CullMaps | None = None
     leaks: tuple[FillLeak, ...] = ()
+    altitude_low: float = 0.0
+    altitude_step: float = 1.0
 
 
 Method = Callable[[Task], AbstractContextManager[Sight]]

@@ -17,7 +17,7 @@ from simplifier.options.visibility import Backend, PvsOptions
 from simplifier.visibility.cull_maps.cull_map import CullMaps, see_by_cull_maps
 from simplifier.visibility.cull_maps.cull_map_gl import OpenGLCullMaps, check_opengl
 from simplifier.visibility.cull_maps.memory import check_memory
-from simplifier.visibility.method import Sight, Task, without_buried
+from simplifier.visibility.method import Seen, Sight, Task, without_buried
 from simplifier.visibility.solid.height_field import HeightField, height_field
 from simplifier.visibility.solid.terrain import terrain_field
 from simplifier.visibility.solid.viewer_fill import Filled, fill_by_viewers, fill_warnings
@@ -64,7 +64,7 @@ def by_cull_maps(task: Task) -> Iterator[Sight]:
         yield Sight(
             "cull-map",
             cells,
-            lambda chosen: see(cells.some(chosen)),
+            lambda chosen: Seen(see(cells.some(chosen))),
             batch=_BATCH if options.backend == "cpu" else 1,
             conservative=filled is None or filled.conservative,
             reason=_reason(field, options),

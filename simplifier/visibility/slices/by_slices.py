@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from simplifier.errors import OptionError
-from simplifier.visibility.method import Sight, Task, check_plain
+from simplifier.visibility.method import Seen, Sight, Task, check_plain
 from simplifier.visibility.slices.shafts import Shafts, Targets, see_by_shafts
 from simplifier.visibility.slices.slices import Grid, slices_of
 
@@ -50,7 +50,7 @@ def by_slices(task: Task) -> Iterator[Sight]:
     yield Sight(
         "slice-wise",
         cells,
-        lambda chosen: see_by_shafts(shafts, cells.some(chosen))[0],
+        lambda chosen: Seen(see_by_shafts(shafts, cells.some(chosen))[0]),
         batch=_BATCH,
         conservative=False,
         reason="as was asked for",

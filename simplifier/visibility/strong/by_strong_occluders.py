@@ -10,7 +10,7 @@ import numpy as np
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.kernels.hull_rays import VOLUME
-from simplifier.visibility.method import Sight, Task, check_plain, without_buried
+from simplifier.visibility.method import Seen, Sight, Task, check_plain, without_buried
 from simplifier.visibility.strong.convex_bodies import ConvexBodies
 from simplifier.visibility.strong.scene_occluders import occluders_of
 from simplifier.visibility.strong.strong_occluders import TwoLevels, cell_of
@@ -54,7 +54,7 @@ def by_strong_occluders(task: Task) -> Iterator[Sight]:
     yield Sight(
         "strong-occluders",
         cells,
-        lambda chosen: ~levels.hidden(chosen),
+        lambda chosen: Seen(~levels.hidden(chosen)),
         batch=_BATCH,
         conservative=True,
         reason="as was asked for",

@@ -205,7 +205,7 @@ class Altitudes:
 def float32_below(value: float) -> float:
     """The largest float32 number that is no larger."""
     near = np.float32(value)
-    return float(near if near <= value else np.nextafter(near, np.float32(-np.inf)))
+    return float(near if float(near) <= value else np.nextafter(near, np.float32(-np.inf)))
 
 
 @dataclass(frozen=True, eq=False)

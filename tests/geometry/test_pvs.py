@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from simplifier.errors import OptionError
-from simplifier.geometry.pvs import Rows, pack_rows
+from simplifier.geometry.pvs import (
+    NEVER,
+    Altitudes,
+    Rows,
+    Slices,
+    drawn,
+    float32_below,
+    pack_rows,
+)
 from simplifier.geometry.view_cells import ViewCells
 from tests.io.damaged_pvs import town
 
@@ -101,3 +111,95 @@ def test_cells_keep_float32_values_and_empty_ones_are_refused():
 def test_a_prism_turns_counter_clockwise():
     cells = ViewCells.prisms(np.array([[[0.0, 0], [0, 1], [1, 0]]]), np.zeros(1), np.ones(1))
     assert np.array_equal(cells.outline(0), [[1.0, 0], [0, 1], [0, 0]])
+
+
+@pytest.mark.parametrize(
+    ("value", "ranges"),
+    [
+        ((0, 0, 0), [(1, 8), (1, 8), (1, 8)]),
+        ((3, 0, 0), [(1, 3), (1, 0), (1, 0)]),
+        ((-3, 0, 0), [(4, 8), (1, 0), (1, 0)]),
+        ((0, -7, 5), [(1, 0), (8, 8), (5, 8)]),
+        ((1, 0, 8), [(1, 1), (1, 0), (8, 8)]),
+        ((0, 8, 1), [(1, 0), (1, 8), (1, 8)]),
+    ],
+)
+def test_the_slices_that_are_drawn(value, ranges):
+    found = drawn(np.array([value], np.int8), 8)
+    assert [tuple(each) for each in found[0].tolist()] == ranges
+
+
+@given(st.integers(1, 9), st.data())
+def test_what_is_drawn_is_what_not_all_axes_hide(count, given_data):
+    """Held against the sentence itself, part by part of the box."""
+    plan, height = st.integers(1 - count, count), st.integers(0, count)
+    value = np.array(given_data.draw(st.tuples(plan, plan, height)), np.int8)
+    hides = [
+        [k != 0 and (part > k if k > 0 else part <= -k) for part in range(1, count + 1)]
+        for k in value[:2].tolist()
+    ]
+    hides.append([part < value[2] for part in range(1, count + 1)])
+    used = np.flatnonzero(value)
+    ranges = drawn(value[None], count)[0]
+    for part in np.ndindex(count, count, count):
+        hidden = len(used) > 0 and all(hides[axis][part[axis]] for axis in used)
+        inside = [low <= each + 1 <= high for each, (low, high) in zip(part, ranges, strict=True)]
+        assert hidden == (not any(inside))
+
+
+def test_slices_of_a_cell_are_those_of_its_visible_objects():
+    values = np.array([[1, 0, 0], [0, 0, 2], [-1, 0, 3], [0, 0, 0], [4, 4, 4]], np.int8)
+    found = town(slices=Slices(np.array([0, 2, 4, 4, 5]), values))
+    assert found.slices.of(1).tolist() == [[-1, 0, 3], [0, 0, 0]]
+    ranges = found.drawn(1)  # b and c
+    assert ranges.shape == (4, 3, 2)
+    assert (ranges[[0, 3]] == [1, 0]).all()
+    assert ranges[1].tolist() == [[2, 8], [1, 0], [3, 8]]
+    assert (ranges[2] == [1, 8]).all()
+    assert (found.drawn(2) == [1, 8]).all()  # not computed
+    whole = pvs().drawn(1)
+    assert (whole[[1, 2]] == [1, 8]).all()
+    assert (whole[[0, 3]] == [1, 0]).all()
+    with pytest.raises(OptionError, match="no cell 4"):
+        found.drawn(4)
+
+
+def test_a_point_sees_what_is_seen_from_its_height():
+    values = np.zeros((4, 4), np.uint16)
+    values[0] = [NEVER, 0, 3, 4]  # the first cell sees c and d
+    values[2] = NEVER  # not computed
+    found = pvs()
+    found = replace(found, altitudes=Altitudes(0.5, 0.25, values))
+    for height, names in ((0.0, ""), (1.24, ""), (1.25, "c"), (1.49, "c"), (1.5, "cd"), (2, "cd")):
+        assert seen(found.visible((0.5, 1.0, height))) == names
+    assert seen(found.visible(0)) == "cd"
+    assert seen(found.visible((8.5, 8.5, 0.5))) == "abcd"
+    assert found.altitudes.seen(0, -9.0).tolist() == [False, True, False, False]
+    assert found.altitudes.seen(0, 1e9).tolist() == [False, True, True, True]
+
+
+@given(
+    st.lists(st.integers(0, NEVER), max_size=30),
+    st.sampled_from([(0.0, 1.0), (0.1, 0.3), (-1e6, 1e-3), (700.0, 500.0)]),
+    st.sampled_from([(0.0, 1.0), (-0.3, 0.1), (1e6, 1e3), (0.5, 0.25)]),
+)
+def test_altitudes_by_other_numbers_are_no_higher(values, one, other):
+    low, step = map(float32_below, one)
+    new_low, new_step = map(float32_below, other)
+    before = Altitudes(low, step, np.array([values], np.uint16))
+    after = before.counted(new_low, new_step)
+    for k, new in zip(values, after.values[0].tolist(), strict=True):
+        assert (new == NEVER) == (k == NEVER)
+        if k in (0, NEVER):
+            assert new == k
+        elif new:
+            assert new_low + new * new_step <= low + k * step
+            if new < NEVER - 1:
+                assert new_low + (new + 1) * new_step > low + k * step - 1e-9 * abs(low)
+    assert before.counted(low, step) is before
+
+
+@given(st.floats(-1e30, 1e30))
+def test_the_float32_below(value):
+    below = float32_below(value)
+    assert below <= value < float(np.nextafter(np.float32(below), np.float32(np.inf)))

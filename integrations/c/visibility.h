@@ -8,6 +8,13 @@
  *     visibility_set(&file, cell, bits);                     // visibility_words(&file) of 64 bits
  *     if (bits[object / 64] >> object % 64 & 1) ...          // may be seen: draw it
  *
+ * Files of version 3 may tell besides from which altitude on an object is seen, and which of its
+ * slices are to be drawn:
+ *
+ *     visibility_set_from(&file, cell, eye, bits);           // as the viewer climbs or falls, too
+ *     slices = visibility_slices(&file, cell, object);
+ *     visibility_drawn(&file, slices, drawn);                // slices to draw, of each axis
+ *
  * Objects are numbered in the scene's order.  Everything is visible outside of all cells
  * (VISIBILITY_NO_CELL) and from cells that are not computed.  Where cells overlap, the set of each
  * of them holds all that a viewer there sees: take any, or join them by & for fewer objects.
@@ -68,12 +75,20 @@ typedef struct {
     uint32_t columns, lines;    /* of the look-up grid */
     const uint32_t *tile_offsets;   /* columns * lines + 1: where each begins in `tile_cells` */
     const uint32_t *tile_cells;
+    uint32_t slice_count;       /* slices of an object's box along each axis; 0: there are none */
+    const uint32_t *slice_starts;   /* cell_count + 1: the first object of each cell in `slices` */
+    const int8_t *slices;
+    float altitude_low, altitude_step;  /* altitude k is low + k step, a height less origin[2] */
+    const uint16_t *altitudes;  /* object_count for each cell, in the scene's order; or NULL */
 } visibility_file;
 
 #define VISIBILITY_NO_CELL 0xFFFFFFFFu
 
+/* In place of an altitude: nothing of the object is seen, however high the viewer is. */
+#define VISIBILITY_NEVER 0xFFFFu
+
 enum { VISIBILITY_HEADER_BYTES = 144, VISIBILITY_GRID_BYTES = 32, VISIBILITY_CELL_FLOATS = 8,
-       VISIBILITY_NAME_GROUP = 16 };
+       VISIBILITY_NAME_GROUP = 16, VISIBILITY_PART_BYTES = 16 };
 
 /* In place of a row: the cell is not computed. */
 #define VISIBILITY_NO_ROW_ 0xFFFFFFFFu
@@ -305,6 +320,138 @@ static inline int visibility_is_visible(
                 return 1;
     }
     return 0;
+}
+
+/* --- Altitudes */
+
+/* From which altitude on an object is seen over the plan of a cell: 0 from any height, also where
+ * none is known, and VISIBILITY_NEVER from none.  `object` has to be below `object_count`. */
+static inline uint32_t visibility_altitude(
+    const visibility_file *file, uint32_t cell, uint32_t object)
+{
+    if (!file->altitudes || cell >= file->cell_count
+        || file->row_of[cell] == VISIBILITY_NO_ROW_)
+        return 0;
+    return file->altitudes[(size_t)cell * file->object_count + object];
+}
+
+/* The height of an altitude along the up axis of the world; of neither 0 nor VISIBILITY_NEVER. */
+static inline double visibility_height(const visibility_file *file, uint32_t altitude)
+{
+    /* The product is exact, so compilers that fuse it with the sum round alike. */
+    return (double)file->altitude_low + (double)altitude * (double)file->altitude_step
+        + file->origin[2];
+}
+
+/* The highest altitude that a height in the cells' space reaches, or 0: from there those objects
+ * are seen whose altitude is no higher. */
+static inline uint32_t visibility_level_(const visibility_file *file, double height)
+{
+    uint32_t least = 0, above = VISIBILITY_NEVER;
+    while (above - least > 1) {
+        const uint32_t middle = least + (above - least) / 2;
+        if ((double)file->altitude_low + (double)middle * (double)file->altitude_step > height)
+            above = middle;
+        else
+            least = middle;
+    }
+    return least;
+}
+
+/* As visibility_set(), but of what may be seen from the height of a viewer at a world point over
+ * the plan of the cell.  Without altitudes that is the cell's set, and all objects below and above
+ * the cell; with them it is known at any height. */
+static inline void visibility_set_from(
+    const visibility_file *file, uint32_t cell, const double world[3], uint64_t *bits)
+{
+    double point[3];
+    const uint16_t *altitudes;
+    uint32_t level, object;
+    visibility_runs_ runs;
+    int within;
+    if (!visibility_runs_of_(file, cell, &runs)) {
+        visibility_set(file, VISIBILITY_NO_CELL, bits);
+        return;
+    }
+    visibility_to_cells_(file, world, point);
+    within = point[2] >= (double)file->cells[(size_t)cell * VISIBILITY_CELL_FLOATS + 6]
+        && point[2] <= (double)file->cells[(size_t)cell * VISIBILITY_CELL_FLOATS + 7];
+    if (!file->altitudes) {
+        visibility_set(file, within ? cell : VISIBILITY_NO_CELL, bits);
+        return;
+    }
+    altitudes = file->altitudes + (size_t)cell * file->object_count;
+    level = visibility_level_(file, point[2]);
+    memset(bits, 0, visibility_words(file) * sizeof *bits);
+    if (!within) {
+        for (object = 0; object < file->object_count; ++object)
+            bits[object / 64] |= (uint64_t)(altitudes[object] <= level) << object % 64;
+        return;
+    }
+    while (visibility_next_(&runs)) {
+        const uint32_t *at = file->order + runs.first, *end = at + runs.count;
+        for (; at < end; ++at)
+            bits[*at / 64] |= (uint64_t)(altitudes[*at] <= level) << *at % 64;
+    }
+}
+
+/* --- Slices */
+
+/* The slices of all objects that are visible from a cell, three numbers each, in the order in which
+ * visibility_visible() writes these.  NULL where all are drawn as wholes: the file has no slices,
+ * or the cell is not computed. */
+static inline const int8_t *visibility_cell_slices(
+    const visibility_file *file, uint32_t cell, uint32_t *count)
+{
+    *count = 0;
+    if (!file->slice_count || cell >= file->cell_count
+        || file->row_of[cell] == VISIBILITY_NO_ROW_)
+        return NULL;
+    *count = file->slice_starts[cell + 1] - file->slice_starts[cell];
+    return file->slices + 3 * (size_t)file->slice_starts[cell];
+}
+
+/* The slices of one object that is visible from a cell, three numbers; NULL where it is drawn as a
+ * whole or hidden.  This looks through the cell's whole set: for many objects take
+ * visibility_cell_slices(). */
+static inline const int8_t *visibility_slices(
+    const visibility_file *file, uint32_t cell, uint32_t object)
+{
+    visibility_runs_ runs;
+    uint32_t count;
+    const int8_t *slices = visibility_cell_slices(file, cell, &count);
+    if (!slices || !visibility_runs_of_(file, cell, &runs))
+        return NULL;
+    while (visibility_next_(&runs)) {
+        const uint32_t *other = file->order + runs.first, *end = other + runs.count;
+        for (; other < end; ++other, slices += 3)
+            if (*other == object)
+                return slices;
+    }
+    return NULL;
+}
+
+/* Writes the lowest and the highest slice of each axis that is drawn of an object, counted from 1
+ * at the low side of its box; 1 and 0 where that axis draws none.  The slices of all axes are
+ * drawn: a triangle is hidden only if it is in no slice that any of them draws.  `slices` are three
+ * numbers of the file.  Of an object that is drawn as a whole, NULL or three times 0, each axis
+ * draws all; in a file without slices that is one. */
+static inline void visibility_drawn(
+    const visibility_file *file, const int8_t *slices, uint32_t drawn[3][2])
+{
+    const uint32_t count = file->slice_count ? file->slice_count : 1;
+    const int whole = !slices || (!slices[0] && !slices[1] && !slices[2]);
+    int axis;
+    for (axis = 0; axis < 3; ++axis) {
+        const int value = whole ? 0 : slices[axis];
+        drawn[axis][0] = 1;
+        drawn[axis][1] = whole ? count : 0;
+        if (value < 0 || (value > 0 && axis == 2)) {
+            drawn[axis][0] = (uint32_t)(value < 0 ? 1 - value : value);
+            drawn[axis][1] = count;
+        } else if (value > 0)
+            drawn[axis][1] = (uint32_t)value;
+    }
 }
 
 /* --- The scene */
@@ -643,6 +790,61 @@ static inline int visibility_find_names_(visibility_file *file)
     return 1;
 }
 
+/* Finds the slices, if there are any, and checks that each visible object has its own. */
+static inline int visibility_find_slices_(visibility_file *file)
+{
+    const uint64_t starts = (uint64_t)file->cell_count + 1;
+    const unsigned char *head;
+    visibility_runs_ runs;
+    uint32_t cell, index;
+    if (visibility_u32_(file->bytes + 112) == 0)
+        return 1;
+    head = visibility_block_(file, 6, 0, VISIBILITY_PART_BYTES);
+    if (!head || (file->slice_count = visibility_u32_(head)) == 0 || file->slice_count > 127)
+        return 0;
+    file->slice_starts = visibility_numbers_(file, 6, VISIBILITY_PART_BYTES, starts);
+    if (!visibility_ascend_(file->slice_starts, starts - 1))
+        return 0;
+    file->slices = (const int8_t *)(const void *)visibility_block_(
+        file, 6, VISIBILITY_PART_BYTES + 4 * starts, 3 * (uint64_t)file->slice_starts[starts - 1]);
+    if (!file->slices)
+        return 0;
+    for (cell = 0; cell < file->cell_count; ++cell) {
+        uint32_t visible = 0;
+        if (visibility_runs_of_(file, cell, &runs))
+            while (visibility_next_(&runs))
+                visible += runs.count;
+        if (file->slice_starts[cell + 1] - file->slice_starts[cell] != visible)
+            return 0;
+    }
+    for (index = 0; index < file->slice_starts[file->cell_count]; ++index) {
+        const int8_t *slices = file->slices + 3 * (size_t)index;
+        const int count = (int)file->slice_count;
+        if (slices[0] > count || slices[0] <= -count || slices[1] > count || slices[1] <= -count
+            || slices[2] > count || slices[2] < 0)
+            return 0;
+    }
+    return 1;
+}
+
+/* Finds the altitudes, if there are any. */
+static inline int visibility_find_altitudes_(visibility_file *file)
+{
+    const uint64_t count = (uint64_t)file->cell_count * file->object_count;
+    const unsigned char *head;
+    if (visibility_u32_(file->bytes + 116) == 0)
+        return 1;
+    head = visibility_block_(file, 7, 0, VISIBILITY_PART_BYTES);
+    if (!head)
+        return 0;
+    memcpy(&file->altitude_low, head, sizeof file->altitude_low);
+    memcpy(&file->altitude_step, head + 4, sizeof file->altitude_step);
+    file->altitudes = (const uint16_t *)(const void *)visibility_block_(
+        file, 7, VISIBILITY_PART_BYTES, 2 * count);
+    return file->altitudes && visibility_is_finite_(file->altitude_low)
+        && visibility_is_finite_(file->altitude_step) && file->altitude_step > 0.0f;
+}
+
 static inline int visibility_check_header_(const visibility_file *file, uint32_t method)
 {
     int axis;
@@ -672,7 +874,7 @@ static inline visibility_status visibility_open(
     static const unsigned char magic[8] = {0x89, 'P', 'V', 'S', '\r', '\n', 0x1a, '\n'};
     const unsigned char *at = (const unsigned char *)bytes;
     const uint32_t one = 1;
-    uint32_t flags, method;
+    uint32_t flags, parts, version, method;
     memset(file, 0, sizeof *file);
     if (*(const unsigned char *)&one != 1)
         return VISIBILITY_BIG_ENDIAN;
@@ -681,14 +883,16 @@ static inline visibility_status visibility_open(
     if (size < VISIBILITY_HEADER_BYTES || memcmp(at, magic, sizeof magic) != 0)
         return VISIBILITY_NOT_ONE;
     flags = visibility_u32_(at + 12);
-    /* Known are conservative (1), partial (8) and the up axis (bits 8 and 9).  Slices and altitudes,
-     * two of the blocks, are for versions to come. */
-    if (visibility_u32_(at + 8) != 2 || (flags & ~(1u | 8u | 3u << 8)) != 0
-        || visibility_u32_(at + 112) != 0 || visibility_u32_(at + 116) != 0)
+    version = visibility_u32_(at + 8);
+    parts = (visibility_u32_(at + 112) ? 2u : 0u) | (visibility_u32_(at + 116) ? 4u : 0u);
+    /* Known are conservative (1), partial (8) and the up axis (bits 8 and 9), and of version 3
+     * slices (2) and altitudes (4), each with a block. */
+    if ((version != 2 && version != 3) || (flags & ~(15u | 3u << 8)) != 0
+        || (version == 2 && (parts | (flags & 6u)) != 0))
         return VISIBILITY_OTHER_VERSION;
     if (visibility_u64_(at + 16) != size)
         return VISIBILITY_WRONG_SIZE;
-    if (!visibility_check_crc_(at, size))
+    if (!visibility_check_crc_(at, size) || (flags & 6u) != parts)
         return VISIBILITY_DAMAGED;
     file->bytes = at;
     file->size = size;
@@ -714,7 +918,8 @@ static inline visibility_status visibility_open(
     if (!file->order || !file->cells || !file->row_of || !visibility_check_order_(file)
         || !visibility_check_cells_(file) || visibility_is_partial_(file) != file->partial
         || !visibility_find_grid_(file) || !visibility_check_grid_(file)
-        || !visibility_find_rows_(file) || !visibility_find_names_(file))
+        || !visibility_find_rows_(file) || !visibility_find_slices_(file)
+        || !visibility_find_altitudes_(file) || !visibility_find_names_(file))
         return VISIBILITY_DAMAGED;
     return VISIBILITY_OK;
 }

@@ -4,8 +4,9 @@ extends Node
 ## Add a [Node] with this script, name the [member file] that [code]occluder pvs[/code] wrote for
 ## a scene file, and the node that is the imported scene.  Nodes are known by their names.  Whenever
 ## the camera comes into another cell, those that no viewer in it can see are hidden, and all others
-## that were hidden here are shown again.  Outside of all cells nothing is hidden, and neither by a
-## file that cannot be used, which is an error in the log.
+## that were hidden here are shown again.  A file with altitudes hides by the camera's height, too.
+## Outside of all cells nothing is hidden, and neither by a file that cannot be used, which is an
+## error in the log.
 
 const PvsFile := preload("pvs_file.gd")
 const _NOWHERE := -2
@@ -21,6 +22,7 @@ const _NOWHERE := -2
 
 var _sets := PvsFile.new()
 var _cell := _NOWHERE
+var _level := 0
 ## Each node comes after those that it is below.
 var _nodes: Array[Node3D] = []
 ## The place in the list of the nearest node above that is in it, or -1.
@@ -75,12 +77,16 @@ func load_sets() -> void:
 		push_warning(words % [file, missing, _sets.names.size()])
 
 
-## Shows and hides for a viewer at a place of the world; does nothing within the same cell.
+## Shows and hides for a viewer at a place of the world; does nothing within the same cell and step
+## of its altitudes.
 func look_from(place: Vector3) -> void:
-	var cell: int = _sets.cell_at(scene.global_transform.affine_inverse() * place)
-	if cell != _cell:
+	var point: Vector3 = scene.global_transform.affine_inverse() * place
+	var cell: int = _sets.cell_at(point)
+	var level: int = _sets.level_of(point) if cell >= 0 else 0
+	if cell != _cell or level != _level:
 		_cell = cell
-		_show(_sets.seen_from(cell))
+		_level = level
+		_show(_sets.seen_from_level(cell, level))
 
 
 ## Shows all that was hidden here, until the camera moves on.

@@ -14,7 +14,11 @@ const _GROUP := 16
 const _GROUP_BITS := 4
 const _NO_ROW := 0xFFFFFFFF
 const _MAGIC: Array[int] = [0x89, 0x50, 0x56, 0x53, 0x0D, 0x0A, 0x1A, 0x0A]
-const _KNOWN_FLAGS := 0x309
+const _KNOWN_FLAGS := 0x30F
+const _SLICES := 2
+const _ALTITUDES := 4
+const _PART := 16
+const _NEVER := 0xFFFF
 const _MOST_OBJECTS := 0x7FFFFFFF
 
 ## Of the objects, in the scene's order.
@@ -32,6 +36,8 @@ var _grid := 0
 var _row_of := 0
 var _row_offsets := 0
 var _rows := 0
+## Where the altitudes begin; 0 where there are none.
+var _altitudes := 0
 var _columns := 0
 var _lines := 0
 var _at := 0
@@ -61,11 +67,14 @@ func parse(data: PackedByteArray) -> String:
 	if fault == "":
 		fault = _check_rows()
 	if fault == "":
+		fault = _find_parts()
+	if fault == "":
 		fault = _read_names()
 	if fault != "":
 		_bytes = PackedByteArray()
 		_object_count = 0
 		_cell_count = 0
+		_altitudes = 0
 		names = PackedStringArray()
 	return fault
 
@@ -126,6 +135,40 @@ func seen_from(cell: int) -> PackedByteArray:
 	return seen
 
 
+## Of a point of the scene's own space, how high it is as altitudes count: two points of a cell with
+## the same level see the same.  Always 0 where the file has no altitudes.
+func level_of(point: Vector3) -> int:
+	if _altitudes == 0:
+		return 0
+	var world: Array[float] = [point.x, point.y, point.z]
+	var height := world[_up] - _origin[2]
+	var low := _bytes.decode_float(_altitudes)
+	var step := _bytes.decode_float(_altitudes + 4)
+	var least := 0
+	var above := _NEVER
+	while above - least > 1:
+		var middle := (least + above) >> 1
+		if low + middle * step > height:
+			above = middle
+		else:
+			least = middle
+	return least
+
+
+## As [method seen_from], of what may be seen from a level of the cell: see [method level_of].
+func seen_from_level(cell: int, level: int) -> PackedByteArray:
+	var seen := seen_from(cell)
+	if _altitudes == 0 or cell < 0 or cell >= _cell_count:
+		return seen
+	if _bytes.decode_u32(_row_of + 4 * cell) == _NO_ROW:
+		return seen
+	var at := _altitudes + _PART + 2 * cell * _object_count
+	for object in range(_object_count):
+		if _bytes.decode_u16(at + 2 * object) > level:
+			seen[object] = 0
+	return seen
+
+
 ## The column or line of a tile, held to the grid.
 func _step(along: float, count: int) -> int:
 	if not along >= 1.0:
@@ -165,15 +208,29 @@ func _check_start() -> String:
 	for index in range(8):
 		if _bytes[index] != _MAGIC[index]:
 			return "this is no file of visible sets: it does not begin as one"
-	var unknown := _bytes.decode_u32(12) & ~_KNOWN_FLAGS
-	# Slices and altitudes, two of the blocks, are for versions to come.
-	if _bytes.decode_u32(8) != 2 or unknown != 0 or _bytes.decode_u64(112) != 0:
+	if not _is_known():
 		return "it is of another version, or holds what is not known"
 	if _bytes.decode_u64(16) != _bytes.size():
 		return "it is cut short, or longer than it says"
 	if _checksum() != _bytes.decode_u32(140):
 		return "it is damaged: its checksum is another"
 	return ""
+
+
+## Whether version and flags are known; slices and altitudes came with version 3.
+func _is_known() -> bool:
+	var flags := _bytes.decode_u32(12)
+	if (flags & ~_KNOWN_FLAGS) != 0:
+		return false
+	if _bytes.decode_u32(8) == 2:
+		return _parts() == 0 and (flags & (_SLICES | _ALTITUDES)) == 0
+	return _bytes.decode_u32(8) == 3
+
+
+## The flags of the parts that have a block.
+func _parts() -> int:
+	var slices := int(_bytes.decode_u32(112) != 0) * _SLICES
+	return slices + int(_bytes.decode_u32(116) != 0) * _ALTITUDES
 
 
 func _read_header() -> String:
@@ -315,6 +372,26 @@ func _is_row(begin: int, end: int) -> bool:
 		if (length == 0 and not first) or total > _object_count:
 			return false
 	return true
+
+
+## Finds the altitudes.  Slices are left alone: nodes are shown as wholes.
+func _find_parts() -> String:
+	_altitudes = 0
+	if (_bytes.decode_u32(12) & (_SLICES | _ALTITUDES)) != _parts():
+		return "it is damaged: it does not say truly what parts it has"
+	if _bytes.decode_u32(116) == 0:
+		return ""
+	_altitudes = _block(7, _PART)
+	if _altitudes < 0:
+		return "it is damaged: a block is not in the file"
+	# Each factor is below the size, as the objects and cells are in the file.
+	if _block(7, _PART + 2 * _cell_count * _object_count) < 0:
+		return "it is damaged: a block is not in the file"
+	var low := _bytes.decode_float(_altitudes)
+	var step := _bytes.decode_float(_altitudes + 4)
+	if not is_finite(low) or not is_finite(step) or not step > 0.0:
+		return "it is damaged: its altitudes count by no number"
+	return ""
 
 
 ## Each name is what it has beyond the name before, in groups of which the first is whole.

@@ -55,6 +55,14 @@ class Rows:
         np.add.at(steps, ends[1::2], -1)
         return np.asarray(np.cumsum(steps[:count]) > 0)
 
+    def places(self, index: int) -> NDArray[np.int64]:
+        """(k,) where the visible objects of a set stand in it, in a time that they alone take."""
+        raw = np.frombuffer(self.data, np.uint8)[self.offsets[index] : self.offsets[index + 1]]
+        lengths = _lengths(raw)
+        visible = lengths[1::2]
+        hidden = np.cumsum(lengths[: 2 * len(visible) : 2])
+        return np.arange(visible.sum()) + np.repeat(hidden, visible)
+
     def check(self, count: int) -> None:
         """Raise ValueError where a row is not one of ``count`` objects.
 
@@ -267,11 +275,12 @@ class Pvs:
     def drawn(self, cell: int) -> NDArray[np.int64]:
         """(n, 3, 2) the slices of each object that are drawn for a cell, as :func:`drawn` has them.
 
-        Objects that are not visible have 1 and 0 along each axis.  Raises :class:`OptionError`.
+        Objects that are not visible have 1 and 0 along each axis.  Without slices an object is one.
+        Raises :class:`OptionError`.
         """
         cell = self._checked(cell)
         visible, cut = self._set_of([cell]), self.slices
-        count = SLICES if cut is None else cut.count
+        count = 1 if cut is None else cut.count
         ranges = np.tile(np.array([1, 0]), (len(visible), 3, 1))
         if cut is None or self.row_of[cell] == UNKNOWN:
             ranges[visible] = (1, count)

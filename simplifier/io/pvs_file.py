@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,32 +22,29 @@ from simplifier.geometry.pvs import METHODS, UNKNOWN, Pvs, Rows
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import BOX, PRISM, ViewCells
 from simplifier.io.files import read_bytes, write_whole
+from simplifier.io.pvs_blocks import ALIGNED, HEADER, Blocks, damage, u32
 from simplifier.io.pvs_grid import tile_grid
 from simplifier.io.pvs_names import GROUP, decode_names, encode_names
+from simplifier.io.pvs_partly import (
+    decode_altitudes,
+    decode_slices,
+    encode_altitudes,
+    encode_slices,
+)
 from simplifier.options.simplify import Axis
 
 MAGIC = b"\x89PVS\r\n\x1a\n"  # as PNG's: a transfer as text damages it
-PVS_VERSION = 2
+PVS_VERSION = 3
+_OLDEST = 2  # that is read: without slices and altitudes
 NO_ROW = 0xFFFFFFFF
 """In place of a row: the cell is not computed."""
 
-_CONSERVATIVE, _PARTIAL, _UP = 1, 8, 8  # of the flags; the up axis begins at bit 8
-_KNOWN = _CONSERVATIVE | _PARTIAL | 3 << _UP
-_ALIGNED = 16
+_CONSERVATIVE, _SLICES, _ALTITUDES, _PARTIAL = 1, 2, 4, 8  # of the flags
+_UP = 8  # the bit at which the up axis begins
+_KNOWN = {2: _CONSERVATIVE | _PARTIAL | 3 << _UP, 3: 15 | 3 << _UP}
 _FARTHEST = 1e36  # of a coordinate: the look-up grid around it has to fit float32
-_MOST = 0xFFFFFFFF
 _MOST_OBJECTS = int(np.iinfo(np.int32).max)
 
-_BLOCKS = (
-    "order", "cells", "grid", "row_of", "row_offsets", "rows", "slices", "altitudes", "names",
-)  # fmt: skip
-_RESERVED = ("slices", "altitudes")
-_HEADER = np.dtype([
-    ("magic", "S8"), ("version", "<u4"), ("flags", "<u4"), ("file_bytes", "<u8"),
-    ("objects", "<u4"), ("cells", "<u4"), ("rows", "<u4"), ("method", "<u4"), ("origin", "<f8", 3),
-    ("low", "<f4", 3), ("high", "<f4", 3), ("blocks", [(name, "<u4") for name in _BLOCKS]),
-    ("scene", "V8"), ("settings", "V8"), ("checksum", "<u4"),
-])  # fmt: skip
 _GRID = np.dtype([
     ("low", "<f4", 2), ("edge", "<f4"), ("shape", "<u4", 2), ("reserved", "<u4", 3),
 ])  # fmt: skip
@@ -89,19 +85,20 @@ def encode_pvs(pvs: Pvs) -> bytes:
     has no room for.
     """
     _check_fits(pvs)
-    header = np.zeros((), dtype=_HEADER)
+    header = np.zeros((), dtype=HEADER)
     header["magic"], header["version"] = MAGIC, PVS_VERSION
     flags = _CONSERVATIVE * pvs.conservative | _PARTIAL * pvs.partial | "xyz".index(pvs.up) << _UP
+    flags |= _SLICES * (pvs.slices is not None) | _ALTITUDES * (pvs.altitudes is not None)
     header["flags"], header["method"] = flags, METHODS.index(pvs.method)
     header["objects"], header["cells"] = len(pvs.names), len(pvs.cells)
     header["rows"], header["origin"] = len(pvs.rows), pvs.origin
     if len(pvs.cells):
         header["low"], header["high"] = pvs.cells.low.min(axis=0), pvs.cells.high.max(axis=0)
     header["scene"], header["settings"] = np.void(pvs.scene), np.void(pvs.settings)
-    parts, end = [b""], _HEADER.itemsize
+    parts, end = [b""], HEADER.itemsize
     for name, data in _encode_blocks(pvs).items():
-        header["blocks"][name] = _u32(end // _ALIGNED, "blocks")
-        parts.append(data.ljust(-(-len(data) // _ALIGNED) * _ALIGNED, b"\0"))
+        header["blocks"][name] = u32(end // ALIGNED, "blocks")
+        parts.append(data.ljust(-(-len(data) // ALIGNED) * ALIGNED, b"\0"))
         end += len(parts[-1])
     header["file_bytes"] = end
     parts[0] = header.tobytes()
@@ -126,8 +123,8 @@ def _encode_blocks(pvs: Pvs) -> dict[str, bytes]:
     head["low"], head["edge"], head["shape"] = grid.low, grid.edge, grid.shape
     listed = np.concatenate([grid.starts, grid.cells])
     row_of = np.where(pvs.row_of == UNKNOWN, NO_ROW, pvs.row_of)
-    _u32(int(grid.starts[-1]), "entries of the look-up grid")
-    _u32(int(pvs.rows.offsets[-1]), "bytes of rows")
+    u32(int(grid.starts[-1]), "entries of the look-up grid")
+    u32(int(pvs.rows.offsets[-1]), "bytes of rows")
     blocks = {
         "order": pvs.order.astype("<u4").tobytes(),
         "cells": _cell_numbers(pvs.cells).tobytes(),
@@ -136,21 +133,15 @@ def _encode_blocks(pvs: Pvs) -> dict[str, bytes]:
         "row_offsets": pvs.rows.offsets.astype("<u4").tobytes(),
         "rows": pvs.rows.data,
     }
+    if pvs.slices is not None:
+        blocks["slices"] = encode_slices(pvs, pvs.slices)
+    if pvs.altitudes is not None:
+        blocks["altitudes"] = encode_altitudes(pvs, pvs.altitudes)
     if any(pvs.names):
         starts, names = encode_names(pvs.names)
-        _u32(len(names), "bytes of names")
+        u32(len(names), "bytes of names")
         blocks["names"] = starts.astype("<u4").tobytes() + names
     return blocks
-
-
-def _u32(value: int, what: str) -> int:
-    if value > _MOST:
-        raise OutputError(
-            f"{value:,} {what} are more than the file has room for",
-            where="visible sets",
-            remedy="take fewer or larger view cells",
-        )
-    return value
 
 
 def _cell_numbers(cells: ViewCells) -> NDArray[np.float32]:
@@ -169,7 +160,7 @@ def decode_pvs(data: bytes, where: str) -> Pvs:
     Nothing is made room for that the bytes do not bear out.  Raises :class:`UnreadablePvsError`.
     """
     header = _checked_header(data, where)
-    file = _Blocks(data, header["blocks"], where)
+    file = Blocks(data, header["blocks"], where)
     objects, rows = int(header["objects"]), int(header["rows"])
     order, cells = _decode_order(file, objects), _decode_cells(file, header)
     _check_grid(file, len(cells))
@@ -192,19 +183,23 @@ def decode_pvs(data: bytes, where: str) -> Pvs:
     )
     if pvs.partial != bool(header["flags"] & _PARTIAL):
         raise file.damage("it does not say truly whether all cells are computed")
-    return pvs
+    return replace(
+        pvs,
+        slices=decode_slices(file, pvs) if header["flags"] & _SLICES else None,
+        altitudes=decode_altitudes(file, pvs) if header["flags"] & _ALTITUDES else None,
+    )
 
 
 def _check_start(start: bytes, size: int, where: str) -> None:
-    if size < _HEADER.itemsize or not start.startswith(MAGIC):
-        raise _damage("this is no file of visible sets: it does not begin as one", where)
+    if size < HEADER.itemsize or not start.startswith(MAGIC):
+        raise damage("this is no file of visible sets: it does not begin as one", where)
 
 
 def _checked_header(data: bytes, where: str) -> np.void:
     """The header of bytes that are those that were written, as far as a checksum can tell."""
     _check_start(data, len(data), where)
-    header: np.void = np.frombuffer(data, dtype=_HEADER, count=1)[0]
-    if header["version"] < PVS_VERSION:
+    header: np.void = np.frombuffer(data, dtype=HEADER, count=1)[0]
+    if header["version"] < _OLDEST:
         raise UnreadablePvsError(
             f"version {header['version']} of the format is no longer read",
             where=where,
@@ -212,63 +207,33 @@ def _checked_header(data: bytes, where: str) -> np.void:
         )
     if header["version"] > PVS_VERSION:
         raise _unknown(f"version {header['version']} of the format is", where)
-    if header["flags"] & ~np.uint32(_KNOWN) or any(header["blocks"][name] for name in _RESERVED):
-        raise _unknown(f"what it holds besides cells and rows (flags {header['flags']}) is", where)
+    _check_flags(header, where)
     if header["file_bytes"] != len(data):
-        raise _damage(f"it should have {header['file_bytes']} bytes and has {len(data)}", where)
-    size, rest = _HEADER.itemsize, memoryview(data)
+        raise damage(f"it should have {header['file_bytes']} bytes and has {len(data)}", where)
+    size, rest = HEADER.itemsize, memoryview(data)
     found = zlib.crc32(rest[size:], zlib.crc32(bytes(4), zlib.crc32(rest[: size - 4])))
     if found != header["checksum"]:
-        raise _damage("its bytes are not those that were written: the checksum is another", where)
+        raise damage("its bytes are not those that were written: the checksum is another", where)
     if header["method"] >= len(METHODS):
-        raise _damage(f"its method is number {header['method']} of {len(METHODS)}", where)
+        raise damage(f"its method is number {header['method']} of {len(METHODS)}", where)
     if header["objects"] > _MOST_OBJECTS:
-        raise _damage(f"it claims {header['objects']} objects", where)
+        raise damage(f"it claims {header['objects']} objects", where)
     if not np.isfinite(header["origin"]).all():
-        raise _damage("its origin is not finite", where)
+        raise damage("its origin is not finite", where)
     return header
 
 
-@dataclass(frozen=True)
-class _Blocks:
-    """The blocks of a file's bytes, each looked for before it is taken."""
-
-    data: bytes
-    offsets: np.void
-    where: str
-
-    def array(self, name: str, kind: Any, count: int, skip: int = 0) -> NDArray[Any]:
-        """``count`` items of a block, behind its first ``skip`` bytes."""
-        kind = np.dtype(kind)
-        begin = self._begin(name) + skip
-        self._check(name, begin, count * kind.itemsize)
-        return np.frombuffer(memoryview(self.data)[begin : begin + count * kind.itemsize], kind)
-
-    def raw(self, name: str, count: int, skip: int = 0) -> bytes:
-        """``count`` bytes of a block, behind its first ``skip``."""
-        begin = self._begin(name) + skip
-        self._check(name, begin, count)
-        return self.data[begin : begin + count]
-
-    def ascending(self, name: str, count: int, skip: int = 0) -> NDArray[np.int64]:
-        """(count + 1,) offsets that begin with 0 and never fall."""
-        offsets = self.array(name, "<u4", count + 1, skip).astype(np.int64)
-        if offsets[0] != 0 or (np.diff(offsets) < 0).any():
-            raise self.damage(f"the offsets of its {name} do not ascend from 0")
-        return offsets
-
-    def damage(self, what: str) -> UnreadablePvsError:
-        return _damage(what, self.where)
-
-    def _begin(self, name: str) -> int:
-        return int(self.offsets[name]) * _ALIGNED
-
-    def _check(self, name: str, begin: int, length: int) -> None:
-        if begin < _HEADER.itemsize or begin + length > len(self.data):
-            raise self.damage(f"its {name}, {length} bytes at {begin}, are not in the file")
+def _check_flags(header: np.void, where: str) -> None:
+    """Of version 2 slices and altitudes are not known; of this one each has a flag and a block."""
+    flags = int(header["flags"])
+    blocks = [bool(header["blocks"][name]) for name in ("slices", "altitudes")]
+    if flags & ~_KNOWN[int(header["version"])] or (header["version"] == _OLDEST and any(blocks)):
+        raise _unknown(f"what it holds besides cells and rows (flags {flags}) is", where)
+    if blocks != [bool(flags & _SLICES), bool(flags & _ALTITUDES)]:
+        raise damage("it does not say truly whether it has slices and altitudes", where)
 
 
-def _up(header: np.void, file: _Blocks) -> Axis:
+def _up(header: np.void, file: Blocks) -> Axis:
     axes: Sequence[Axis] = ("x", "y", "z")
     axis = int(header["flags"]) >> _UP & 3
     if axis >= len(axes):
@@ -276,14 +241,14 @@ def _up(header: np.void, file: _Blocks) -> Axis:
     return axes[axis]
 
 
-def _decode_order(file: _Blocks, objects: int) -> NDArray[np.int32]:
+def _decode_order(file: Blocks, objects: int) -> NDArray[np.int32]:
     order = file.array("order", "<u4", objects)
     if not np.array_equal(np.sort(order), np.arange(objects)):
         raise file.damage("the order of its objects does not name each once")
     return order.astype(np.int32)
 
 
-def _decode_cells(file: _Blocks, header: np.void) -> ViewCells:
+def _decode_cells(file: Blocks, header: np.void) -> ViewCells:
     stored = file.array("cells", "<f4", _CELL * int(header["cells"])).reshape(-1, _CELL)
     with np.errstate(invalid="ignore"):  # some kinds of NaN would be told
         numbers = stored.astype(np.float64)
@@ -311,7 +276,7 @@ def _counter_clockwise(corners: FloatArray) -> BoolArray:
     return np.asarray(ux * vy > uy * vx)
 
 
-def _check_grid(file: _Blocks, cells: int) -> None:
+def _check_grid(file: Blocks, cells: int) -> None:
     """The grid serves readers in place; here all cells are looked through."""
     (head,) = file.array("grid", _GRID, 1)
     tiles = int(head["shape"][0]) * int(head["shape"][1])
@@ -327,7 +292,7 @@ def _check_grid(file: _Blocks, cells: int) -> None:
         raise file.damage("the cells in a tile of its look-up grid do not ascend")
 
 
-def _decode_rows(file: _Blocks, count: int, objects: int) -> Rows:
+def _decode_rows(file: Blocks, count: int, objects: int) -> Rows:
     offsets = file.ascending("row_offsets", count)
     rows = Rows(file.raw("rows", int(offsets[-1])), offsets)
     try:
@@ -337,7 +302,7 @@ def _decode_rows(file: _Blocks, count: int, objects: int) -> Rows:
     return rows
 
 
-def _decode_names(file: _Blocks, objects: int) -> tuple[str, ...]:
+def _decode_names(file: Blocks, objects: int) -> tuple[str, ...]:
     """Empty ones where the file has none."""
     if not file.offsets["names"]:
         return ("",) * objects
@@ -355,7 +320,3 @@ def _unknown(what: str, where: str) -> UnreadablePvsError:
         where=where,
         remedy=f"write version {PVS_VERSION}, or use a newer release",
     )
-
-
-def _damage(what: str, where: str) -> UnreadablePvsError:
-    return UnreadablePvsError(what, where=where, remedy="copy or write it again")

@@ -10,7 +10,7 @@ import zlib
 
 import numpy as np
 
-from simplifier.geometry.pvs import UNKNOWN, Pvs, pack_rows
+from simplifier.geometry.pvs import NEVER, UNKNOWN, Altitudes, Pvs, Slices, pack_rows
 from simplifier.geometry.view_cells import ViewCells
 
 HEADER = 144
@@ -23,8 +23,17 @@ BLOCKS = {
 """Where the header says where each block begins."""
 
 
+SLICES = np.array([[3, 0, 0], [0, -2, 5], [-1, 0, 3], [0, 0, 0], [8, -7, 8]], np.int8)
+ALTITUDES = np.array(
+    [[NEVER, NEVER, 0, 2], [NEVER, 1, 2, NEVER], [0, 0, 0, 0], [0, NEVER, NEVER, NEVER]], np.uint16
+)
+
+
 def town(**changes):
-    """Two boxes, a prism and a cell that is not computed; four objects."""
+    """Two boxes, a prism and a cell that is not computed; four objects, in parts and by altitude.
+
+    From half up all of a cell's set is seen.
+    """
     cells = ViewCells.joined(
         ViewCells.boxes(
             np.array([[0.0, 0, 0], [1, 0, 0], [8, 8, 0]]),
@@ -39,6 +48,8 @@ def town(**changes):
         "order": np.array([3, 2, 1, 0], np.int32), "cells": cells, "rows": rows,
         "row_of": np.array([places[0], places[1], UNKNOWN, places[2]]), "method": "slice-wise",
         "conservative": True, "scene": b"town\0\0\0\0", "settings": bytes(range(8)),
+        "slices": Slices(np.array([0, 2, 4, 4, 5]), SLICES),
+        "altitudes": Altitudes(0.0, 0.25, ALTITUDES),
     }  # fmt: skip
     return Pvs(**{**members, **changes})
 
@@ -61,13 +72,17 @@ def block(data, name):
 
 
 DAMAGES = {
-    "another version": (lambda d: 8, struct.pack("<I", 3), "version 3 .* newer release"),
+    "another version": (lambda d: 8, struct.pack("<I", 4), "version 4 .* newer release"),
     "an old version": (lambda d: 8, struct.pack("<I", 1), "version 1 .* find the sets again"),
     "a flag of later": (lambda d: 12, struct.pack("<I", 1 | 8 | 16), "not known; .* newer release"),
-    "slices": (lambda d: BLOCKS["slices"], struct.pack("<I", 9), "not known; .* newer release"),
-    "altitudes": (lambda d: BLOCKS["altitudes"], struct.pack("<I", 9), "not known"),
-    "no up axis": (lambda d: 12, struct.pack("<I", 1 | 8 | 3 << 8), "up axis"),
-    "all computed": (lambda d: 12, struct.pack("<I", 1), "not say truly"),
+    "parts in an old version": (lambda d: 8, struct.pack("<I", 2), "not known; .* newer release"),
+    "blocks in an old version": (
+        lambda d: 8, struct.pack("<II", 2, 1 | 8 | 1 << 8), "not known; .* newer release",
+    ),
+    "no flag of slices": (lambda d: 12, struct.pack("<I", 1 | 4 | 8 | 1 << 8), "truly .* slices"),
+    "no altitudes": (lambda d: BLOCKS["altitudes"], struct.pack("<I", 0), "truly .* altitudes"),
+    "no up axis": (lambda d: 12, struct.pack("<I", 15 | 3 << 8), "up axis"),
+    "all computed": (lambda d: 12, struct.pack("<I", 7), "not say truly"),
     "a longer file": (lambda d: 16, struct.pack("<Q", 1 << 40), "should have 1099511627776 bytes"),
     "many objects": (lambda d: 24, struct.pack("<I", 2**32 - 1), "claims 4294967295 objects"),
     "more objects": (lambda d: 24, struct.pack("<I", 2**31 - 1), "not in the file"),
@@ -104,6 +119,40 @@ DAMAGES = {
     "a run beyond the objects": (lambda d: block(d, "rows") + 1, b"\x05", "longer than the 4"),
     "runs beyond the objects": (lambda d: block(d, "rows"), b"\x03\x02", "longer than the 4"),
     "an empty run": (lambda d: block(d, "rows") + 1, b"\x00", "run is empty"),
+    "no slices": (lambda d: block(d, "slices"), struct.pack("<I", 0), "a slice is none of 0"),
+    "many slices": (lambda d: block(d, "slices"), struct.pack("<I", 128), "is none of 128"),
+    "fewer slices": (lambda d: block(d, "slices"), struct.pack("<I", 7), "is none of 7"),
+    "slices that fall": (
+        lambda d: block(d, "slices") + 20, struct.pack("<I", 5), "slices do not ascend",
+    ),
+    "slices behind the end": (
+        lambda d: block(d, "slices") + 32, struct.pack("<I", 2**32 - 1), "not in the file",
+    ),
+    "slices of another cell": (
+        lambda d: block(d, "slices") + 20, struct.pack("<I", 1),
+        "slices of 1 objects in cell 0, which sees 2",
+    ),
+    "slices of a cell that is not computed": (
+        lambda d: block(d, "slices") + 28, struct.pack("<I", 5), "of 1 objects in cell 2",
+    ),
+    "nothing left of an object": (lambda d: block(d, "slices") + 36, b"\xf8", "none of 8"),
+    "no such slice": (lambda d: block(d, "slices") + 37, b"\x09", "none of 8"),
+    "a height from above": (lambda d: block(d, "slices") + 38, b"\xff", "none of 8"),
+    "slices that are not there": (
+        lambda d: BLOCKS["slices"], struct.pack("<I", 2**32 - 1), "not in the file",
+    ),
+    "altitudes of NaN": (
+        lambda d: block(d, "altitudes"), struct.pack("<f", np.nan), "altitudes begin at nan",
+    ),
+    "altitudes of no step": (
+        lambda d: block(d, "altitudes") + 4, struct.pack("<f", 0.0), "steps of 0.0",
+    ),
+    "altitudes of endless steps": (
+        lambda d: block(d, "altitudes") + 4, struct.pack("<f", np.inf), "steps of inf",
+    ),
+    "altitudes behind the end": (
+        lambda d: BLOCKS["altitudes"], struct.pack("<I", 2**32 - 1), "altitudes, .* not in the",
+    ),
     "names that begin late": (lambda d: block(d, "names"), struct.pack("<I", 1), "not ascend"),
     "names behind the end": (lambda d: block(d, "names") + 4, struct.pack("<I", 99), "not in the"),
     "a name that is no text": (lambda d: block(d, "names") + 10, b"\xff", "UTF-8"),

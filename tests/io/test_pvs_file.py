@@ -12,10 +12,20 @@ from hypothesis import strategies as st
 
 import simplifier
 from simplifier.errors import OutputError, UnreadablePvsError
-from simplifier.geometry.pvs import Rows, pack_rows
+from simplifier.geometry.pvs import Altitudes, Rows, Slices, pack_rows
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.io.pvs_file import decode_pvs, encode_pvs, load_pvs, save_pvs
-from tests.io.damaged_pvs import BLOCKS, DAMAGES, HEADER, block, patched, signed, town
+from tests.io.damaged_pvs import (
+    ALTITUDES,
+    BLOCKS,
+    DAMAGES,
+    HEADER,
+    SLICES,
+    block,
+    patched,
+    signed,
+    town,
+)
 from tests.strategies.visible_sets import visible_sets
 
 
@@ -28,6 +38,15 @@ def check_same(one, other):
         assert first.dtype == second.dtype
         assert np.array_equal(first, second), name
     assert np.array_equal(one.rows.offsets, other.rows.offsets)
+    for part, names in (("slices", "starts values"), ("altitudes", "values")):
+        first, second = getattr(one, part), getattr(other, part)
+        assert (first is None) == (second is None)
+        if first is not None:
+            for name in names.split():
+                assert np.array_equal(getattr(first, name), getattr(second, name)), name
+                assert getattr(first, name).dtype == getattr(second, name).dtype
+            for name in ("low", "step", "count"):
+                assert getattr(first, name, None) == getattr(second, name, None)
     for name in ("kinds", "low", "high", "corners"):
         first, second = getattr(one.cells, name), getattr(other.cells, name)
         assert first.dtype == second.dtype
@@ -54,12 +73,12 @@ def test_a_file_as_a_script_uses_it(tmp_path):
 def test_the_layout_is_as_the_docs_say():
     data = encode_pvs(town())
     assert data[:8] == b"\x89PVS\r\n\x1a\n"
-    assert struct.unpack_from("<IIQIIII", data, 8) == (2, 1 | 8 | 1 << 8, len(data), 4, 4, 3, 1)
+    assert struct.unpack_from("<IIQIIII", data, 8) == (3, 15 | 1 << 8, len(data), 4, 4, 3, 1)
     assert struct.unpack_from("<3d", data, 40) == (5e6, 2e6, 100.0)
     assert struct.unpack_from("<6f", data, 64) == (0.0, 0.0, 0.0, 9.0, 9.0, 3.0)
     assert data[124:140] == b"town\0\0\0\0" + bytes(range(8))
     starts = struct.unpack_from("<9I", data, 88)
-    assert starts[6:8] == (0, 0)
+    assert all(starts)
     assert starts[0] == HEADER // 16
     assert len(data) % 16 == 0
     assert struct.unpack_from("<4I", data, block(data, "order")) == (3, 2, 1, 0)
@@ -70,9 +89,27 @@ def test_the_layout_is_as_the_docs_say():
     assert struct.unpack_from("<4I", data, block(data, "row_of")) == (0, 1, 0xFFFFFFFF, 2)
     assert struct.unpack_from("<4I", data, block(data, "row_offsets")) == (0, 2, 4, 6)
     assert data[block(data, "rows") :][:6] == bytes([0, 2, 1, 2, 3, 1])
+    slices = block(data, "slices")
+    assert struct.unpack_from("<9I", data, slices) == (8, 0, 0, 0, 0, 2, 4, 4, 5)
+    assert struct.unpack_from("<15b", data, slices + 36) == (
+        0, -2, 5, 3, 0, 0,  # d before c, as the row names them
+        0, 0, 0, -1, 0, 3,
+        8, -7, 8,
+    )  # fmt: skip
+    altitudes = block(data, "altitudes")
+    assert struct.unpack_from("<2f2I", data, altitudes) == (0.0, 0.25, 0, 0)
+    assert struct.unpack_from("<4H", data, altitudes + 16) == (65535, 65535, 0, 2)
     names = block(data, "names")
     assert struct.unpack_from("<2I", data, names) == (0, 20)
     assert data[names + 8 : names + 28] == b"\0\1a\0\1b\0\7" + "Häuser".encode() + b"\3\3fen"
+
+
+def test_parts_are_left_out_where_there_are_none_and_an_older_version_is_read():
+    plain = town(slices=None, altitudes=None)
+    data = encode_pvs(plain)
+    assert struct.unpack_from("<II", data, BLOCKS["slices"]) == (0, 0)
+    assert struct.unpack_from("<I", data, 12) == (1 | 8 | 1 << 8,)
+    check_same(decode_pvs(patched(data, 8, struct.pack("<I", 2)), "old.pvs"), plain)
 
 
 def test_names_are_left_out_where_there_are_none():
@@ -113,6 +150,7 @@ def test_damage_under_a_right_checksum_is_refused_or_harmless(pvs, given_data):
         return
     for cell in range(len(found.cells)):
         assert found.visible(cell).shape == (len(found.names),)
+        assert found.drawn(cell).shape == (len(found.names), 3, 2)
     found.visible((0.0, 0.0, 0.0))
 
 
@@ -128,9 +166,9 @@ def test_each_damage_is_named(name):
 @pytest.mark.parametrize("value", [2**32 - 1, 2**31 - 1, 9])
 def test_a_header_alone_makes_no_room(place, value):
     data = bytearray(encode_pvs(town())[:HEADER])
-    data[12:16], data[16:24] = struct.pack("<I", 0), struct.pack("<Q", HEADER)
+    data[12:16], data[16:24] = struct.pack("<I", 6), struct.pack("<Q", HEADER)
     for offset in BLOCKS.values():
-        data[offset : offset + 4] = struct.pack("<I", 9 if offset not in (112, 116) else 0)
+        data[offset : offset + 4] = struct.pack("<I", 9)
     data[24:40] = bytes(16)
     data[place : place + 4] = struct.pack("<I", value)
     tracemalloc.start()
@@ -167,6 +205,27 @@ def test_what_the_format_has_no_room_for_is_refused(changes, tmp_path):
     with pytest.raises(OutputError, match="visible sets: the view cells reach"):
         save_pvs(town(**changes), tmp_path / "town.pvs")
     assert list(tmp_path.iterdir()) == []
+
+
+STARTS = np.array([0, 2, 4, 4, 5])
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"slices": Slices(STARTS, np.full((5, 3), -1, np.int8))}, "none of 8"),
+        ({"slices": Slices(STARTS, SLICES, 128)}, "none of 128"),
+        ({"slices": Slices(STARTS[:-1], SLICES)}, "slices of 3 cells and 5 objects"),
+        ({"slices": Slices(STARTS, SLICES[:4])}, "slices of 4 cells and 4 objects"),
+        ({"slices": Slices(np.array([0, 1, 4, 4, 5]), SLICES)}, "in cell 0, which sees 2"),
+        ({"altitudes": Altitudes(0.0, 0.0, ALTITUDES)}, "altitudes of 0.0 by 0.0"),
+        ({"altitudes": Altitudes(0.1, 1.0, ALTITUDES)}, "not float32"),
+        ({"altitudes": Altitudes(0.0, 1.0, ALTITUDES[:3])}, r"of shape \(3, 4\)"),
+    ],
+)
+def test_parts_that_do_not_fit_the_sets_are_refused(changes, said):
+    with pytest.raises(OutputError, match=said):
+        encode_pvs(town(**changes))
 
 
 def test_what_is_no_such_file_is_refused(tmp_path):

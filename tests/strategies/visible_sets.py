@@ -6,7 +6,17 @@ import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from simplifier.geometry.pvs import METHODS, UNKNOWN, Pvs, pack_rows
+from simplifier.geometry.pvs import (
+    METHODS,
+    NEVER,
+    SLICES,
+    UNKNOWN,
+    Altitudes,
+    Pvs,
+    Rows,
+    Slices,
+    pack_rows,
+)
 from simplifier.geometry.view_cells import ViewCells, signed_areas
 
 _ORIGINS = st.sampled_from([0.0, 0.1, -3.5, 4.2e6])
@@ -86,7 +96,29 @@ def visible_sets(draw: st.DrawFn) -> Pvs:
         draw(st.booleans()),
         random.bytes(8),
         random.bytes(8),
+        _slices(random, rows, row_of, objects) if draw(st.booleans()) else None,
+        _altitudes(random, (len(cells), objects)) if draw(st.booleans()) else None,
     )
+
+
+def _slices(
+    random: np.random.Generator, rows: Rows, row_of: NDArray[np.int64], objects: int
+) -> Slices:
+    counts = [0 if row == UNKNOWN else int(rows.row(row, objects).sum()) for row in row_of.tolist()]
+    starts = np.cumsum([0, *counts], dtype=np.int64)
+    count = int(random.choice([1, SLICES, 127]))
+    plan = random.integers(1 - count, count + 1, (starts[-1], 2))
+    height = random.integers(0, count + 1, (starts[-1], 1))
+    values = np.concatenate([plan, height], axis=1) * random.integers(0, 2, (starts[-1], 3))
+    return Slices(starts, values.astype(np.int8), count)
+
+
+def _altitudes(random: np.random.Generator, shape: tuple[int, int]) -> Altitudes:
+    values = np.where(
+        random.random(shape) < 0.3, random.choice([0, NEVER], shape), random.integers(0, 99, shape)
+    )
+    low, step = np.float32(random.choice([-7.0, 0.1, 0.0])), np.float32(random.choice([0.1, 1e-3]))
+    return Altitudes(float(low), float(step), values.astype(np.uint16))
 
 
 def _set(random: np.random.Generator, objects: int) -> NDArray[np.bool_]:

@@ -38,7 +38,55 @@ static void print_set(const visibility_file *file, uint32_t cell)
     free(objects);
 }
 
-static void print_point(const visibility_file *file, const double *world)
+/* Prints the slices of a cell, a sum of those that are drawn, and one of its altitudes. */
+static void print_parts(const visibility_file *file, uint32_t cell)
+{
+    uint32_t *objects = (uint32_t *)malloc((file->object_count + 1u) * sizeof *objects);
+    uint32_t place, visible, count, drawn[3][2], sum = 0, altitudes = 0;
+    const int8_t *all = visibility_cell_slices(file, cell, &count);
+    if (!objects)
+        exit(3);
+    visible = visibility_visible(file, cell, objects);
+    if (all ? count != visible : count != 0)
+        exit(9);
+    printf(all ? "slices" : "slices none");
+    for (place = 0; place < visible; ++place) {
+        const uint32_t object = objects[place];
+        const int8_t *slices = all ? all + 3 * (size_t)place : NULL;
+        uint32_t number;
+        if (place % 7 == 0 && visibility_slices(file, cell, object) != slices)
+            exit(10);
+        visibility_drawn(file, slices, drawn);
+        for (number = 0; number < 6; ++number)
+            sum += drawn[number / 2][number % 2] * (number + 1) * (object + 1);
+        if (slices)
+            printf(" %d %d %d", slices[0], slices[1], slices[2]);
+    }
+    for (place = 0; place < file->object_count; ++place)
+        altitudes += visibility_altitude(file, cell, place) * (place + 1);
+    printf("\ndrawn %lu %lu\n", (unsigned long)sum, (unsigned long)altitudes);
+    free(objects);
+}
+
+/* Prints how many objects are seen from a point over a cell, and a sum of them. */
+static void print_from(const visibility_file *file, uint32_t cell, const double *world)
+{
+    const size_t words = visibility_words(file);
+    uint64_t *bits = (uint64_t *)malloc((words ? words : 1) * sizeof *bits);
+    uint32_t object, count = 0, sum = 0;
+    if (!bits)
+        exit(3);
+    visibility_set_from(file, cell, world, bits);
+    for (object = 0; object < 64 * words; ++object)
+        if (bits[object / 64] >> object % 64 & 1) {
+            ++count;
+            sum += (object + 1) * (object + 1);
+        }
+    printf("from %u %lu\n", (unsigned)count, (unsigned long)sum);
+    free(bits);
+}
+
+static void print_point(const visibility_file *file, const double *world, uint32_t index)
 {
     uint32_t cells[MOST];
     const uint32_t count = visibility_cells_at(file, world, cells, MOST);
@@ -50,6 +98,7 @@ static void print_point(const visibility_file *file, const double *world)
     for (place = 0; place < count && place < MOST; ++place)
         printf(" %u", (unsigned)cells[place]);
     printf("\n");
+    print_from(file, count || !file->cell_count ? first : index % file->cell_count, world);
 }
 
 static void print(const visibility_file *file, const unsigned char *points, size_t size)
@@ -85,13 +134,20 @@ static void print(const visibility_file *file, const unsigned char *points, size
         free(name);
         free(half);
     }
+    printf("parts %u %d", (unsigned)file->slice_count, file->altitudes != NULL);
+    if (file->altitudes)
+        printf(" %.17g %.17g", visibility_height(file, 1), visibility_height(file, 65534));
+    printf("\n");
     print_set(file, VISIBILITY_NO_CELL);
-    for (index = 0; index < file->cell_count; ++index)
+    print_parts(file, VISIBILITY_NO_CELL);
+    for (index = 0; index < file->cell_count; ++index) {
         print_set(file, index);
-    for (at = 0; at < size; at += 3 * sizeof(double)) {
+        print_parts(file, index);
+    }
+    for (at = 0, index = 0; at < size; at += 3 * sizeof(double), ++index) {
         double world[3];
         memcpy(world, points + at, sizeof world);
-        print_point(file, world);
+        print_point(file, world, index);
     }
 }
 

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from simplifier.errors import UnreadablePvsError
-from simplifier.geometry.pvs import METHODS, Pvs, Rows
+from simplifier.geometry.pvs import METHODS, UNKNOWN, Pvs, Rows
 from simplifier.geometry.scene import axis_order
 from simplifier.io.pvs_file import decode_pvs, encode_pvs
 from tests.integrations.c.programs import CHECKED, compiled, printed
@@ -76,9 +76,57 @@ def check_told(lines: Sequence[str], pvs: Pvs, points: np.ndarray) -> None:
     everything = np.ones(len(pvs.names), bool)
     sets = [everything, *(pvs.visible(cell) for cell in range(len(pvs.cells)))]
     assert rest(lines, "set") == [words_of(one) for one in sets]
-    for line, point in zip(rest(lines, "at"), pvs.to_cells(points), strict=True):
+    check_parts(lines, pvs, sets[1:])
+    told = zip(rest(lines, "at"), rest(lines, "from"), pvs.to_cells(points), strict=True)
+    for index, (line, seen, point) in enumerate(told):
         cells = pvs.cells.containing(point).tolist()
         assert [int(word) for word in line.split()] == [len(cells), *cells[:4]]
+        seen_there = everything
+        if len(pvs.cells):
+            cell = cells[0] if cells else index % len(pvs.cells)
+            seen_there = seen_from(pvs, cell, sets[1 + cell], point[2])
+        objects = np.flatnonzero(seen_there) + 1
+        assert [int(word) for word in seen.split()] == [len(objects), summed(objects * objects)]
+
+
+def seen_from(pvs: Pvs, cell: int, visible: np.ndarray, height: float) -> np.ndarray:
+    """What is visible from a height over the plan of a cell, in it or not."""
+    if pvs.row_of[cell] == UNKNOWN:
+        return visible
+    inside = pvs.cells.low[cell, 2] <= height <= pvs.cells.high[cell, 2]
+    seen = visible if inside else np.ones_like(visible)
+    return seen if pvs.altitudes is None else seen & pvs.altitudes.seen(cell, height)
+
+
+def check_parts(lines: Sequence[str], pvs: Pvs, sets: Sequence[np.ndarray]) -> None:
+    """Slices and altitudes; the first line of each cell is of a place outside of all."""
+    slices, altitudes = pvs.slices, pvs.altitudes
+    (parts,) = rest(lines, "parts")
+    count, known, *heights = map(float, parts.split())
+    assert (count, known) == (0 if slices is None else slices.count, altitudes is not None)
+    if altitudes is not None:
+        ends = [altitudes.low + k * altitudes.step + pvs.origin[2] for k in (1, 65534)]
+        assert heights == pytest.approx(ends, rel=1e-14, abs=1e-14)
+    numbers = np.arange(1, len(pvs.names) + 1)
+    told, drawn = rest(lines, "slices")[1:], rest(lines, "drawn")[1:]
+    for cell, (line, sums) in enumerate(zip(told, drawn, strict=True)):
+        computed = pvs.row_of[cell] != UNKNOWN
+        if slices is None or not computed:
+            assert line == "none"
+        else:
+            whole = np.zeros((len(numbers), 3), int)
+            whole[sets[cell]] = slices.of(cell)
+            named = pvs.order[sets[cell][pvs.order]]
+            assert line.split() == [str(k) for k in whole[named].ravel().tolist()]
+        ranges = pvs.drawn(cell)[sets[cell]].reshape(-1, 6)
+        sum_of_ranges = (ranges * np.arange(1, 7)).sum(axis=1) @ numbers[sets[cell]]
+        of_cell = numbers * 0 if altitudes is None else altitudes.values[cell].astype(np.int64)
+        assert sums == f"{summed(sum_of_ranges)} {summed(of_cell * numbers) if computed else 0}"
+
+
+def summed(values: np.ndarray) -> int:
+    """As 32 bits hold it."""
+    return int(np.sum(values)) % 2**32
 
 
 @given(pvs=visible_sets(), seed=st.integers(0, 99))
@@ -133,7 +181,7 @@ def test_damage_is_refused(program: Path, name: str) -> None:
     data = encode_pvs(town())
     (lines,) = told(program, (patched(data, place(data), patch), b""))
     assert len(lines) == 1
-    other = name in ("another version", "an old version", "a flag of later", "slices", "altitudes")
+    other = "version" in name or name == "a flag of later"
     said = "another version" if other else "cut short" if name == "a longer file" else "damaged"
     assert said in lines[0]
 
@@ -171,12 +219,20 @@ def test_both_readers_refuse_the_same_under_a_right_checksum(program: Path) -> N
     assert 10 < taken < 1000
 
 
+def test_a_file_of_the_version_before_is_read(program: Path) -> None:
+    pvs = town(slices=None, altitudes=None)
+    data = patched(encode_pvs(pvs), 8, struct.pack("<I", 2))
+    points = world_points(pvs, 0)
+    (lines,) = told(program, (data, points.tobytes()))
+    check_told(lines, pvs, points)
+
+
 @pytest.mark.parametrize(
     ("run", "taken"), [(b"\x80\x80\x80\x80\0", True), (b"\x80" * 5 + b"\0", False)]
 )
 def test_a_length_may_have_five_bytes(program: Path, run: bytes, taken: bool) -> None:
     rows = Rows(run + b"\2\1\1", np.array([0, len(run) + 1, len(run) + 2, len(run) + 3]))
-    data = encode_pvs(town(rows=rows))
+    data = encode_pvs(town(rows=rows, slices=None))
     (lines,) = told(program, (data, b""))
     if taken:
         check_told(lines, decode_pvs(data, "town.pvs"), np.empty((0, 3)))
@@ -206,7 +262,8 @@ def test_names_are_utf_8_to_both_readers(program: Path) -> None:
 def test_more_objects_than_are_looked_at_together(program: Path) -> None:
     """The order is checked in parts; an object that stands twice is found in any of them."""
     count = 70_000
-    pvs = town(names=("",) * count, order=np.arange(count, dtype=np.int32)[::-1].copy())
+    order = np.arange(count, dtype=np.int32)[::-1].copy()
+    pvs = town(names=("",) * count, order=order, slices=None, altitudes=None)
     data = encode_pvs(pvs)
     begin = 16 * struct.unpack_from("<I", data, 88)[0]
     twice = [

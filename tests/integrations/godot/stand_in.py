@@ -121,6 +121,9 @@ class PackedByteArray(bytearray):
         assert 0 <= place <= len(self) - struct.calcsize(kind)
         return struct.unpack_from(kind, self, place)[0]
 
+    def decode_u16(self, place):
+        return self._decode("<H", place)
+
     def decode_u32(self, place):
         return self._decode("<I", place)
 

@@ -4,6 +4,7 @@ a stand-in for the language (:mod:`tests.integrations.godot.stand_in`), held to 
 from __future__ import annotations
 
 import re
+import struct
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +23,12 @@ FOLDER = ROOT / "integrations" / "godot"
 PvsFile = script(FOLDER / "pvs_file.gd")
 Culling = script(FOLDER / "pvs_culling.gd", preload=lambda name: script(FOLDER / name))
 
-HARMLESS = ("all computed", "another box")
+HARMLESS = (
+    "all computed", "another box", "no slices", "many slices", "fewer slices", "slices that fall",
+    "slices behind the end", "slices of another cell", "slices of a cell that is not computed",
+    "nothing left of an object", "no such slice", "a height from above",
+    "slices that are not there",
+)  # fmt: skip
 """Damages to figures that the script makes no use of."""
 
 
@@ -58,7 +64,11 @@ def test_cells_and_sets_are_those_of_the_library(pvs, seed):
     for point, upright in zip(world.tolist(), pvs.to_cells(world), strict=True):
         x, y, z = point
         cells = pvs.cells.containing(upright).tolist()
-        assert reader.cell_at(Vector3(x=x, y=y, z=z)) == (cells[0] if cells else reader.NO_CELL)
+        place = Vector3(x=x, y=y, z=z)
+        assert reader.cell_at(place) == (cells[0] if cells else reader.NO_CELL)
+        if len(cells) == 1:  # where there are more the library joins them
+            seen = reader.seen_from_level(cells[0], reader.level_of(place))
+            assert list(seen) == pvs.visible(point).astype(int).tolist()
 
 
 @pytest.mark.parametrize("point", [(1e300, 0, 0), (np.inf, 0, 0), (0, np.nan, 0)])
@@ -95,7 +105,8 @@ def test_every_truncation_and_flipped_bit_is_refused():
 
 NAMES = ("a", "b", "c.d", "e")
 CELL, OTHER, AWAY = (2e6 + 0.5, 100.5, 5e6 + 0.5), (2e6 + 0.5, 100.5, 5e6 + 2.5), (0.0, 0.0, 0.0)
-"""Places in the first cell, which sees c.d and e; in the second, which sees b and c.d; in none."""
+"""Places in the first cell, which sees c.d and e; in the second, which sees b and c.d; in none.
+The first two are just high enough for that."""
 
 
 class Stage:
@@ -140,6 +151,27 @@ def test_nodes_are_shown_and_hidden_when_the_cell_changes(tmp_path):
     assert shown(nodes) == [1, 1, 1, 1]
     stage.look_from(CELL)
     assert shown(nodes) == [0, 0, 1, 1]
+
+
+def test_what_is_seen_from_higher_up_only_is_shown_there(tmp_path):
+    """In the first cell e is seen from half up."""
+    nodes = flat()
+    stage = Stage(tmp_path, *nodes)
+    x, _, z = CELL
+    for height, expected in ((0.49, [0, 0, 1, 0]), (0.5, [0, 0, 1, 1]), (0.1, [0, 0, 1, 0])):
+        stage.look_from((x, 100.0 + height, z))
+        assert shown(nodes) == expected
+    before = [node.changes for node in nodes]
+    stage.look_from((x, 100.12, z))
+    assert [node.changes for node in nodes] == before
+
+
+def test_a_file_of_the_version_before_is_read(tmp_path):
+    data = encode_pvs(town(names=NAMES, slices=None, altitudes=None))
+    nodes = flat()
+    stage = Stage(tmp_path, *nodes, data=patched(data, 8, struct.pack("<I", 2)))
+    stage.look_from(CELL)
+    assert (shown(nodes), LOG) == ([0, 0, 1, 1], [])
 
 
 def test_a_node_stays_with_what_is_below_it(tmp_path):

@@ -211,6 +211,7 @@ def pvs_show(
     """Tell what a file of visible sets holds, or what may be seen from a point."""
 
     def run() -> None:
+        from simplifier.cli.pvs_parts import parts_of, parts_rows
         from simplifier.io.pvs_file import load_pvs
 
         held = load_pvs(file)
@@ -227,6 +228,7 @@ def pvs_show(
                 ("sets", f"{len(held.rows):,} different ones, {len(held.rows.data):,} bytes"),
                 ("method", f"{held.method}, {kind}"),
                 ("up axis", held.up),
+                *parts_rows(held),
             ]
             if done:
                 rows.append(("culled", f"{100.0 * _culled(held):.2f} % of the objects in the mean"))
@@ -237,7 +239,8 @@ def pvs_show(
         seen = held.visible(point)
         where = f"in cell {', '.join(map(str, cells))}" if cells else "outside of all cells"
         print_text(f"{at} is {where}: {int(seen.sum()):,} of {len(seen):,} objects may be visible")
-        names = [name for name, visible in zip(held.names, seen, strict=True) if visible]
+        told = map("".join, zip(held.names, parts_of(held, cells), strict=True))
+        names = [name for name, visible in zip(told, seen, strict=True) if visible]
         for name in names[:_SOME]:
             print_text(f"  {name}")
         if len(names) > _SOME:

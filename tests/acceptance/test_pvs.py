@@ -14,6 +14,7 @@ from simplifier.geometry.pvs import pack_rows
 from simplifier.geometry.view_cells import BOX, PRISM
 from simplifier.io.pvs_file import save_pvs
 from simplifier.io.scene_writer import write_scene
+from tests.io.damaged_pvs import town as made_town
 
 
 @pytest.fixture(scope="module")
@@ -215,6 +216,22 @@ def test_a_bad_point_is_refused(command, town, cells, tmp_path):
         status, _, errors = command("pvs-show", file, "--at", text)
         assert status == 2
         assert "give X,Y,Z" in errors
+
+
+def test_slices_and_altitudes_of_a_point_are_shown(command, tmp_path):
+    file = tmp_path / "made.pvs"
+    save_pvs(made_town(), file)
+    status, told, _ = command("pvs-show", file)
+    assert status == 0
+    assert "60.0 % of what is visible is drawn in part" in told
+    assert "steps of 0.25, from 100 up" in told
+    status, told, _ = command("pvs-show", file, "--at", "2000000.5,101,5000000.5")
+    assert "2 of 4 objects may be visible" in told
+    assert "Häuser: slices z 1 to 3 of 8\n" in told
+    assert "Häfen: slices x 3 to 8 and y 5 to 8 of 8; seen from 100.5 up\n" in told
+    status, told, _ = command("pvs-show", file, "--at", "2000000.5,100.4,5000000.5")
+    assert "1 of 4 objects may be visible" in told
+    assert "Häfen" not in told
 
 
 def test_strong_occluders_find_sets_of_their_own(command, town, cells, tmp_path):

@@ -70,7 +70,8 @@ class CheckOptions:
 
 @dataclass(frozen=True)
 class Leak:
-    """An object that a viewpoint of the cell certainly sees, and that is not in the cell's set.
+    """An object that a viewpoint of the cell certainly sees, and that is not in the cell's set, or
+    has an altitude above the viewpoint.
 
     ``viewpoint``  x, y, z in the world; ``direction`` a unit vector from there: along a line of the
                    plan over whatever height shows the object, or through a pixel that shows it.
@@ -178,7 +179,11 @@ def check_pvs(
         if cancel is not None and cancel.is_set():
             break
         tell(done / count)
-        rows.append(judge.row(cell, viewpoints(pvs.cells, cell, options.views, generator)))
+        places = viewpoints(pvs.cells, cell, options.views, generator)
+        if pvs.altitudes is not None:  # upper edges alone would not tell whether these are right
+            heights = pvs.cells.low[cell, 2], pvs.cells.high[cell, 2]
+            places[1::2, 2] = generator.uniform(*heights, len(places[1::2]))
+        rows.append(judge.row(cell, places))
     if not rows:
         raise CancelledError("cancelled before the first cell was checked")
     tell(len(rows) / count)
@@ -248,6 +253,7 @@ class _Judge:
                 for index in np.flatnonzero(shown & ~visible & ~seen).tolist()
             ]
             seen |= shown
+        leaks += self._early_leaks(cell, places, ~np.isnan(found) & visible, found)
         begin = int(pvs.row_of[cell])
         size = int(pvs.rows.offsets[begin + 1] - pvs.rows.offsets[begin])
         proven = int(np.count_nonzero(seen & visible))
@@ -261,6 +267,21 @@ class _Judge:
         assert self._prisms is not None
         eyes = eyes - self._prisms.origin
         return seen_from(self._prisms, eyes, options.azimuths, margin=options.margin)
+
+    def _early_leaks(
+        self, cell: int, places: FloatArray, seen: BoolArray, towards: FloatArray
+    ) -> list[Leak]:
+        """The objects that a place sees (k, n) from below their altitude."""
+        altitudes = self._pvs.altitudes
+        if altitudes is None:
+            return []
+        early = seen.copy()
+        for view, height in enumerate(places[:, 2].tolist()):
+            early[view] &= ~altitudes.seen(cell, height)
+        return [
+            self._leak(cell, index, place, self._towards(towards[view, index]), "line")
+            for index, view, place in _first(early, np.asarray(early.any(axis=0)), places)
+        ]
 
     def _picture_places(self, cell: int, places: FloatArray) -> FloatArray:
         """Of the places those for pictures, upper corners first, a little within the cell."""

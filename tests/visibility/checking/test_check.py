@@ -10,7 +10,7 @@ import pytest
 
 from bench.visibility_city import generated_city, scene_of_boxes, street_cells
 from simplifier.errors import CancelledError, OptionError, SceneError
-from simplifier.geometry.pvs import UNKNOWN, Pvs, pack_rows
+from simplifier.geometry.pvs import NEVER, UNKNOWN, Altitudes, Pvs, pack_rows
 from simplifier.geometry.scene import Scene, axis_order
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.visibility.checking.check import CheckOptions, check_pvs, viewpoints
@@ -83,6 +83,27 @@ def test_one_object_that_is_missing_is_named_with_a_line_that_shows_it(city):
     assert (cells.low[2] <= leak.viewpoint).all()
     assert (leak.viewpoint <= cells.high[2]).all()
     assert _meets(scene, missing, leak)
+
+
+def test_an_altitude_that_is_too_high_is_found_from_below_it():
+    """From x = 0 at 7 / 3 a line over the wall's top, at x = 5, meets the tower's, at x = 20."""
+    boxes = np.array([
+        [[5.0, -900, 0], [6, 900, 3]], [[20, -1, 0], [21, 1, 5]], [[-9, -9, 0], [-8, 9, 9]],
+    ])  # fmt: skip
+    scene = scene_of_boxes(boxes, ["wall", "tower", "behind"])
+    cells = ViewCells.boxes(np.array([[0.0, 0, 0]]), np.array([[1.0, 1, 4]]))
+    sets = pvs_of(scene, cells, everything(scene, cells))
+    leaks = {}
+    for altitude in (0, 233, 300, NEVER):
+        values = np.array([[0, altitude, 0]], np.uint16)
+        low, step = 0.0, float(np.float32(0.01))
+        pvs = replace(sets, altitudes=Altitudes(low, step, values))
+        leaks[altitude] = check_pvs(scene, pvs, replace(FEW, views=200)).leaks
+    assert (leaks[0], leaks[233]) == ((), ())
+    for altitude, top in ((300, 3.0), (NEVER, 4.0)):
+        (leak,) = leaks[altitude]
+        assert (leak.name, leak.proof) == ("tower", "line")
+        assert 7 / 3 < leak.viewpoint[2] <= top
 
 
 def _meets(scene, index, leak):

@@ -71,6 +71,25 @@ static uint32_t ask_one(bench *on, size_t index)
     return (uint32_t)visibility_is_visible(&on->file, some_cell(on, index), object);
 }
 
+static uint32_t write_from(bench *on, size_t index)
+{
+    visibility_set_from(
+        &on->file, some_cell(on, index), on->world + 3 * (index % on->points), on->bits);
+    return (uint32_t)on->bits[0];
+}
+
+static uint32_t read_slices(bench *on, size_t index)
+{
+    const uint32_t cell = some_cell(on, index);
+    uint32_t count, place, drawn[3][2], sum = visibility_visible(&on->file, cell, on->objects);
+    const int8_t *slices = visibility_cell_slices(&on->file, cell, &count);
+    for (place = 0; place < count; ++place) {
+        visibility_drawn(&on->file, slices + 3 * (size_t)place, drawn);
+        sum += drawn[0][1] + drawn[1][0] + drawn[2][0];
+    }
+    return sum;
+}
+
 static void time_task(bench *on, uint32_t (*task)(bench *, size_t), const char *what)
 {
     volatile uint32_t sum = 0;
@@ -99,6 +118,8 @@ int main(int count, char **names)
     time_task(&on, find_cell, "find the cell of a point");
     time_task(&on, write_bits, "write a set as bits");
     time_task(&on, write_list, "write a set as a list");
+    time_task(&on, write_from, "write what is seen from a height");
+    time_task(&on, read_slices, "write a list, with the slices to draw");
     time_task(&on, ask_one, "ask for one object");
     return 0;
 }

@@ -1,8 +1,9 @@
 """The C reader of visible sets, timed: ``python -m bench.visibility_reader``.
 
 A file of 1,000 cells and 11,700 objects, of which 300 are visible from each cell: in runs, as an
-order of near objects gives them, and scattered, the worst that an order can be.  Targets: a cell is
-found within a microsecond and a set written within five.
+order of near objects gives them, and scattered, the worst that an order can be.  Each object has
+an altitude in each cell, and slices where it is visible.  Targets: a cell is found within a
+microsecond and a set written within five.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.record import Row
-from simplifier.geometry.pvs import Pvs, pack_rows
+from simplifier.geometry.pvs import SLICES, Altitudes, Pvs, Slices, pack_rows
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.io.pvs_file import save_pvs
 
@@ -64,7 +65,17 @@ def made_sets(cells: int, objects: int, visible: int, run: int) -> Pvs:
         "z", np.zeros(3), tuple(f"object {index}" for index in range(objects)),
         random.permutation(objects).astype(np.int32), boxes,
         rows, row_of, "cull-map", True, bytes(8), bytes(8),
+        Slices(visible * np.arange(cells + 1), _values(random, cells * visible)),
+        Altitudes(0.0, 0.125, random.integers(0, 99, (cells, objects)).astype(np.uint16)),
     )  # fmt: skip
+
+
+def _values(random: np.random.Generator, count: int) -> NDArray[np.int8]:
+    """(count, 3) slices: the box that is hidden is at either end of one of both axes."""
+    values = random.integers(1 - SLICES, SLICES, (count, 3))
+    values[:, 2] = np.abs(values[:, 2])
+    values[np.arange(count), random.integers(0, 2, count)] = 0
+    return values.astype(np.int8)
 
 
 def _some(random: np.random.Generator, objects: int, visible: int, run: int) -> NDArray[np.bool_]:

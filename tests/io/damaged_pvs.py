@@ -136,6 +136,7 @@ DAMAGES = {
         lambda d: block(d, "slices") + 28, struct.pack("<I", 5), "of 1 objects in cell 2",
     ),
     "nothing left of an object": (lambda d: block(d, "slices") + 36, b"\xf8", "none of 8"),
+    "nothing left along y": (lambda d: block(d, "slices") + 37, b"\xf8", "none of 8"),
     "no such slice": (lambda d: block(d, "slices") + 37, b"\x09", "none of 8"),
     "a height from above": (lambda d: block(d, "slices") + 38, b"\xff", "none of 8"),
     "slices that are not there": (

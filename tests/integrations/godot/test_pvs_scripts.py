@@ -26,7 +26,7 @@ Culling = script(FOLDER / "pvs_culling.gd", preload=lambda name: script(FOLDER /
 HARMLESS = (
     "all computed", "another box", "no slices", "many slices", "fewer slices", "slices that fall",
     "slices behind the end", "slices of another cell", "slices of a cell that is not computed",
-    "nothing left of an object", "no such slice", "a height from above",
+    "nothing left of an object", "nothing left along y", "no such slice", "a height from above",
     "slices that are not there",
 )  # fmt: skip
 """Damages to figures that the script makes no use of."""

@@ -65,7 +65,7 @@ def pvs(
         from simplifier.io.pvs_file import load_pvs, save_pvs
         from simplifier.visibility.find import find_pvs
         from simplifier.visibility.placing.cells import load_cells, place_cells
-        from simplifier.visibility.placing.terrain_cells import place_on_terrain
+        from simplifier.visibility.placing.terrain_cells import place_columns, place_on_terrain
 
         options: PvsOptions = read_options(PvsOptions, chosen)
         elevation: ElevationOptions = read_options(ElevationOptions, chosen)
@@ -88,6 +88,8 @@ def pvs(
                 placing = cast("Placing", cells)
                 if terrain is None:
                     where = place_cells(upright, placing, options)
+                elif options.method == "voxel-column":
+                    where = place_columns(terrain, upright, placing, options)
                 else:
                     where = place_on_terrain(terrain, upright, placing, options)
                 options = replace(options, skip_buried=True)  # no user placed them there

@@ -13,7 +13,7 @@ SEE_THROUGH_HELP = (
     " keep."
 )
 
-Method = Literal["auto", "cull-map", "slice-wise", "strong"]
+Method = Literal["auto", "cull-map", "slice-wise", "voxel-column", "strong"]
 Fill = Literal["outside", "viewers"]
 Backend = Literal["cpu", "opengl"]
 
@@ -24,15 +24,17 @@ class PvsOptions(OptionSet):
 
     ``method``       "cull-map", shadows of all that stands on the ground, fused; "slice-wise",
                      planes through whatever is closed or flat, for rooms and all else that has no
-                     one height, in voxels of a fifth of the epsilon; "strong", what one convex
-                     occluder hides by itself, of any scene, best from cells smaller than the
-                     occluders; "auto" is the first.
+                     one height, in voxels of a fifth of the epsilon; "voxel-column", of elevation
+                     models, the altitude over each tile from which each other one is seen;
+                     "strong", what one convex occluder hides by itself, of any scene, best from
+                     cells smaller than the occluders; "auto" is the first.
     ``cell_size``    edge of a cell in plan; smaller ones have smaller sets, and there are more.
     ``eye_height``   of the top of a cell over the ground: viewers are no higher.
     ``epsilon``      half the length of a cell's edge that one point on it stands for; occluders
                      are shrunk by so much along it, and by a fifth of it to all sides; what is left
                      is looked for again with a fifth of it along the edge as well.  Less shows less
-                     that is hidden, and takes longer.  None is half the cell size.
+                     that is hidden, and takes longer.  None is half the cell size, and one
+                     post of an elevation model by voxel columns, whose epsilon is whole posts.
     ``backend``      what draws cull maps; both are conservative.  On graphics hardware ``opengl``
                      draws without the processor; it does not look again, so that its sets are
                      about a tenth larger.
@@ -46,8 +48,9 @@ class PvsOptions(OptionSet):
 
     method: Method = option(
         "auto",
-        "How sets are found: auto, cull-map, slice-wise (rooms, bridges: all of 3D), or strong (one"
-        " convex occluder hides an object).",
+        "How sets are found: auto, cull-map, slice-wise (rooms, bridges: all of 3D), voxel-column"
+        " (elevation models: from over each tile), or strong (one convex occluder hides an"
+        " object).",
     )
     cell_size: float = option(
         10.0, "Edge of a view cell in plan, in the scene's units.", above=0.0, unit="world units"

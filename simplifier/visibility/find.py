@@ -18,6 +18,7 @@ from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.simplify import Axis
 from simplifier.options.visibility import PvsOptions
 from simplifier.progress import Cancel, Deadline, TellCount
+from simplifier.visibility.columns.by_voxel_columns import by_voxel_columns
 from simplifier.visibility.cull_maps.by_cull_maps import by_cull_maps
 from simplifier.visibility.cull_maps.cull_map import CullMaps
 from simplifier.visibility.known import Known, altitudes_of, kept, known_of, slices_of
@@ -34,6 +35,7 @@ METHODS: dict[str, Method] = {
     "auto": by_cull_maps,
     "cull-map": by_cull_maps,
     "slice-wise": by_slices,
+    "voxel-column": by_voxel_columns,
     "strong": by_strong_occluders,
 }
 
@@ -127,6 +129,8 @@ def settings_digest(options: PvsOptions) -> bytes:
         kept += (options.backend,)
     if options.method == "slice-wise":
         kept = (_FORMAT, options.method, options.reach, options.up)
+    if options.method == "voxel-column":
+        kept = (_FORMAT, options.method, options.epsilon)
     if options.method == "strong":
         kept = (_FORMAT, options.method, options.up, options.ground)
     return bytes(hashlib.blake2b(repr(kept).encode(), digest_size=8).digest())

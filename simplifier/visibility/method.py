@@ -86,8 +86,8 @@ class Sight:
 Method = Callable[[Task], AbstractContextManager[Sight]]
 
 
-def check_plain(task: Task, what: str) -> None:
-    """Raise :class:`OptionError` for terrains and options that only cull maps have.
+def check_processor(task: Task, what: str) -> None:
+    """Raise :class:`OptionError` for options that only cull maps have.
 
     ``what``  that has none, in the plural.
     """
@@ -98,10 +98,15 @@ def check_plain(task: Task, what: str) -> None:
             f"{what} have no --{name}", where="method",
             remedy=f"leave --{name} out, or choose --method cull-map",
         )  # fmt: skip
+
+
+def check_plain(task: Task, what: str) -> None:
+    """As :func:`check_processor`, and for terrains."""
+    check_processor(task, what)
     if task.terrain is not None:
         raise OptionError(
             f"a terrain has one height at each place, and no {what}", where="method",
-            remedy="leave --method out, or choose --method cull-map",
+            remedy="leave --method out, or choose --method cull-map or voxel-column",
         )  # fmt: skip
 
 

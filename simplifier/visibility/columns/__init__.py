@@ -1,0 +1,1 @@
+"""Least altitudes over the tiles of a terrain from which others are seen."""

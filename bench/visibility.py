@@ -8,6 +8,8 @@
     lyon   the same as city, for street cells of a part of Lyon on a slope; needs the shared assets
     rooms  walkable cells of 1 m on all floors of three shared interiors, by slices; needs the
            shared assets.  Only when asked for
+    terrain  columns over the tiles of a shared elevation model: by sweeps, as published, and by
+           cull maps, beside lines of sight all around.  Only when asked for
     shrinking  three ways to shrink occluders: the sets they give, seconds, and memory beside them
     strong  the tables of the paper on strong occluders, beside what it prints: strong_city (its 1
            and 2), strong_ranks (3), strong_levels (4) and strong_spheres (5)
@@ -34,6 +36,7 @@ from bench.visibility_rooms import rooms_rows
 from bench.visibility_shrinking import shrinking_rows
 from bench.visibility_strong import city_rows as strong_city_rows
 from bench.visibility_strong import level_rows, rank_rows, sphere_rows
+from bench.visibility_terrain import terrain_rows
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.pvs import Pvs
 from simplifier.geometry.view_cells import ViewCells
@@ -48,7 +51,7 @@ from simplifier.visibility.placing.cells import place_cells
 RESULTS = Path("bench/results")
 STRONG = ("strong_city", "strong_ranks", "strong_levels", "strong_spheres")
 TABLES = ("city", "cells", "lyon", "shrinking", *STRONG)
-ALL = (*TABLES, "rooms", "check")
+ALL = (*TABLES, "rooms", "terrain", "check")
 LYON = Path("../shared/assets/city_lyon_buildings.glb")
 EPSILONS = (5.0, 2.5)
 CELLS = 1000
@@ -222,6 +225,7 @@ def main(words: Sequence[str] | None = None) -> None:
         "strong_spheres": sphere_rows,
         "check": check_rows,
         "rooms": rooms_rows,
+        "terrain": terrain_rows,
     }
     for name in {None: TABLES, "strong": STRONG}.get(only, (only,)):
         rows = []

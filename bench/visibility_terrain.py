@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.meshes import ASSETS
 from bench.record import Row
-from bench.voxel_columns import plans_of, published_sets
+from bench.voxel_columns import published_sets
 from simplifier.camera_paths.columns import UprightScene
-from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.io.elevation import load_elevation
@@ -28,6 +28,8 @@ JACKSBORO = ASSETS / "dem_jacksboro_344x403_int16.npy"
 SPACING = (74.40, 92.67)
 _INNER = 4  # posts between two viewpoints within a column; on its border it is one
 _WITHIN = 1e-6  # of the terrain, by which viewpoints keep away from its border
+
+Places = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,7 @@ def terrain_rows(
     path: Path = JACKSBORO,
     tile: int = 16,
     eye: float = 2.0,
-    checked: int = 60,
+    checked: int = 40,
     azimuths: int = 720,
     forms: Forms | None = None,
 ) -> Iterator[Row]:
@@ -93,7 +95,7 @@ def sampled(
 
 
 def _judged(
-    terrain: Terrain, upright: UprightScene, cells: ViewCells, options: PvsOptions, lots: IntArray,
+    terrain: Terrain, upright: UprightScene, cells: ViewCells, options: PvsOptions, lots: Places,
     seen: BoolArray,
 ) -> Row:  # fmt: skip
     begin, processor = time.perf_counter(), time.process_time()
@@ -105,22 +107,23 @@ def _judged(
 
 
 def _published(
-    terrain: Terrain, upright: UprightScene, cells: ViewCells, lots: IntArray, seen: BoolArray,
-    step: int,
+    terrain: Terrain, upright: UprightScene, cells: ViewCells, lots: Places,
+    seen: BoolArray, step: int,
 ) -> Row:  # fmt: skip
     """The published form, from the columns by lot alone."""
     posts = SweepPosts.of(terrain, 1)
-    plans = plans_of(posts)
-    rows = terrain.numbers.shape[1]
-    numbers = np.array([terrain.numbers[i // rows, rows - 1 - i % rows] for i in range(len(plans))])
-    tops: FloatArray = np.floor(cells.high[:, 2] + upright.origin[2])
-    published_sets(posts, tops[numbers][:, None].astype(np.int64), numbers[:0].astype(int), step)
+    columns, rows = terrain.numbers.shape
+    # Plans are counted by column from the south, cells by column from the north.
+    plan_of = np.arange(columns * rows).reshape(columns, rows)[:, ::-1].ravel()
+    numbers = terrain.numbers[:, ::-1].ravel()
+    tops = np.floor(cells.high[plan_of, 2] + upright.origin[2]).astype(np.int64)[:, None]
+    published_sets(posts, tops, plan_of[:0], step)  # compiles it
     begin, processor = time.perf_counter(), time.process_time()
-    places = np.argsort(numbers)[lots]
-    found = published_sets(posts, tops[numbers][:, None].astype(np.int64), places, step)[:, :, 0]
+    found = published_sets(posts, tops, plan_of[lots], step)[:, :, 0]
     share = len(lots) / len(cells)
     seconds, processor = time.perf_counter() - begin, time.process_time() - processor
-    sets = found[:, np.argsort(numbers)]
+    sets = np.empty_like(found)
+    sets[:, numbers] = found
     return {"seconds": seconds / share, "processor_seconds": processor / share,
             "hidden": 1.0 - sets.mean(), **_beside(sets, seen)}  # fmt: skip
 

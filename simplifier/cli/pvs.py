@@ -19,6 +19,7 @@ from simplifier.options.simplify import Transparent
 from simplifier.options.visibility import SEE_THROUGH_HELP, ElevationOptions, PvsOptions
 
 if TYPE_CHECKING:
+    from simplifier.camera_paths.columns import UprightScene
     from simplifier.geometry.pvs import Pvs
     from simplifier.geometry.scene import Scene
     from simplifier.visibility.find import Found
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 PvsFile = Annotated[Path, typer.Argument(help="What 'occluder pvs' wrote.")]
 SeenThrough = Annotated[Transparent, typer.Option(help=SEE_THROUGH_HELP)]
 _SOME = 40  # names that are shown of a set
+_DRAWN = ("auto", "cull-map", "voxel-column")
 
 
 @with_options(PvsOptions, ElevationOptions)
@@ -44,7 +46,9 @@ def pvs(
     report: Annotated[Path | None, typer.Option(help="Write the figures as JSON.")] = None,
     pictures: Annotated[
         Path | None,
-        typer.Option(help="Draw plans of three sets, a cull map and all cells into this folder."),
+        typer.Option(
+            help="Draw plans of sets, a cull map or horizons, and all cells into this folder."
+        ),
     ] = None,
     debug: Debug = False,
     **chosen: Any,
@@ -73,10 +77,10 @@ def pvs(
             options = replace(options, up="z")
         check_output(scene, output, "the sets")
         check_extras(report, pictures)
-        if pictures is not None and options.method not in ("auto", "cull-map"):
+        if pictures is not None and options.method not in _DRAWN:
             raise OptionError(
-                "only cull maps are drawn", where="pictures",
-                remedy="leave --pictures out, or choose --method cull-map",
+                "only cull maps and voxel columns are drawn", where="pictures",
+                remedy="leave --pictures out, or choose --method cull-map or voxel-column",
             )  # fmt: skip
         with interrupts() as listening:
             before = load_pvs(output) if output.exists() else None
@@ -104,14 +108,25 @@ def pvs(
                 figures = _figures(found)
                 if report is not None:
                     report.write_text(json.dumps(figures, indent=2) + "\n")
-                if pictures is not None and found.maps is not None:
-                    from simplifier.visibility.pictures.pictures import set_pictures
-
-                    _write(pictures, set_pictures(upright, found.pvs, found.maps, scene.name))
+                if pictures is not None:
+                    _write(pictures, _drawn(upright, found, scene.name))
                 warnings = [*read.warnings, *found.warnings]
                 print_rows(str(output), _summary_rows(figures, output), warnings)
 
     run_guarded(run, debug=debug)
+
+
+def _drawn(upright: UprightScene, found: Found, name: str) -> dict[str, bytes]:
+    """The pictures of sets, by the names of their files."""
+    from simplifier.visibility.pictures.horizons_picture import horizons_picture
+    from simplifier.visibility.pictures.pictures import cells_picture, set_pictures
+
+    if found.maps is not None:
+        return set_pictures(upright, found.pvs, found.maps, name)
+    return {
+        "horizons.png": horizons_picture(upright, found.pvs, name),
+        "cells.png": cells_picture(found.pvs, name, upright),
+    }
 
 
 def _write(folder: Path, files: Mapping[str, bytes]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 
+import cv2
 import numpy as np
 import pytest
 
@@ -37,6 +38,21 @@ def test_a_ridge_hides_more_from_lower_altitudes(command, tmp_path):
     assert "voxel-column, conservative" in command("pvs-show", file)[1]
 
 
+def test_the_horizons_of_a_column_are_drawn(command, tmp_path):
+    dem, folder = ridge(tmp_path), tmp_path / "pictures"
+    assert command("pvs", dem, "-o", tmp_path / "ridge.pvs", *COLUMNS, "--pictures", folder)[0] == 0
+    assert sorted(one.name for one in folder.iterdir()) == ["cells.png", "horizons.png"]
+    image = cv2.imread(str(folder / "horizons.png"))[..., ::-1].astype(int)
+    plan = image[: int(0.8 * len(image))]
+    cell = (np.abs(plan - (181, 0, 79)) <= 2).all(axis=2)
+    assert cell.sum() > 1000
+    # Bright is what is seen from the ground, on the column's side of the ridge.
+    bright = plan.min(axis=2) > 200
+    sides = [bright[:, half].mean() for half in np.array_split(np.arange(plan.shape[1]), 2)]
+    column = np.argwhere(cell)[:, 1].mean() / plan.shape[1]
+    assert sides[int(column > 0.5)] > sides[int(column < 0.5)]
+
+
 def test_a_hole_is_told_and_its_tile_always_visible(command, tmp_path):
     dem, file = ridge(tmp_path, [(5, 60), (6, 60)]), tmp_path / "ridge.pvs"
     status, told, errors = command("pvs", dem, "-o", file, *COLUMNS)
@@ -53,7 +69,6 @@ def test_a_hole_is_told_and_its_tile_always_visible(command, tmp_path):
     [
         (("--cells", "triangles"), "choose walkable or grid"),
         (("--fill", "viewers"), "voxel columns have no --fill"),
-        (("--pictures", "."), "only cull maps are drawn"),
     ],
 )
 def test_what_columns_have_not_is_refused(command, tmp_path, arguments, words):

@@ -49,7 +49,7 @@ def test_two_rooms_with_a_door(command, rooms, tmp_path):
 def test_what_it_has_not(command, rooms, tmp_path):
     for words, where in (
         (("--fill", "viewers"), "slices have no --fill"),
-        (("--pictures", tmp_path / "drawn"), "only cull maps are drawn"),
+        (("--pictures", tmp_path / "drawn"), "only cull maps and voxel columns are drawn"),
         (("--epsilon", "0.001"), "voxels"),
     ):
         status, _, errors = command(

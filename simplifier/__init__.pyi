@@ -43,6 +43,7 @@ from .io.load import load_occluder as load_occluder
 from .io.overrides import load_overrides as load_overrides
 from .io.pvs_file import load_pvs as load_pvs
 from .io.scene import load_scene as load_scene
+from .io.suffixes import ELEVATION_SUFFIXES as ELEVATION_SUFFIXES
 from .io.suffixes import MESH_SUFFIXES as MESH_SUFFIXES
 from .io.suffixes import OCCLUDER_SUFFIXES as OCCLUDER_SUFFIXES
 from .memory.limit import default_limit as default_limit
@@ -54,12 +55,15 @@ from .options.scene import SceneOptions as SceneOptions
 from .options.simplify import EvaluateOptions as EvaluateOptions
 from .options.simplify import SimplifyOptions as SimplifyOptions
 from .options.tradeoff import TradeoffOptions as TradeoffOptions
+from .options.visibility import VisibilityOptions as VisibilityOptions
 from .production.estimate import check_file as check_file
 from .production.estimate import estimate_memory as estimate_memory
 from .production.evaluation import EvaluateResult as EvaluateResult
 from .production.result import MeasuredResult as MeasuredResult
 from .production.result import SimplifyResult as SimplifyResult
 from .production.viewing import save_for_viewing as save_for_viewing
+from .production.visible_sets import VisibleSets as VisibleSets
+from .production.visible_sets import find_visible_sets as find_visible_sets
 from .progress import STAGES as STAGES
 from .progress import Progress as Progress
 from .report.viewpoint import Viewpoint as Viewpoint

@@ -69,8 +69,8 @@ def check_length(name: str, value: float) -> None:
         )
 
 
-def check_lengths(name: str, values: Sequence[float]) -> None:
-    """A list or tuple of positive lengths."""
+def check_lengths(name: str, values: Sequence[float], count: int | None = None) -> None:
+    """A list or tuple of positive lengths, of so many if there is a ``count``."""
     if not isinstance(values, (list, tuple)):
         raise OptionError(
             f"{value_text(values)} is no list of lengths",
@@ -79,6 +79,8 @@ def check_lengths(name: str, values: Sequence[float]) -> None:
         )
     for value in values:
         check_positive(name, value)
+    if count is not None and len(values) != count:
+        raise OptionError(f"{len(values)} lengths are given", where=name, remedy=f"give {count}")
 
 
 def check_several(name: str, values: Sequence[float]) -> None:

@@ -30,7 +30,7 @@ from simplifier.kernels.thin import crack_triangles
 from simplifier.options.scene import CullOptions, PathKind, PathOptions, SceneOptions
 from simplifier.options.simplify import Trim
 from simplifier.options.stages import Options, SectionOptions, make_options
-from simplifier.options.visibility import Fill, PvsOptions
+from simplifier.options.visibility import Fill, Placing, PvsOptions
 from simplifier.pipeline import simplify_mesh
 from simplifier.report.report import build_report
 
@@ -128,7 +128,7 @@ def _find_sets(scene: Scene) -> None:
     from simplifier.visibility.checking.check import CheckOptions, check_pvs
     from simplifier.visibility.cull_maps.cull_map import umbra_heights
     from simplifier.visibility.find import find_pvs
-    from simplifier.visibility.placing.cells import Placing, place_cells
+    from simplifier.visibility.placing.cells import place_cells
     from simplifier.visibility.placing.terrain_cells import place_on_terrain
     from simplifier.visibility.solid.terrain import Terrain
 

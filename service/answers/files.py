@@ -42,6 +42,7 @@ FORMATS: Mapping[JobKind, Mapping[str, str]] = {
         "text/csv": "tradeoff.csv",
         "image/png": "tradeoff.png",
     },
+    JobKind.VISIBILITY: {"application/x-pvs": "sets.pvs", "image/png": "cells.png"},
 }
 """By kind of job and media type, the file; JSON comes before all of them.
 

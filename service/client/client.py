@@ -117,6 +117,21 @@ class Client:
         upload = Upload.of(scene, name)
         return _job_in(self._wire.post_body("/v1/scenes", upload, query, tell))
 
+    def submit_visibility(
+        self,
+        scene: Path | bytes,
+        *,
+        name: str | None = None,
+        options: Options | None = None,
+        asset: str | None = None,
+        webhook: str | None = None,
+        tell: ReportShare = _report_to_nobody,
+    ) -> RemoteJob:
+        """Have it found what is visible from view cells: of a scene, or of an elevation model."""
+        query = {**_in_address(options), "asset": asset, "webhook": webhook}
+        upload = Upload.of(scene, name)
+        return _job_in(self._wire.post_body("/v1/visibility", upload, query, tell))
+
     def evaluate(
         self,
         mesh: Path,

@@ -16,9 +16,9 @@ def out_of_memory(limit: int) -> Failure:
     )
 
 
-def too_much_memory(told: str, resolution: int, limit: int) -> Failure:
-    """The library told before it began; ``resolution`` is the finest that fits, or 0."""
-    coarser = f"choose a resolution of at most {resolution}" if resolution else "thin the mesh"
+def too_much_memory(told: str, remedy: str, limit: int) -> Failure:
+    """The library told before it began; ``remedy`` is its own, which ends with another limit."""
+    coarser = remedy.partition(", or set ")[0] if ", or set " in remedy else "thin the mesh"
     return Failure(
         "out-of-memory",
         f"{told}, {limit >> 20:,} MiB of it for the job beside its process",

@@ -22,6 +22,8 @@ class JobKind(StrEnum):
     """A tree of occluders from a scene of many objects."""
     TRADEOFF = "tradeoff"
     """What more time buys on a mesh: a measurement at many settings, and no run of its asset."""
+    VISIBILITY = "visibility"
+    """What may be seen from each view cell of a scene; no run of its asset either."""
 
 
 class JobState(StrEnum):
@@ -96,8 +98,9 @@ class Summary:
     ``overhang``        in the mean over all views; ``verdict`` on it in a word, with the ``reason``
                         and the command to ``try_next``.  Jobs of before they were kept have none.
     ``triangles``       of the finest occluder (of all occluders, for a scene; of the setting that
-                        recalls most, as precision and recall, for a trade-off).
-    ``levels``          of detail (occluders, for a scene; settings, for a trade-off).
+                        recalls most, as precision and recall, for a trade-off; 0 for visible sets).
+    ``levels``          of detail (occluders, for a scene; settings, for a trade-off; view cells,
+                        for visible sets).
     ``error_bound``     of the finest, world units.
     ``seconds``         that the work took; ``timings`` by stage.
     """

@@ -23,7 +23,8 @@ class Snapshot:
 class JobProgress:
     """How far a job is.
 
-    ``stage``     of :data:`simplifier.STAGES`, ``occluders`` for a scene, ``runs`` for a trade-off.
+    ``stage``     of :data:`simplifier.STAGES`, ``occluders`` for a scene, ``runs`` for a trade-off,
+                  ``objects`` and ``sets`` for visible sets.
     ``fraction``  of the whole job, 0 to 1, never falling within an attempt.
     ``measure``   share of the original's occlusion measure that the best so far has; None before.
     ``level``     of detail that is made, from 0; of ``levels``.  Runs, for a trade-off.

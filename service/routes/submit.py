@@ -1,7 +1,7 @@
-"""The four kinds of job, each by the route that takes it in.
+"""The kinds of job, each by the route that takes it in.
 
-Three bring what they are about as an upload, the fourth has it already: the mesh of an asset's
-latest run.  Whichever it is, it goes on as a :class:`~service.jobs.job.Submission` by
+All but one bring what they are about as an upload, that one has it already: the mesh of an
+asset's latest run.  Whichever it is, it goes on as a :class:`~service.jobs.job.Submission` by
 :meth:`Services.submit <service.routes.services.Services.submit>`.
 """
 
@@ -32,7 +32,7 @@ from service.routes.submission import submit_upload
 from service.schemas.job import JobBody
 from service.schemas.job_options import option_tables
 from service.uploads.receiving import Wanted
-from simplifier import MESH_SUFFIXES
+from simplifier import ELEVATION_SUFFIXES, MESH_SUFFIXES
 
 router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
 
@@ -60,6 +60,14 @@ _PARTS: Mapping[JobKind, tuple[Wanted, ...]] = {
             "A GLB, or a zip of a folder with a scene, with a file name.",
         ),
     ),
+    JobKind.VISIBILITY: (
+        Wanted(
+            "scene",
+            (".glb", ".zip", *ELEVATION_SUFFIXES),
+            "A GLB, a zip of a folder with a scene, or an elevation model (an array of NumPy, or a "
+            "GeoTIFF), with a file name.",
+        ),
+    ),
 }
 """The files that an upload brings."""
 
@@ -69,6 +77,9 @@ RAW: Mapping[JobKind, tuple[str, ...]] = {
         "application/octet-stream",
     ),
     JobKind.SCENE: ("model/gltf-binary", "application/zip", "application/octet-stream"),
+    JobKind.VISIBILITY: (
+        "model/gltf-binary", "application/zip", "image/tiff", "application/octet-stream",
+    ),
 }  # fmt: skip
 """Media types of bodies that are the first file as it is; for the last, ``filename`` says the
 format."""
@@ -110,6 +121,20 @@ async def judge_occluder(request: Request, services: TheServices, caller: Writer
 async def make_scene(request: Request, services: TheServices, caller: Writer) -> Response:
     """A tree of occluders: one an object, and others above for what is far away."""
     kind = JobKind.SCENE
+    return await submit_upload(request, services, caller, kind, _PARTS[kind])
+
+
+@router.post(
+    "/visibility",
+    summary="Find what is visible from view cells",
+    **_upload_route(JobKind.VISIBILITY),
+)
+async def find_visible_sets(request: Request, services: TheServices, caller: Writer) -> Response:
+    """For each view cell of a scene the objects of which anything may be seen from it.
+
+    Results are the file `sets.pvs`, `report.json` and `cells.png`, a plan of the cells.
+    """
+    kind = JobKind.VISIBILITY
     return await submit_upload(request, services, caller, kind, _PARTS[kind])
 
 

@@ -72,9 +72,13 @@ class FailureBody(BaseModel):
 class SummaryBody(BaseModel):
     """The numbers of a result; null where the kind of job has none."""
 
-    triangles: int = Field(description="Of the finest occluder; of all, for a scene.")
+    triangles: int = Field(
+        description="Of the finest occluder; of all, for a scene; 0 for visible sets."
+    )
     input_triangles: int = Field(description="Of what was sent.")
-    levels: int = Field(description="Levels of detail; occluders, for a scene.")
+    levels: int = Field(
+        description="Levels of detail; occluders, for a scene; cells, for visible sets."
+    )
     seconds: float = Field(description="Time that the work took.")
     precision: float | None = Field(description="Of what is hidden, the share rightly so, 0 to 1.")
     recall: float | None = Field(description="Of what could be hidden, the share that is, 0 to 1.")

@@ -1,6 +1,6 @@
 """Which options each kind of job has, and what the service decides by itself.
 
-The slicer is not among them: what a server draws with is its owner's affair.
+What a server draws with is not among them: that is its owner's affair.
 """
 
 from __future__ import annotations
@@ -19,12 +19,13 @@ from simplifier import (
     SceneOptions,
     SimplifyOptions,
     TradeoffOptions,
+    VisibilityOptions,
 )
 
 LEVELS = 3
 """Levels of detail of a result, where a request does not say."""
 
-_KEPT = frozenset({"slicer", "preview"})
+_KEPT = frozenset({"slicer", "preview", "backend", "skip_buried"})
 _GIB = 1 << 30
 
 
@@ -41,6 +42,7 @@ def option_tables(job_seconds: float, job_memory: float) -> Mapping[JobKind, Opt
         JobKind.EVALUATION: table(EvaluateOptions, _resolver(EvaluateOptions)),
         JobKind.SCENE: table(SceneOptions, _resolver(SceneOptions)),
         JobKind.TRADEOFF: table(TradeoffOptions, _resolver(TradeoffOptions)),
+        JobKind.VISIBILITY: table(VisibilityOptions, _resolver(VisibilityOptions)),
     }
 
 

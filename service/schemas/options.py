@@ -199,8 +199,10 @@ def _schema(field: OptionField) -> dict[str, Any]:
     if field.kind == "choice":
         schema["enum"] = list(field.choices)
     elif field.kind in _ITEMS:
-        schema |= {"items": {"type": types[_ITEMS[field.kind]], **_limits(field)}, "minItems": 1,
-                   "maxItems": 16, "uniqueItems": True}  # fmt: skip
+        several = {"minItems": 1, "maxItems": 16, "uniqueItems": True}
+        if field.count is not None:
+            several = {"minItems": field.count, "maxItems": field.count}
+        schema |= {"items": {"type": types[_ITEMS[field.kind]], **_limits(field)}, **several}
     elif field.kind != "flag":
         schema |= _limits(field)
     if field.nullable:

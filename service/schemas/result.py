@@ -67,9 +67,10 @@ class Result(BaseModel):
 
     job: JobBody
     report: dict[str, Any] | None = Field(
-        description="The whole report, as `docs/report.schema.json` says; null for a scene."
+        description="The whole report, as `docs/report.schema.json` says; of visible sets, what "
+        "`occluder pvs --report` writes; null for a scene."
     )
-    levels: list[Level] = Field(description="Finest first; none for a scene.")
+    levels: list[Level] = Field(description="Finest first; none for a scene or visible sets.")
     files: list[ResultFile] = Field(description="All results, and what was sent.")
 
     @classmethod

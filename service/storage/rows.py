@@ -92,9 +92,12 @@ def add_asset(session: Session, tenant: str, name: str, now: float) -> AssetRow:
     return row
 
 
+_NO_RUNS = (JobKind.TRADEOFF, JobKind.VISIBILITY)
+
+
 def is_run(job: type[JobRow]) -> ColumnElement[bool]:
     """Whether a job is a run of its asset, as :class:`~service.jobs.asset.AssetStore` says."""
-    return and_(job.state == JobState.SUCCEEDED, job.kind != JobKind.TRADEOFF)
+    return and_(job.state == JobState.SUCCEEDED, job.kind.not_in(_NO_RUNS))
 
 
 def with_runs(tenant: str | None) -> Select[AssetRow, JobRow | None, int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -14,17 +14,13 @@ from simplifier.cli.console import count_bar, print_line, print_rows, print_text
 from simplifier.cli.options import TerrainArgument, read_options, with_options
 from simplifier.cli.running import Debug, interrupts, run_guarded
 from simplifier.errors import OptionError
-from simplifier.io.suffixes import ELEVATION_SUFFIXES
 from simplifier.options.simplify import Transparent
 from simplifier.options.visibility import SEE_THROUGH_HELP, ElevationOptions, PvsOptions
 
 if TYPE_CHECKING:
     from simplifier.camera_paths.columns import UprightScene
-    from simplifier.geometry.pvs import Pvs
-    from simplifier.geometry.scene import Scene
+    from simplifier.options.visibility import Placing
     from simplifier.visibility.find import Found
-    from simplifier.visibility.placing.cells import Placing
-    from simplifier.visibility.solid.terrain import Terrain
 
 PvsFile = Annotated[Path, typer.Argument(help="What 'occluder pvs' wrote.")]
 SeenThrough = Annotated[Transparent, typer.Option(help=SEE_THROUGH_HELP)]
@@ -68,12 +64,13 @@ def pvs(
         from simplifier.cli.report import check_extras
         from simplifier.io.pvs_file import load_pvs, save_pvs
         from simplifier.visibility.find import find_pvs
-        from simplifier.visibility.placing.cells import load_cells, place_cells
-        from simplifier.visibility.placing.terrain_cells import place_columns, place_on_terrain
+        from simplifier.visibility.placing.cells import load_cells
+        from simplifier.visibility.report import pvs_report
+        from simplifier.visibility.scene_input import is_elevation, read_input
 
         options: PvsOptions = read_options(PvsOptions, chosen)
         elevation: ElevationOptions = read_options(ElevationOptions, chosen)
-        if _is_elevation(scene):
+        if is_elevation(scene):
             options = replace(options, up="z")
         check_output(scene, output, "the sets")
         check_extras(report, pictures)
@@ -84,33 +81,25 @@ def pvs(
             )  # fmt: skip
         with interrupts() as listening:
             before = load_pvs(output) if output.exists() else None
-            read, opaque, terrain = _read(
-                scene, options.transparent, elevation, options.memory_limit
-            )
-            upright = UprightScene.of(read, options.up)
+            read = read_input(scene, options.transparent, elevation, options.memory_limit)
+            upright = UprightScene.of(read.scene, options.up)
             if cells in ("walkable", "grid", "triangles", "floors"):
-                placing = cast("Placing", cells)
-                if terrain is None:
-                    where = place_cells(upright, placing, options)
-                elif options.method == "voxel-column":
-                    where = place_columns(terrain, upright, placing, options)
-                else:
-                    where = place_on_terrain(terrain, upright, placing, options)
+                where = read.placed(upright, cast("Placing", cells), options)
                 options = replace(options, skip_buried=True)  # no user placed them there
             else:
                 where = load_cells(_cell_file(cells), options.up, upright.origin)
             with listening.deferred() as cancel, count_bar("objects, then cells") as tell:
                 found = find_pvs(
-                    upright, where, options, before, tell, cancel, tell, opaque, terrain
+                    upright, where, options, before, tell, cancel, tell, read.opaque, read.terrain
                 )
             with listening.held():
                 save_pvs(found.pvs, output)
-                figures = _figures(found)
+                figures = pvs_report(found)
                 if report is not None:
                     report.write_text(json.dumps(figures, indent=2) + "\n")
                 if pictures is not None:
                     _write(pictures, _drawn(upright, found, scene.name))
-                warnings = [*read.warnings, *found.warnings]
+                warnings = [*read.scene.warnings, *found.warnings]
                 print_rows(str(output), _summary_rows(figures, output), warnings)
 
     run_guarded(run, debug=debug)
@@ -136,33 +125,6 @@ def _write(folder: Path, files: Mapping[str, bytes]) -> None:
     write_all_whole({folder / name: data for name, data in files.items()})
 
 
-def _is_elevation(scene: Path) -> bool:
-    return scene.suffix.lower() in ELEVATION_SUFFIXES and not scene.is_dir()
-
-
-def _read(
-    scene: Path, transparent: Transparent, options: ElevationOptions, memory_limit: float | None
-) -> tuple[Scene, Scene | None, Terrain | None]:
-    """The objects of a scene and what of them hides anything, or the tiles of an elevation model
-    and that.
-    """
-    if not _is_elevation(scene):
-        from simplifier.io.scene_layers import load_layers
-
-        if options.spacing is not None:
-            raise OptionError(
-                "a scene of meshes has none", where="spacing",
-                remedy="leave it out, or name an elevation model: .npy or .tif",
-            )  # fmt: skip
-        return *load_layers(scene, transparent=transparent, memory_limit=memory_limit), None
-    from simplifier.io.elevation import load_elevation
-    from simplifier.visibility.solid.terrain import Terrain
-
-    posts = load_elevation(scene, spacing=options.spacing, memory_limit=memory_limit)
-    terrain = Terrain.of(posts, options.tile)
-    return terrain.scene, None, terrain
-
-
 def _cell_file(cells: str) -> Path:
     path = Path(cells)
     if not path.is_file():
@@ -171,33 +133,6 @@ def _cell_file(cells: str) -> Path:
             remedy="choose walkable, grid, triangles or floors, or name a JSON file of cells",
         )  # fmt: skip
     return path
-
-
-def _culled(pvs: Pvs) -> float:
-    """The share of objects that are in no set, a mean over the cells that are done."""
-    done = pvs.row_of[pvs.computed]
-    count = len(pvs.names)
-    seen = {row: int(pvs.rows.row(row, count).sum()) for row in set(done.tolist())}
-    return 1.0 - sum(seen[row] for row in done.tolist()) / (count * len(done))
-
-
-def _figures(found: Found) -> dict[str, Any]:
-    pvs = found.pvs
-    return {
-        "objects": len(pvs.names),
-        "cells": len(pvs.cells),
-        "computed_now": found.made,
-        "left": len(pvs.cells) - len(pvs.computed),
-        "method": pvs.method,
-        "reason": found.reason,
-        "conservative": pvs.conservative,
-        "culled_share": _culled(pvs),
-        "holes": [asdict(leak) for leak in found.leaks],
-        "row_bytes": len(pvs.rows.data),
-        "rows": len(pvs.rows),
-        "seconds_a_cell": found.seconds,
-        "warnings": list(found.warnings),
-    }
 
 
 def _summary_rows(figures: Mapping[str, Any], output: Path) -> list[tuple[str, str]]:
@@ -230,6 +165,7 @@ def pvs_show(
     def run() -> None:
         from simplifier.cli.pvs_parts import parts_of, parts_rows
         from simplifier.io.pvs_file import load_pvs
+        from simplifier.visibility.report import culled_share
 
         held = load_pvs(file)
         if pictures is not None:
@@ -248,7 +184,9 @@ def pvs_show(
                 *parts_rows(held),
             ]
             if done:
-                rows.append(("culled", f"{100.0 * _culled(held):.2f} % of the objects in the mean"))
+                rows.append(
+                    ("culled", f"{100.0 * culled_share(held):.2f} % of the objects in the mean")
+                )
             print_rows(str(file), rows)
             return
         point = _point(at)
@@ -305,17 +243,19 @@ def pvs_check(
         from simplifier.culling.visible_sets import check_sets
         from simplifier.io.pvs_file import load_pvs
         from simplifier.visibility.checking.check import CheckOptions, check_pvs
+        from simplifier.visibility.scene_input import read_input
 
         elevation: ElevationOptions = read_options(ElevationOptions, chosen)
         options = CheckOptions(cells, views, pictures=pictures, ground=ground, seed=seed)
         with interrupts() as listening:
             held = load_pvs(file)
-            read, opaque, terrain = _read(scene, transparent, elevation, None)
-            check_sets(held, read, opaque)
+            read = read_input(scene, transparent, elevation, None)
+            check_sets(held, read.scene, read.opaque)
             with listening.deferred() as cancel, count_bar("cells") as tell:
                 found = check_pvs(
-                    read, held, options, lambda share: tell(round(share * cells), cells), cancel,
-                    opaque, terrain,
+                    read.scene, held, options,
+                    lambda share: tell(round(share * cells), cells), cancel,
+                    read.opaque, read.terrain,
                 )  # fmt: skip
         rows = [
             ("cells", f"{len(found.rows):,} of {len(held.cells):,}"),
@@ -325,7 +265,7 @@ def pvs_check(
             ("culled", f"{100.0 * found.culled_share:.2f} % of the objects in the mean"),
             ("bytes a cell", f"{found.row_bytes:,.0f}"),
         ]
-        print_rows(f"{scene.resolve().name}, {file}", rows, read.warnings)
+        print_rows(f"{scene.resolve().name}, {file}", rows, read.scene.warnings)
         for leak in found.leaks[:_SOME]:
             print_line(
                 f"leak: cell {leak.cell} does not have '{leak.name}', seen by {leak.proof} from"

@@ -15,35 +15,51 @@ from simplifier.wording import count
 
 
 def load_layers(
-    path: str | Path, *, transparent: Transparent = "leave-out", memory_limit: float | None = None
+    path: str | Path,
+    *,
+    transparent: Transparent = "leave-out",
+    memory_limit: float | None = None,
+    allow_external: bool = True,
 ) -> tuple[Scene, Scene]:
     """All objects of a scene, and what of them one cannot see through, by the same names.
 
     ``transparent``  ``leave-out``: what one can see through is in the first scene alone; an object
                      of which nothing else is left is not in the second, which may be empty.
                      ``keep``: both are the same.
-    ``memory_limit`` GiB, as of ``load_scene``.
+    ``memory_limit`` GiB, and ``allow_external``, as of ``load_scene``.
 
     Raises what :func:`~simplifier.io.scene.load_scene` does.  A scene without anything to see
     through is read once.
     """
     try:
-        opaque = load_scene(path, transparent=transparent, memory_limit=memory_limit)
+        opaque = load_scene(
+            path,
+            transparent=transparent,
+            memory_limit=memory_limit,
+            allow_external=allow_external,
+        )
     except EmptyMeshError:
         if transparent == "keep":
             raise
         opaque = Scene((), (), np.zeros(0, dtype=np.int32), np.zeros((0, 4, 4)), see_through=1)
-    whole = whole_scene(path, opaque, memory_limit)
+    whole = whole_scene(path, opaque, memory_limit, allow_external)
     if whole is opaque:
         return opaque, opaque
     return replace(whole, warnings=(*whole.warnings, *_told(whole, opaque))), opaque
 
 
-def whole_scene(path: str | Path, opaque: Scene, memory_limit: float | None = None) -> Scene:
+def whole_scene(
+    path: str | Path,
+    opaque: Scene,
+    memory_limit: float | None = None,
+    allow_external: bool = True,
+) -> Scene:
     """All objects of the scene that ``opaque`` was read from: that itself where it has all."""
     if not opaque.see_through:
         return opaque
-    return load_scene(path, transparent="keep", memory_limit=memory_limit)
+    return load_scene(
+        path, transparent="keep", memory_limit=memory_limit, allow_external=allow_external
+    )
 
 
 def _told(whole: Scene, opaque: Scene) -> list[str]:

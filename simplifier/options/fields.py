@@ -52,6 +52,7 @@ class OptionField:
     ``low_excluded``  whether ``low`` itself is refused.
     ``nullable``  whether it may be None, which is then the default.
     ``absent``    what None stands for, in a word or two; empty where it stands for "not wanted".
+    ``count``     of a list, how many values it has; None for 1 to 16 different ones.
     ``unit``      of a number: "voxels", "world units", "degrees", "seconds", "pixels", "GiB".
     ``words``     the name as messages have it: "min precision".
     ``of_result``  whether the result depends on it; a limit of memory, say, refuses a run or not.
@@ -67,6 +68,7 @@ class OptionField:
     choices: tuple[str, ...] = ()
     nullable: bool = False
     absent: str = ""
+    count: int | None = None
     unit: str = ""
     words: str = ""
     of_result: bool = True
@@ -92,7 +94,7 @@ class OptionField:
             case "choice":
                 check_one_of(self.words, value, self.choices)
             case "lengths":
-                check_lengths(self.words, value)
+                check_lengths(self.words, value, self.count)
             case "wholes":
                 check_several(self.words, value)
                 for one in value:

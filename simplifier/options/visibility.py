@@ -14,6 +14,7 @@ SEE_THROUGH_HELP = (
 )
 
 Method = Literal["auto", "cull-map", "slice-wise", "voxel-column", "strong"]
+Placing = Literal["walkable", "grid", "triangles", "floors"]
 Fill = Literal["outside", "viewers"]
 Backend = Literal["cpu", "opengl"]
 
@@ -101,7 +102,20 @@ class ElevationOptions(OptionSet):
 
     spacing: tuple[float, ...] | None = option(
         None, "Of an elevation model: DX,DY, the world units between posts; a .npy needs it.",
-        kind="lengths", absent="the GeoTIFF's", unit="world units",
+        kind="lengths", count=2, absent="the GeoTIFF's", unit="world units",
     )  # fmt: skip
     tile: int = option(16, "Of an elevation model: posts along the side of an object.",
                        low=1, high=65_536, unit="posts")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class VisibilityOptions(ElevationOptions, PvsOptions):
+    """All that visible sets of a file hang on: scene, cells and method.
+
+    ``cells``  where cells are placed, as :func:`~simplifier.visibility.placing.cells.place_cells`
+               says; those that lie in an object are left out.
+    """
+
+    cells: Placing = option(
+        "walkable", "View cells: walkable, grid, triangles, or floors (of rooms)."
+    )

@@ -81,7 +81,7 @@ def test_holes_are_told_and_always_visible(command, tmp_path):
     ("arguments", "status", "words"),
     [
         ((), 2, "give --spacing DX,DY"),
-        (("--spacing", "1"), 2, "no two lengths"),
+        (("--spacing", "1"), 2, "spacing: 1 lengths are given; give 2"),
         (("--spacing", "1,x"), 2, "spacing"),
         (("--spacing", "0,1"), 2, "spacing"),
         ((*SPACING, "--tile", "0"), 2, "tile"),

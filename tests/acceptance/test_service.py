@@ -16,8 +16,10 @@ from pathlib import Path
 import pytest
 
 import simplifier
+from bench.visibility_city import generated_city
 from service.client import Client, ClientError
 from service.jobs.job import JobState
+from simplifier.io.scene_writer import write_scene
 from tests import solids
 from tests.acceptance.command import ROOT, occluder
 from tests.faults.serving import LIGHT_WORK, SURROUNDINGS
@@ -97,6 +99,29 @@ needs_curl = pytest.mark.skipif(shutil.which("curl") is None, reason="there is n
 @needs_curl
 def test_the_curl_of_the_readme_gives_an_occluder(server, tmp_path):
     assert 0 < len(curled("README.md", server, tmp_path).faces) <= 64
+
+
+@needs_curl
+def test_the_curl_of_the_docs_gives_the_sets_that_the_command_finds(
+    server, client, served_here, tmp_path
+):
+    write_scene(generated_city(2), tmp_path / "town.glb")
+    text = (ROOT / "docs/service.md").read_text()
+    curl = re.search(r"```sh\n(curl [^`]*/v1/visibility[^`]*)```", text)[1]
+    curl = curl.replace("http://127.0.0.1:8000", server.address)
+    done = subprocess.run(["bash", "-c", curl], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    command = ("pvs", "town.glb", "-o", "own.pvs", "--up", "z", "--ground", "--report", "own.json")
+    assert served_here(*command).returncode == 0
+    assert (tmp_path / "town.pvs").read_bytes() == (tmp_path / "own.pvs").read_bytes()
+
+    pvs = simplifier.load_pvs(tmp_path / "town.pvs")
+    job = next(client.jobs())
+    assert (job.kind, job.state, job.summary.levels) == ("visibility", "succeeded", len(pvs.cells))
+    told = client.result(job.id).report
+    own = json.loads((tmp_path / "own.json").read_text())
+    assert {**told, "seconds_a_cell": 0.0} == {**own, "seconds_a_cell": 0.0}
+    assert told["culled_share"] > 0.2
 
 
 POST = "[[box]]\ncenter = [1.4, 0.5, 0.5]\nsize = [0.2, 0.2, 0.2]\n"

@@ -124,6 +124,11 @@ CALLS: dict[str, Callable[[Given], Call]] = {
         partial(simplifier.simplify_scene, seed=-1),
         {"scene": simplifier.load_scene(given.path), "folder": given.folder / "scene"},
     ),
+    "find_visible_sets": lambda given: Call(
+        simplifier.find_visible_sets,
+        {"path": given.path, "options": simplifier.VisibilityOptions(cell_size=1.0)},
+        ("tell", "tell_objects"),
+    ),
     "SimplifyOptions": lambda given: Call(simplifier.SimplifyOptions),
     "SimplifyOptions.of": lambda given: Call(simplifier.SimplifyOptions.of, {"chosen": {}}),
     "EvaluateOptions": lambda given: Call(simplifier.EvaluateOptions),

@@ -9,8 +9,10 @@ import pytest
 
 import simplifier
 from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.scene import Scene
 from simplifier.geometry.views import BoundingSphere
 from simplifier.io.gltf_container import open_document
+from simplifier.production.viewing import save_scene_for_viewing
 from tests.solids import box, sphere
 
 FAR = np.array([5_176_000.25, -3.5, 1_841_000.125])
@@ -46,3 +48,22 @@ def test_a_mesh_beyond_32_bits_is_refused(tmp_path: Path) -> None:
 def test_too_few_triangles_are_refused(tmp_path: Path) -> None:
     with pytest.raises(simplifier.OptionError, match="most_triangles"):
         simplifier.save_for_viewing(box(), tmp_path / "original.glb", most_triangles=10)
+
+
+@pytest.mark.parametrize(("most", "boxed"), [(300_000, []), (1500, [1]), (1000, [1, 2])])
+def test_a_scene_has_its_objects_in_turn_the_largest_as_boxes(
+    tmp_path: Path, most: int, boxed: list[int]
+) -> None:
+    meshes = (box(), sphere(rings=24), sphere(rings=18))
+    transforms = np.tile(np.eye(4), (4, 1, 1))
+    transforms[:, 0, 3] = [0.0, 5.0, 10.0, 15.0]
+    scene = Scene(meshes, tuple("abcd"), np.array([0, 1, 2, 0], dtype=np.int32), transforms)
+    counts = save_scene_for_viewing(scene, tmp_path / "scene.glb", most_triangles=most)
+    own = scene.triangle_counts
+    assert [one for one in range(4) if counts[one] != own[one]] == boxed
+    assert counts.sum() <= most
+    shown = simplifier.load(tmp_path / "scene.glb")
+    for one, faces in enumerate(np.split(shown.faces, np.cumsum(counts)[:-1])):
+        points = shown.vertices[faces].reshape(-1, 3)
+        found = np.stack([points.min(axis=0), points.max(axis=0)])
+        assert np.abs(found - scene.bounds()[one]).max() < 1e-5

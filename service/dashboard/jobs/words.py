@@ -25,6 +25,7 @@ KINDS: Mapping[JobKind, str] = {
     JobKind.EVALUATION: "evaluation",
     JobKind.SCENE: "scene",
     JobKind.TRADEOFF: "trade-off",
+    JobKind.VISIBILITY: "visible sets",
 }
 
 _STAGES = {
@@ -41,6 +42,8 @@ _STAGES = {
     "accuracy": "measuring accuracy",
     "occluders": "making occluders",
     "runs": "running settings",
+    "objects": "reading the objects",
+    "sets": "finding what each cell sees",
 }
 _FAILURES = {
     "unreadable-mesh": "The mesh cannot be read",

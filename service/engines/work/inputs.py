@@ -10,6 +10,7 @@ from typing import Any
 
 import simplifier
 from service.engines.messages import Task
+from service.engines.work.archive import unpack
 from service.engines.worker import TaskFailedError
 from service.jobs.job import Failure
 
@@ -46,6 +47,20 @@ def input_path(task: Task, name: str) -> Path:
     if name not in task.inputs:
         raise TaskFailedError(Failure("unreadable-mesh", f"no {name} was given", f"send a {name}"))
     return Path(task.inputs[name])
+
+
+def scene_path(task: Task) -> Path:
+    """The scene's file, which may refer to no other, or the folder of an archive, whose files may.
+
+    Raises as :func:`input_path` and :func:`~service.engines.work.archive.unpack` do.
+    """
+    path = input_path(task, "scene")
+    if path.suffix.lower() != ".zip":
+        return path
+    folder = unpacked_folder(task)
+    folder.mkdir()
+    unpack(path, folder, task.unpacked)
+    return folder
 
 
 def task_memory(task: Task) -> int:

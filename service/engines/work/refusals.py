@@ -34,7 +34,7 @@ def refusals(task: Task) -> Iterator[None]:
         raise TaskCancelledError from error
     except simplifier.MemoryLimitError as error:
         limit = task_memory(task)
-        raise TaskFailedError(too_much_memory(error.what, error.resolution, limit)) from error
+        raise TaskFailedError(too_much_memory(error.what, error.remedy, limit)) from error
     except tuple(_KINDS) as error:
         kind = next(kind for of, kind in _KINDS.items() if isinstance(error, of))
         raise TaskFailedError(_failure(kind, error, task)) from error

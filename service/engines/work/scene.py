@@ -9,11 +9,9 @@ from pathlib import Path
 
 import simplifier
 from service.engines.messages import Task
-from service.engines.work.archive import unpack
 from service.engines.work.inputs import (
-    input_path,
     options_within_memory,
-    unpacked_folder,
+    scene_path,
     whole_memory,
     without_paths,
 )
@@ -57,14 +55,10 @@ def make_scene(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
 
 def _load(task: Task) -> simplifier.Scene:
     """The scene of one file, which may refer to no other, or of an archive, whose files may."""
-    path = input_path(task, "scene")
-    if path.suffix.lower() == ".zip":
-        folder = unpacked_folder(task)
-        folder.mkdir()
-        unpack(path, folder, task.unpacked)
-        scene = simplifier.load_scene(folder, memory_limit=whole_memory(task))
-    else:
-        scene = simplifier.load_scene(path, allow_external=False, memory_limit=whole_memory(task))
+    path = scene_path(task)
+    scene = simplifier.load_scene(
+        path, allow_external=path.is_dir(), memory_limit=whole_memory(task)
+    )
     return replace(scene, warnings=tuple(without_paths(one, task) for one in scene.warnings))
 
 

@@ -12,6 +12,7 @@ from service.engines.work.occluder import make_occluder
 from service.engines.work.refusals import refusals
 from service.engines.work.scene import make_scene
 from service.engines.work.tradeoff import measure_tradeoff
+from service.engines.work.visibility import find_sets
 from service.engines.worker import (
     Cancel,
     DoTask,
@@ -24,6 +25,7 @@ _WORKS: Mapping[JobKind, DoTask] = {
     JobKind.EVALUATION: evaluate_mesh,
     JobKind.SCENE: make_scene,
     JobKind.TRADEOFF: measure_tradeoff,
+    JobKind.VISIBILITY: find_sets,
 }
 
 _TETRAHEDRON = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import shapely
@@ -21,12 +21,10 @@ from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.io.files import read_bytes
 from simplifier.options.simplify import Axis
-from simplifier.options.visibility import PvsOptions
+from simplifier.options.visibility import Placing, PvsOptions
 from simplifier.visibility.placing.free_space import free_space, triangles_of
 from simplifier.visibility.solid.height_field import plans_of
 from simplifier.visibility.solid.object_heights import rounded_down, rounded_up
-
-Placing = Literal["walkable", "grid", "triangles", "floors"]
 
 _MOST_COLUMNS = 2048  # along the longer side
 _FINEST = 0.25  # of an eye height

@@ -9,8 +9,8 @@ from simplifier.errors import OptionError
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.kernels.terrain import measure_boxes
-from simplifier.options.visibility import PvsOptions
-from simplifier.visibility.placing.cells import Placing, cells_across
+from simplifier.options.visibility import Placing, PvsOptions
+from simplifier.visibility.placing.cells import cells_across
 from simplifier.visibility.solid.object_heights import rounded_down, rounded_up
 from simplifier.visibility.solid.terrain import Terrain
 

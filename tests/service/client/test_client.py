@@ -69,6 +69,17 @@ def test_a_mesh_goes_as_it_is_with_its_options_in_the_address(talk, tmp_path):
     assert (told.id, told.state, told.asset_id) == ("j1", JobState.QUEUED, "a1")
 
 
+@pytest.mark.parametrize(
+    ("submit", "path"), [("submit_scene", "/v1/scenes"), ("submit_visibility", "/v1/visibility")]
+)
+def test_a_scene_goes_as_it_is(talk, submit, path):
+    client, seen = talk(Reply(job(), 202))
+    assert getattr(client, submit)(b"glTF", name="town.glb", options={"up": "z"}).id == "j1"
+    [sent] = seen
+    assert (sent.path, sent.body) == (path, b"glTF")
+    assert sent.query == {"up": ["z"], "filename": ["town.glb"]}
+
+
 def test_a_stored_result_is_a_job_that_has_succeeded(talk):
     done = job("succeeded", summary=summary())
     client, _ = talk(Reply({"job": done, "report": None, "levels": [], "files": []}))

@@ -15,10 +15,12 @@ import cv2
 import numpy as np
 import pytest
 
+from bench.visibility_city import generated_city
 from service.engines.engine import LIBRARY_WORK
 from service.jobs.job import JobKind, JobState
 from service.jobs.progress import LARGEST_PICTURE
-from simplifier import Occluder, load_lods, load_occluder, save, simplify
+from simplifier import Occluder, load_lods, load_occluder, load_pvs, save, simplify
+from simplifier.io.scene_writer import write_scene
 from tests.acceptance.command import environment
 from tests.service.engines.workplace import Workplace
 from tests.solids import box, sphere
@@ -407,6 +409,93 @@ def test_a_scene_has_its_tree_occluders_and_all_in_one_archive(place):
 def test_refused_scenes(place, data, suffix, options, kind, words):
     job = scene_job(place, data, suffix, **options)
     assert (job.failure.kind, job.attempt) == (kind, 1)
+    assert words in job.failure.detail
+    assert tells_no_path(place, [job.failure.detail, job.failure.remedy])
+
+
+def sets_job(place, data, suffix, **options):
+    options = {"up": "z", "cell_size": 20.0, **options}
+    files = {f"input/scene{suffix}": data}
+    return place.end_of(place.submit_files(JobKind.VISIBILITY, files, options, name="town"), 60.0)
+
+
+def shown_sets(results):
+    """The objects of each cell as the page reads them."""
+    plan, data = json.loads(results["view/plan.json"]), results["view/sets.bin"]
+    for row in plan["rows"]:
+        seen, runs, number, shift = [], [], 0, 0
+        for byte in data[plan["offsets"][row] : plan["offsets"][row + 1]]:
+            number |= (byte & 0x7F) << shift
+            shift += 7
+            if byte < 0x80:
+                runs.append(number)
+                number = shift = 0
+        for place, length in enumerate(runs):
+            if place % 2:
+                begin = sum(runs[:place])
+                seen += plan["order"][begin : begin + length]
+        yield sorted(seen)
+
+
+def test_visible_sets_have_a_file_a_report_a_picture_and_what_the_page_shows(place, tmp_path):
+    write_scene(generated_city(2), tmp_path / "town.glb")
+    job = sets_job(place, (tmp_path / "town.glb").read_bytes(), ".glb", ground=True)
+    results = place.results(job.id)
+    view = {"view/scene.glb", "view/plan.json", "view/sets.bin", "view/largest.json"}
+    assert set(results) == {"sets.pvs", "report.json", "cells.png"} | view
+    (tmp_path / "sets.pvs").write_bytes(results["sets.pvs"])
+    pvs = load_pvs(tmp_path / "sets.pvs")
+    own = [np.flatnonzero(pvs.visible(cell)).tolist() for cell in range(len(pvs.cells))]
+    assert list(shown_sets(results)) == own
+    plan = json.loads(results["view/plan.json"])
+    assert plan["sizes"] == [len(one) for one in own]
+    assert sum(plan["triangles"]) == job.summary.input_triangles
+    (largest, *_) = json.loads(results["view/largest.json"])["largest"]
+    assert largest["objects"] == max(plan["sizes"])
+    middle = pvs.to_cells(np.array(largest["middle"]))
+    assert largest["cell"] in pvs.cells.containing(middle)
+    assert list(job.summary.timings) == ["load", "objects", "sets", "write"]
+    assert json.loads(results["report.json"])["cells"] == job.summary.levels == len(own)
+
+
+def test_sets_of_an_elevation_model(place):
+    posts = io.BytesIO()
+    np.save(posts, np.add.outer(np.zeros(9), 30.0 * np.sin(np.arange(9.0))))
+    job = sets_job(place, posts.getvalue(), ".npy", up="y", spacing=[10.0, 10.0], tile=2)
+    assert job.state is JobState.SUCCEEDED
+    assert json.loads(place.results(job.id)["view/plan.json"])["up"] == "z"
+    job = sets_job(place, posts.getvalue(), ".npy")
+    assert (job.failure.kind, "spacing" in job.failure.detail) == ("invalid-options", True)
+
+
+def test_sets_that_need_too_much_memory_are_refused_before_work(place, tmp_path):
+    write_scene(generated_city(2), tmp_path / "town.glb")
+    town = (tmp_path / "town.glb").read_bytes()
+    job = sets_job(place, town, ".glb", epsilon=0.02)
+    assert (job.failure.kind, job.attempt) == ("out-of-memory", 1)
+    assert job.failure.remedy.startswith("choose an epsilon of at least ")
+    assert job.failure.remedy.endswith(", or raise OCCLUDER_JOB_MEMORY")
+    assert job.ended - job.started < 5.0
+
+
+def test_a_search_for_sets_hears_that_it_is_cancelled(place, tmp_path, monkeypatch):
+    monkeypatch.setattr("service.engines.attempt._PATIENCE", 600.0)  # the work ends itself
+    write_scene(generated_city(2), tmp_path / "town.glb")
+    files = {"input/scene.glb": (tmp_path / "town.glb").read_bytes()}
+    options = {"up": "z", "epsilon": 0.5, "cell_size": 1.0}
+    id_ = place.submit_files(JobKind.VISIBILITY, files, options, name="town")
+    until(lambda: (now := place.board.latest(id_)) and now.stage == "sets", 30.0)
+    assert end_of_cancelled(place, id_) is JobState.CANCELLED
+    assert place.results(id_) == {}
+
+
+@pytest.mark.parametrize(
+    ("data", "suffix", "words"),
+    [(b"no array", ".npy", "town"), (b"II*\0", ".tif", "town"), (EXTERNAL, ".gltf", "town")],
+)
+def test_refused_scenes_of_sets(place, data, suffix, words):
+    job = sets_job(place, data, suffix, spacing=[1.0, 1.0] if suffix == ".npy" else None)
+    assert job.failure.kind == "unreadable-mesh"
     assert words in job.failure.detail
     assert tells_no_path(place, [job.failure.detail, job.failure.remedy])
 

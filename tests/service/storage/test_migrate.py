@@ -98,6 +98,29 @@ def test_assets_and_jobs_of_before_overhang_stay(tmp_path: Path) -> None:
         connection.execute("UPDATE assets SET max_overhang = -0.1")
 
 
+def test_numbers_of_removed_jobs_do_not_come_again_with_the_new_kind(tmp_path: Path) -> None:
+    """A table that is copied forgets how far its numbers went."""
+    file = tmp_path / "occluder.db"
+    insert = (
+        "INSERT INTO jobs (id, tenant, kind, state, name, options, version, work_key, created,"
+        " attempt, attempts, cancel_asked, beat, lease_seconds)"
+        " VALUES (?, 'studio', ?, 'queued', 'a.glb', '{}', '1', 'w', 1.0, 0, 3, 0, 0, 0.0)"
+    )
+    with create_engine(f"sqlite:///{file}").begin() as connection:
+        command.upgrade(alembic_config(connection), "0003")
+    with sqlite3.connect(file) as old:
+        old.execute(insert, ("j1", "scene"))
+        old.execute("DELETE FROM jobs")
+        with pytest.raises(sqlite3.IntegrityError):
+            old.execute(insert, ("j2", "visibility"))
+    Database.open(file).close()
+    with sqlite3.connect(file) as new:
+        new.execute(insert, ("j2", "visibility"))
+        assert new.execute("SELECT number, id FROM jobs").fetchall() == [(2, "j2")]
+        with pytest.raises(sqlite3.IntegrityError):
+            new.execute(insert, ("j3", "dream"))
+
+
 def test_a_migration_that_fails_leaves_nothing(tmp_path: Path) -> None:
     file = tmp_path / "occluder.db"
     taken = sqlite3.connect(file)

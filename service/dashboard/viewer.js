@@ -1,6 +1,7 @@
 // The 3D view as an element of a page: its properties, its keys, and what it says in words.
 
 import { Stage } from "occluder-drawing";
+import { loadSets } from "occluder-sets";
 
 const NO_WEBGL =
   "This browser draws no 3D: WebGL is switched off or not there. The numbers, pictures and " +
@@ -39,6 +40,8 @@ export default {
     direction: Array,
     label: String,
     group: String,
+    sets: String,
+    cell: Number,
   },
 
   data() {
@@ -52,6 +55,12 @@ export default {
     words() {
       if (!this.triangles) return "";
       const { original, occluder } = this.triangles;
+      if (this.sets)
+        return (
+          `What cell ${this.cell} may see: yellow, ${occluder.toLocaleString("en")} of ` +
+          `${original.toLocaleString("en")} triangles shown. The cell: pink. Drag or arrow keys ` +
+          `turn, wheel or + and - zoom, right drag pans, 0 resets.`
+        );
       return (
         `Original: ${original.toLocaleString("en")} triangles shown, grey. Occluder: ` +
         `${occluder.toLocaleString("en")}, yellow. Drag or arrow keys turn, wheel or + and - zoom, ` +
@@ -80,6 +89,9 @@ export default {
       this.stage?.setWireframe(on);
     },
     level() {
+      this.showLevel();
+    },
+    cell() {
       this.showLevel();
     },
   },
@@ -126,21 +138,30 @@ export default {
   methods: {
     async showLevel() {
       if (!this.stage) return;
-      const wanted = this.level;
+      const [level, cell] = [this.level, this.cell];
       try {
-        await this.stage.pieces.loadLevel(this.levels[wanted]);
+        if (this.sets) await this.loadCell(cell);
+        else await this.stage.pieces.loadLevel(this.levels[level]);
       } catch (error) {
-        this.fail("failed", `Level ${wanted} cannot be shown: ${error.message}.`);
+        const what = this.sets ? `The set of cell ${cell}` : `Level ${level}`;
+        this.fail("failed", `${what} cannot be shown: ${error.message}.`);
         return;
       }
-      // A level that was asked for later may have come earlier.
-      if (wanted !== this.level) return this.showLevel();
+      // What was asked for later may have come earlier.
+      if (level !== this.level || cell !== this.cell) return this.showLevel();
       this.message = "";
       this.state = "ready";
       this.shares = null;
       this.triangles = this.stage.pieces.triangles();
       this.stage.invalidate();
       this.$emit("ready", this.triangles);
+    },
+
+    async loadCell(cell) {
+      const sets = await loadSets(this.sets);
+      const objects = await sets.objects(cell);
+      this.stage.pieces.showObjects(objects, sets.triangles);
+      this.stage.pieces.showCell(sets.solid(cell));
     },
 
     lookAlong(direction) {

@@ -14,10 +14,12 @@ from nicegui.events import GenericEventArguments
 from service.dashboard.colours import BOTH, MISSED, NEITHER, WRONG
 from service.dashboard.views import Direction
 
-Mode = Literal["overlay", "transparent", "side", "silhouette"]
+Mode = Literal["overlay", "transparent", "side", "silhouette", "alone"]
 
 _THREE = Path(nicegui.__file__).parent / "elements" / "scene" / "dist"
 _HERE = Path(__file__).parent
+SETS = _HERE / "sets"
+"""What reads visible sets in the browser."""
 
 
 @dataclass(frozen=True)
@@ -38,13 +40,20 @@ class Shares:
 class MeshViewer(
     Element,
     component="viewer.js",
-    esm={"nicegui-scene": str(_THREE), "occluder-drawing": str(_HERE / "drawing")},
+    esm={
+        "nicegui-scene": str(_THREE),
+        "occluder-drawing": str(_HERE / "drawing"),
+        "occluder-sets": str(SETS),
+    },
 ):
-    """A view of one original and the levels of one occluder.
+    """A view of one original and the levels of one occluder, or of what a view cell may see of it.
 
     ``original``   address of a GLB as :func:`simplifier.save_for_viewing` writes it: a node tells
                    its bounding sphere, the unit of this view.
-    ``levels``     addresses of GLBs, the finest first; at least one.
+    ``levels``     addresses of GLBs, the finest first; none where there are ``sets``.
+    ``sets``       address of the folder that :mod:`service.engines.work.set_view` writes: the
+                   objects of the original that are in the set of a cell take the occluder's place.
+    ``cell``       the one to begin with.
     ``up``         axis of the mesh that points up.
     ``label``      what the view shows, for those who do not see it.
     ``direction``  line of sight to begin with; None for from the front.
@@ -54,26 +63,34 @@ class MeshViewer(
     def __init__(
         self,
         original: str,
-        levels: Sequence[str],
+        levels: Sequence[str] = (),
         *,
         label: str,
         up: Literal["x", "y", "z"] = "y",
         mode: Mode = "overlay",
         direction: Direction | None = None,
         group: str | None = None,
+        sets: str | None = None,
+        cell: int = 0,
     ) -> None:
         super().__init__()
         self._set(
             original=original, levels=list(levels), level=0, mode=mode, wireframe=False, up=up,
             palette=[NEITHER, WRONG, MISSED, BOTH], direction=direction, label=label, group=group,
+            sets=sets, cell=cell,
         )  # fmt: skip
 
     def show_level(self, level: int) -> None:
         """Show one of the levels given, counted from 0."""
         self._set(level=level)
 
+    def show_cell(self, cell: int) -> None:
+        """Show what another cell may see."""
+        self._set(cell=cell)
+
     def show_mode(self, mode: Mode) -> None:
-        """Both over each other, the original see-through, beside each other, or silhouettes."""
+        """Both over each other, the original see-through, beside each other, silhouettes, or
+        without the original."""
         self._set(mode=mode)
 
     def show_wireframe(self, on: bool) -> None:

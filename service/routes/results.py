@@ -113,12 +113,17 @@ def _find_file(files: Sequence[JobFile], name: str) -> JobFile | None:
 
 def read_report(blobs: BlobStore, files: Sequence[JobFile]) -> dict[str, Any] | None:
     """The report among the files of a job; None where its kind has none.  Call it in a thread."""
-    file = _find_file(files, "report.json")
+    return read_document(blobs, files, "report.json")
+
+
+def read_document(blobs: BlobStore, files: Sequence[JobFile], name: str) -> dict[str, Any] | None:
+    """The JSON object of a file of a job; None where there is no such.  Call it in a thread."""
+    file = _find_file(files, name)
     if file is None:
         return None
     try:
         with blobs.open(file.blob) as source:
-            report: dict[str, Any] = json.load(source)
+            document: dict[str, Any] = json.load(source)
     except KeyError:
         raise NotFoundError("the report is stored no more", remedy="make a new job") from None
-    return report
+    return document

@@ -152,14 +152,15 @@ def read_run(stores: Stores, tenant: str, job_id: str) -> RunDetail:
     files = stores.jobs.files(job.id)
     report = read_report(stores.blobs, files)
     result = Result.of(JobBody.of(job, whole_webhook=False), report, files)
+    judged = None if job.kind is JobKind.VISIBILITY else report
     return RunDetail(
         job=job,
         levels=tuple(result.levels),
-        views=views_of(report) if report else (),
+        views=views_of(judged) if judged else (),
         files=tuple(result.files),
-        solid=Solid.of(report) if report else None,
-        deviation=report["deviation"] if report else None,
-        left_out=tuple(_left_out(report["left_out"])) if report else (),
+        solid=Solid.of(judged) if judged else None,
+        deviation=judged["deviation"] if judged else None,
+        left_out=tuple(_left_out(judged["left_out"])) if judged else (),
     )
 
 

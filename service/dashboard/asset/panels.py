@@ -73,18 +73,19 @@ def run_panels(
 def numbers_panel(summary: Summary, holds: bool | None) -> None:
     """``holds``  whether it is good enough; None where nothing is demanded."""
     with ui.element("dl").classes("numbers"):
-        _number("Recall", percent(summary.recall))
-        _number("Precision", percent(summary.precision, 2))
-        _number("Worst view", percent(summary.worst_recall))
-        _number("Overhang", overhang(summary.overhang))
-        _number("Triangles", f"{whole(summary.input_triangles)} to {whole(summary.triangles)}")
-        _number("Time", seconds(summary.seconds))
+        show_number("Recall", percent(summary.recall))
+        show_number("Precision", percent(summary.precision, 2))
+        show_number("Worst view", percent(summary.worst_recall))
+        show_number("Overhang", overhang(summary.overhang))
+        show_number("Triangles", f"{whole(summary.input_triangles)} to {whole(summary.triangles)}")
+        show_number("Time", seconds(summary.seconds))
         if holds is not None:
             words, look = ("held", "good") if holds else ("missed", "bad")
-            _number("Thresholds", words, look)
+            show_number("Thresholds", words, look)
 
 
-def _number(name: str, value: str, look: str = "") -> None:
+def show_number(name: str, value: str, look: str = "") -> None:
+    """A figure in a line of numbers; ``look`` is a class of the style sheet."""
     with ui.element("div"):
         with ui.element("dt").classes("quiet"):
             ui.label(name)

@@ -7,6 +7,9 @@
 import { GLTFLoader, THREE } from "nicegui-scene";
 
 const SEE_THROUGH = 0.25;
+const GHOST = 0.12; // of many objects, one behind the other
+const MARK = "#d6006c";
+const PIN = 0.12; // of the bounding sphere's radius
 
 export class Pieces {
   constructor() {
@@ -25,6 +28,8 @@ export class Pieces {
       polygonOffsetUnits: 1,
     });
     this.cover = new THREE.MeshLambertMaterial({ side: THREE.DoubleSide, flatShading: true });
+    this.marked = new THREE.Group();
+    this.world.add(this.marked);
     this.loader = new GLTFLoader();
     this.levels = new Map();
   }
@@ -36,6 +41,7 @@ export class Pieces {
     const sphere = find(loaded, (one) => one.userData.bounding_sphere);
     if (!sphere) throw new Error("the file tells no bounding sphere");
     const { centre, radius } = sphere.userData.bounding_sphere;
+    this.centre = new THREE.Vector3(...centre);
     this.world.scale.setScalar(1 / radius);
     this.world.position.fromArray(centre).multiplyScalar(-1 / radius);
     this.original.add(dressed(loaded, this.surface));
@@ -61,6 +67,80 @@ export class Pieces {
     }
   }
 
+  // In place of a level: some objects of the original, which has so many triangles of each in turn.
+  showObjects(objects, triangles) {
+    const whole = find(this.original, (one) => one.isMesh);
+    const starts = [0];
+    for (const count of triangles) starts.push(starts.at(-1) + 3 * count);
+    const total = objects.reduce((sum, one) => sum + triangles[one], 0);
+    const indices = new Uint32Array(3 * total);
+    let end = 0;
+    for (const one of objects) {
+      const own = whole.geometry.index.array.subarray(starts[one], starts[one + 1]);
+      indices.set(own, end);
+      end += own.length;
+    }
+    const geometry = new THREE.BufferGeometry();
+    for (const [name, values] of Object.entries(whole.geometry.attributes))
+      geometry.setAttribute(name, values);
+    geometry.setIndex(new THREE.BufferAttribute(indices, 1));
+    // Only the indices are its own.
+    for (const old of this.occluder.children) old.geometry.dispose();
+    this.occluder.clear();
+    const shown = new THREE.Mesh(geometry, this.cover);
+    whole.updateWorldMatrix(true, false);
+    this.world.updateWorldMatrix(true, false);
+    shown.matrixAutoUpdate = false;
+    shown.matrix.copy(this.world.matrixWorld).invert().multiply(whole.matrixWorld);
+    this.occluder.add(shown);
+    this.ghost = GHOST;
+    this.setTransparent(this.surface.transparent);
+  }
+
+  // A cell, seen through all that stands before it: its corners below and above, in world units.
+  showCell([below, above]) {
+    const place = (corner) => new THREE.Vector3(...corner).sub(this.centre);
+    const ends = below.flatMap((corner, at) => {
+      const next = (at + 1) % below.length;
+      return [corner, below[next], above[at], above[next], corner, above[at]].map(place);
+    });
+    for (const old of this.marked.children) {
+      old.geometry.dispose();
+      old.material.dispose();
+    }
+    this.marked.clear();
+    const sides = below.flatMap((corner, at) => {
+      const next = (at + 1) % below.length;
+      return [corner, below[next], above[next], corner, above[next], above[at]].map(place);
+    });
+    const style = { color: MARK, depthTest: false, transparent: true };
+    const edges = new THREE.LineSegments(
+      new THREE.BufferGeometry().setFromPoints(ends),
+      new THREE.LineBasicMaterial(style),
+    );
+    const faces = new THREE.Mesh(
+      new THREE.BufferGeometry().setFromPoints(sides),
+      new THREE.MeshBasicMaterial({ ...style, opacity: 0.45, side: THREE.DoubleSide }),
+    );
+    this.marked.position.copy(this.centre);
+    this.marked.renderOrder = 1;
+    this.marked.add(faces, edges, this.pin(below.map(place), above.map(place)));
+  }
+
+  // Stands on a cell, so that it is found in a town.
+  pin(below, above) {
+    const upward = above[0].clone().sub(below[0]).normalize();
+    const high = PIN / this.world.scale.x;
+    const pin = new THREE.Mesh(
+      new THREE.ConeGeometry(0.25 * high, high, 24),
+      new THREE.MeshLambertMaterial({ color: MARK, depthTest: false, transparent: true }),
+    );
+    const top = above.reduce((sum, one) => sum.add(one), new THREE.Vector3());
+    pin.position.copy(top.divideScalar(above.length)).addScaledVector(upward, 0.5 * high);
+    pin.quaternion.setFromUnitVectors(new THREE.Vector3(0, -1, 0), upward);
+    return pin;
+  }
+
   paint({ original, occluder }) {
     this.surface.color.set(original);
     this.cover.color.set(occluder);
@@ -72,7 +152,7 @@ export class Pieces {
 
   setTransparent(on) {
     this.surface.transparent = on;
-    this.surface.opacity = on ? SEE_THROUGH : 1;
+    this.surface.opacity = on ? (this.ghost ?? SEE_THROUGH) : 1;
     this.surface.depthWrite = !on;
     this.surface.needsUpdate = true;
   }
@@ -87,7 +167,7 @@ export class Pieces {
   }
 
   dispose() {
-    for (const group of [this.original, this.occluder])
+    for (const group of [this.original, this.occluder, this.marked])
       group.traverse((one) => one.geometry?.dispose());
     for (const material of [this.surface, this.cover]) material.dispose();
   }

@@ -76,7 +76,7 @@ export class Stage {
         renderer.setScissorTest(false);
         renderer.setViewport(0, 0, width, height);
       } else {
-        pieces.show({ original: true, occluder: true });
+        pieces.show({ original: this.mode !== "alone", occluder: true });
         renderer.render(pieces.scene, eye.camera);
       }
     }

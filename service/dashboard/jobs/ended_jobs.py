@@ -20,7 +20,7 @@ from service.dashboard.wording import (
     seconds,
     whole,
 )
-from service.jobs.job import JobState
+from service.jobs.job import JobKind, JobState
 from service.routes import actions
 
 _RENEW_SECONDS = 3.0
@@ -104,7 +104,8 @@ class EndedJobs:
             table.number(percent(line.precision, 2) if done else "")
             table.number(percent(line.recall) if done else "")
             table.number(overhang(line.overhang) if done else "")
-            table.number(whole(line.triangles) if done else "")
+            counted = done and line.kind is not JobKind.VISIBILITY
+            table.number(whole(line.triangles) if counted else "")
             table.number(seconds(line.seconds) if done else "")
             table.text(moment(line.ended or line.created), "moment")
             with table.cell() as cell:

@@ -18,6 +18,8 @@ from service.dashboard.jobs.live_job import LiveJob
 from service.dashboard.jobs.words import KINDS
 from service.dashboard.notices import showing_unknown
 from service.dashboard.plain_table import PlainTable
+from service.dashboard.visibility.sets_detail import SetsDetail, read_sets
+from service.dashboard.visibility.sets_panels import sets_panels
 from service.dashboard.visitor import Visitor, current_visitor
 from service.dashboard.wording import moment
 from service.jobs.job import Job, JobKind, JobState
@@ -27,20 +29,23 @@ from service.jobs.job import Job, JobKind, JobState
 async def job_page(job_id: str) -> None:
     visitor = current_visitor()
     with showing_unknown():
-        detail = await run_sync(_read, visitor, job_id)
+        detail, sets = await run_sync(_read, visitor, job_id)
         with page_frame(detail.job.name, here="/jobs"), ui.element("div").classes("detail"):
-            _show(visitor, detail)
+            _show(visitor, detail, sets)
 
 
-def _read(visitor: Visitor, job_id: str) -> RunDetail:
-    return read_run(visitor.services, visitor.caller().tenant, job_id)
+def _read(visitor: Visitor, job_id: str) -> tuple[RunDetail, SetsDetail | None]:
+    detail = read_run(visitor.services, visitor.caller().tenant, job_id)
+    return detail, read_sets(visitor.services.blobs, visitor.services.jobs, detail.job)
 
 
-def _show(visitor: Visitor, detail: RunDetail) -> None:
+def _show(visitor: Visitor, detail: RunDetail, sets: SetsDetail | None) -> None:
     job = detail.job
     _about(detail)
     if not job.state.ended:
         LiveJob(visitor, job.id, _anew, heading=False)
+    elif sets is not None:
+        sets_panels(sets, detail.files)
     elif job.state is JobState.SUCCEEDED:
         run_panels(detail)
     else:
@@ -65,7 +70,7 @@ def _about(detail: RunDetail) -> None:
         if job.kind is JobKind.TRADEOFF:
             if job.asset_id:
                 ui.link("the trade-off", f"/tradeoff/{job.asset_id}")
-        elif job.state.ended:
+        elif job.state.ended and job.kind is not JobKind.VISIBILITY:
             ui.link("Run again with other settings", f"/submit?from={job.id}")
 
 

@@ -3,7 +3,7 @@
 scene.glb     all objects, one after the other, in the scene's order
 plan.json     cells and objects in plan, and where each cell's set is in ``sets.bin``
 sets.bin      sets as runs, of which a page asks for the few hundred bytes that it needs
-largest.json  the cells with the largest sets
+page.json     the axis that is up, and the cells with the largest sets
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def write_view(made: VisibleSets, folder: Path) -> None:
     sizes = made.set_sizes()
     _write(folder / "plan.json", _plan(made, sizes, triangles))
     (folder / "sets.bin").write_bytes(made.pvs.rows.data)
-    _write(folder / "largest.json", {"largest": _largest(made.pvs, sizes)})
+    _write(folder / "page.json", {"up": made.pvs.up, "largest": _largest(made.pvs, sizes)})
 
 
 def _plan(

@@ -10,10 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import simplifier
+from bench.visibility_city import generated_city
 from examples.castle import castle
 from service.engines.messages import Task
 from service.engines.work.occluder import make_occluder
+from service.engines.work.visibility import find_sets
 from service.jobs.job import JobKind, Summary
+from simplifier.io.scene_writer import write_scene
 
 DRAFT: Mapping[str, Any] = {
     "preset": "draft", "lods": 2, "ground": True, "resolution": 32, "views": 64, "overhang": 0.02,
@@ -22,12 +25,17 @@ DRAFT: Mapping[str, Any] = {
 
 @dataclass(frozen=True)
 class JobResult:
-    """What a job of the castle has made, and what it was made of."""
+    """What a job has made, of the castle if not said otherwise, and what it was made of.
+
+    ``part``  of the upload that the input came as.
+    """
 
     options: Mapping[str, Any]
     input: Path
     folder: Path
     summary: Summary
+    kind: JobKind = JobKind.OCCLUDER
+    part: str = "mesh"
 
     @property
     def report(self) -> dict[str, Any]:
@@ -52,3 +60,18 @@ def castle_result(folder: Path, **changes: Any) -> JobResult:
     )  # fmt: skip
     summary = make_occluder(task, lambda progress: None, threading.Event())
     return JobResult(options, mesh, results, summary)
+
+
+def sets_result(folder: Path, **changes: Any) -> JobResult:
+    """The visible sets of a small town, made in the same way."""
+    options = {"up": "z", "ground": True, "cell_size": 20.0, **changes}
+    scene, results, scratch = folder / "town.glb", folder / "results", folder / "scratch"
+    results.mkdir(parents=True)
+    scratch.mkdir()
+    write_scene(generated_city(3), scene)
+    task = Task(
+        JobKind.VISIBILITY, "town.glb", options, {"scene": str(scene)}, str(results), str(scratch),
+        threads=1, memory=1 << 32, unpacked=1 << 30,
+    )  # fmt: skip
+    summary = find_sets(task, lambda progress: None, threading.Event())
+    return JobResult(options, scene, results, summary, JobKind.VISIBILITY, "scene")

@@ -50,7 +50,7 @@ class Stock:
                 name = path.relative_to(result.folder).as_posix()
                 with path.open("rb") as source:
                     files.append(JobFile(name, keeping.put(source), media_type_of(name)))
-            job = self._submit(result.options, result.input, asset, overrides)
+            job = self._submit(result, asset, overrides)
             claim = self.jobs.claim("stock", 60.0)
             assert claim is not None
             assert claim.job.id == job.id
@@ -59,7 +59,7 @@ class Stock:
 
     def failure(self, result: JobResult, failure: Failure) -> Job:
         """A job of the same mesh that has failed."""
-        job = self._submit(result.options, result.input, None)
+        job = self._submit(result, None)
         claim = self.jobs.claim("stock", 60.0)
         assert claim is not None
         self.jobs.fail(claim, failure, final=True)
@@ -69,12 +69,11 @@ class Stock:
         """The asset's id; it is made where it is not there."""
         return self.assets.put(TENANT, asset, thresholds)[0].id
 
-    def _submit(
-        self, options: Any, mesh: Path, asset: str | None, overrides: bytes | None = None
-    ) -> Job:
-        resolved = self.tables[JobKind.OCCLUDER].read(options)
-        with self.blobs.keeping() as keeping, mesh.open("rb") as source:
-            inputs = [JobFile("input/mesh.ply", keeping.put(source), "model/ply", is_input=True)]
+    def _submit(self, result: JobResult, asset: str | None, overrides: bytes | None = None) -> Job:
+        resolved = self.tables[result.kind].read(result.options)
+        with self.blobs.keeping() as keeping, result.input.open("rb") as source:
+            name = f"input/{result.part}{result.input.suffix}"
+            inputs = [JobFile(name, keeping.put(source), media_type_of(name), is_input=True)]
             if overrides is not None:
                 decided = keeping.put(BytesIO(overrides))
                 name = "castle.overrides.toml"
@@ -83,7 +82,7 @@ class Stock:
                 )
             job, _ = self.jobs.submit(
                 Submission(
-                    tenant=TENANT, kind=JobKind.OCCLUDER, name="castle.ply", options=resolved,
+                    tenant=TENANT, kind=result.kind, name=result.input.name, options=resolved,
                     inputs=tuple(inputs), version=__version__, asset=asset, may_reuse=False,
                 ),
                 queue_limit=1000,

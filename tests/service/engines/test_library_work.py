@@ -441,7 +441,7 @@ def test_visible_sets_have_a_file_a_report_a_picture_and_what_the_page_shows(pla
     write_scene(generated_city(2), tmp_path / "town.glb")
     job = sets_job(place, (tmp_path / "town.glb").read_bytes(), ".glb", ground=True)
     results = place.results(job.id)
-    view = {"view/scene.glb", "view/plan.json", "view/sets.bin", "view/largest.json"}
+    view = {"view/scene.glb", "view/plan.json", "view/sets.bin", "view/page.json"}
     assert set(results) == {"sets.pvs", "report.json", "cells.png"} | view
     (tmp_path / "sets.pvs").write_bytes(results["sets.pvs"])
     pvs = load_pvs(tmp_path / "sets.pvs")
@@ -450,7 +450,7 @@ def test_visible_sets_have_a_file_a_report_a_picture_and_what_the_page_shows(pla
     plan = json.loads(results["view/plan.json"])
     assert plan["sizes"] == [len(one) for one in own]
     assert sum(plan["triangles"]) == job.summary.input_triangles
-    (largest, *_) = json.loads(results["view/largest.json"])["largest"]
+    (largest, *_) = json.loads(results["view/page.json"])["largest"]
     assert largest["objects"] == max(plan["sizes"])
     middle = pvs.to_cells(np.array(largest["middle"]))
     assert largest["cell"] in pvs.cells.containing(middle)

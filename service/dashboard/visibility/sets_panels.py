@@ -1,0 +1,124 @@
+"""All that there is to see of visible sets, put together by :func:`sets_panels`.
+
+numbers   what came out, in a line; how, in a sentence; the file
+cells     in plan, and in 3D what the chosen one may see
+largest   the cells that see most, in a table
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from nicegui import ui
+from nicegui.events import ValueChangeEventArguments
+
+from service.dashboard.asset.panels import (
+    downloads_panel,
+    file_size,
+    show_number,
+    timings_panel,
+    warnings_panel,
+)
+from service.dashboard.frame import panel
+from service.dashboard.plain_table import PlainTable
+from service.dashboard.view_map import Axis
+from service.dashboard.viewer import MeshViewer, Mode
+from service.dashboard.views import Direction
+from service.dashboard.visibility.cells_plan import CellsPlan
+from service.dashboard.visibility.sets_detail import FILE, VIEW, SetsDetail
+from service.dashboard.wording import length, percent, seconds, side_by_side, whole
+from service.schemas.result import ResultFile
+
+_FROM_ABOVE: dict[Axis, Direction] = {
+    "x": (-0.75, 0.35, -0.56), "y": (-0.35, -0.75, -0.56), "z": (-0.35, 0.56, -0.75),
+}  # fmt: skip
+"""Lines of sight by the axis that is up, steep enough that streets are seen."""
+
+_MODES: dict[Mode, str] = {"transparent": "Rest as a ghost", "alone": "Rest hidden"}
+
+
+def sets_panels(sets: SetsDetail, files: Sequence[ResultFile]) -> None:
+    """Show a job of visible sets that has succeeded."""
+    _numbers(sets)
+    ui.label(sets.way)
+    with ui.element("div").classes("row-of-controls"):
+        link = ui.link(f"Download {FILE}, {file_size(sets.bytes_)}", sets.link)
+        link.classes("download-button").props["download"] = True
+    if sets.summary.warnings:
+        warnings_panel(sets.summary.warnings)
+    cells = _Cells(sets)
+    with ui.element("div").classes("run-panels"):
+        if sets.largest:
+            cells.largest_panel()
+        timings_panel(sets.summary.timings, sets.summary.seconds)
+        downloads_panel([file for file in files if not file.name.startswith(VIEW)])
+
+
+def _numbers(sets: SetsDetail) -> None:
+    report = sets.report
+    with ui.element("dl").classes("numbers"):
+        show_number("Culled in the mean", percent(report["culled_share"], 2))
+        show_number("Cells", whole(report["cells"]))
+        if report["left"]:
+            show_number("Not computed", whole(report["left"]), "doubt")
+        show_number("Objects", whole(report["objects"]))
+        if sets.largest:
+            show_number("Largest set", whole(sets.largest[0].objects))
+        show_number("Bytes a cell", f"{sets.bytes_a_cell:,.0f}")
+        show_number("Time a cell", side_by_side(report["seconds_a_cell"]))
+        show_number("Time", seconds(sets.summary.seconds))
+
+
+class _Cells:
+    """Plan, 3D view and table speak of the same cell, at first that with the largest set."""
+
+    def __init__(self, sets: SetsDetail) -> None:
+        self._sets = sets
+        first = sets.largest[0].cell if sets.largest else 0
+        with ui.element("div").classes("halves"):
+            with panel("Cells by the size of their sets"):
+                self._plan = CellsPlan(
+                    sets.base,
+                    chosen=first,
+                    label=f"Plan of {sets.job.name}: view cells by how many objects each may see. "
+                    "Arrow keys go to the next cell, Enter shows its set, Home the largest.",
+                )
+                self._plan.on_choose(self._choose)
+            with panel("What the chosen cell may see"):
+                modes = ui.toggle(dict(_MODES), value="transparent", on_change=self._show_mode)
+                modes.props('dense no-caps unelevated role=group aria-label="What is shown"')
+                self._viewer = MeshViewer(
+                    f"{sets.base}/scene.glb",
+                    sets=sets.base,
+                    cell=first,
+                    up=sets.up,
+                    mode="transparent",
+                    direction=_FROM_ABOVE[sets.up],
+                    label=f"{sets.job.name}, what a cell may see of it",
+                )
+
+    def _choose(self, cell: int) -> None:
+        # The number comes from the browser.
+        if 0 <= cell < self._sets.report["cells"]:
+            self._plan.show_chosen(cell)
+            self._viewer.show_cell(cell)
+
+    def _show_mode(self, event: ValueChangeEventArguments[Mode]) -> None:
+        self._viewer.show_mode(event.value)
+
+    def largest_panel(self) -> None:
+        """The cells that see most, each with a button that shows it."""
+        with panel("Cells that see most"), ui.element("div").classes("wide-table"):
+            columns = ["Show", "#Objects", "#Of all", "#x", "#y", "#z"]
+            table = PlainTable("Cells that see most", columns)
+        for one in self._sets.largest:
+            with table.row():
+                with table.cell() as place:
+                    place.classes("button-cell")
+                    button = ui.button(f"Cell {one.cell}")
+                    button.on_click(lambda _, cell=one.cell: self._choose(cell))
+                    button.props("flat dense no-caps size=sm")
+                table.number(whole(one.objects))
+                table.number(percent(one.objects / self._sets.report["objects"]))
+                for value in one.middle:
+                    table.number(length(value)).classes("number-text")

@@ -1,0 +1,162 @@
+"""The page of visible sets, over a folder that a server has left."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+import simplifier
+from service.dashboard.visibility.sets_detail import read_sets
+from tests.service.dashboard.chromium import Watch
+from tests.service.dashboard.legibility import faint_texts, overflows
+from tests.service.dashboard.results import JobResult, sets_result
+from tests.service.dashboard.screenshots import keep_picture
+from tests.service.dashboard.serving import IDLE, served
+from tests.service.dashboard.stock import stocked
+from tests.service.dashboard.viewer_pages import grey, pixels, settle, shown, yellow
+
+VIEWER = "town.glb, what a cell may see of it"
+SLOW = 60_000.0  # milliseconds
+
+
+@dataclass(frozen=True)
+class Town:
+    """A job's page, its files, and what the file of sets holds."""
+
+    page: str
+    result: JobResult
+    pvs: simplifier.Pvs
+
+    @property
+    def largest(self) -> list[int]:
+        page = json.loads((self.result.folder / "view/page.json").read_text())
+        return [one["cell"] for one in page["largest"]]
+
+    def words(self, cell: int) -> str:
+        return f"{self.pvs.visible(cell).sum()} of {len(self.pvs.names)} objects may be seen"
+
+
+@pytest.fixture(scope="module")
+def town(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Town]:
+    result = sets_result(tmp_path_factory.mktemp("town"))
+    folder = tmp_path_factory.mktemp("data")
+    with stocked(folder) as stock:
+        job = stock.run(result)
+        sets = read_sets(stock.blobs, stock.jobs, job)
+    assert sets is not None
+    assert sets.way.startswith("Found by cull maps, since 100 % of what stands in the scene is")
+    assert sets.bytes_a_cell == (result.folder / "sets.pvs").stat().st_size / sets.summary.levels
+    environment = {
+        "OCCLUDER_DATA": str(folder), "OCCLUDER_WORKERS": "1", "OCCLUDER_MIN_FREE": "0", **IDLE
+    }  # fmt: skip
+    with served("tests.service.dashboard.application:make_app()", environment) as address:
+        pvs = simplifier.load_pvs(result.folder / "sets.pvs")
+        yield Town(f"{address}/jobs/{job.id}", result, pvs)
+
+
+def plan_of(page: Page) -> Locator:
+    """The plan, drawn."""
+    page.locator(".cells-plan[data-state=ready]").wait_for(timeout=SLOW)
+    return page.locator(".cells-plan-canvas")
+
+
+def place_on_screen(town: Town, plan: Locator, cell: int) -> tuple[float, float]:
+    """Where the middle of a cell is in the picture of the plan."""
+    told = json.loads((town.result.folder / "view/plan.json").read_text())
+    corners = np.array([*told["cells"], *told["boxes"]])
+    low, high = corners[:, :2].min(axis=0), corners[:, 2:].max(axis=0)
+    box = plan.bounding_box()
+    assert box is not None
+    size = np.array([box["width"], box["height"]]) - 2.0  # less the border
+    scale = (size / (1.06 * (high - low))).min()
+    middle = np.array(told["cells"][cell]).reshape(2, 2).mean(axis=0)
+    x, y = size / 2.0 + scale * (middle - (low + high) / 2.0) * [1.0, -1.0]
+    return float(x), float(y)
+
+
+@pytest.mark.vital
+def test_what_a_cell_sees_is_shown_and_the_file_fetched(page: Page, town: Town) -> None:
+    page.goto(town.page, timeout=SLOW)
+    plan = plan_of(page)
+    largest, other = town.largest[0], int(np.argmin([
+        town.pvs.visible(cell).sum() for cell in range(len(town.pvs.cells))
+    ]))  # fmt: skip
+    expect(page.get_by_text(town.words(largest))).to_be_visible(timeout=SLOW)
+    host = shown(page, VIEWER)
+    before = yellow(pixels(host))
+    x, y = place_on_screen(town, plan, other)
+    plan.click(position={"x": x, "y": y})
+    expect(page.get_by_text(f"Cell {other}, around")).to_contain_text(town.words(other))
+    expect(page.get_by_text(f"What cell {other} may see")).to_be_visible(timeout=SLOW)
+    settle(host)
+    assert 0.0 < yellow(pixels(host)) < before
+    with page.expect_download() as download:
+        page.get_by_role("link", name="Download sets.pvs").click()
+    assert download.value.path().read_bytes() == (town.result.folder / "sets.pvs").read_bytes()
+
+
+def test_the_rest_is_hidden_if_wanted_and_tables_choose_cells(page: Page, town: Town) -> None:
+    page.goto(town.page, timeout=SLOW)
+    host = shown(page, VIEWER)
+    ghost = grey(pixels(host))
+    page.get_by_role("button", name="Rest hidden").click()
+    page.wait_for_timeout(300.0)
+    settle(host)
+    assert grey(pixels(host)) < 0.5 * ghost
+    cell = town.largest[3]
+    page.get_by_role("button", name=f"Cell {cell}", exact=True).click()
+    expect(page.get_by_text(town.words(cell))).to_be_visible()
+    expect(page.get_by_text(f"What cell {cell} may see")).to_be_visible()
+
+
+def test_keys_go_from_cell_to_cell(page: Page, town: Town) -> None:
+    page.goto(town.page, timeout=SLOW)
+    plan = plan_of(page)
+    plan.focus()
+    page.keyboard.press("ArrowLeft")
+    words = page.locator(".view-map-words")
+    expect(words).not_to_contain_text(f"Cell {town.largest[0]},")
+    cell = int(words.inner_text().split()[1].rstrip(","))
+    page.keyboard.press("Enter")
+    expect(page.get_by_text(f"What cell {cell} may see")).to_be_visible(timeout=SLOW)
+    page.keyboard.press("Home")
+    expect(words).to_contain_text(f"Cell {town.largest[0]},")
+    for key in ("+", "-", "0"):
+        drawn = plan.get_attribute("data-frames")
+        page.keyboard.press(key)
+        expect(plan).not_to_have_attribute("data-frames", drawn or "")
+
+
+def test_what_is_gone_is_told(page: Page, town: Town, watch: Watch) -> None:
+    page.route("**/view/plan.json", lambda route: route.fulfill(status=404))
+    watch.expect("404")
+    page.goto(town.page, timeout=SLOW)
+    expect(
+        page.get_by_text("The cells cannot be shown: the plan is not there (404).")
+    ).to_be_visible()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1280, 390])
+def test_it_can_be_read(
+    browser: Browser, town: Town, scheme: str, width: int, tmp_path: Path
+) -> None:
+    context = browser.new_context(
+        viewport={"width": width, "height": 900},
+        color_scheme=scheme,  # type: ignore[arg-type]
+    )
+    page = context.new_page()
+    page.goto(town.page, timeout=SLOW)
+    plan_of(page)
+    shown(page, VIEWER)
+    assert faint_texts(page) == []
+    assert not overflows(page)
+    if width > 1000:
+        keep_picture(page, f"dashboard_visible_sets_{scheme}", tmp_path)
+    context.close()

@@ -7,6 +7,8 @@ const ASIDE = 2.5; // how much dearer a step to the side is than one ahead
 const MARGIN = 0.03; // of the longer side
 const SHADES = 64;
 const OVER = 0.7; // how much of a cell an object covers that is seen
+const OVER_TILED = 0.25; // where objects fill the plan
+const TILED = 0.8; // of the plan
 const OUTLINED = 5; // pixels from which a cell has an outline
 const WHOLE = 0.4; // of the plan: larger objects, such as a ground, are drawn as outlines
 const ZOOM = 1.2;
@@ -120,8 +122,11 @@ export default {
       this.range = [done.reduce((a, b) => Math.min(a, b)), done.reduce((a, b) => Math.max(a, b))];
       this.partial = done.length < sizes.length;
       this.largest = sizes.indexOf(this.range[1]);
-      const most = WHOLE * this.extent[0] * this.extent[1];
-      this.wide = boxes.map(([x0, y0, x1, y1]) => (x1 - x0) * (y1 - y0) > most);
+      const plan = this.extent[0] * this.extent[1];
+      const areas = boxes.map(([x0, y0, x1, y1]) => (x1 - x0) * (y1 - y0));
+      this.wide = areas.map((area) => area > WHOLE * plan);
+      const filled = areas.reduce((sum, area, one) => sum + (this.wide[one] ? 0 : area), 0);
+      this.over = filled > TILED * plan ? OVER_TILED : OVER;
       this.reset();
     },
 
@@ -254,7 +259,7 @@ export default {
     drawSeen(context, colour) {
       const { boxes } = this.sets;
       const hidden = boxes.filter((_, one) => !this.wide[one] && !this.seen?.has(one));
-      context.globalAlpha = OVER;
+      context.globalAlpha = this.over;
       context.lineWidth = 0.5;
       context.strokeStyle = colour("line");
       context.stroke(this.path(hidden.map(corners)));

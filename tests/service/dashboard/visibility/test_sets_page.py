@@ -158,5 +158,6 @@ def test_it_can_be_read(
     assert faint_texts(page) == []
     assert not overflows(page)
     if width > 1000:
-        keep_picture(page, f"dashboard_visible_sets_{scheme}", tmp_path)
+        name = "dashboard_visible_sets" + ("_dark" if scheme == "dark" else "")
+        keep_picture(page, name, tmp_path)
     context.close()

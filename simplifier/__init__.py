@@ -17,6 +17,8 @@
     culler = simplifier.Culler(tree, simplifier.DepthBuffer())
     verdicts = culler.cull(camera).verdicts
 
+    sets = simplifier.find_visible_sets("city.glb", up="z")
+    sets.save("city.pvs")
     pvs = simplifier.load_pvs("city.pvs")            # what can be seen from each view cell
     seen = pvs.visible((12.0, 1.7, -3.0))
 

@@ -7,8 +7,7 @@ const ASIDE = 2.5; // how much dearer a step to the side is than one ahead
 const MARGIN = 0.03; // of the longer side
 const SHADES = 64;
 const OVER = 0.7; // how much of a cell an object covers that is seen
-const OVER_TILED = 0.25; // where objects fill the plan
-const TILED = 0.8; // of the plan
+const TILED = 0.8; // of the plan: objects that fill it, as tiles do, cover no cell
 const OUTLINED = 5; // pixels from which a cell has an outline
 const WHOLE = 0.4; // of the plan: larger objects, such as a ground, are drawn as outlines
 const ZOOM = 1.2;
@@ -126,7 +125,7 @@ export default {
       const areas = boxes.map(([x0, y0, x1, y1]) => (x1 - x0) * (y1 - y0));
       this.wide = areas.map((area) => area > WHOLE * plan);
       const filled = areas.reduce((sum, area, one) => sum + (this.wide[one] ? 0 : area), 0);
-      this.over = filled > TILED * plan ? OVER_TILED : OVER;
+      this.tiled = filled > TILED * plan;
       this.reset();
     },
 
@@ -139,11 +138,19 @@ export default {
     told(cell) {
       const size = this.sets.sizes[cell];
       const all = this.sets.boxes.length.toLocaleString("en");
-      const [x, y] = this.sets.middle(cell).map((one, axis) => one + this.sets.origin[axis]);
-      const place = `Cell ${cell}, around ${x.toPrecision(4) / 1}, ${y.toPrecision(4) / 1}`;
+      const middle = this.sets.middle(cell);
+      const up = "xyz".indexOf(this.sets.up);
+      const around = middle.map((one, axis) => {
+        const value = Number((one + this.sets.origin[axis]).toPrecision(4));
+        return `${"xyz"[(up + 1 + axis) % 3]} ${value.toLocaleString("en")}`;
+      });
+      const place = `Cell ${cell}, around ${around.join(", ")}`;
       if (size < 0) return `${place}: not computed, all ${all} objects count as seen`;
-      const share = ((100 * size) / this.sets.boxes.length).toFixed(1);
-      return `${place}: ${size.toLocaleString("en")} of ${all} objects may be seen (${share} %)`;
+      const share = (Math.floor((1000 * size) / this.sets.boxes.length) / 10).toFixed(1);
+      const others = this.sets.at(middle).length > 1 ? "; click again for the next floor" : "";
+      return (
+        `${place}: ${size.toLocaleString("en")} of ${all} objects may be seen (${share} %)` + others
+      );
     },
 
     async showSeen() {
@@ -259,17 +266,17 @@ export default {
     drawSeen(context, colour) {
       const { boxes } = this.sets;
       const hidden = boxes.filter((_, one) => !this.wide[one] && !this.seen?.has(one));
-      context.globalAlpha = this.over;
+      context.globalAlpha = OVER;
       context.lineWidth = 0.5;
       context.strokeStyle = colour("line");
       context.stroke(this.path(hidden.map(corners)));
       const seen = boxes.filter((_, one) => !this.wide[one] && this.seen?.has(one));
       const path = this.path(seen.map(corners));
       context.fillStyle = colour("seen");
-      context.fill(path);
+      if (!this.tiled) context.fill(path);
       context.globalAlpha = 1;
-      context.lineWidth = 1;
-      context.strokeStyle = colour("seen-line");
+      context.lineWidth = this.tiled ? 2 : 1;
+      context.strokeStyle = colour(this.tiled ? "seen" : "seen-line");
       context.stroke(path);
     },
 

@@ -72,7 +72,7 @@ class SetsDetail:
         sure = (
             "Nothing that is visible from a cell is missing in its set."
             if self.report["conservative"]
-            else "Something visible may be missing where the scene has narrow holes."
+            else "Something visible may be missing where the scene has narrow gaps."
         )
         return f"Found by {_METHODS.get(method, method)}{because}. {sure}"
 

@@ -118,7 +118,6 @@ class _Cells:
                     button = ui.button(f"Cell {one.cell}")
                     button.on_click(lambda _, cell=one.cell: self._choose(cell))
                     button.props("flat dense no-caps size=sm")
-                table.number(whole(one.objects))
-                table.number(percent(one.objects / self._sets.report["objects"]))
-                for value in one.middle:
-                    table.number(length(value)).classes("number-text")
+                share = percent(one.objects / self._sets.report["objects"])
+                for text in (whole(one.objects), share, *map(length, one.middle)):
+                    table.number(text).classes("number-text")

@@ -27,6 +27,7 @@ def find_sets(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
         meter.at_count("objects", 0.1 + 0.2 * done / max(total, 1), done, total)
 
     def at_cells(done: int, total: int) -> None:
+        timings.setdefault("load", meter.seconds)
         timings.setdefault("objects", meter.seconds - sum(timings.values()))
         meter.at_count("sets", 0.3 + 0.6 * done / max(total, 1), done, total)
 

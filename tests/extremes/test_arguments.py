@@ -93,6 +93,10 @@ SWEEP = simplifier.TradeoffOptions((8,), (8,), (8,), (0.1,), repeats=1)
 MADE = simplifier.SimplifyOptions(**FAST, **JUDGED)
 JUDGE = simplifier.EvaluateOptions(resolution=8, **JUDGED)
 
+ENDED = threading.Event()
+"""A cancel that is set."""
+ENDED.set()
+
 CALLS: dict[str, Callable[[Given], Call]] = {
     "simplify": lambda given: given.made(simplifier.simplify, **FAST),
     "simplify, cancelled": lambda given: given.ended(simplifier.simplify, options=MADE),
@@ -126,8 +130,8 @@ CALLS: dict[str, Callable[[Given], Call]] = {
     ),
     "find_visible_sets": lambda given: Call(
         simplifier.find_visible_sets,
-        {"path": given.path, "options": simplifier.VisibilityOptions(cell_size=1.0)},
-        ("tell", "tell_objects"),
+        {"path": given.path, "cancel": ENDED},
+        ("tell", "tell_objects", "cancel"),
     ),
     "SimplifyOptions": lambda given: Call(simplifier.SimplifyOptions),
     "SimplifyOptions.of": lambda given: Call(simplifier.SimplifyOptions.of, {"chosen": {}}),

@@ -1,4 +1,4 @@
-"""Visible sets by the face: those of the steps, and of elevation models."""
+"""Visible sets by the face: those of the steps."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ def town(tmp_path: Path) -> Path:
     return tmp_path / "town.glb"
 
 
+@pytest.mark.slow  # what the service's acceptance test says of the command
 def test_the_sets_are_those_of_the_steps(town: Path) -> None:
     told: list[tuple[int, int]] = []
     made = simplifier.find_visible_sets(
@@ -35,18 +36,6 @@ def test_the_sets_are_those_of_the_steps(town: Path) -> None:
     assert np.array_equal(made.pvs.row_of, pvs.row_of)
     assert made.set_sizes().tolist() == [pvs.visible(cell).sum() for cell in range(len(pvs.cells))]
     assert made.report()["cells"] == len(pvs.cells) == told[-1][0]
-    grid = simplifier.find_visible_sets(town, up="z", cell_size=20.0, cells="grid")
-    assert len(grid.pvs.cells) >= len(pvs.cells)
-
-
-def test_an_elevation_model_is_taken_with_z_up(tmp_path: Path) -> None:
-    ridge = np.where(np.arange(25) // 3 == 4, 300.0, 0.0)
-    np.save(tmp_path / "ridge.npy", np.tile(ridge, (25, 1)))
-    made = simplifier.find_visible_sets(
-        tmp_path / "ridge.npy", up="y", spacing=(10.0, 10.0), tile=4, cell_size=20.0
-    )
-    assert (made.pvs.up, made.pvs.names[0]) == ("z", "tile_0_0")
-    assert made.report()["culled_share"] > 0.0
 
 
 def test_a_cancel_before_the_first_cell_leaves_nothing(town: Path) -> None:

@@ -68,7 +68,7 @@ def sets_result(folder: Path, **changes: Any) -> JobResult:
     scene, results, scratch = folder / "town.glb", folder / "results", folder / "scratch"
     results.mkdir(parents=True)
     scratch.mkdir()
-    write_scene(generated_city(3), scene)
+    write_scene(generated_city(2), scene)
     task = Task(
         JobKind.VISIBILITY, "town.glb", options, {"scene": str(scene)}, str(results), str(scratch),
         threads=1, memory=1 << 32, unpacked=1 << 30,

@@ -19,7 +19,7 @@ from bench.visibility_city import generated_city
 from service.engines.engine import LIBRARY_WORK
 from service.jobs.job import JobKind, JobState
 from service.jobs.progress import LARGEST_PICTURE
-from simplifier import Occluder, load_lods, load_occluder, load_pvs, save, simplify
+from simplifier import Occluder, load_lods, load_occluder, save, simplify
 from simplifier.io.scene_writer import write_scene
 from tests.acceptance.command import environment
 from tests.service.engines.workplace import Workplace
@@ -419,45 +419,7 @@ def sets_job(place, data, suffix, **options):
     return place.end_of(place.submit_files(JobKind.VISIBILITY, files, options, name="town"), 60.0)
 
 
-def shown_sets(results):
-    """The objects of each cell as the page reads them."""
-    plan, data = json.loads(results["view/plan.json"]), results["view/sets.bin"]
-    for row in plan["rows"]:
-        seen, runs, number, shift = [], [], 0, 0
-        for byte in data[plan["offsets"][row] : plan["offsets"][row + 1]]:
-            number |= (byte & 0x7F) << shift
-            shift += 7
-            if byte < 0x80:
-                runs.append(number)
-                number = shift = 0
-        for place, length in enumerate(runs):
-            if place % 2:
-                begin = sum(runs[:place])
-                seen += plan["order"][begin : begin + length]
-        yield sorted(seen)
-
-
-def test_visible_sets_have_a_file_a_report_a_picture_and_what_the_page_shows(place, tmp_path):
-    write_scene(generated_city(2), tmp_path / "town.glb")
-    job = sets_job(place, (tmp_path / "town.glb").read_bytes(), ".glb", ground=True)
-    results = place.results(job.id)
-    view = {"view/scene.glb", "view/plan.json", "view/sets.bin", "view/page.json"}
-    assert set(results) == {"sets.pvs", "report.json", "cells.png"} | view
-    (tmp_path / "sets.pvs").write_bytes(results["sets.pvs"])
-    pvs = load_pvs(tmp_path / "sets.pvs")
-    own = [np.flatnonzero(pvs.visible(cell)).tolist() for cell in range(len(pvs.cells))]
-    assert list(shown_sets(results)) == own
-    plan = json.loads(results["view/plan.json"])
-    assert plan["sizes"] == [len(one) for one in own]
-    assert sum(plan["triangles"]) == job.summary.input_triangles
-    (largest, *_) = json.loads(results["view/page.json"])["largest"]
-    assert largest["objects"] == max(plan["sizes"])
-    middle = pvs.to_cells(np.array(largest["middle"]))
-    assert largest["cell"] in pvs.cells.containing(middle)
-    assert list(job.summary.timings) == ["load", "objects", "sets", "write"]
-    assert json.loads(results["report.json"])["cells"] == job.summary.levels == len(own)
-
-
+@pytest.mark.slow
 def test_sets_of_an_elevation_model(place):
     posts = io.BytesIO()
     np.save(posts, np.add.outer(np.zeros(9), 30.0 * np.sin(np.arange(9.0))))
@@ -478,6 +440,7 @@ def test_sets_that_need_too_much_memory_are_refused_before_work(place, tmp_path)
     assert job.ended - job.started < 5.0
 
 
+@pytest.mark.slow
 def test_a_search_for_sets_hears_that_it_is_cancelled(place, tmp_path, monkeypatch):
     monkeypatch.setattr("service.engines.attempt._PATIENCE", 600.0)  # the work ends itself
     write_scene(generated_city(2), tmp_path / "town.glb")

@@ -64,7 +64,7 @@ def castle_result(folder: Path, **changes: Any) -> JobResult:
 
 def sets_result(folder: Path, **changes: Any) -> JobResult:
     """The visible sets of a small town, made in the same way."""
-    options = {"up": "z", "ground": True, "cell_size": 20.0, **changes}
+    options = {"up": "z", "ground": True, **changes}
     scene, results, scratch = folder / "town.glb", folder / "results", folder / "scratch"
     results.mkdir(parents=True)
     scratch.mkdir()

@@ -168,9 +168,12 @@ def test_another_tenant_sees_nothing(jobs: SqlJobStore, assets: SqlAssetStore) -
     assert assets.asset(None, asset.id) == asset
 
 
-def test_a_tradeoff_is_no_run(jobs: SqlJobStore, assets: SqlAssetStore) -> None:
+@pytest.mark.parametrize("kind", [JobKind.TRADEOFF, JobKind.VISIBILITY])
+def test_neither_a_tradeoff_nor_visible_sets_are_a_run(
+    jobs: SqlJobStore, assets: SqlAssetStore, kind: JobKind
+) -> None:
     latest = run(jobs, "castle", 0.8)
-    swept = run(jobs, "castle", 0.1, kind=JobKind.TRADEOFF)
+    swept = run(jobs, "castle", 0.1, kind=kind)
     (asset,) = assets.assets("studio").assets
     assert (asset.runs, asset.latest) == (1, latest)
     assert assets.runs("studio", asset.id).runs == (latest,)

@@ -3,7 +3,7 @@
 A table as Markdown, a row a mesh: recall at overhang in the mean and in the worst view, and front
 in the mean and in the worst view, by preset and by what is asked for (``--presets balanced,best``,
 ``--overhangs 0.005,0.05``).  256 views that
-no search has seen, all quads counted, no option but the budget and the up axis; seconds and CPU
+no search has seen, all quads counted, no option but the budget, the up axis and ``--front``; seconds and CPU
 seconds from the mesh in memory to its triangles, kernels warm.  ``--seeds N``: the least and the
 most recall over as many seeds in place of one.
 """
@@ -63,6 +63,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("meshes", nargs="*", help="parts of their names; all without")
     parser.add_argument("--presets", default="balanced,best")
     parser.add_argument("--overhangs", default="0.005")
+    parser.add_argument("--front", type=float, default=1.0)
     parser.add_argument("--seeds", type=int, default=1)
     given = parser.parse_args(words)
     simplifier.warm_up()
@@ -82,7 +83,15 @@ def main(words: Sequence[str] | None = None) -> None:
         cells = []
         for preset, overhang in columns:
             runs = [
-                cell(mesh, budget=budget, up=up, preset=preset, overhang=overhang, seed=seed)
+                cell(
+                    mesh,
+                    budget=budget,
+                    up=up,
+                    preset=preset,
+                    overhang=overhang,
+                    seed=seed,
+                    front=given.front,
+                )
                 for seed in range(given.seeds)
             ]
             spread = from_least_to_most([100 * recall for recall, _ in runs])

@@ -60,6 +60,7 @@ def warm_up() -> None:
     for trim, exact in zip(get_args(Trim), (False, True), strict=True):
         selection = replace(little.selection, trim=trim)
         occluder = _simplify_and_judge(mesh, replace(little, selection=selection), exact=exact)
+    simplify_mesh(mesh, replace(little, refine=replace(little.refine, front=0.01)))
     fan = TriangleMesh.from_soup(_POINTS, [[0, 1, 2], [0, 2, 3]])
     crack_triangles(9.0 * fan.vertices, fan.faces, np.arange(4, dtype=np.int32))
     flooded = replace(little, solid=replace(little.solid, fill="flood"))

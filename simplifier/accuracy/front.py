@@ -15,14 +15,11 @@ from simplifier.accuracy.accuracy import checked_directions
 from simplifier.errors import MeshError
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.views import BoundingSphere, ViewShares, image_axes
+from simplifier.geometry.views import FRONT_DEPTH, BoundingSphere, ViewShares, image_axes
 from simplifier.kernels.front import front_pixels
 
 ACROSS = 256
 """Pixels across the original's bounding sphere."""
-
-DEPTH = 0.01
-"""Of its diameter: what stands less far before the surface is as good as on it."""
 
 
 def measure_front(mesh: TriangleMesh, occluder: Occluder, directions: FloatArray) -> ViewShares:
@@ -44,7 +41,7 @@ def measure_front(mesh: TriangleMesh, occluder: Occluder, directions: FloatArray
     own = sphere.to_unit(mesh.vertices), mesh.faces
     other = sphere.to_unit(occluder.vertices), occluder.faces
     try:
-        pixels = front_pixels(own, other, projections, ACROSS, 2.0 * DEPTH)
+        pixels = front_pixels(own, other, projections, ACROSS, 2.0 * FRONT_DEPTH)
     except ValueError as error:
         raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error
     shown, before = pixels.T

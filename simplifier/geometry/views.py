@@ -8,6 +8,9 @@ import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 
+FRONT_DEPTH = 0.01
+"""Of the bounding sphere's diameter: what stands less far before a surface is as good as on it."""
+
 _GOLDEN_ANGLE = np.pi * (3.0 - np.sqrt(5.0))
 
 

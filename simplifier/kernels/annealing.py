@@ -7,9 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from simplifier.kernels.bit_image import popcount
 from simplifier.kernels.compile import kernel
 from simplifier.kernels.soup_views import (
     block_length,
+    count_front,
+    draw_front,
     draw_triangle,
     score_view,
     unite_block,
@@ -40,13 +43,15 @@ def _random(state):
 @kernel
 def _is_poor(index, views, images, blocks, others, known, scores, union, scratch):
     """Whether a triangle adds little to what all others score, judged on every sixth view."""
-    _, originals, price, fines = views
+    _, _, originals, price, fines = views
     value, total = np.int64(0), np.int64(0)
     for view in range(0, len(scores), 6):
         _know(index, view, images, blocks, others, known)
         for row in range(64):
             union[row + 1] = others[view, row]
-        value += scores[view] - score_view(union, originals[view], price, fines[view], scratch)
+        left = score_view(union, originals[view], price, fines[view, 0], scratch)
+        left -= fines[view, 1] * count_front(others[view])
+        value += scores[view] - left
         total += scores[view]
     return value * len(images) < _POOR * total
 
@@ -115,8 +120,9 @@ def _try_views(
     been done (0 for none).  Most moves leave most unions as they are, behind other triangles: those
     views keep their score.
     """
-    projections, originals, price, fines = views
+    projections, (away, limits, highest), originals, price, fines = views
     image = scratch[1]
+    priced = images.shape[2] > 64
     change = np.int64(0)
     for view in range(0, len(projections), stride):
         if seen != 0 and view % seen == 0:
@@ -132,17 +138,35 @@ def _try_views(
             union[row + 1] = new
             differs |= new ^ (others[view, row] | images[index, view, row])
         trial[view] = scores[view]
+        before = np.int64(0)  # pixels in front of which all stand
+        if priced:
+            shows = draw_front(
+                p, q, r, projections[view], away[view], limits[view], highest[view], image,
+                drawn[view, 64:],
+            )  # fmt: skip
+            if not shows:
+                for row in range(64, images.shape[2]):
+                    shows |= images[index, view, row] != 0
+            if shows or differs != 0:
+                was = np.int64(0)
+                for row in range(64, images.shape[2]):
+                    other = others[view, row]
+                    before += np.int64(popcount(other | drawn[view, row]))
+                    was += np.int64(popcount(other | images[index, view, row]))
+                trial[view] -= fines[view, 1] * (before - was)
         if differs != 0:
             work[1] += 1
-            trial[view] = score_view(union, originals[view], price, fines[view], scratch)
-            change += trial[view] - scores[view]
+            trial[view] = score_view(union, originals[view], price, fines[view, 0], scratch)
+            if priced:
+                trial[view] -= fines[view, 1] * before
+        change += trial[view] - scores[view]
     return change
 
 
 @kernel
 def anneal(
-    triangles, projections, originals, price, fines, room, before, images, blocks, scores, best,
-    best_score, state, moves, shares, steps, heats, work,
+    triangles, projections, depths, originals, price, fines, room, before, images, blocks, scores,
+    best, best_score, state, moves, shares, steps, heats, work,
 ):  # fmt: skip
     """Try ``moves`` moves, a multiple of :data:`TRIES`; ``shares`` of the search begin and end.
 
@@ -157,12 +181,12 @@ def anneal(
     are drawn and those that are scored.
     """
     count = len(triangles)
-    views = (projections, originals, price, fines)
+    views = (projections, depths, originals, price, fines)
     union = np.zeros(66, np.uint64)
     scratch = np.zeros((3, 66), np.uint64)
-    others = np.zeros(originals.shape, np.uint64)
+    others = np.zeros(images.shape[1:], np.uint64)
     known = np.zeros(len(originals), np.bool_)
-    drawn = np.zeros(originals.shape, np.uint64)
+    drawn = np.zeros(images.shape[1:], np.uint64)
     trial_scores = np.zeros(len(scores), np.int64)
     trial = np.zeros((3, 3))
     delta = np.zeros(3)
@@ -225,7 +249,7 @@ def anneal(
             continue
         for view in range(len(scores)):
             scores[view] = trial_scores[view]
-            for row in range(64):
+            for row in range(images.shape[2]):
                 images[index, view, row] = drawn[view, row]
         unite_block(images, index // block_length(len(images)), blocks)
         for k in range(3):

@@ -58,6 +58,84 @@ def front_pixels(
     return pixels
 
 
+def depth_limits(
+    vertices: NDArray[np.float64],
+    faces: NDArray[np.int32],
+    projections: NDArray[np.float64],
+    image: int,
+    threshold: float,
+) -> NDArray[np.float32]:
+    """(V, image, image) float32: depths before which an occluder stands in front of a mesh.
+
+    Arguments as of :func:`front_pixels`.  -inf where the mesh does not show.
+    """
+    points, indices, views = drawable(vertices, faces, projections, (3, image, image))
+    limits = np.empty((len(views), image, image), dtype=np.float32)
+    run_chunks(
+        lambda begin, end: draw_depth_limits(points, indices, views, threshold, begin, end, limits),
+        len(views),
+        chunks_per_thread=16,
+    )
+    return limits
+
+
+@kernel
+def draw_depth_limits(vertices, faces, projections, threshold, begin, end, limits):
+    """Fill views ``begin`` to ``end`` of ``limits`` as :func:`depth_limits` says."""
+    image = limits.shape[1]
+    points, cells = np.empty((vertices.shape[1], 2)), np.empty(vertices.shape[1], np.uint32)
+    nearest = np.empty((image, image))
+    shown = np.empty((image, (image + 63) >> 6), np.uint64)
+    for view in range(begin, end):
+        nearest[:] = np.inf
+        shown[:] = 0
+        project(vertices, projections[view, :2], image, image, points, cells)
+        away = projections[view, 2]
+        _draw_limits(vertices, faces, points, cells, away, -threshold, nearest, shown)
+        for row in range(image):
+            for column in range(image):
+                depth = nearest[row, column]
+                limits[view, row, column] = depth if depth < np.inf else -np.inf
+
+
+def pixels_before(
+    limits: NDArray[np.float32], triangles: NDArray[np.float64], projections: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """(V, 2) int64 as :func:`front_pixels`, of a soup (m, 3, 3) and a mesh of which only the
+    ``limits`` (V, image, image) are known."""
+    image = limits.shape[1]
+    corners = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
+    soup = triangles.reshape(-1, 3)
+    points, indices, views = drawable(soup, corners, projections, (3, image, image))
+    pixels = np.zeros((len(views), 2), dtype=np.int64)
+    run_chunks(
+        lambda begin, end: count_before(limits, points, indices, views, begin, end, pixels),
+        len(views),
+    )
+    return pixels
+
+
+@kernel
+def count_before(limits, vertices, faces, projections, begin, end, pixels):
+    """Fill views ``begin`` to ``end`` of ``pixels`` as :func:`pixels_before` says."""
+    image = limits.shape[1]
+    points, cells = np.empty((vertices.shape[1], 2)), np.empty(vertices.shape[1], np.uint32)
+    nearest = np.empty((image, image))
+    shown = np.empty((image, (image + 63) >> 6), np.uint64)
+    for view in range(begin, end):
+        nearest[:] = np.inf
+        project(vertices, projections[view, :2], image, image, points, cells)
+        away = projections[view, 2]
+        _draw_limits(vertices, faces, points, cells, away, 0.0, nearest, shown)
+        there, before = 0, 0
+        for row in range(image):
+            for column in range(image):
+                limit = limits[view, row, column]
+                there += limit > -np.inf
+                before += nearest[row, column] < limit
+        pixels[view, 0], pixels[view, 1] = there, before
+
+
 @kernel
 def count_front(
     vertices, faces, other_vertices, other_faces, projections, image, threshold, begin, end, pixels

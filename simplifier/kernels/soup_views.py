@@ -8,11 +8,22 @@ pictures of what stands beside the soup and never moves.
 
 A view scores, in sixteenths of twice a measure, a whole number:
 
-    16 M(occluder and original) - price * (M(occluder) - M(occluder and original)) - fine * outside
+    16 M(occluder and original) - price * (M(occluder) - M(occluder and original))
+    - fine * outside - toll * front
 
 so what is hidden wrongly costs by the measure too.  A pixel that closes a gap costs much, as the
 quads that it makes full do; a pixel past the outline costs little.  What lies past the outline is
-therefore fined by its pixels as well: ``fines`` (V,) int64 is what each view asks for one.
+therefore fined by its pixels as well: ``fines`` (V, 2) int64 is what each view asks for one, and
+for one in front.
+
+A pixel is in front where any triangle is nearer to the viewer than its limit, so pictures of what
+is in front unite as silhouettes do.  Where they are asked for, they are 16 more rows of ``images``
+and ``blocks``, and of every (V, 64) below but the originals'; row r is at row 4 r + 2 of the
+silhouette.  ``depths`` are then three arrays, else they are empty:
+
+    ``away``     (V, 4) float64: the depth of a point p is ``away[:3] @ p + away[3]``
+    ``limits``   (V, 16, 64) float32 depths, -inf where the original does not show
+    ``highest``  (V, 16) float32, of each row of the limits
 """
 
 from __future__ import annotations
@@ -28,7 +39,7 @@ from simplifier.kernels.bit_image import (
     popcount,
     upright_edge,
 )
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compile import inline_kernel, kernel
 from simplifier.kernels.voxelize import is_contained
 
 _BLOCK = 8  # triangles of a block at least
@@ -37,6 +48,12 @@ INSET = 0.2
 """Pixels by which triangles are drawn smaller, so that neighbours have to overlap: a crack that is
 thinner than a pixel escapes pictures as small as these, and breaks every large rectangle in finer
 ones."""
+
+FRONT_ROWS = 16
+"""Rows of a picture of what is in front: all 64 take longer, and tell no more."""
+
+FRONT_STEP = 64 // FRONT_ROWS
+"""Rows of a silhouette for each of them, which lies in their middle."""
 
 UNIT = 16
 """Of a score: the price of what is hidden wrongly is a whole number of sixteenths."""
@@ -96,6 +113,64 @@ def draw_triangle(p, q, r, m, image):
         image[row + 1] = edge_bits(one, row) ^ edge_bits(two, row) ^ edge_bits(three, row)
 
 
+@inline_kernel
+def _along(p, q, m, away):
+    """How far a view's x, y and depth go from a corner to another."""
+    x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    return (
+        m[0, 0] * x + m[0, 1] * y + m[0, 2] * z,
+        m[1, 0] * x + m[1, 1] * y + m[1, 2] * z,
+        away[0] * x + away[1] * y + away[2] * z,
+    )
+
+
+@kernel
+def draw_front(p, q, r, m, away, limits, highest, image, front):
+    """Fill ``front`` (16,) with the pixels of a triangle that lie before their limits.
+
+    ``image`` (66,) is what :func:`draw_triangle` drew of it, ``m`` (2, 4) the projection, ``away``
+    (4,), ``limits`` (16, 64) and ``highest`` (16,) those of the view.  Returns whether there are
+    any.
+    """
+    px = m[0, 0] * p[0] + m[0, 1] * p[1] + m[0, 2] * p[2] + m[0, 3]
+    py = m[1, 0] * p[0] + m[1, 1] * p[1] + m[1, 2] * p[2] + m[1, 3]
+    ax, ay, az = _along(p, q, m, away)
+    bx, by, bz = _along(p, r, m, away)
+    area = ax * by - ay * bx
+    # Of what has no area no pixel is drawn.
+    scale = 1.0 / area if area != 0.0 else 0.0
+    right = np.float32((az * by - bz * ay) * scale)
+    down = (bz * ax - az * bx) * scale
+    start = away[0] * p[0] + away[1] * p[1] + away[2] * p[2] + away[3]
+    start += (0.5 - px) * right + (0.5 - py) * down
+    # The column of a row's nearest depth.
+    nearest = px + (min(ax, bx, 0.0) if right > 0.0 else max(ax, bx, 0.0))
+    reach = np.float32(min(max(nearest - 0.5, 0.0), 63.0)) * right
+    found = np.uint64(0)
+    for row in range(FRONT_ROWS):
+        line = FRONT_STEP * row + FRONT_STEP // 2
+        word = image[line + 1]
+        front[row] = 0
+        depth = np.float32(start + line * down)
+        if word != 0 and depth + reach < highest[row]:
+            before = np.uint64(0)
+            for column in range(64):
+                bit = np.uint64(depth + np.float32(column) * right < limits[row, column])
+                before |= bit << np.uint64(column)
+            front[row] = word & before
+            found |= front[row]
+    return found != 0
+
+
+@kernel
+def count_front(picture):
+    """Pixels in front, of the rows of a picture; 0 where none were asked for."""
+    count = np.uint64(0)
+    for row in range(64, len(picture)):
+        count += popcount(picture[row])
+    return np.int64(count)
+
+
 @kernel
 def score_view(union, original, price, fine, scratch):
     """The score of ``union``, rows 1 to 64 of (66,), which is used up; ``scratch`` (3, 66)."""
@@ -117,27 +192,27 @@ def unite_block(images, block, blocks):
     """Rebuild one union."""
     length = block_length(len(images))
     for view in range(blocks.shape[1]):
-        for row in range(64):
+        for row in range(blocks.shape[2]):
             blocks[block, view, row] = 0
         for index in range(block * length, min((block + 1) * length, len(images))):
-            for row in range(64):
+            for row in range(blocks.shape[2]):
                 blocks[block, view, row] |= images[index, view, row]
 
 
 @kernel
 def unite_view(index, view, images, blocks, others):
     """The union of all triangles but one, or of all with ``index`` -1, in a view of ``others``."""
-    for row in range(64):
+    for row in range(others.shape[1]):
         others[view, row] = 0
     length = block_length(len(images))
     for block in range(len(blocks)):
         if block != index // length:
-            for row in range(64):
+            for row in range(others.shape[1]):
                 others[view, row] |= blocks[block, view, row]
             continue
         for other in range(block * length, min((block + 1) * length, len(images))):
             if other != index:
-                for row in range(64):
+                for row in range(others.shape[1]):
                     others[view, row] |= images[other, view, row]
 
 
@@ -149,7 +224,7 @@ def unite_others(index, images, blocks, others):
 
 
 @kernel
-def draw_soup(triangles, projections, images, blocks):
+def draw_soup(triangles, projections, depths, images, blocks):
     """Fill ``images`` and the soup's own ``blocks``."""
     image = np.zeros(66, np.uint64)
     for index in range(len(triangles)):
@@ -162,6 +237,12 @@ def draw_soup(triangles, projections, images, blocks):
             draw_triangle(p, q, r, projections[view], image)
             for row in range(64):
                 images[index, view, row] = image[row + 1]
+            if images.shape[2] > 64:
+                away, limits, highest = depths
+                draw_front(
+                    p, q, r, projections[view], away[view], limits[view], highest[view], image,
+                    images[index, view, 64:],
+                )  # fmt: skip
     for block in range(block_count(len(images))):
         unite_block(images, block, blocks)
 
@@ -175,7 +256,8 @@ def score_unions(unions, originals, price, fines, scores):
     for view in range(len(unions)):
         for row in range(64):
             union[row + 1] = unions[view, row]
-        scores[view] = score_view(union, originals[view], price, fines[view], scratch)
+        scores[view] = score_view(union, originals[view], price, fines[view, 0], scratch)
+        scores[view] -= fines[view, 1] * count_front(unions[view])
         total += scores[view]
     return total
 
@@ -187,7 +269,7 @@ def remove_useless(images, blocks, originals, price, fines, scores, kept):
     ``kept`` (m,) bool is written; ``images`` of those taken out are cleared, ``blocks`` and
     ``scores`` follow.  The last triangles go first: where two show the same, the first stays.
     """
-    others = np.zeros(originals.shape, np.uint64)
+    others = np.zeros(images.shape[1:], np.uint64)
     trial = np.zeros(len(scores), np.int64)
     total = np.sum(scores)
     kept[:] = True
@@ -206,7 +288,7 @@ def remove_useless(images, blocks, originals, price, fines, scores, kept):
             total = without
             for view in range(len(scores)):
                 scores[view] = trial[view]
-                for row in range(64):
+                for row in range(images.shape[2]):
                     images[index, view, row] = 0
             unite_block(images, index // block_length(len(images)), blocks)
 

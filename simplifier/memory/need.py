@@ -225,7 +225,11 @@ def _searches(size: MeshSize, options: Options) -> int:
         start = max(start, min(size.triangles, _SHEET))
     count = min(budget, max(_FEW, 2 * start))
     pictures = count * options.refine.views * _IMAGE * 9 // 8
-    return pictures * (options.refine.searches + 1)
+    if options.refine.front >= 1.0:
+        return pictures * (options.refine.searches + 1)
+    # Rows of what is in front, a quarter of a silhouette's; and depths of 64 x 64 pixels a view.
+    depths = 4 * options.refine.views * 64 * _IMAGE // 8
+    return pictures * 5 // 4 * (options.refine.searches + 1) + depths
 
 
 def deviation(size: MeshSize, shape: Shape, options: Options) -> int:

@@ -128,6 +128,10 @@ class SimplifyOptions(OptionSet):
         0.005, "Most that the occluder may cover beside the mesh, as a share of its silhouette; "
         "less of it hides less, 0 keeps wholly inside.", low=0.0, high=1.0,
     )  # fmt: skip
+    front: float = option(
+        1.0, "Most of the mesh's pixels before which the occluder may stand off, as a share to aim"
+        " for; less of it hides less, 1 is no limit.", low=0.0, high=1.0,
+    )  # fmt: skip
     moves: int | None = option(
         None, "Refining moves; 0 leaves the cut as it is.",
         low=0, high=MOST_MOVES, absent="by preset",

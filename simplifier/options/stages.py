@@ -188,6 +188,10 @@ class RefineOptions(OptionSet):
     all views: while there is more it fines what lies past the outline.  Among its results those
     are preferred that have no more than twice as much in any view."""
 
+    front: float = shared(SimplifyOptions, "front")
+    """Front that the search aims for at most, 0 to 1, a share of the original's pixels in the mean
+    over all views; 1 leaves it as it comes."""
+
     views: int = option(144, low=1, high=MOST_DIRECTIONS, words="refine views")
     """Directions that the search looks from, 1 to 4096."""
 

@@ -284,8 +284,8 @@ def _much_front(front: ViewShares) -> tuple[str, ...]:
         return ()
     return (
         f"{percent_at_most(front.mean)} of what one sees of the mesh lies well behind the occluder,"
-        " and what moves there vanishes; allow less overhang, raise the resolution, or keep regions"
-        " open by overrides",
+        " and what moves there vanishes; ask for less front, allow less overhang, raise the"
+        " resolution, or keep regions open by overrides",
     )
 
 

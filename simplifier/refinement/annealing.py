@@ -15,6 +15,8 @@ from simplifier.kernels.annealing import anneal
 from simplifier.kernels.bit_image import SIZE
 from simplifier.kernels.overhang import count_beside
 from simplifier.kernels.soup_views import (
+    FRONT_ROWS,
+    FRONT_STEP,
     all_contained,
     block_count,
     draw_soup,
@@ -22,6 +24,7 @@ from simplifier.kernels.soup_views import (
     score_unions,
     unite_others,
 )
+from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import precision_and_recall
 
 _STEPS = (6.0 / 64.0, 0.1 / 64.0)  # of the grid that a move spans at first and at last
@@ -41,11 +44,18 @@ class RefineViews:
     ``projections``  (V, 2, 4).
     ``originals``    (V, 64) the original's bits, those of the drawn triangles among them.
     ``drawn``        (k, 3, 3) triangles that hide too, whatever the search does; may be none.
+    ``depths``       before which a triangle is in front; none where that costs nothing.
     """
 
     projections: FloatArray
     originals: Images
     drawn: FloatArray = field(default_factory=lambda: NOTHING)
+    depths: Depths = field(default_factory=lambda: NO_DEPTHS)
+
+    @property
+    def rows(self) -> int:
+        """Of a picture of a soup: 64 of its silhouette, and those of what is in front if asked."""
+        return 64 + FRONT_ROWS if self.depths.known else 64
 
     def outline(self) -> float:
         """Overhang if something stuck out by a unit of space all around: the mean over all views of
@@ -62,8 +72,10 @@ class RefineViews:
     def standing(self) -> Images:
         """(b, V, 64) the picture of the drawn triangles, as a block of a soup; none without any."""
         images = np.zeros((len(self.drawn), len(self.projections), 64), dtype=np.uint64)
-        blocks = np.zeros((block_count(len(images)), *images.shape[1:]), dtype=np.uint64)
-        draw_soup(np.array(self.drawn), self.projections, images, blocks)
+        blocks = np.zeros((block_count(len(images)), len(self.projections), self.rows), np.uint64)
+        own = np.zeros((block_count(len(images)), *images.shape[1:]), dtype=np.uint64)
+        draw_soup(np.array(self.drawn), self.projections, NO_DEPTHS.arrays(), images, own)
+        blocks[:, :, :64] = own
         return np.bitwise_or.reduce(blocks, axis=0, keepdims=True)[: len(blocks)]
 
 
@@ -82,10 +94,12 @@ class Prices:
 
     ``measure``  of a measure that is hidden wrongly, beside one hidden rightly.
     ``fines``    (V,) int64, or one for all views, of each pixel past the outline.
+    ``tolls``    the same of each pixel in front.
     """
 
     measure: int
     fines: NDArray[np.int64] | int = 0
+    tolls: NDArray[np.int64] | int = 0
 
 
 def pull_each(triangles: FloatArray, room: Room) -> tuple[FloatArray, BoolArray]:
@@ -134,15 +148,15 @@ class Annealing:
         self, triangles: FloatArray, room: Room, views: RefineViews, prices: Prices, seed: int
     ) -> None:
         count = len(views.projections)
-        self._room, self._views = room, views
+        self._room, self._views, self._depths = room, views, views.depths.arrays()
         self._before = cells_before(room)
-        self._price, self._fines = -1, np.zeros(count, dtype=np.int64)
+        self._price, self._fines = -1, np.zeros((count, 2), dtype=np.int64)
         self._set(prices)
         self._start = triangles
         self._state = np.array([(2 * seed + 1) * 0x9E3779B97F4A7C15 % 2**64], dtype=np.uint64)
         self._triangles = np.array(triangles)
-        self._images = np.zeros((len(triangles), count, 64), dtype=np.uint64)
-        own = np.zeros((block_count(len(triangles)), count, 64), dtype=np.uint64)
+        self._images = np.zeros((len(triangles), count, views.rows), dtype=np.uint64)
+        own = np.zeros((block_count(len(triangles)), count, views.rows), dtype=np.uint64)
         self._blocks = np.concatenate([own, views.standing()])
         self._scores = np.zeros(count, dtype=np.int64)
         self._whole = float(max(self._score(views.originals, self._scores), 1))
@@ -175,7 +189,8 @@ class Annealing:
         length = max(self._room.shape) - 2.0 * self._room.margin
         steps = (_STEPS[0] * length, _STEPS[1] * length)
         anneal(
-            self._triangles, self._views.projections, self._views.originals,
+            self._triangles, self._views.projections, self._depths,
+            self._views.originals,
             self._price, self._fines, self._room.voxels, self._before,
             self._images, self._blocks, self._scores, self._best, self._best_score,
             self._state, moves, shares, steps, heats, self.work,
@@ -192,10 +207,11 @@ class Annealing:
 
     def _set(self, prices: Prices) -> bool:
         """Whether these are others than before."""
-        fines = np.broadcast_to(np.asarray(prices.fines, dtype=np.int64), self._fines.shape)
+        fines = np.empty_like(self._fines)
+        fines[:, 0], fines[:, 1] = prices.fines, prices.tolls
         if prices.measure == self._price and np.array_equal(fines, self._fines):
             return False
-        self._price, self._fines = prices.measure, np.array(fines)
+        self._price, self._fines = prices.measure, fines
         return True
 
     def move_to(self, room: Room) -> None:
@@ -224,14 +240,20 @@ class Annealing:
 
     def precision(self) -> float:
         """Of the current state in the search's own views, all quads counted."""
-        originals, unions = self._views.originals[:, :, None], self._union()[:, :, None]
+        originals, unions = self._views.originals[:, :, None], self._union()[:, :64, None]
         return precision_and_recall(originals, unions, 64)[0]
 
     def overhang(self) -> FloatArray:
         """(V,) pixels of the current state past the outline, as a share of the original's."""
-        originals, outside = self._views.originals, self._union() & ~self._views.originals
+        originals, outside = self._views.originals, self._union()[:, :64] & ~self._views.originals
         there = np.bitwise_count(originals).sum(axis=1, dtype=np.int64)
         return np.asarray(np.bitwise_count(outside).sum(axis=1) / np.maximum(there, 1))
+
+    def front(self) -> FloatArray:
+        """(V,) pixels of the original before which the current state stands, as a share of all."""
+        there = np.bitwise_count(self._views.originals).sum(axis=1, dtype=np.int64)
+        before = np.bitwise_count(self._union()[:, 64:]).sum(axis=1, dtype=np.int64)
+        return np.asarray(FRONT_STEP * before / np.maximum(there, 1))
 
     def result(self) -> FloatArray:
         """The best triangles, or those of the start if they score more; none that adds nothing."""
@@ -252,18 +274,19 @@ class Annealing:
         return self._best[kept]
 
     def _draw(self) -> int:
-        draw_soup(self._triangles, self._views.projections, self._images, self._blocks)
+        views = self._views.projections
+        draw_soup(self._triangles, views, self._depths, self._images, self._blocks)
         return self._score(self._union(), self._scores)
 
     def _fresh(self, triangles: FloatArray) -> int:
         """The score of other triangles at the present prices."""
         images, blocks = np.empty_like(self._images), self._blocks.copy()
-        draw_soup(triangles, self._views.projections, images, blocks)
+        draw_soup(triangles, self._views.projections, self._depths, images, blocks)
         unions = np.bitwise_or.reduce(blocks, axis=0)
         return self._score(unions, np.empty_like(self._scores))
 
     def _union(self) -> Images:
-        unions = np.empty_like(self._views.originals)
+        unions = np.empty(self._images.shape[1:], dtype=np.uint64)
         unite_others(-1, self._images, self._blocks, unions)
         return unions
 

@@ -10,9 +10,11 @@ import numpy as np
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.overrides import NOTHING
 from simplifier.kernels.coverage import MaskArray, coverage_masks, soup_masks
+from simplifier.kernels.front import pixels_before
 from simplifier.kernels.overhang import count_beside, shares_beside
 from simplifier.kernels.random_quads import exact_quad_pixels
 from simplifier.kernels.threads import run_chunks
+from simplifier.refinement.depths import NO_DEPTHS, Depths, with_depth
 
 SIZE = 256
 """Pixels a side of the pictures for precision and recall, as in an accuracy report."""
@@ -24,6 +26,7 @@ _WRONG = 2.0  # what a share hidden wrongly weighs beside one of recall
 _SHORT = 20.0  # and that part of it which falls short of the aim, as well
 _BESIDE = 40.0  # what overhang past the aim weighs
 _WORST = 10.0  # and what it has past twice the aim in the worst view
+_BEFORE = 2.0  # what front past the aim weighs
 
 MUCH = 0.7
 """Of recall, less all that: what is worth less may be too thin for what was tried."""
@@ -31,15 +34,17 @@ MUCH = 0.7
 
 @dataclass(frozen=True, eq=False)
 class Outlines:
-    """Pictures of the original in which overhang is counted.
+    """Pictures of the original in which overhang and front are counted.
 
     ``projections`` (V, 2, 4) to 512 x 512 pixels, ``originals`` (V, 512, 8) masks, and the
-    triangles ``drawn`` (k, 3, 3) by hand, which count as the original's.
+    triangles ``drawn`` (k, 3, 3) by hand, which count as the original's; and its ``depths`` in
+    pictures of any size, or none, where no front is asked for.
     """
 
     projections: FloatArray
     originals: MaskArray
     drawn: FloatArray
+    depths: Depths = NO_DEPTHS
 
     @classmethod
     def of(
@@ -48,10 +53,19 @@ class Outlines:
         faces: IntArray,
         projections: FloatArray,
         drawn: FloatArray = NOTHING,
+        depths: Depths = NO_DEPTHS,
     ) -> Outlines:
         """``projections`` (V, 2, 4) to 64 x 64 pixels, as a search has them."""
         fine = projections * (OUTLINE / 64)
-        return cls(fine, coverage_masks(vertices, faces, fine, OUTLINE, OUTLINE), drawn)
+        masks = coverage_masks(vertices, faces, fine, OUTLINE, OUTLINE)
+        return cls(fine, masks, drawn, depths)
+
+    def front(self, triangles: FloatArray) -> FloatArray:
+        """(V,) pixels of the original before which a soup (m, 3, 3) stands, as a share of all."""
+        size = self.depths.limits.shape[1]
+        maps = with_depth(self.projections * (size / OUTLINE), self.depths.away)
+        there, before = pixels_before(self.depths.limits, triangles, maps).T
+        return np.asarray(before / np.maximum(there, 1))
 
     def overhang(self, triangles: FloatArray) -> FloatArray:
         """(V,) pixels of a soup (m, 3, 3) beside the original, as a share of the original's."""
@@ -83,15 +97,17 @@ class FineViews:
 
 @dataclass(frozen=True)
 class FinalistScore:
-    """Precision, recall and overhang in some views, all quads counted.
+    """Precision, recall, overhang and front in some views, all quads counted.
 
     ``overhang``  over all views, ``worst`` in the view with most.
+    ``front``     over all views; 0 where nothing was asked of it.
     """
 
     precision: float
     recall: float
     overhang: float
     worst: float
+    front: float
 
 
 def precision_and_recall(
@@ -114,9 +130,11 @@ def score_finalist(triangles: FloatArray, views: FineViews) -> FinalistScore:
     together = np.concatenate([triangles, views.outlines.drawn])
     shown = soup_masks(together, views.projections, SIZE)
     beside = views.outlines.overhang(triangles)
+    priced = views.outlines.depths.known
+    before = float(views.outlines.front(triangles).mean()) if priced else 0.0
     return FinalistScore(
         *precision_and_recall(views.originals, shown, SIZE), float(beside.mean()),
-        float(beside.max()),
+        float(beside.max()), before,
     )  # fmt: skip
 
 
@@ -126,12 +144,13 @@ class Judge:
     most past the aims.
 
     ``precision`` is to be had at least, ``overhang`` at most in the mean, and twice that in any
-    view.
+    view, and ``front`` at most in the mean.
     """
 
     views: FineViews
     precision: float
     overhang: float = 1.0
+    front: float = 1.0
     _known: list[tuple[FloatArray, FinalistScore]] = field(default_factory=list)
 
     def best_of(
@@ -157,8 +176,10 @@ class Judge:
         short = max(self.precision - found.precision, 0.0)
         beside = max(found.overhang - self.overhang, 0.0)
         worst = max(found.worst - 2.0 * self.overhang, 0.0)
+        before = max(found.front - self.front, 0.0)
         lost = _WRONG * (1.0 - found.precision) + _SHORT * short
-        return found.recall - lost - _BESIDE * beside - _WORST * worst
+        lost += _BESIDE * beside + _WORST * worst + _BEFORE * before
+        return found.recall - lost
 
     def recall(self, triangles: FloatArray) -> float:
         """Of a soup (m, 3, 3), whatever its faults."""

@@ -4,7 +4,8 @@ The paper ends with the cut.  Its vertices lie on a few planes and were chosen a
 as triangles that move freely in space they cover far more.  A corner in turn is moved at random,
 and the move is kept when
 
-    sum over views of  R - overcover * (M(occluder) - R) - fine * A(occluder without original),
+    sum over views of  R - overcover * (M(occluder) - R) - fine * A(occluder without original)
+                       - toll * A(occluder in front of original),
     R = M(occluder and original), A the area
 
 rises, or falls by little while the search is young (simulated annealing).  No triangle may leave
@@ -16,11 +17,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.room import SURFACE, Room
 from simplifier.kernels.annealing import TRIES
-from simplifier.kernels.soup_views import UNIT
+from simplifier.kernels.soup_views import FRONT_STEP, UNIT
 from simplifier.kernels.threads import run_chunks
 from simplifier.options.stages import RefineOptions
 from simplifier.progress import Deadline
@@ -175,6 +177,9 @@ _FINE = 800.0  # of a pixel past the outline at first: 25 units of twice a measu
 _HIGHER, _LOWER = 2.0, 0.6  # what a round changes all fines by, at most and at first
 _MOST, _LEAST = 64.0, 1.0 / _FINE  # times the first
 
+_TOLL = 100.0  # of a pixel in front at first
+_MOST_TOLL = 16.0  # times that: beyond, meshes that cannot have so little lose all they hide
+
 _CLOSE = 0.85  # of the overhang asked for: what the search aims at, since views differ
 _UNSEEN = 2.5  # times the overhang in the search's own pictures: that in fine ones
 _SHOWN = 0.35  # of the aim: where its own pictures show less than that, fines do not reach the rest
@@ -193,7 +198,11 @@ class Bargain:
     the price would rise without end.  What sticks out by less than the search's pixels can show is
     kept in by a narrower room.
 
-    ``outlines``  where overhang is judged; None: by the search's own views.
+    What stands in front of the surface has its toll, which follows in the same way but for one
+    thing: a sheet, or a mesh that is open below, cannot have next to none, so the toll ends where
+    it would only take out triangles.
+
+    ``outlines``  where overhang and front are judged; None: by the search's own views.
     """
 
     def __init__(
@@ -206,14 +215,20 @@ class Bargain:
         areas = np.maximum(np.bitwise_count(views.originals).sum(axis=1, dtype=np.int64), 1)
         self._fines = _FINE * areas.mean() / areas
         self._level = 1.0
+        self._front = options.front if views.depths.known else 1.0
+        self._tolls = FRONT_STEP * _TOLL * areas.mean() / areas
+        self._toll = 1.0
 
     @property
     def prices(self) -> Prices:
         """As they are now."""
-        if self._overhang >= 1.0:
-            return Prices(self._price)
-        fines = np.ceil(self._level * self._fines)
-        return Prices(self._price, fines.astype(np.int64))
+        fines: NDArray[np.int64] | int = 0
+        tolls: NDArray[np.int64] | int = 0
+        if self._overhang < 1.0:
+            fines = np.ceil(self._level * self._fines).astype(np.int64)
+        if self._front < 1.0:
+            tolls = np.ceil(self._toll * self._tolls).astype(np.int64)
+        return Prices(self._price, fines, tolls)
 
     def follow(self, search: Annealing, share: float) -> None:
         """Change by what a search hides wrongly and beside, ``share`` of the way through."""
@@ -225,6 +240,17 @@ class Bargain:
             self._price = max(int(self._price * max(wrong, _CHEAPER)), self._least)
         if self._overhang < 1.0:
             self._follow_overhang(search, share)
+        if self._front < 1.0:
+            self._follow_front(search, share)
+
+    def _follow_front(self, search: Annealing, share: float) -> None:
+        aim = max(_CLOSE * self._front, 1e-6)
+        if self._outlines is None or not self._outlines.depths.known:
+            found = float(search.front().mean())
+        else:
+            found = float(self._outlines.front(search.current()).mean())
+        change = min(max(found / aim, _LOWER), _HIGHER) ** (1.0 - share)
+        self._toll = min(max(self._toll * change, 1.0 / _TOLL), _MOST_TOLL)
 
     def _follow_overhang(self, search: Annealing, share: float) -> None:
         aim = max(_CLOSE * self._overhang, 1e-6)

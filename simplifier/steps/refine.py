@@ -12,10 +12,13 @@ from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.room import Room
 from simplifier.geometry.solid import Solid
+from simplifier.geometry.views import FRONT_DEPTH, BoundingSphere
+from simplifier.kernels.bit_image import SIZE
 from simplifier.kernels.threads import run_chunks
 from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews
+from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import MUCH, OUTLINE, FineViews, Judge, Outlines
 from simplifier.refinement.search import Stop, pull_into, refine
 from simplifier.refinement.second_search import search_again, search_with_fewer
@@ -25,7 +28,8 @@ from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.time_limit import FEW_VIEWS, affordable_views
 
 _FINE_VIEWS = 12  # that decide between what was found and the starts
-_OUTLINES = 32  # that overhang is judged in
+_OUTLINES = 32  # that overhang and front are judged in
+_FRONT = 128  # pixels a side of pictures for front: as many as for overhang would tell no more
 _SEALING_VIEWS = 4096  # in which nothing may stick out of an open mesh that is kept inside
 _CLEAN_VIEWS = 896  # in a row, after which no others are looked at
 _ALL_AROUND = 110.0  # times the overhang asked for: what the room could have all around
@@ -143,6 +147,15 @@ def _moved(
         return stop
 
     aims, budget = options.refine, options.selection.budget
+
+    def depths(lines: FloatArray, size: int) -> Depths:
+        if aims.front >= 1.0:
+            return NO_DEPTHS
+        tolerance = 2.0 * FRONT_DEPTH * BoundingSphere.of(mesh).radius / solid.core.cell_size
+        return Depths.of(*original, lines, size, tolerance, options.solid.viewers != "above")
+
+    if aims.front < 1.0:
+        views = replace(views, depths=depths(views.projections, SIZE).rows_of_search())
     wide, room = room, narrowed_room(room, views, aims.overhang, budget)
     starts = [pull_into(start + margin, room)]
     several = options.refine.decimated and deadline.left > _SEVERAL_SECONDS
@@ -152,7 +165,7 @@ def _moved(
     outlines = None
     if solid.reach > 0 and (several or not deadline.limited):
         lines = search_projections(solid, options, _OUTLINES, margin)
-        outlines = Outlines.of(*original, lines, drawn)
+        outlines = Outlines.of(*original, lines, drawn, depths(lines, _FRONT))
     again = several and not deadline.limited
     found = refine(
         starts, room, views, budget, aims, options.seed, tell(0.0, _FIRST if again else 1.0),
@@ -171,7 +184,7 @@ def _moved(
         return _fine_starts(mesh, solid, budget, (room, wide))
 
     pictures = FineViews.of(*original, fine, outlines or Outlines.of(*original, fine, drawn))
-    judge = Judge(pictures, aims.precision, aims.overhang)
+    judge = Judge(pictures, aims.precision, aims.overhang, aims.front)
     # Of many triangles the mesh itself in full detail may be best, which no search has begun with.
     best = judge.best_of([*found, *starts], spare, MUCH if budget <= _MANY else 1.0)
     if again and not watch.cancelled:

@@ -18,11 +18,12 @@ from simplifier.kernels.soup_views import (
     score_unions,
     unite_others,
 )
+from simplifier.refinement.depths import NO_DEPTHS
 from tests.kernels.bits import blob, eroded_areas, packed, unpacked
 from tests.pictures import sphere_projections
 
 VIEWS = 5
-FREE = np.zeros(VIEWS, np.int64)
+FREE = np.zeros((VIEWS, 2), np.int64)
 
 
 def soup(seed, count):
@@ -38,7 +39,7 @@ def projections(views=VIEWS):
 def drawn(triangles, views):
     images = np.zeros((len(triangles), len(views), 64), np.uint64)
     blocks = np.zeros((block_count(len(triangles)), len(views), 64), np.uint64)
-    draw_soup(triangles, views, images, blocks)
+    draw_soup(triangles, views, NO_DEPTHS.arrays(), images, blocks)
     return images, blocks
 
 
@@ -59,7 +60,7 @@ def covered_pixels(triangle, view):
 def plain_score(masks, originals, price, fines=FREE):
     """What the views score, by the formula."""
     total = 0
-    for mask, original, fine in zip(masks, originals, fines.tolist(), strict=True):
+    for mask, original, (fine, _) in zip(masks, originals, fines.tolist(), strict=True):
         right = eroded_areas(mask & original)
         wrong = eroded_areas(mask) - right
         total += UNIT * right - price * wrong - fine * int((mask & ~original).sum())
@@ -104,7 +105,7 @@ def test_what_stands_beside_a_soup_is_in_every_union_and_drawing_leaves_it(seed,
     images, own = drawn(triangles, views)
     standing = drawn(soup(seed + 1, 3), views)[1]
     blocks = np.concatenate([own, standing])
-    draw_soup(triangles, views, images, blocks)
+    draw_soup(triangles, views, NO_DEPTHS.arrays(), images, blocks)
     assert np.array_equal(blocks, np.concatenate([own, standing]))
     others, alone = np.empty((2, *images.shape[1:]), np.uint64)
     for index in range(-1, count):
@@ -140,7 +141,7 @@ def test_scores_follow_the_formula(seed, price, share):
     masks = [unpacked(image) for image in np.bitwise_or.reduce(images, axis=0)]
     bits = np.stack([packed(original) for original in originals])
     assert score(images, bits, price) == plain_score(masks, originals, price)
-    fines = np.random.default_rng(seed).integers(0, 5000, VIEWS)
+    fines = np.random.default_rng(seed).integers(0, 5000, (VIEWS, 2))
     assert score(images, bits, price, fines) == plain_score(masks, originals, price, fines)
 
 

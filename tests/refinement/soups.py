@@ -44,13 +44,14 @@ def crossed_quads(half=4.0):
     return np.array(triangles)
 
 
-def score(triangles, views, overcover=0.5, fine=0):
+def score(triangles, views, overcover=0.5, fine=0, toll=0):
     """The objective, drawn afresh."""
     count = len(views.projections)
-    images = np.zeros((len(triangles), count, 64), np.uint64)
-    blocks = np.zeros((block_count(len(triangles)), count, 64), np.uint64)
-    draw_soup(np.ascontiguousarray(triangles), views.projections, images, blocks)
+    images = np.zeros((len(triangles), count, views.rows), np.uint64)
+    blocks = np.zeros((block_count(len(triangles)), count, views.rows), np.uint64)
+    soup = np.ascontiguousarray(triangles)
+    draw_soup(soup, views.projections, views.depths.arrays(), images, blocks)
     return score_unions(
         np.bitwise_or.reduce(blocks, axis=0), views.originals, round(UNIT * overcover),
-        np.full(count, fine, np.int64), np.zeros(count, np.int64),
+        np.full((count, 2), (fine, toll), np.int64), np.zeros(count, np.int64),
     )  # fmt: skip

@@ -19,8 +19,8 @@ from tests.refinement.soups import SIZE, ball, crossed_quads, score, views_of
 
 
 def score_of_original(views):
-    nothing = np.zeros(len(views.originals), int)
-    return score_unions(views.originals, views.originals, 0, nothing, nothing.copy())
+    free, scores = np.zeros((len(views.originals), 2), int), np.zeros(len(views.originals), int)
+    return score_unions(views.originals, views.originals, 0, free, scores)
 
 
 def voxels_touched(triangles):

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
 
 from simplifier.geometry.room import Room
-from simplifier.kernels.soup_views import UNIT
+from simplifier.kernels.soup_views import FRONT_ROWS, UNIT
 from simplifier.options.stages import RefineOptions
+from simplifier.refinement.depths import Depths
 from simplifier.refinement.search import Bargain
 from tests.refinement.soups import ball, views_of
 
@@ -22,12 +23,16 @@ class Found:
 
     right: float = 1.0
     shown: np.ndarray = field(default_factory=lambda: np.zeros(16))
+    before: float = 0.0
 
     def precision(self):
         return self.right
 
     def overhang(self):
         return self.shown
+
+    def front(self):
+        return np.full(16, self.before)
 
     def current(self):
         return np.empty((0, 3, 3))
@@ -49,9 +54,9 @@ def room():
     return Room(whole.layers, whole.least, whole.most, whole.shares, 3, (0.0, 1.0, 2.0, 3.0), 0.0)
 
 
-def bargain(judge=None, **options):
+def bargain(judge=None, views=VIEWS, **options):
     chosen = RefineOptions(**{"overcover": 0.5, "precision": 0.99, **options})
-    return Bargain(chosen, VIEWS, judge, room())
+    return Bargain(chosen, views, judge, room())
 
 
 def test_a_price_that_buys_no_precision_settles():
@@ -136,3 +141,26 @@ def test_without_fine_pictures_its_own_views_tell_what_those_would():
     before = prices.prices.fines.mean()
     prices.follow(Found(shown=np.full(16, 0.004)), 0.1)
     assert prices.prices.fines.mean() > before
+
+
+DEPTHS = Depths(np.zeros((16, 4)), np.zeros((16, FRONT_ROWS, 64), np.float32))
+
+
+def test_tolls_follow_what_stands_in_front_and_end_where_they_would_take_out_all():
+    prices = bargain(views=replace(VIEWS, depths=DEPTHS), overhang=1.0, front=0.02)
+    first = prices.prices.tolls.mean()
+    for _ in range(3):
+        before = prices.prices.tolls.mean()
+        prices.follow(Found(before=0.04), 0.1)
+        assert prices.prices.tolls.mean() > 1.5 * before
+    for _ in range(50):
+        prices.follow(Found(before=0.04), 0.1)
+    assert prices.prices.tolls.mean() == pytest.approx(16.0 * first, rel=0.01)
+    for _ in range(50):
+        prices.follow(Found(before=0.001), 0.1)
+    assert prices.prices.tolls.mean() < first
+
+
+def test_front_costs_nothing_where_it_may_be_any_or_no_depth_is_known():
+    assert np.all(bargain(views=replace(VIEWS, depths=DEPTHS), front=1.0).prices.tolls == 0)
+    assert np.all(bargain(front=0.01).prices.tolls == 0)

@@ -3,9 +3,9 @@
 A table as Markdown, a row a mesh: recall at overhang in the mean and in the worst view, and front
 in the mean and in the worst view, by preset and by what is asked for (``--presets balanced,best``,
 ``--overhangs 0.005,0.05``).  256 views that
-no search has seen, all quads counted, no option but the budget, the up axis and ``--front``; seconds and CPU
-seconds from the mesh in memory to its triangles, kernels warm.  ``--seeds N``: the least and the
-most recall over as many seeds in place of one.
+no search has seen, all quads counted, no option but the budget, the up axis and ``--front``;
+seconds and CPU seconds from the mesh in memory to its triangles, kernels warm.  ``--seeds N``: the
+least and the most recall over as many seeds in place of one.
 """
 
 from __future__ import annotations

@@ -107,7 +107,7 @@ class FinalistScore:
     recall: float
     overhang: float
     worst: float
-    front: float
+    front: float = 0.0
 
 
 def precision_and_recall(
@@ -150,8 +150,8 @@ class Judge:
     views: FineViews
     precision: float
     overhang: float = 1.0
-    front: float = 1.0
     _known: list[tuple[FloatArray, FinalistScore]] = field(default_factory=list)
+    front: float = 1.0
 
     def best_of(
         self,
@@ -178,8 +178,8 @@ class Judge:
         worst = max(found.worst - 2.0 * self.overhang, 0.0)
         before = max(found.front - self.front, 0.0)
         lost = _WRONG * (1.0 - found.precision) + _SHORT * short
-        lost += _BESIDE * beside + _WORST * worst + _BEFORE * before
-        return found.recall - lost
+        worth = found.recall - lost - _BESIDE * beside - _WORST * worst
+        return worth - _BEFORE * before
 
     def recall(self, triangles: FloatArray) -> float:
         """Of a soup (m, 3, 3), whatever its faults."""

@@ -184,7 +184,7 @@ def _moved(
         return _fine_starts(mesh, solid, budget, (room, wide))
 
     pictures = FineViews.of(*original, fine, outlines or Outlines.of(*original, fine, drawn))
-    judge = Judge(pictures, aims.precision, aims.overhang, aims.front)
+    judge = Judge(pictures, aims.precision, aims.overhang, front=aims.front)
     # Of many triangles the mesh itself in full detail may be best, which no search has begun with.
     best = judge.best_of([*found, *starts], spare, MUCH if budget <= _MANY else 1.0)
     if again and not watch.cancelled:

@@ -28,8 +28,9 @@ from simplifier.geometry.scene import Scene
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.visibility.checking.check import viewpoints
 from simplifier.visibility.checking.exact_view import prisms_of, seen_from
+from simplifier.visibility.cull_maps.coded_field import HeightCodes, in_squares
 from simplifier.visibility.cull_maps.cull_map import CullMaps, see_by_cull_maps
-from simplifier.visibility.cull_maps.erosion import Erosion, Window, shrunk
+from simplifier.visibility.cull_maps.erosion import Window, shrunk
 from simplifier.visibility.solid.height_field import HeightField, height_field
 from simplifier.visibility.solid.object_heights import covered_by
 
@@ -155,7 +156,7 @@ def _height_at(triangles: FloatArray, points: FloatArray) -> FloatArray:
     return np.asarray(a[:, 2] - ((points - a[:, :2]) * normal[:, :2]).sum(axis=1) / normal[:, 2])
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class _Maps(CullMaps):
     """Cull maps whose occluders are shrunk in another way; ``cost`` takes seconds and bytes."""
 
@@ -163,14 +164,13 @@ class _Maps(CullMaps):
     way: Shrinking
     cost: list[tuple[float, int]] = field(default_factory=list)
 
-    def erosion(self, window: Window) -> Erosion:  # type: ignore[override]
+    def erosion(self, window: Window) -> HeightCodes:
         tracemalloc.start()
         begin = time.perf_counter()
         heights = self.way(self.roofs, self.field, window)
         self.cost.append((time.perf_counter() - begin, tracemalloc.get_traced_memory()[1]))
         tracemalloc.stop()
-        pairs = np.ascontiguousarray(np.stack([heights, self.field.tops], axis=2))
-        return Erosion(pairs, np.ascontiguousarray(pairs.transpose(1, 0, 2)))
+        return in_squares(self.coded.codes.down(heights))
 
 
 def gabled(city: Scene) -> Scene:
@@ -200,7 +200,7 @@ def shrinking_rows(blocks: int = 6, count: int = 60, epsilon: float = 5.0) -> It
         for way in (by_pixels, by_outlines, by_exterior):
             if way is by_outlines and name == "gables":
                 continue
-            maps = _Maps(heights, 2.0 * epsilon, roofs, way)
+            maps = _Maps(heights, 2.0 * epsilon, roofs=roofs, way=way)
             sets, _ = see_by_cull_maps(maps, cells)
             seconds, most = np.array(maps.cost).T
             yield {

@@ -5,7 +5,8 @@ map from a point of a cell, with the occluders shrunk.  Here a map is made of ra
 a square ring around the sample, of half a side R: every pixel inside the ring holds a point of a
 ray, a whole number of steps away along one axis, and is less than a pixel from it along either.
 
-Pixels (nx, ny); x and y in pixels, heights as they are.  A sample stands for a piece of edge that
+Pixels (nx, ny); x and y in pixels.  Heights are codes: whole numbers that grow evenly with heights,
+and 0 for none.  A sample stands for a piece of edge that
 reaches ``ex`` and ``ey`` to both sides: of a slanted piece the box around it, from which lines pass
 a ring wherever they do from the piece.  The occluders are shrunk by that piece and by a pixel.
 """
@@ -20,12 +21,15 @@ FIRST_RING = 256
 """Half a side of the first ring, pixels; each next one is twice as large."""
 
 BLOCK = 4
-"""Pixels along a side of the smallest square that is crossed in one step."""
+"""Pixels along a side of the smallest square that is crossed in one step, and that is one piece of
+memory.
+"""
 
-LEAF = 2
-"""The level of squares, each twice as large as the one before, that are looked at as a whole."""
+TILE = 16
+"""Pixels along a side of the smallest tile that is looked at as a whole."""
 
-_ROUNDING = 1e-9  # of a height, and of a share: what rounding may cost is seen
+_SHIFT, _MASK = 2, BLOCK - 1  # of a place, to its square and within it
+_ROUNDING = 1e-6  # of a code, and of a share: what rounding may cost is seen
 
 
 @inline_kernel
@@ -38,18 +42,18 @@ def is_free(free, x, y):
 
 
 @kernel
-def trace(
-    side, index, ring, px, py, eye, highest, pairs, turned, free, field, blocks, blocks_y, seen
-):  # fmt: skip
+def trace(side, index, ring, sample, highest, solid, free, pixels, seen):
     """Follow a ray to the ring; its steepest shadow, as height a pixel, and its steps.
 
     ``side`` 0 to 3: towards +x, -x, +y, -y; ``index`` -ring to ring: where on that side.
-    Blocks of pixels that are empty, or in shadow all over, are crossed in one step.
+    ``highest``  the highest that is looked for; all else as :func:`see_from` takes it.
+    Squares of pixels that are empty, or in shadow all over, are crossed in one step.
     """
-    starts, objects, tops = field
+    (nx, ny), starts, objects, codes, tops, blocks = pixels
+    px, py, eye = sample[0], sample[1], sample[2]
+    highest -= eye
     x_major = side < 2
-    grid = turned if x_major else pairs  # whose rows lie along the ray
-    across, along = grid.shape[:2]
+    along, across = (nx, ny) if x_major else (ny, nx)
     sign = 1 if side % 2 == 0 else -1
     slant = index / ring
     begin = np.int64(np.floor(px if x_major else py))
@@ -66,35 +70,31 @@ def trace(
         shadow += steepest
         if steepest >= 0.0 and shadow > highest:
             return steepest, took
-        # Steps left in the block along the major axis; the other may lead into a second one.
-        left = BLOCK - 1 - major % BLOCK if sign > 0 else major % BLOCK
+        x, y = (major, minor) if x_major else (minor, major)
+        # Steps left in the square along the major axis; the other may lead into a second one.
+        left = _MASK - (major & _MASK) if sign > 0 else major & _MASK
         left = min(left, ring - step)
         if left > 0:
             last = np.int64(np.floor(offset + slant * (step + left)))
             if 0 <= last < across:
                 low = shadow if steepest >= 0.0 else shadow + left * steepest
-                if x_major:
-                    one = blocks[major // BLOCK * blocks_y + minor // BLOCK]
-                    two = blocks[major // BLOCK * blocks_y + last // BLOCK]
-                else:
-                    one = blocks[minor // BLOCK * blocks_y + major // BLOCK]
-                    two = blocks[last // BLOCK * blocks_y + major // BLOCK]
-                top = max(one, two)
-                if top == -np.inf or top - eye <= low - _ROUNDING:
+                u, v = (major, last) if x_major else (last, major)
+                top = max(blocks[x >> _SHIFT, y >> _SHIFT], blocks[u >> _SHIFT, v >> _SHIFT])
+                if top == 0 or top - eye <= low - _ROUNDING:
                     step += left
                     shadow += left * steepest
                     continue
-        if grid[minor, major, 1] - eye > shadow - _ROUNDING:
-            place = major * across + minor if x_major else minor * along + major
-            for item in range(starts[place], starts[place + 1]):
-                if tops[item] - eye > shadow - _ROUNDING:
-                    seen[objects[item]] = True
-        height = grid[minor, major, 0] - eye
-        if height > shadow:
-            x, y = (major, minor) if x_major else (minor, major)
-            if not is_free(free, x, y):
-                shadow = height
-                steepest = height / step
+        top = tops[x >> _SHIFT, y >> _SHIFT, x & _MASK, y & _MASK]
+        if top == 0 or top - eye <= shadow - _ROUNDING:
+            continue
+        place = x * ny + y
+        for item in range(starts[place], starts[place + 1]):
+            if codes[item] - eye > shadow - _ROUNDING:
+                seen[objects[item]] = True
+        height = solid[x >> _SHIFT, y >> _SHIFT, x & _MASK, y & _MASK]
+        if height > 0 and height - eye > shadow and not is_free(free, x, y):
+            shadow = height - eye
+            steepest = shadow / step
     return steepest, took
 
 
@@ -184,15 +184,19 @@ def _set_tile(tile, tiles_y, size, nx, ny, box):
 
 
 @kernel
-def see_from(sample, pairs, turned, free, field, levels, sizes, scratch, seen):
+def see_from(sample, solid, free, pixels, levels, sizes, scratch, seen):
     """Set ``seen`` (n,) bool for what may be seen from a piece of edge; returns steps and tests.
 
     ``sample``   (6,) float64: x, y, height of the eye, ex, ey, and the highest point of all.
-    ``pairs``    (nx, ny, 2) float32: of each pixel the height of the shrunk occluders, and that of
-                 the highest object; ``turned`` (ny, nx, 2) the same.
+    ``solid``    (bx, by, BLOCK, BLOCK) uint16: up to where the shrunk occluders hide, by squares.
     ``free``     (m, 4) int64: first and last x and y of pixels in which nothing hides.
-    ``field``    starts, objects, tops: what touches each pixel, as a height field has it.
-    ``levels``   the highest objects of tiles, the finest first, one level after the other, float32;
+    ``pixels``   what there is of each pixel beside it:
+        shape (nx, ny) of the raster; there may be more pixels in squares, which are empty;
+        starts (nx ny + 1,) int32, objects (k,) int32 and codes (k,) uint16: what touches each
+        pixel and how high, pixels by rows, as a height field has it;
+        tops (bx, by, BLOCK, BLOCK) uint16, by squares: no lower than these objects, nor than what
+        is solid; blocks (bx, by) uint16: the highest tops of each square.
+    ``levels``   the highest objects of tiles, the finest first, one level after the other, uint16;
                  ``sizes`` (l, 4) int64: where a level begins, its tiles along x and y, and the
                  pixels along a side of a tile.
     ``scratch``  slopes (k,) float64, asked (k,) bool, open tiles (m,) int32: as large as
@@ -200,13 +204,10 @@ def see_from(sample, pairs, turned, free, field, levels, sizes, scratch, seen):
     """
     px, py, eye, ex, ey, highest = sample
     flat_slopes, flat_asked, waiting = scratch
-    nx, ny = pairs.shape[:2]
+    nx, ny = pixels[0]
     box = np.empty(4)
     steps = tests = 0
-    ix, iy = np.int64(np.floor(px)), np.int64(np.floor(py))
-    if 0 <= ix < nx and 0 <= iy < ny:  # where no ray has made a step yet
-        for item in range(field[0][ix * ny + iy], field[0][ix * ny + iy + 1]):
-            seen[field[1][item]] = True
+    see_here(px, py, pixels, seen)
     ring = FIRST_RING
     count = -1  # of the tiles that are open; not known at first
     while True:
@@ -215,27 +216,25 @@ def see_from(sample, pairs, turned, free, field, levels, sizes, scratch, seen):
         if count >= 0:
             asked[:] = False
             for index in range(count):
-                _set_tile(waiting[index], sizes[LEAF, 2], sizes[LEAF, 3], nx, ny, box)
+                _set_tile(waiting[index], sizes[0, 2], sizes[0, 3], nx, ny, box)
                 ask(box, ring, px, py, ex, ey, asked)
         for side in range(4):
             for index in range(2 * ring + 1):
                 if count < 0 or asked[side, index]:
-                    slope, took = trace(
-                        side, index - ring, ring, px, py, eye, highest - eye, pairs, turned, free,
-                        field, levels, sizes[0, 2], seen,
-                    )  # fmt: skip
-                    slopes[side, index] = slope
+                    slopes[side, index], took = trace(
+                        side, index - ring, ring, sample, highest, solid, free, pixels, seen
+                    )
                     steps += took
         if count < 0:
-            count, took = _open_tiles(sample, ring, slopes, pairs, levels, sizes, waiting)
+            count, took = _open_tiles(sample, ring, slopes, pixels[0], levels, sizes, waiting)
             tests += took
         else:
             kept = 0
             for index in range(count):
-                _set_tile(waiting[index], sizes[LEAF, 2], sizes[LEAF, 3], nx, ny, box)
+                _set_tile(waiting[index], sizes[0, 2], sizes[0, 3], nx, ny, box)
                 if reach(box, px, py) > ring:
                     tests += 1
-                    top = levels[sizes[LEAF, 0] + waiting[index]]
+                    top = levels[waiting[index]]
                     if not hides(box, top, ring, px, py, eye, ex, ey, slopes):
                         waiting[kept] = waiting[index]
                         kept += 1
@@ -245,14 +244,24 @@ def see_from(sample, pairs, turned, free, field, levels, sizes, scratch, seen):
         ring *= 2
 
 
+@inline_kernel
+def see_here(px, py, pixels, seen):
+    """Set ``seen`` for what touches the pixel of a sample, where no ray has made a step yet."""
+    (nx, ny), starts, objects = pixels[:3]
+    x, y = np.int64(np.floor(px)), np.int64(np.floor(py))
+    if 0 <= x < nx and 0 <= y < ny:
+        for item in range(starts[x * ny + y], starts[x * ny + y + 1]):
+            seen[objects[item]] = True
+
+
 @kernel
-def _open_tiles(sample, ring, slopes, pairs, levels, sizes, waiting):
+def _open_tiles(sample, ring, slopes, shape, levels, sizes, waiting):
     """The tiles beyond the first ring that are not hidden; from the coarsest level down.
 
     Returns how many of ``waiting`` they are, and how many were tested.
     """
     px, py, eye, ex, ey, _ = sample
-    nx, ny = pairs.shape[:2]
+    nx, ny = shape
     box = np.empty(4)
     # Tiles that are still to be looked at, as level and number: four from each at most.
     stack = np.empty((4 * len(sizes) + sizes[-1, 1] * sizes[-1, 2], 2), np.int64)
@@ -265,7 +274,7 @@ def _open_tiles(sample, ring, slopes, pairs, levels, sizes, waiting):
         depth -= 1
         level, tile = stack[depth]
         top = levels[sizes[level, 0] + tile]
-        if top == -np.inf:
+        if top == 0:
             continue
         _set_tile(tile, sizes[level, 2], sizes[level, 3], nx, ny, box)
         if reach(box, px, py) <= ring:
@@ -273,7 +282,7 @@ def _open_tiles(sample, ring, slopes, pairs, levels, sizes, waiting):
         tests += 1
         if hides(box, top, ring, px, py, eye, ex, ey, slopes):
             continue
-        if level == LEAF:
+        if level == 0:
             waiting[count] = tile
             count += 1
             continue
@@ -288,20 +297,20 @@ def _open_tiles(sample, ring, slopes, pairs, levels, sizes, waiting):
 
 @kernel
 def see_from_cells(
-    begin, end, samples, sample_starts, pairs, turned, free, free_starts, field, levels, sizes,
-    scratch, seen, work,
+    begin, end, samples, sample_starts, solid, free, free_starts, pixels, levels, sizes, scratch,
+    seen, work,
 ):  # fmt: skip
     """Set ``seen`` (c, n) bool of the cells ``begin:end``, each from its samples in turn.
 
     ``samples`` (s, 6) as :func:`see_from` takes them, those of cell i from ``sample_starts[i]`` on;
-    All of them stand for pieces of edge that ``pairs`` and ``turned`` are shrunk for.
+    All of them stand for pieces of edge that ``solid`` is shrunk for.
     ``free`` (m, 4) those of cell i from ``free_starts[i]`` on; ``work`` (c, 2) int64 steps, tests.
     """
     for cell in range(begin, end):
         own = free[free_starts[cell] : free_starts[cell + 1]]
         for index in range(sample_starts[cell], sample_starts[cell + 1]):
             steps, tests = see_from(
-                samples[index], pairs, turned, own, field, levels, sizes, scratch, seen[cell]
+                samples[index], solid, own, pixels, levels, sizes, scratch, seen[cell]
             )
             work[cell, 0] += steps
             work[cell, 1] += tests

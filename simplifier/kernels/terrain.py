@@ -102,7 +102,7 @@ def measure_pixels(
     ``beyond``  up to where it is solid outside of the terrain.
     ``inner``   (nx, ny) float64: the lower bound all over the closed pixel; minus infinite where
                 squares are missing.
-    ``starts``  (nx ny + 1,) int64: objects of each pixel, pixel i at i + 1; with ``fill`` where
+    ``starts``  (nx ny + 1,) int32: objects of each pixel, pixel i at i + 1; with ``fill`` where
                 they begin, and ``objects`` int32, ``tops`` float64 are theirs.
     """
     nx, ny = inner.shape

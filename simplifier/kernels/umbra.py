@@ -10,16 +10,16 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.compile import kernel
-from simplifier.kernels.cull_map import is_free
+from simplifier.kernels.cull_map import BLOCK, is_free
 
 _ROUNDING = 1e-9  # of a height: what rounding may cost is seen
 
 
 @kernel
-def lower_umbra(sample, ring, pairs, turned, free, umbra):
-    """Lower ``umbra`` (nx, ny) float64 to the shadows that are seen from a piece of edge.
+def lower_umbra(sample, ring, solid, free, umbra):
+    """Lower ``umbra`` (nx, ny) float64 to the shadows that are seen from a piece of edge, as codes.
 
-    ``sample``  (6,) float64, in the raster, ``pairs``, ``turned`` and ``free`` as ``see_from`` of
+    ``sample``  (6,) float64, in the raster, ``solid`` and ``free`` as ``see_from`` of
                 ``cull_map.py`` takes them; ``ring`` half a side of the ring, past all pixels.
 
     A pixel gets the least height of the rays that visit it, minus infinite where one of them has
@@ -30,16 +30,16 @@ def lower_umbra(sample, ring, pairs, turned, free, umbra):
     if 0 <= ix < umbra.shape[0] and 0 <= iy < umbra.shape[1]:
         umbra[ix, iy] = -np.inf
     for side in range(4):
-        grid = turned if side < 2 else pairs
         for index in range(-ring, ring + 1):
-            _lower_along(side, index / ring, ring, px, py, sample[2], grid, free, umbra)
+            _lower_along(side, index / ring, ring, px, py, sample[2], solid, free, umbra)
 
 
 @kernel
-def _lower_along(side, slant, ring, px, py, eye, grid, free, umbra):
-    """Follow a ray; ``side`` 0 to 3: towards +x, -x, +y, -y; the rows of ``grid`` lie along it."""
+def _lower_along(side, slant, ring, px, py, eye, solid, free, umbra):
+    """Follow a ray; ``side`` 0 to 3: towards +x, -x, +y, -y."""
     x_major = side < 2
-    across, along = grid.shape[:2]
+    nx, ny = umbra.shape
+    along, across = (nx, ny) if x_major else (ny, nx)
     sign = 1 if side % 2 == 0 else -1
     begin = np.int64(np.floor(px if x_major else py))
     offset = py if x_major else px
@@ -52,10 +52,10 @@ def _lower_along(side, slant, ring, px, py, eye, grid, free, umbra):
         shadow += steepest
         x, y = (major, minor) if x_major else (minor, major)
         umbra[x, y] = min(umbra[x, y], eye + shadow)
-        height = grid[minor, major, 0] - eye
-        if height > shadow and not is_free(free, x, y):
-            shadow = height
-            steepest = height / step
+        height = solid[x // BLOCK, y // BLOCK, x % BLOCK, y % BLOCK]
+        if height > 0 and height - eye > shadow and not is_free(free, x, y):
+            shadow = height - eye
+            steepest = shadow / step
 
 
 @kernel

@@ -29,7 +29,7 @@ from simplifier.visibility.solid.fill_leaks import FillLeak
 from simplifier.visibility.solid.terrain import Terrain
 from simplifier.visibility.strong.by_strong_occluders import by_strong_occluders
 
-_FORMAT = 3  # raised when the same input is to give other sets
+_FORMAT = 4  # raised when the same input is to give other sets
 
 METHODS: dict[str, Method] = {
     "auto": by_cull_maps,

@@ -22,16 +22,15 @@ def scratch_of(raster):
 def objects_of(raster):
     """The boxes of objects, one a pixel, by low and high x, low and high y; and their tops."""
     x, y = np.nonzero(raster.numbers >= 0)
-    return np.stack([x, x + 1.0, y, y + 1.0], axis=1), raster.field[2]
+    return np.stack([x, x + 1.0, y, y + 1.0], axis=1), raster.object_codes
 
 
 def looked_for(raster, sample, wanted, free=()):
     """(n,) the objects among those wanted that the sample sees, and the work."""
     seen = np.zeros(raster.count, np.bool_)
     work = look_for(
-        sample, raster.pairs, raster.turned, np.array(free, dtype=np.int64).reshape(-1, 4),
-        raster.field, raster.levels, raster.sizes[0, 2], *objects_of(raster), scratch_of(raster),
-        wanted, seen,
+        sample, raster.solid, np.array(free, dtype=np.int64).reshape(-1, 4), raster.pixels,
+        *objects_of(raster), scratch_of(raster), wanted, seen,
     )  # fmt: skip
     return seen & wanted, work
 
@@ -61,7 +60,7 @@ def test_it_sees_what_plain_rays_see_of_what_is_wanted(seed):
 def test_far_away_a_tower_is_seen_if_it_is_higher_than_the_shadow(turns, tower, seen):
     raster = long_way(tower, turns)
     wanted = np.zeros(raster.count, np.bool_)
-    wanted[raster.numbers[raster.pairs[:, :, 1] == tower]] = True
+    wanted[raster.numbers[raster.tops == tower]] = True
     found, (steps, tests) = looked_for(raster, raster.sample(*PLACES[turns], 2.0), wanted)
     assert found[wanted].tolist() == [seen]
     assert tests > 0
@@ -83,9 +82,9 @@ def test_each_cell_has_its_own_wanted_objects():
     wanted = np.zeros((2, raster.count), np.bool_)
     wanted[1, tower] = True
     look_from_cells(
-        0, 2, samples, np.array([0, 1, 2]), raster.pairs, raster.turned,
-        np.empty((0, 4), np.int64), np.array([0, 0, 0]), raster.field, raster.levels,
-        raster.sizes[0, 2], *objects_of(raster), scratch_of(raster), wanted, seen, work,
+        0, 2, samples, np.array([0, 1, 2]), raster.solid, np.empty((0, 4), np.int64),
+        np.array([0, 0, 0]), raster.pixels, *objects_of(raster), scratch_of(raster), wanted,
+        seen, work,
     )  # fmt: skip
     assert (seen & wanted)[:, tower].tolist() == [False, True]
     assert (work[:, 0] > 0).tolist() == [False, True]

@@ -5,62 +5,67 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simplifier.kernels.cull_map import FIRST_RING, LEAF, see_from, see_from_cells
-from simplifier.visibility.cull_maps.cull_map import CullMaps
+from simplifier.kernels.cull_map import FIRST_RING, see_from, see_from_cells
+from simplifier.visibility.cull_maps.coded_field import CodedField
+from simplifier.visibility.cull_maps.erosion import Window
 from simplifier.visibility.solid.height_field import HeightField
 
 
 class Raster:
-    """Heights that hide, and one object for each pixel that has a top."""
+    """Heights that hide, and one object for each pixel that has a top.
+
+    ``inner`` and ``tops`` (nx, ny) are the heights of codes: no lower, and no higher.
+    """
 
     def __init__(self, inner, tops):
-        self.pairs = np.ascontiguousarray(np.stack([inner, tops], axis=2), dtype=np.float32)
-        self.turned = np.ascontiguousarray(self.pairs.transpose(1, 0, 2))
-        there = np.isfinite(tops).ravel()
-        starts = np.concatenate([[0], np.cumsum(there)]).astype(np.int64)
+        there = np.isfinite(tops)
+        starts = np.concatenate([[0], np.cumsum(there.ravel())]).astype(np.int32)
         self.count = int(starts[-1])
-        self.field = (
-            starts, np.arange(self.count, dtype=np.int32),
-            np.ascontiguousarray(self.pairs[:, :, 1].ravel()[there]),
-        )  # fmt: skip
-        self.numbers = np.where(there, starts[:-1], -1).reshape(tops.shape)
+        self.numbers = np.where(there, starts[:-1].reshape(tops.shape), -1)
         field = HeightField(
-            np.zeros(2), 1.0, self.pairs[:, :, 0], self.pairs[:, :, 1], *self.field,
+            np.zeros(2), 1.0, np.ascontiguousarray(inner, dtype=np.float32), starts,
+            np.arange(self.count, dtype=np.int32), tops[there].astype(np.float32),
             np.zeros((self.count, 2, 2)), 0.0, np.ones(self.count, np.bool_),
         )  # fmt: skip
-        self.levels, self.sizes = CullMaps(field, 1.0).pyramid
+        coded = CodedField(field)
+        self.codes, self.pixels = coded.codes, coded.pixels
+        self.levels, self.sizes = coded.pyramid
+        self.solid = coded.erosion(Window.box(0, 0))
+        self.inner = self.codes.solid(self.codes.down(field.inner)).astype(np.float64)
+        self.object_codes = coded.object_codes
+        self.tops = np.full(tops.shape, -np.inf)
+        self.tops[there] = self.codes.heights(self.object_codes)
         rays = FIRST_RING
         while rays < 2 * max(tops.shape) + FIRST_RING:
             rays *= 2
         self.scratch = (
             np.empty(4 * (2 * rays + 1)), np.zeros(4 * (2 * rays + 1), np.bool_),
-            np.empty(int(self.sizes[LEAF, 1] * self.sizes[LEAF, 2]), np.int32),
+            np.empty(int(self.sizes[0, 1] * self.sizes[0, 2]), np.int32),
         )  # fmt: skip
-        self.highest = float(tops.max())
+        self.highest = coded.highest
 
     def sample(self, x, y, eye, ex=0.0, ey=0.0):
-        return np.array([x, y, eye, ex, ey, self.highest])
+        return np.array([x, y, self.codes.place(eye), ex, ey, self.highest])
 
     def see(self, sample, free=()):
         """(n,) objects that the sample sees."""
         seen = np.zeros(self.count, np.bool_)
         boxes = np.array(free, dtype=np.int64).reshape(-1, 4)
         work = see_from(
-            sample, self.pairs, self.turned, boxes, self.field, self.levels, self.sizes,
-            self.scratch, seen,
+            sample, self.solid, boxes, self.pixels, self.levels, self.sizes, self.scratch, seen,
         )  # fmt: skip
         return seen, work
 
 
 def followed(raster, sample, free=()):
     """What the rays of the first ring see, without blocks."""
-    px, py, eye = sample[:3]
-    nx, ny = raster.pairs.shape[:2]
+    px, py, eye = *sample[:2], raster.codes.heights(sample[2])
+    nx, ny = raster.inner.shape
     seen = set()
     start = int(np.floor(px)), int(np.floor(py))
     if 0 <= start[0] < nx and 0 <= start[1] < ny:
         seen.add(int(raster.numbers[start]))
-    heights = raster.pairs.astype(np.float64) - eye
+    heights = np.stack([raster.inner, raster.tops], axis=2) - eye
     for x0, x1, y0, y1 in free:
         heights[x0 : x1 + 1, y0 : y1 + 1, 0] = -np.inf
     for side in range(4):
@@ -111,7 +116,7 @@ def test_far_away_a_tower_is_seen_if_it_is_higher_than_the_shadow(turns, tower, 
     # The eye is 80 pixels before the wall: 2 + 8 / 80 x 540 = 56 at the tower.
     raster = long_way(tower, turns)
     found, (_, tests) = raster.see(raster.sample(*PLACES[turns], 2.0))
-    x, y = np.argwhere(raster.pairs[:, :, 1] == tower)[0]
+    x, y = np.argwhere(raster.tops == tower)[0]
     assert found[raster.numbers[x, y]] == seen
     assert tests > 0
 
@@ -138,8 +143,8 @@ def test_cells_take_their_own_samples_and_free_pixels_and_one_raster_a_call():
     def sets(shrunk, free, free_starts, starts=(0, 1, 2), cells=(0, 2)):
         seen, work = np.zeros((2, raster.count), np.bool_), np.zeros((2, 2), np.int64)
         see_from_cells(
-            *cells, samples, np.array(starts), shrunk.pairs, shrunk.turned,
-            np.array(free, dtype=np.int64).reshape(-1, 4), np.array(free_starts), raster.field,
+            *cells, samples, np.array(starts), shrunk.solid,
+            np.array(free, dtype=np.int64).reshape(-1, 4), np.array(free_starts), raster.pixels,
             raster.levels, raster.sizes, raster.scratch, seen, work,
         )  # fmt: skip
         return seen[:, tower].tolist(), (work[:, 0] > 0).tolist()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from simplifier.kernels.umbra import lower_umbra, see_over
+from simplifier.visibility.cull_maps.coded_field import in_squares
 
 
 def by_rays(sample, ring, heights, free, umbra):
@@ -30,13 +31,13 @@ def by_rays(sample, ring, heights, free, umbra):
 def test_umbra_of_a_sample(seed):
     random = np.random.default_rng(seed)
     heights = np.where(random.random((11, 8)) < 0.3, random.uniform(0.5, 9.0, (11, 8)), -np.inf)
-    pairs = np.stack([heights, heights + 1.0], axis=2).astype(np.float32)
-    turned = np.ascontiguousarray(pairs.transpose(1, 0, 2))
+    codes = np.where(heights > 0.0, 10.0 * heights, 0.0).astype(np.uint16)
+    heights = np.where(codes > 0, codes, -np.inf)
     free = np.array([[2, 3, 5, 6]], dtype=np.int64)
-    sample = np.array([*random.uniform(1.0, 7.0, 2), 2.0, 0.5, 0.0, 10.0])
+    sample = np.array([*random.uniform(1.0, 7.0, 2), 20.0, 0.5, 0.0, 100.0])
     found, expected = np.full((2, 11, 8), np.inf)
-    lower_umbra(sample, 16, pairs, turned, free, found)
-    by_rays(sample, 16, pairs[..., 0].astype(float), free, expected)
+    lower_umbra(sample, 16, in_squares(codes), free, found)
+    by_rays(sample, 16, heights, free, expected)
     assert np.isfinite(expected).any()
     assert (np.isinf(expected) == np.isinf(found)).all()
     assert np.allclose(found, expected, atol=1e-9)

@@ -14,6 +14,7 @@ from simplifier.errors import OptionError
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import PRISM, ViewCells
 from simplifier.options.visibility import Backend, PvsOptions
+from simplifier.visibility.cull_maps.coded_field import CodedField
 from simplifier.visibility.cull_maps.cull_map import CullMaps, see_by_cull_maps
 from simplifier.visibility.cull_maps.cull_map_gl import OpenGLCullMaps, check_opengl
 from simplifier.visibility.cull_maps.memory import check_memory
@@ -80,8 +81,9 @@ def _looks(field: HeightField, options: PvsOptions) -> tuple[CullMaps, ...]:
     """A quick look at all objects, and on the processor a close one at those that it leaves: with
     pieces of edge as long as two pixels, about as much as these shrink occluders by anyway.
     """
-    quick = CullMaps(field, 2.0 * options.reach)
-    return (quick, CullMaps(field, 2.0 * field.cell)) if options.backend == "cpu" else (quick,)
+    coded = CodedField(field)
+    quick, close = (CullMaps(field, 2.0 * reach, coded) for reach in (options.reach, field.cell))
+    return (quick, close) if options.backend == "cpu" else (quick,)
 
 
 @contextmanager

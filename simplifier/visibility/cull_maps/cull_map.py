@@ -26,11 +26,12 @@ from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import PRISM, ViewCells
 from simplifier.kernels.close_look import look_from_cells
 from simplifier.kernels.columns import TOUCH
-from simplifier.kernels.cull_map import BLOCK, FIRST_RING, LEAF, see_from_cells
+from simplifier.kernels.cull_map import FIRST_RING, see_from_cells
 from simplifier.kernels.threads import run_chunks
 from simplifier.kernels.umbra import lower_umbra
 from simplifier.progress import TellShare, silent
-from simplifier.visibility.cull_maps.erosion import Erosion, Window, sector_of, sectors
+from simplifier.visibility.cull_maps.coded_field import CodedField, HeightCodes
+from simplifier.visibility.cull_maps.erosion import Window, sector_of, sectors
 from simplifier.visibility.solid.height_field import HeightField
 
 _CHUNK = 4  # cells that are looked at between two tells
@@ -41,20 +42,21 @@ class CullMaps:
     """What visibility is looked up in, once for all cells.
 
     ``spacing``  longest piece of a cell's edge that one sample stands for, in units of the scene.
+    ``shared``   the field's codes, where other maps of it have made them.
     """
 
     field: HeightField
     spacing: float
+    shared: CodedField | None = None
 
     @cached_property
-    def _erosions(self) -> dict[Window, Erosion]:
-        return {}
+    def coded(self) -> CodedField:
+        """The field as the kernels take it."""
+        return CodedField(self.field) if self.shared is None else self.shared
 
-    def erosion(self, window: Window) -> Erosion:
+    def erosion(self, window: Window) -> HeightCodes:
         """The occluders shrunk by a window, made when it is first asked for."""
-        if window not in self._erosions:
-            self._erosions[window] = Erosion.of(self.field, window)
-        return self._erosions[window]
+        return self.coded.erosion(window)
 
     @property
     def half(self) -> float:
@@ -65,42 +67,6 @@ class CullMaps:
     def reach(self) -> int:
         """Whole pixels that occluders are shrunk by at most, to each side."""
         return max(int(np.ceil(self.half - TOUCH)), 1)
-
-    @cached_property
-    def highest(self) -> float:
-        """The highest point of all objects."""
-        return float(self.field.tops.max())
-
-    @cached_property
-    def pyramid(self) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-        """The highest objects in tiles of ever more pixels, as the kernel takes them."""
-        levels, sizes, size, begin = [], [], BLOCK, 0
-        tops = _blocks(self.field.tops, BLOCK)
-        while True:
-            levels.append(tops.ravel())
-            sizes.append((begin, *tops.shape, size))
-            begin += tops.size
-            if max(tops.shape) <= 8 and len(levels) > LEAF:
-                break
-            tops, size = _blocks(tops, 2), 2 * size
-        return np.concatenate(levels), np.array(sizes, dtype=np.int64)
-
-    @cached_property
-    def boxes(self) -> tuple[FloatArray, NDArray[np.float32]]:
-        """(n, 4) low and high x, low and high y of each object in pixels, and (n,) its top."""
-        field = self.field
-        boxes = (field.footprints - field.low) / field.cell
-        tops = np.full(len(boxes), -np.inf, dtype=np.float32)
-        np.maximum.at(tops, field.objects, field.object_tops)
-        return np.ascontiguousarray(boxes.transpose(0, 2, 1).reshape(-1, 4)), tops
-
-
-def _blocks(values: NDArray[np.float32], size: int) -> NDArray[np.float32]:
-    """The highest of each square of so many."""
-    nx, ny = (-(-count // size) for count in values.shape)
-    padded = np.full((nx * size, ny * size), -np.inf, dtype=np.float32)
-    padded[: values.shape[0], : values.shape[1]] = values
-    return np.asarray(padded.reshape(nx, size, ny, size).max(axis=(1, 3)))
 
 
 def see_by_cull_maps(
@@ -125,28 +91,28 @@ def see_by_cull_maps(
         counts = np.bincount(owners[chosen], minlength=len(cells))
         starts = np.concatenate([[0], np.cumsum(counts)])
         passes.append((maps.erosion(window), samples[chosen], starts))
-    (levels, sizes), boxes = maps.pyramid, maps.boxes  # made before threads ask for them
+    coded = maps.coded
+    # Made before threads ask for them.
+    pixels, (levels, sizes), boxes = coded.pixels, coded.pyramid, coded.boxes
     rays = FIRST_RING
     while rays < 2 * max(field.shape) + FIRST_RING:
         rays *= 2
-    data = (field.starts, field.objects, field.object_tops)
 
     def look(begin: int, end: int) -> None:
         scratch = (
             np.empty(4 * (2 * rays + 1)), np.zeros(4 * (2 * rays + 1), np.bool_),
-            np.empty(max(int(sizes[LEAF, 1] * sizes[LEAF, 2]), seen.shape[1]), np.int32),
+            np.empty(max(int(sizes[0, 1] * sizes[0, 2]), seen.shape[1]), np.int32),
         )  # fmt: skip
-        for erosion, some, starts in passes:
-            solid = erosion.pairs, erosion.turned
+        for solid, some, starts in passes:
             if wanted is None:
                 see_from_cells(
-                    begin, end, some, starts, *solid, free, free_starts, data, levels, sizes,
+                    begin, end, some, starts, solid, free, free_starts, pixels, levels, sizes,
                     scratch, seen, work,
                 )  # fmt: skip
             else:
                 look_from_cells(
-                    begin, end, some, starts, *solid, free, free_starts, data, levels,
-                    sizes[0, 2], *boxes, scratch, wanted, seen, work,
+                    begin, end, some, starts, solid, free, free_starts, pixels, *boxes, scratch,
+                    wanted, seen, work,
                 )  # fmt: skip
 
     run_chunks(look, len(cells), chunks_per_thread=max(4, len(cells) // _CHUNK), tell=tell)
@@ -170,9 +136,20 @@ def _by_window(
         yield window, np.flatnonzero(kinds == kind)
 
 
+def count_windows(cells: ViewCells, pixel: float, half: float) -> int:
+    """At most so many windows occluders are shrunk by, where samples stand for ``half`` pixels."""
+    lengths = (cells.high - cells.low)[cells.kinds != PRISM, :2] / pixel
+    pieces = 0.5 * lengths / np.maximum(np.ceil((lengths - TOUCH) / (2.0 * half)), 1.0)
+    whole = np.maximum(np.ceil(pieces - TOUCH), 1.0)
+    along_x, along_y = (np.unique(some) for some in whole.T)
+    both = int(1.0 in along_x and 1.0 in along_y)  # a pixel to all sides
+    prisms = sectors(half) if (cells.kinds == PRISM).any() else 0
+    return len(along_x) + len(along_y) - both + prisms
+
+
 def samples_by_erosion(
     maps: CullMaps, cells: ViewCells, cell: int, seen: BoolArray
-) -> tuple[list[tuple[Erosion, FloatArray]], NDArray[np.int64]]:
+) -> tuple[list[tuple[HeightCodes, FloatArray]], NDArray[np.int64]]:
     """The samples (s, 6) on the border of a cell beside the occluders shrunk for them, and the
     pixels (m, 4) that are free, as the kernels take them.
 
@@ -194,15 +171,15 @@ def umbra_heights(maps: CullMaps, cells: ViewCells, cell: int) -> FloatArray:
     """
     groups, free = samples_by_erosion(maps, cells, cell, np.zeros(len(maps.field.footprints), bool))
     umbra = np.full(maps.field.shape, np.inf)
-    for erosion, samples in groups:
+    for solid, samples in groups:
         for sample in samples:
             # Past the furthest corner of the raster, by the longer axis.
             far = np.abs(np.concatenate([sample[:2], sample[:2] - umbra.shape])).max()
             ring = FIRST_RING
             while ring < far + 1.0:
                 ring *= 2
-            lower_umbra(sample, ring, erosion.pairs, erosion.turned, free, umbra)
-    return umbra
+            lower_umbra(sample, ring, solid, free, umbra)
+    return maps.coded.codes.heights(umbra)
 
 
 def _kind(half: FloatArray, kind: int, count: int) -> int:
@@ -225,7 +202,7 @@ def _samples(
     within it.  Only pixels that are solid within its plan, and higher than its viewers, stop
     hiding: docs/decisions/0020-one-erosion.md.
     """
-    field, eye = maps.field, float(cells.high[cell, 2])
+    field, coded, eye = maps.field, maps.coded, float(cells.high[cell, 2])
     outline, count = cells.outline(cell), sectors(maps.half)
     within = np.zeros(len(seen), dtype=np.bool_)
     within[field.objects_in(outline)] = True
@@ -242,7 +219,7 @@ def _samples(
         half = 0.5 * (end - begin) / parts
         kind = _kind(half, int(cells.kinds[cell]), count)
         for middle in begin + half * (2 * np.arange(parts) + 1)[:, None]:
-            rows.append([*middle, eye, *np.abs(half), maps.highest])
+            rows.append([*middle, coded.codes.place(eye), *np.abs(half), coded.highest])
             kinds.append(kind)
     free = _freed(maps, outline, eye)
     if cells.kinds[cell] != PRISM:

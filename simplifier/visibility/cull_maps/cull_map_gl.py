@@ -24,8 +24,8 @@ from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.kernels.umbra import see_over
 from simplifier.progress import TellShare, silent
+from simplifier.visibility.cull_maps.coded_field import Codes, HeightCodes, pixels_of
 from simplifier.visibility.cull_maps.cull_map import CullMaps, samples_by_erosion
-from simplifier.visibility.cull_maps.erosion import Erosion
 from simplifier.visibility.cull_maps.horizon import Horizon
 from simplifier.visibility.cull_maps.shadow_edges import shadow_edges
 from simplifier.visibility.cull_maps.umbra_buffer import UmbraBuffer
@@ -144,7 +144,7 @@ class OpenGLCullMaps:
 
     def _draw(
         self,
-        groups: list[tuple[Erosion, FloatArray]],
+        groups: list[tuple[HeightCodes, FloatArray]],
         free: NDArray[np.int64],
         low: NDArray[np.int64],
         size: int,
@@ -162,9 +162,9 @@ class OpenGLCullMaps:
             known = np.full((size, size), np.nan)
             known[size // 4 : size - size // 4, size // 4 : size - size // 4] = before.umbra
         self._buffer.begin(size, *self._range)
-        count = 0
+        count, codes = 0, self._maps.coded.codes
         for erosion, samples in groups:
-            solid = _window(erosion.pairs[:, :, 0], low, size)
+            solid = _window(erosion, self._maps.field.shape, codes, low, size)
             for x0, x1, y0, y1 in (free - low[[0, 0, 1, 1]]).tolist():
                 solid[max(x0, 0) : max(x1 + 1, 0), max(y0, 0) : max(y1 + 1, 0)] = -np.inf
             edges = shadow_edges(solid, known)
@@ -173,7 +173,8 @@ class OpenGLCullMaps:
                 edges = edges.some(edges.judged | ~hidden)
             self._buffer.load(solid, edges)
             count = max(count, len(edges))
-            for x, y, eye in samples[:, :3].tolist():
+            eyes = codes.heights(samples[:, 2]).tolist()
+            for (x, y), eye in zip(samples[:, :2].tolist(), eyes, strict=True):
                 self._buffer.add(x - low[0], y - low[1], eye)
         return self._buffer.read(), count
 
@@ -198,11 +199,14 @@ class OpenGLCullMaps:
         return tops
 
 
-def _window(heights: NDArray[np.float32], low: NDArray[np.int64], size: int) -> NDArray[np.float32]:
-    """(size, size) of a raster from a pixel on; minus infinite where it has none."""
+def _window(
+    erosion: HeightCodes, shape: tuple[int, int], codes: Codes, low: NDArray[np.int64], size: int
+) -> NDArray[np.float32]:
+    """(size, size) heights of a raster from a pixel on; minus infinite where it has none."""
     window = np.full((size, size), -np.inf, dtype=np.float32)
-    first, last = np.maximum(low, 0), np.minimum(low + size, heights.shape)
+    first, last = np.maximum(low, 0), np.minimum(low + size, shape)
     if (first < last).all():
         (x0, y0), (x1, y1) = first - low, last - low
-        window[x0:x1, y0:y1] = heights[first[0] : last[0], first[1] : last[1]]
+        (a, b), (c, d) = first.tolist(), last.tolist()
+        window[x0:x1, y0:y1] = codes.solid(pixels_of(erosion, (a, b), (c, d)))
     return window

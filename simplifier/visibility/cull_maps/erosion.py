@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import BoolArray
-from simplifier.visibility.solid.height_field import HeightField
 
 _NORMALS = 64  # half-planes in a right angle that a window is cut out by, for the arc of ends
 _ROUNDING = 1e-9  # pixels: as much is between what covers a pixel and its border
@@ -32,6 +31,11 @@ class Window:
 
     axis: int
     runs: tuple[tuple[int, int], ...]
+
+    @property
+    def reach(self) -> int:
+        """Pixels to each side along x, at most, that a pixel needs."""
+        return max(last for _, last in self.runs) if self.axis == 0 else len(self.runs) // 2
 
     @classmethod
     def box(cls, x: int, y: int) -> Window:
@@ -120,20 +124,3 @@ def shrunk(heights: Heights, window: Window, beyond: float = -np.inf) -> Heights
                 part = run[begin : begin + size, line : line + across]
                 np.minimum(turned, part, out=turned)
     return result
-
-
-@dataclass(frozen=True, eq=False)
-class Erosion:
-    """Occluders that are shrunk, beside the objects' tops.
-
-    ``pairs``  (nx, ny, 2) float32, and ``turned`` (ny, nx, 2) the same: memory is read along rays.
-    """
-
-    pairs: Heights
-    turned: Heights
-
-    @classmethod
-    def of(cls, field: HeightField, window: Window) -> Erosion:
-        inner = shrunk(field.inner, window, field.beyond)
-        pairs = np.ascontiguousarray(np.stack([inner, field.tops], axis=2))
-        return cls(pairs, np.ascontiguousarray(pairs.transpose(1, 0, 2)))

@@ -15,16 +15,26 @@ import shapely
 from numpy.typing import NDArray
 
 from simplifier.camera_paths.columns import UprightScene
+from simplifier.errors import OptionError
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.scene import NOTHING, WHOLE, Scene, opaque_places
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.kernels.columns import TOUCH
 from simplifier.progress import TellCount
-from simplifier.visibility.solid.object_heights import Low, ObjectHeights, Shape, base_of, needs_of
+from simplifier.visibility.solid.object_heights import (
+    Heights,
+    Low,
+    ObjectHeights,
+    Shape,
+    Shelf,
+    base_of,
+    needs_of,
+)  # fmt: skip
 from simplifier.visibility.solid.solid_heights import solid_heights
 
 _TELL = 256  # objects between two tells
+_MOST_TOUCHES = 2**31 - 1  # pairs of a pixel and an object, that int32 counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +68,7 @@ class HeightField:
     ``low``     (2,) float64: corner of the first pixel; ``cell`` the edge of a pixel.
     ``inner``   (nx, ny) float32: up to where a pixel is solid from the ground, all over; minus
                 infinite where it is not.
-    ``tops``    (nx, ny) float32: the highest point of any object; minus infinite where none is.
-    ``starts``  (nx ny + 1,) int64: where the objects that touch each pixel begin in
+    ``starts``  (nx ny + 1,) int32: where the objects that touch each pixel begin in
                 ``objects`` (k,) int32 and ``object_tops`` (k,) float32, how high each is there.
     ``footprints``  (n, 2, 2) float64: the box of each object in plan.
     ``lost``    share of what objects fill, 0 to 1, that does not count as solid.
@@ -74,8 +83,7 @@ class HeightField:
     low: FloatArray
     cell: float
     inner: NDArray[np.float32]
-    tops: NDArray[np.float32]
-    starts: NDArray[np.int64]
+    starts: IntArray
     objects: IntArray
     object_tops: NDArray[np.float32]
     footprints: FloatArray
@@ -90,6 +98,22 @@ class HeightField:
         """Pixels along x and y."""
         nx, ny = self.inner.shape
         return nx, ny
+
+    @property
+    def tops(self) -> Heights:
+        """(nx, ny) the highest point of any object, minus infinite where none is; not kept."""
+        return self.highest(0, self.shape[0])
+
+    def highest(self, begin: int, end: int) -> Heights:
+        """(end - begin, ny) the highest point of any object in these rows of pixels."""
+        ny = self.shape[1]
+        starts = self.starts[begin * ny : end * ny + 1]
+        highest = np.full(len(starts) - 1, -np.inf, dtype=np.float32)
+        filled = np.flatnonzero(starts[:-1] < starts[1:])
+        if len(filled):
+            some = self.object_tops[starts[0] : starts[-1]]
+            highest[filled] = np.maximum.reduceat(some, starts[filled] - starts[0])
+        return highest.reshape(-1, ny)
 
     def touched(self, outline: FloatArray) -> tuple[Low, BoolArray]:
         """The first pixel (2,) of a window, and which of its pixels (wx, wy) an outline touches.
@@ -140,18 +164,15 @@ def height_field(
     """
     low, shape = raster_over(upright, cell, viewers)
     floor = float(upright.boxes[:, 0, 2].min())
+    shelf = Shelf()
     made = [
-        ObjectHeights.of(*one, low, cell, None if ground else floor)
+        shelf.put(ObjectHeights.of(*one, low, cell, None if ground else floor))
         for one in shapes_of(upright, opaque, tell)
     ]
     inner, kept = solid_heights(made, shape)
     filled = sum(one.filled for one in made)
-    starts, objects, object_tops = _sorted_by_pixel(made, shape)
-    tops = np.full(shape, -np.inf, dtype=np.float32)
-    for one in made:
-        tops[one.place] = np.maximum(tops[one.place], one.tops)
     return HeightField(
-        low, cell, inner, tops, starts, objects, object_tops,
+        low, cell, inner, *_sorted_by_pixel(made, shape),
         upright.boxes[:, :, :2], 1.0 - kept / filled if filled > 0.0 else 0.0,
         np.array([one.plan is not None for one in made]),
     )  # fmt: skip
@@ -214,15 +235,27 @@ def shapes_of(
 
 
 def _sorted_by_pixel(
-    made: list[ObjectHeights], shape: tuple[int, ...]
-) -> tuple[NDArray[np.int64], IntArray, NDArray[np.float32]]:
-    pixels, numbers, tops = [], [], []
+    made: list[ObjectHeights], shape: tuple[int, int]
+) -> tuple[IntArray, IntArray, Heights]:
+    """What touches each pixel, pixels by rows, objects ascending; sorted by counting them."""
+    touches = sum(int(np.isfinite(one.tops).sum()) for one in made)
+    if touches > _MOST_TOUCHES:
+        raise OptionError(
+            f"objects touch {touches:,} pixels of the raster, more than {_MOST_TOUCHES:,}",
+            where="epsilon", remedy="choose a larger one",
+        )  # fmt: skip
+    # Counts stand two places on, so that each pixel's start is counted up to its end, which is
+    # where the next one begins.
+    starts = np.zeros(shape[0] * shape[1] + 2, dtype=np.int32)
+    counts = starts[2:].reshape(shape)
+    for one in made:
+        counts[one.place] += np.isfinite(one.tops)
+    np.cumsum(starts, dtype=np.int32, out=starts)
+    free = starts[1:-1].reshape(shape)
+    objects, tops = np.empty(touches, dtype=np.int32), np.empty(touches, dtype=np.float32)
     for index, one in enumerate(made):
-        x, y = np.nonzero(np.isfinite(one.tops))
-        pixels.append((x + one.window[0]) * shape[1] + y + one.window[1])
-        numbers.append(np.full(len(x), index, dtype=np.int32))
-        tops.append(one.tops[x, y])
-    place = np.concatenate(pixels)
-    order = np.argsort(place, kind="stable")
-    starts = np.concatenate([[0], np.cumsum(np.bincount(place, minlength=shape[0] * shape[1]))])
-    return starts.astype(np.int64), np.concatenate(numbers)[order], np.concatenate(tops)[order]
+        there = np.isfinite(one.tops)
+        places = free[one.place][there]
+        objects[places], tops[places] = index, one.tops[there]
+        free[one.place] += there
+    return starts[:-1], objects, tops

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar, cast
 
 import numpy as np
 import shapely
@@ -17,8 +18,11 @@ _FLAT = 1e-6  # of an object's size: bases are no rougher, and stand no higher o
 _SUNK = 0.25  # of an object's height: up to there an open border is closed by the ground
 _UPRIGHT = 1e-9  # of a face's area in plan beside its own
 
+_PIECE = 1 << 26  # bytes: allocators map no larger pieces than 2^25 into their heap
+
 Low = NDArray[np.int64]
 Heights = NDArray[np.float32]
+_Array = TypeVar("_Array", Heights, BoolArray)
 Shape = tuple[FloatArray, IntArray]
 """Vertices (n, 3) and faces (m, 3)."""
 
@@ -97,6 +101,33 @@ class ObjectHeights:
             window, rounded_down(roofs), rounded_up(np.maximum(highest, tops)), covered, inside,
             plan, base, needs_of(vertices, floor), float((tops[there] - base).sum()),
         )  # fmt: skip
+
+
+class Shelf:
+    """Heights of many objects in few pieces of memory, which the system has back with the last of
+    them: thousands of small arrays leave the heap as large as it was.
+    """
+
+    def __init__(self) -> None:
+        self._piece = np.empty(0, dtype=np.uint8)
+        self._used = 0
+
+    def put(self, one: ObjectHeights) -> ObjectHeights:
+        """The same, with its arrays here."""
+        return replace(
+            one, roofs=self._moved(one.roofs), tops=self._moved(one.tops),
+            covered=self._moved(one.covered), inside=self._moved(one.inside),
+        )  # fmt: skip
+
+    def _moved(self, array: _Array) -> _Array:
+        if self._used + array.nbytes > len(self._piece):
+            self._piece = np.empty(max(_PIECE, array.nbytes), dtype=np.uint8)
+            self._used = 0
+        place = self._piece[self._used : self._used + array.nbytes]
+        self._used += -(-array.nbytes // 8) * 8
+        moved = place.view(array.dtype).reshape(array.shape)
+        moved[:] = array
+        return cast(_Array, moved)
 
 
 def _in_pixels(shape: Shape, low: FloatArray, cell: float) -> Shape:

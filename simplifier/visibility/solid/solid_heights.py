@@ -69,34 +69,26 @@ def _fill_joints(standing: Standing, inner: Heights) -> None:
     """
     left = standing
     while len(left) > 1:
-        least = np.full(inner.shape, np.inf, dtype=np.float32)
-        for one, roofs in left:
-            least[one.place] = np.minimum(least[one.place], roofs)
-        start = np.zeros(2, dtype=np.int64)
-        covered, _ = covered_by(
-            shapely.union_all([one.plan for one, _ in left]), start, inner.shape
-        )
-        joint = covered & np.isfinite(least)
-        inner[joint] = np.maximum(inner[joint], least[joint])
+        _fill_together(left, inner)
         left = _above_others(left, inner.shape)
+
+
+def _fill_together(left: Standing, inner: Heights) -> None:
+    """Raise ``inner`` to the lowest roof where the objects cover pixels together."""
+    least = np.full(inner.shape, np.inf, dtype=np.float32)
+    for one, roofs in left:
+        least[one.place] = np.minimum(least[one.place], roofs)
+    start = np.zeros(2, dtype=np.int64)
+    joint, _ = covered_by(shapely.union_all([one.plan for one, _ in left]), start, inner.shape)
+    joint &= np.isfinite(least)
+    np.maximum(inner, least, out=inner, where=joint)
 
 
 def _above_others(standing: Standing, shape: tuple[int, ...]) -> Standing:
     """What stands over pixels that a lower object covers, without these lower ones; of what is
     piled up, the lowest alone are left out.
     """
-    # How many have a part in a pixel alone, and the higher of the roofs there.
-    parts, highest = np.zeros(shape, np.uint8), np.full(shape, -np.inf, dtype=np.float32)
-    for one, roofs in standing:
-        some = np.isfinite(roofs) & ~one.covered
-        parts[one.place] = np.minimum(parts[one.place], 254) + some
-        highest[one.place] = np.maximum(highest[one.place], np.where(some, roofs, -np.inf))
-
-    def below(one: ObjectHeights, roofs: Heights) -> BoolArray:
-        under = one.covered & np.isfinite(roofs) & (parts[one.place] > 1)
-        return np.asarray(under & (highest[one.place] > roofs))
-
-    under = [below(*one) for one in standing]
+    under = _under_others(standing, shape)
     floors = np.full(shape, np.inf, dtype=np.float32)
     for (one, roofs), some in zip(standing, under, strict=True):
         floors[one.place] = np.minimum(floors[one.place], np.where(some, roofs, np.inf))
@@ -115,3 +107,19 @@ def _above_others(standing: Standing, shape: tuple[int, ...]) -> Standing:
         for one, out in zip(standing, lowest, strict=True)
         if not out and (over[one[0].place] & np.isfinite(one[1])).any()
     ]
+
+
+def _under_others(standing: Standing, shape: tuple[int, ...]) -> list[BoolArray]:
+    """Of each object the pixels that it covers below a higher one."""
+    # How many have a part in a pixel alone, and the higher of the roofs there.
+    parts, highest = np.zeros(shape, np.uint8), np.full(shape, -np.inf, dtype=np.float32)
+    for one, roofs in standing:
+        some = np.isfinite(roofs) & ~one.covered
+        parts[one.place] = np.minimum(parts[one.place], 254) + some
+        highest[one.place] = np.maximum(highest[one.place], np.where(some, roofs, -np.inf))
+
+    def below(one: ObjectHeights, roofs: Heights) -> BoolArray:
+        under = one.covered & np.isfinite(roofs) & (parts[one.place] > 1)
+        return np.asarray(under & (highest[one.place] > roofs))
+
+    return [below(*one) for one in standing]

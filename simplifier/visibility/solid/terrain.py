@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.elevation import Elevation
@@ -166,7 +165,7 @@ def terrain_field(
     spacing = np.array(terrain.elevation.spacing)
     first = (terrain.corner - upright.origin[:2] - low) / cell
     inner = np.full(shape, -np.inf)
-    starts = np.zeros(inner.size + 1, dtype=np.int64)
+    starts = np.zeros(inner.size + 1, dtype=np.int32)
     heights = terrain.heights - upright.origin[2]
     end = low + (first + (np.array(heights.shape) - 1) * spacing / cell) * cell
     within = (viewers[0] >= low + first * cell).all() and (viewers[1] <= end).all()
@@ -179,21 +178,13 @@ def terrain_field(
         )  # fmt: skip
 
     measure(np.empty(0, dtype=np.int32), np.empty(0), False)
-    np.cumsum(starts, out=starts)
+    np.cumsum(starts, dtype=np.int32, out=starts)
     objects, tops = np.empty(starts[-1], dtype=np.int32), np.empty(starts[-1])
     measure(objects, tops, True)
     object_tops = rounded_up(tops)
+    del tops  # before as much is taken to round the heights
     return HeightField(
-        low, cell, rounded_down(inner), _highest(starts, object_tops).reshape(shape), starts,
-        objects, object_tops, upright.boxes[:, :, :2], 0.0, np.ones(len(terrain.holed), np.bool_),
+        low, cell, rounded_down(inner), starts, objects, object_tops,
+        upright.boxes[:, :, :2], 0.0, np.ones(len(terrain.holed), np.bool_),
         holed=terrain.holed, beyond=float(rounded_down(np.array(beyond))),
     )  # fmt: skip
-
-
-def _highest(starts: NDArray[np.int64], tops: NDArray[np.float32]) -> NDArray[np.float32]:
-    """The highest top of each pixel, minus infinite where there is none."""
-    highest = np.full(len(starts) - 1, -np.inf, dtype=np.float32)
-    filled = starts[:-1] < starts[1:]
-    if filled.any():
-        highest[filled] = np.maximum.reduceat(tops, starts[:-1][filled])
-    return highest

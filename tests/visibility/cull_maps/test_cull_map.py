@@ -12,7 +12,7 @@ from simplifier.options.visibility import PvsOptions
 from simplifier.visibility.checking.check import viewpoints
 from simplifier.visibility.checking.exact_view import prisms_of, seen_from
 from simplifier.visibility.cull_maps.cull_map import CullMaps, _samples, see_by_cull_maps
-from simplifier.visibility.cull_maps.erosion import Erosion, Window
+from simplifier.visibility.cull_maps.erosion import Window
 from simplifier.visibility.placing.cells import place_cells
 from simplifier.visibility.solid.height_field import height_field
 from tests.visibility.scenes import PUZZLES, city_on_a_slab, city_on_terrain, street_cell
@@ -208,17 +208,17 @@ def test_what_shows_through_slits_is_in_the_set():
 
 def shrink_less(monkeypatch, along, across):
     """Erode by so many pixels less, along the edges that samples stand for and across them."""
-    whole = Erosion.of
+    whole = CullMaps.erosion
 
-    def of(field, window):
+    def erosion(maps, window):
         lines = len(window.runs) // 2
         lines = max(lines - across, 0)
         middle = len(window.runs) // 2
         runs = window.runs[middle - lines : middle + lines + 1]
         less = tuple((min(first + along, 0), max(last - along, 0)) for first, last in runs)
-        return whole(field, Window(window.axis, less))
+        return whole(maps, Window(window.axis, less))
 
-    monkeypatch.setattr("simplifier.visibility.cull_maps.cull_map.Erosion.of", of)
+    monkeypatch.setattr(CullMaps, "erosion", erosion)
 
 
 @pytest.mark.parametrize(("along", "across"), [(100, 100), (100, 0)])

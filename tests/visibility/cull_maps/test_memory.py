@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 import tracemalloc
 
 import numpy as np
 import pytest
 
-from bench.visibility_city import generated_city, street_cells
+from bench.visibility_city import generated_city, scene_of_boxes, street_cells
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.errors import MemoryLimitError
 from simplifier.geometry.view_cells import ViewCells
@@ -36,19 +38,56 @@ def terrain():
     return upright, place_on_terrain(posts, upright, "grid", options).some(np.arange(2)), posts
 
 
-@pytest.mark.parametrize(("make", "epsilon"), [(city, 2.5), (terrain, 2.5)])
-def test_the_peak_is_below_what_is_foretold_and_not_far(make, epsilon):
-    upright, cells, posts = make()
+def test_the_arrays_of_a_terrain_take_less_than_is_foretold_and_not_much():
+    (upright, cells, posts), epsilon = terrain(), 2.5
     options = PvsOptions(up="z", epsilon=epsilon)
     find_pvs(upright, cells, options, terrain=posts)  # compiled, and all imported
     tracemalloc.start()
     find_pvs(upright, cells, options, terrain=posts)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    need = need_of_sets(upright, cells, 0.2 * epsilon, posts is not None)
+    need = need_of_sets(upright, cells, 0.2 * epsilon, 0.2, terrain=True)
     # Libraries are no arrays, and neither is what any process takes.
     arrays = need.peak - BASE_BYTES - 60 * 2**20
     assert 0.5 * arrays < peak < arrays
+
+
+FIND = """
+import sys, numpy as np
+from bench.point import _resident_mib
+from simplifier.camera_paths.columns import UprightScene
+from simplifier.memory.need import MIB
+from simplifier.options.visibility import PvsOptions
+from simplifier.visibility.cull_maps.memory import need_of_sets
+from simplifier.visibility.find import find_pvs
+from tests.visibility.cull_maps.test_memory import wide_city, eight_ways
+from tests.visibility.scenes import street_cell
+upright, cells = UprightScene.of(wide_city(), "z"), globals()[sys.argv[1]]()
+need = need_of_sets(upright, cells, 0.2, 0.2)
+find_pvs(upright, cells, PvsOptions(up="z", epsilon=1.0))
+print(_resident_mib("VmHWM") / (need.peak / MIB))
+"""
+
+
+def wide_city():
+    """Few boxes, far apart: the raster is most of what is held."""
+    low = np.array([(75.0 * x, 75.0 * y, 0.0) for x in range(9) for y in range(9)])
+    return scene_of_boxes(np.stack([low, low + 8.0], axis=1), [f"box {i}" for i in range(len(low))])
+
+
+def eight_ways():
+    """Triangles whose edges lie in every sector of directions."""
+    turns = 0.25 * np.pi * np.arange(2)[:, None] + np.array([0.0, 0.375, 0.75]) * np.pi
+    corners = 40.0 + 8.0 * np.stack([np.cos(2.0 * turns), np.sin(2.0 * turns)], axis=2)
+    return ViewCells.prisms(corners, np.zeros(2), np.full(2, 2.0))
+
+
+@pytest.mark.parametrize("cells", ["street_cell", "eight_ways"])
+def test_the_whole_process_takes_what_is_foretold(cells):
+    done = subprocess.run(
+        [sys.executable, "-c", FIND, cells], capture_output=True, text=True, check=True
+    )
+    assert 0.8 < float(done.stdout) < 1.2
 
 
 def test_too_much_is_refused_before_and_the_epsilon_that_is_told_fits():

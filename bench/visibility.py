@@ -13,9 +13,14 @@
     shrinking  three ways to shrink occluders: the sets they give, seconds, and memory beside them
     strong  the tables of the paper on strong occluders, beside what it prints: strong_city (its 1
            and 2), strong_ranks (3), strong_levels (4) and strong_spheres (5)
+    choice  what auto takes of eight scenes, its sentence, what it foretells and what comes, beside
+           each method that can serve.  Needs the shared assets; only when asked for
+    walks  triangles drawn along a walk of 600 frames by sets, by occluders and by both.  Only when
+           asked for
     check  100,000 viewpoints of the generated city that look past silhouettes, and 2,000 that draw
            item buffers on six faces: leaks, of which there must be none.  Long: only when asked for
 
+``city``, ``cells`` and ``lyon`` are of cull maps alone, ``check`` is of what auto takes.
 Kernels are warm; the height field is made once and counts apart.  Tables go to
 ``bench/results/visibility_NAME.csv`` and to ``visibility.md``.
 """
@@ -30,6 +35,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.record import Row, told, write_page, write_table
+from bench.visibility_choice import choice_rows
 from bench.visibility_city import generated_city, street_cells
 from bench.visibility_plot import plot_cells
 from bench.visibility_rooms import rooms_rows
@@ -37,6 +43,7 @@ from bench.visibility_shrinking import shrinking_rows
 from bench.visibility_strong import city_rows as strong_city_rows
 from bench.visibility_strong import level_rows, rank_rows, sphere_rows
 from bench.visibility_terrain import terrain_rows
+from bench.visibility_walks import walk_rows
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.pvs import Pvs
 from simplifier.geometry.view_cells import ViewCells
@@ -51,7 +58,7 @@ from simplifier.visibility.placing.cells import place_cells
 RESULTS = Path("bench/results")
 STRONG = ("strong_city", "strong_ranks", "strong_levels", "strong_spheres")
 TABLES = ("city", "cells", "lyon", "shrinking", *STRONG)
-ALL = (*TABLES, "rooms", "terrain", "check")
+ALL = (*TABLES, "rooms", "terrain", "choice", "walks", "check")
 LYON = Path("../shared/assets/city_lyon_buildings.glb")
 EPSILONS = (5.0, 2.5)
 CELLS = 1000
@@ -65,7 +72,9 @@ def city_rows(
     for epsilon in epsilons:
         yield {
             "epsilon": epsilon,
-            **_judged(upright, places, PvsOptions(up="z", epsilon=epsilon), checked),
+            **_judged(
+                upright, places, PvsOptions(up="z", method="cull-map", epsilon=epsilon), checked
+            ),
         }
 
 
@@ -75,7 +84,9 @@ def lyon_rows(
     """A row an epsilon; the cells are drawn by lot from all on which one can walk."""
     upright = UprightScene.of(load_scene(path), "z")
     for epsilon in epsilons:
-        options = PvsOptions(up="z", ground=True, epsilon=epsilon, skip_buried=True)
+        options = PvsOptions(
+            up="z", method="cull-map", ground=True, epsilon=epsilon, skip_buried=True
+        )
         places = place_cells(upright, "walkable", options)
         sizes = places.high - places.low
         lots = np.random.default_rng(0).permutation(len(places))[:count]
@@ -142,7 +153,7 @@ def cells_rows(
 def _row(
     varied: str, upright: UprightScene, places: ViewCells, size: float = 10.0, epsilon: float = 5.0
 ) -> Row:
-    options = PvsOptions(up="z", cell_size=size, epsilon=epsilon)
+    options = PvsOptions(up="z", method="cull-map", cell_size=size, epsilon=epsilon)
     found, processor = _timed(upright, places, options)
     return {
         "varied": varied,
@@ -226,6 +237,8 @@ def main(words: Sequence[str] | None = None) -> None:
         "check": check_rows,
         "rooms": rooms_rows,
         "terrain": terrain_rows,
+        "choice": choice_rows,
+        "walks": walk_rows,
     }
     for name in {None: TABLES, "strong": STRONG}.get(only, (only,)):
         rows = []

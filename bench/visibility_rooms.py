@@ -37,7 +37,7 @@ def rooms_rows(
     """A row a scene; cells are drawn by lot where there are more than ``most``."""
     for name, up, epsilon in interiors:
         scene = load_scene(ASSETS / name)
-        scene = _tiles(scene) if len(scene) == 1 else scene
+        scene = tiles(scene) if len(scene) == 1 else scene
         upright = UprightScene.of(scene, up)
         options = PvsOptions(
             up=up, method="slice-wise", cell_size=1.0, epsilon=epsilon, eye_height=1.6
@@ -63,7 +63,7 @@ def rooms_rows(
         }
 
 
-def _tiles(scene: Scene) -> Scene:
+def tiles(scene: Scene) -> Scene:
     """A scene of one mesh in cubes, by the middles of its triangles."""
     mesh = scene.joined([0])
     middles = mesh.vertices[mesh.faces].mean(axis=1)

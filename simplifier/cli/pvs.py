@@ -20,7 +20,9 @@ from simplifier.options.visibility import SEE_THROUGH_HELP, ElevationOptions, Pv
 if TYPE_CHECKING:
     from simplifier.camera_paths.columns import UprightScene
     from simplifier.options.visibility import Placing
+    from simplifier.visibility.cost import Cost
     from simplifier.visibility.find import Found
+    from simplifier.visibility.method import Sight
 
 PvsFile = Annotated[Path, typer.Argument(help="What 'occluder pvs' wrote.")]
 SeenThrough = Annotated[Transparent, typer.Option(help=SEE_THROUGH_HELP)]
@@ -90,7 +92,16 @@ def pvs(
                 where = load_cells(_cell_file(cells), options.up, upright.origin)
             with listening.deferred() as cancel, count_bar("objects, then cells") as tell:
                 found = find_pvs(
-                    upright, where, options, before, tell, cancel, tell, read.opaque, read.terrain
+                    upright,
+                    where,
+                    options,
+                    before,
+                    tell,
+                    cancel,
+                    tell,
+                    read.opaque,
+                    read.terrain,
+                    _tell_cost,
                 )
             with listening.held():
                 save_pvs(found.pvs, output)
@@ -110,12 +121,25 @@ def _drawn(upright: UprightScene, found: Found, name: str) -> dict[str, bytes]:
     from simplifier.visibility.pictures.horizons_picture import horizons_picture
     from simplifier.visibility.pictures.pictures import cells_picture, set_pictures
 
-    if found.maps is not None:
+    if found.pvs.altitudes is None or found.maps is not None:
         return set_pictures(upright, found.pvs, found.maps, name)
     return {
         "horizons.png": horizons_picture(upright, found.pvs, name),
         "cells.png": cells_picture(found.pvs, name, upright),
     }
+
+
+def _tell_cost(sight: Sight, cost: Cost) -> None:
+    """Before the cells that take most of the time."""
+    print_text(f"{_method_words(sight.method, sight.conservative, sight.reason)}: {_words(cost)}")
+
+
+def _method_words(method: str, conservative: bool, reason: str) -> str:
+    return ", ".join([method, *([] if conservative else ["not conservative"]), reason])
+
+
+def _words(cost: Cost) -> str:
+    return f"{1e3 * cost.seconds_a_cell:.3g} ms a cell, {cost.seconds:.3g} s in all"
 
 
 def _write(folder: Path, files: Mapping[str, bytes]) -> None:
@@ -136,16 +160,24 @@ def _cell_file(cells: str) -> Path:
 
 
 def _summary_rows(figures: Mapping[str, Any], output: Path) -> list[tuple[str, str]]:
+    from simplifier.visibility.cost import Cost
+
     cells, size = figures["cells"], output.stat().st_size
     done = cells - figures["left"]
-    sure = [] if figures["conservative"] else ["not conservative"]
+    cost = _words(Cost(**figures["cost"]))
+    if figures["foretold"] is not None:
+        foretold = Cost(**figures["foretold"])
+        cost += f"; foretold by {foretold.cells} of them: {_words(foretold)}"
     return [
         ("objects", f"{figures['objects']:,}"),
         ("cells", f"{done:,} of {cells:,}, {done - figures['computed_now']:,} kept from before"),
-        ("method", ", ".join([figures["method"], *sure, figures["reason"]])),
+        (
+            "method",
+            _method_words(figures["method"], figures["conservative"], figures["reason"]),
+        ),
         ("culled", f"{100.0 * figures['culled_share']:.2f} % of the objects in the mean"),
         ("file", f"{size:,} bytes, {size / done:,.0f} a cell"),
-        ("time", f"{1e3 * figures['seconds_a_cell']:.3g} ms a cell"),
+        ("time", cost),
     ]
 
 

@@ -28,7 +28,7 @@ class PvsOptions(OptionSet):
                      one height, in voxels of a fifth of the epsilon; "voxel-column", of elevation
                      models, the altitude over each tile from which each other one is seen;
                      "strong", what one convex occluder hides by itself, of any scene, best from
-                     cells smaller than the occluders; "auto" is the first.
+                     cells smaller than the occluders; "auto" is what serves the scene.
     ``cell_size``    edge of a cell in plan; smaller ones have smaller sets, and there are more.
     ``eye_height``   of the top of a cell over the ground: viewers are no higher.
     ``epsilon``      half the length of a cell's edge that one point on it stands for; occluders
@@ -49,9 +49,9 @@ class PvsOptions(OptionSet):
 
     method: Method = option(
         "auto",
-        "How sets are found: auto, cull-map, slice-wise (rooms, bridges: all of 3D), voxel-column"
-        " (elevation models: from over each tile), or strong (one convex occluder hides an"
-        " object).",
+        "How sets are found: auto (what serves the scene), cull-map, slice-wise (rooms, bridges:"
+        " all of 3D), voxel-column (elevation models: from over each tile), or strong (one convex"
+        " occluder hides an object).",
     )
     cell_size: float = option(
         10.0, "Edge of a view cell in plan, in the scene's units.", above=0.0, unit="world units"

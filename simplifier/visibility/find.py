@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.culling.visible_sets import scene_digest
@@ -18,11 +20,22 @@ from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.simplify import Axis
 from simplifier.options.visibility import PvsOptions
 from simplifier.progress import Cancel, Deadline, TellCount
+from simplifier.visibility.choose import (
+    BOTH,
+    CULL_MAP,
+    SLICES,
+    STRONG,
+    TERRAIN,
+    WAYS,
+    Way,
+    chosen_sight,
+)
 from simplifier.visibility.columns.by_voxel_columns import by_voxel_columns
+from simplifier.visibility.cost import NO_COST, Cost, CostMeter, batches
 from simplifier.visibility.cull_maps.by_cull_maps import by_cull_maps
 from simplifier.visibility.cull_maps.cull_map import CullMaps
 from simplifier.visibility.known import Known, altitudes_of, kept, known_of, slices_of
-from simplifier.visibility.method import Method, Task
+from simplifier.visibility.method import Method, Seen, Sight, Task
 from simplifier.visibility.object_order import few_runs
 from simplifier.visibility.slices.by_slices import by_slices
 from simplifier.visibility.solid.fill_leaks import FillLeak
@@ -32,12 +45,13 @@ from simplifier.visibility.strong.by_strong_occluders import by_strong_occluders
 _FORMAT = 4  # raised when the same input is to give other sets
 
 METHODS: dict[str, Method] = {
-    "auto": by_cull_maps,
     "cull-map": by_cull_maps,
     "slice-wise": by_slices,
     "voxel-column": by_voxel_columns,
     "strong": by_strong_occluders,
 }
+
+TellCost = Callable[[Sight, Cost], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +61,8 @@ class Found:
     ``maps`` what they were looked up in last, where that is cull maps.  ``made`` cells that were
     computed now; ``seconds`` each took in the mean; ``reason`` why sets were found as they were.
     ``leaks`` spaces that would be solid, were it not for a hole.
+    ``way`` the methods by their options' names, one after the other.  ``cost`` of the cells that
+    were computed now, and ``foretold`` by some of them; None where there were too few.
     """
 
     pvs: Pvs
@@ -56,6 +72,9 @@ class Found:
     warnings: tuple[str, ...]
     reason: str
     leaks: tuple[FillLeak, ...] = ()
+    way: Way = CULL_MAP
+    cost: Cost = NO_COST
+    foretold: Cost | None = None
 
 
 def find_pvs(
@@ -68,71 +87,125 @@ def find_pvs(
     tell_objects: TellCount = lambda done, total: None,
     opaque: Scene | None = None,
     terrain: Terrain | None = None,
+    tell_cost: TellCost = lambda sight, cost: None,
 ) -> Found:
     """What may be visible from each cell; the cells' coordinates are upright.
 
     ``opaque`` is what of the scene hides anything, by the objects' names: by default all of it.
     ``terrain`` is what the scene was made of, if it is one.
-    ``tell_objects`` hears of the objects whose heights are known, ``tell`` then of the cells.
+    ``tell_objects`` hears of the objects that are read, by one method after the other, ``tell``
+    then of the cells, and ``tell_cost`` of what they will cost once a few are done.
 
     Sets that were found ``before`` in the same scene with the same settings are kept.  Once
     ``cancel`` is set or the time is up, the cells that are left count as seeing everything; without
     any, :class:`CancelledError` is raised.  Raises what the method of the options does.
     """
-    deadline = Deadline.after(options.time_limit)
-    scene, settings = scene_digest(upright.scene, opaque), settings_digest(options)
+    deadline, meter = Deadline.after(options.time_limit), CostMeter()
+    scene = scene_digest(upright.scene, opaque)
 
     def watch(objects: int, total: int) -> None:
         if cancel is not None and cancel.is_set():
             raise CancelledError("cancelled before the first cell was done")
         tell_objects(objects, total)
 
+    def is_over() -> bool:
+        return (cancel is not None and cancel.is_set()) or deadline.is_up
+
     task = Task(upright, cells, options, opaque, terrain, watch)
-    with METHODS[options.method](task) as sight:
-        cells = sight.cells
+    with _sight_of(task, before if before is not None and before.scene == scene else None) as (
+        sight,
+        way,
+    ):
+        cells, settings = sight.cells, settings_digest(options, way)
         low, step = float32_below(sight.altitude_low), float32_below(sight.altitude_step)
         known: list[Known | None] = [None] * len(cells)
         if before is not None and (before.scene, before.settings) == (scene, settings):
             known = kept(cells, before, low, step)
-        left = np.flatnonzero([each is None for each in known])
-        done, begun = 0, time.perf_counter()
-        for first in range(0, len(left), sight.batch):
-            tell(len(cells) - len(left) + done, len(cells))
-            if (cancel is not None and cancel.is_set()) or deadline.is_up:
-                break
-            some = left[first : first + sight.batch]
-            for cell, each in zip(some.tolist(), known_of(sight.see(some)), strict=True):
-                known[cell] = each
-            done += len(some)
-        seconds = (time.perf_counter() - begun) / max(done, 1)
-    tell(len(cells) - len(left) + done, len(cells))
+        left = sum(each is None for each in known)
+        meter.ready()
+        _look(sight, known, meter, tell, lambda cost: tell_cost(sight, cost), is_over)
     if all(each is None for each in known):
         raise CancelledError("cancelled before the first cell was done")
     sure = sight.conservative
-    if before is not None and len(left) < len(cells):
+    if before is not None and left < len(cells):
         sure = sure and before.conservative  # of what is kept
     pvs = replace(
         _packed(upright, cells, known, scene, settings, sight.method, sure),
         slices=slices_of(known),
         altitudes=altitudes_of(known, len(upright.scene), low, step),
     )
+    made = left - sum(each is None for each in known)
     warnings = [*sight.warnings(), *_unfinished(pvs)]
-    return Found(pvs, sight.maps, done, seconds, tuple(warnings), sight.reason, sight.leaks)
+    return Found(
+        pvs, sight.maps, made, meter.came.seconds_a_cell, tuple(warnings), sight.reason,
+        sight.leaks, way, meter.came, meter.foretold,
+    )  # fmt: skip
 
 
-def settings_digest(options: PvsOptions) -> bytes:
-    """8 bytes of all that a cell's set depends on beside the scene and the cell."""
+@contextmanager
+def _sight_of(task: Task, before: Pvs | None) -> Iterator[tuple[Sight, Way]]:
+    """What sees from the cells, and by which methods; ``before`` is of the same scene."""
+    options = task.options
+    if options.method == "auto":
+        held = None
+        if before is not None:
+            digests = {settings_digest(options, way): way for way in WAYS if way[-1] in METHODS}
+            held = digests.get(before.settings)
+        with chosen_sight(task, METHODS, held) as (sight, way):
+            yield sight, way
+        return
+    with METHODS[options.method](task) as sight:
+        yield sight, (options.method,)
+
+
+def _look(
+    sight: Sight, known: list[Known | None], meter: CostMeter, tell: TellCount,
+    tell_cost: Callable[[Cost], None], is_over: Callable[[], bool],
+) -> None:  # fmt: skip
+    """See from the cells that are not ``known``, until it is over."""
+
+    def keep(some: NDArray[np.int64], seen: Seen) -> None:
+        for cell, each in zip(some.tolist(), known_of(seen), strict=True):
+            known[cell] = each
+
+    left = np.flatnonzero([each is None for each in known])
+    if sight.tried is not None and len(left):
+        keep(sight.tried.cells, sight.tried.seen)
+        left = np.setdiff1d(left, sight.tried.cells)
+        meter.tried(len(sight.tried.cells), sight.tried.seconds)
+    rest = len(left)
+    for some, timed in batches(sight.cells, left, sight.batch):
+        tell(len(known) - rest, len(known))
+        if is_over():
+            break
+        keep(some, sight.see(some))
+        rest -= len(some)
+        meter.add(len(some), rest, timed=timed)
+        if timed and meter.foretold is not None:
+            tell_cost(meter.foretold)
+    tell(len(known) - rest, len(known))
+
+
+def settings_digest(options: PvsOptions, way: Way | None = None) -> bytes:
+    """8 bytes of all that a cell's set depends on beside the scene and the cell.
+
+    ``way``  the methods that find it; by default that of the options, and cull maps for "auto".
+    """
+    if way is None:
+        way = CULL_MAP if options.method == "auto" else (options.method,)
     kept: tuple[object, ...] = (_FORMAT, options.reach, options.up, options.ground)
     if options.fill == "viewers":
         kept += (options.fill, options.eye_height)
     if options.backend != "cpu":
         kept += (options.backend,)
-    if options.method == "slice-wise":
-        kept = (_FORMAT, options.method, options.reach, options.up)
-    if options.method == "voxel-column":
-        kept = (_FORMAT, options.method, options.epsilon)
-    if options.method == "strong":
-        kept = (_FORMAT, options.method, options.up, options.ground)
+    if way == SLICES:
+        kept = (_FORMAT, *way, options.reach, options.up)
+    if way == STRONG:
+        kept = (_FORMAT, *way, options.up, options.ground)
+    if way == TERRAIN:
+        kept = (_FORMAT, *way, options.epsilon)
+    if way == BOTH:
+        kept += way
     return bytes(hashlib.blake2b(repr(kept).encode(), digest_size=8).digest())
 
 

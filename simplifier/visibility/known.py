@@ -42,8 +42,8 @@ def known_of(seen: Seen) -> list[Known]:
 
 def kept(cells: ViewCells, before: Pvs, low: float, step: float) -> list[Known | None]:
     """What earlier sets tell of each cell, altitudes counted by ``low`` and ``step``."""
-    places = {_key(before.cells, cell): cell for cell in range(len(before.cells))}
-    found = [places.get(_key(cells, cell), UNKNOWN) for cell in range(len(cells))]
+    places = {cell_key(before.cells, cell): cell for cell in range(len(before.cells))}
+    found = [places.get(cell_key(cells, cell), UNKNOWN) for cell in range(len(cells))]
     slices, altitudes = before.slices, before.altitudes
     if slices is not None and slices.count != SLICES:
         slices = None
@@ -61,7 +61,8 @@ def kept(cells: ViewCells, before: Pvs, low: float, step: float) -> list[Known |
     ]
 
 
-def _key(cells: ViewCells, cell: int) -> bytes:
+def cell_key(cells: ViewCells, cell: int) -> bytes:
+    """What tells a cell from others."""
     parts = (cells.low[cell], cells.high[cell], cells.corners[cell])
     return b"".join(part.tobytes() for part in parts)
 

@@ -54,6 +54,18 @@ class Seen:
 
 
 @dataclass(frozen=True, eq=False)
+class Tried:
+    """Cells that were seen from before the others.
+
+    ``cells``  (c,) int64: their places.  ``seen`` from them, in so many ``seconds``.
+    """
+
+    cells: NDArray[np.int64]
+    seen: Seen
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
 class Sight:
     """A scene made ready to be seen from cells.
 
@@ -65,6 +77,8 @@ class Sight:
     ``reason``    why the sets are found so, as the end of a sentence.
     ``warnings``  what the user should know.
     ``maps``    what cull maps were looked up in last, and most closely.
+    ``narrow``  as ``see``, of no more than some objects (c, n); None where that saves nothing.
+    ``tried``   cells that were seen from already.
     ``leaks``   spaces that would be solid without a hole.
     ``altitude_low``, ``altitude_step``  what altitudes count: k is low + k step, a height in the
                 cells' space.  Where they are no float32 numbers, the next below are taken.
@@ -78,12 +92,19 @@ class Sight:
     reason: str
     warnings: Callable[[], list[str]]
     maps: CullMaps | None = None
+    narrow: Callable[[NDArray[np.int64], BoolArray], Seen] | None = None
+    tried: Tried | None = None
     leaks: tuple[FillLeak, ...] = ()
     altitude_low: float = 0.0
     altitude_step: float = 1.0
 
 
 Method = Callable[[Task], AbstractContextManager[Sight]]
+
+
+def better(task: Task) -> str:
+    """What to try where a method that was asked for hides little, as the end of a sentence."""
+    return "" if task.options.method == "auto" else "; try --method auto"
 
 
 def check_processor(task: Task, what: str) -> None:

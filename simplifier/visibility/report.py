@@ -26,6 +26,7 @@ def pvs_report(found: Found) -> dict[str, Any]:
         "computed_now": found.made,
         "left": len(pvs.cells) - len(pvs.computed),
         "method": pvs.method,
+        "methods": list(found.way),
         "reason": found.reason,
         "conservative": pvs.conservative,
         "culled_share": culled_share(pvs),
@@ -33,5 +34,7 @@ def pvs_report(found: Found) -> dict[str, Any]:
         "row_bytes": len(pvs.rows.data),
         "rows": len(pvs.rows),
         "seconds_a_cell": found.seconds,
+        "cost": asdict(found.cost),
+        "foretold": None if found.foretold is None else asdict(found.foretold),
         "warnings": list(found.warnings),
     }

@@ -49,6 +49,13 @@ def test_sets_are_found_shown_checked_and_read(command, town, cells, tmp_path):
     figures = json.loads(report.read_text())
     assert figures["cells"] == figures["computed_now"] == 12
     assert 0.3 < figures["culled_share"] < 1.0
+    assert figures["methods"] == ["strong", "cull-map"]
+    assert figures["foretold"]["cells"] == 4
+    assert 0.0 < figures["cost"]["seconds_a_cell"] < figures["cost"]["seconds"]
+    assert "since 100 % of what stands in the scene is solid from the ground up" in " ".join(
+        told.split()
+    )
+    assert "foretold by 4 of them" in " ".join(told.split())
 
     status, told, _ = command("pvs-show", file)
     assert status == 0

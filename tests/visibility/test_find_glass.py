@@ -24,7 +24,7 @@ from tests.visibility.scenes import street_cell
 
 WALL, BEHIND = [(20, -300, 0), (30, 300, 30)], [(60, -5, 0), (70, 5, 10)]
 SHED, HOUSE = [(90, -5, 0), (95, 5, 3)], [(35, -9, 0), (50, 9, 12)]
-OPTIONS = PvsOptions(up="z", epsilon=2.5)
+OPTIONS = PvsOptions(up="z", method="cull-map", epsilon=2.5)
 LOOK = CheckOptions(cells=1, views=25, azimuths=90, pictures=4, pixels=128)
 
 

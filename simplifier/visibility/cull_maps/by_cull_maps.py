@@ -18,7 +18,7 @@ from simplifier.visibility.cull_maps.coded_field import CodedField
 from simplifier.visibility.cull_maps.cull_map import CullMaps, see_by_cull_maps
 from simplifier.visibility.cull_maps.cull_map_gl import OpenGLCullMaps, check_opengl
 from simplifier.visibility.cull_maps.memory import check_memory
-from simplifier.visibility.method import Seen, Sight, Task, without_buried
+from simplifier.visibility.method import Seen, Sight, Task, better, without_buried
 from simplifier.visibility.solid.height_field import HeightField, height_field
 from simplifier.visibility.solid.terrain import terrain_field
 from simplifier.visibility.solid.viewer_fill import Filled, fill_by_viewers, fill_warnings
@@ -27,9 +27,8 @@ _FINE = 0.2  # of epsilon: a pixel of the height field
 _MOST_PIXELS = 8192  # along the longest edge
 _BATCH = 32  # cells between two looks at the clock
 _LOST = 0.2  # share of what stands there that may not count as solid without a word
-_UPRIGHT = 0.05  # of what stands there: if no more is lost, a raster of heights has it all
 
-See = Callable[[ViewCells], BoolArray]
+See = Callable[[ViewCells, BoolArray | None], BoolArray]
 
 
 @contextmanager
@@ -65,14 +64,15 @@ def by_cull_maps(task: Task) -> Iterator[Sight]:
         yield Sight(
             "cull-map",
             cells,
-            lambda chosen: Seen(see(cells.some(chosen))),
+            lambda chosen: Seen(see(cells.some(chosen), None)),
             batch=_BATCH if options.backend == "cpu" else 1,
             conservative=filled is None or filled.conservative,
             reason=_reason(field, options),
             warnings=lambda: (
-                _warnings(field, options) + ([] if filled is None else fill_warnings(filled))
+                _warnings(field, task) + ([] if filled is None else fill_warnings(filled))
             ),
             maps=looks[-1],
+            narrow=lambda chosen, wanted: Seen(see(cells.some(chosen), wanted)),
             leaks=() if filled is None else filled.leaks,
         )
 
@@ -93,15 +93,21 @@ def _cull_maps_by(backend: Backend, looks: tuple[CullMaps, ...]) -> Iterator[See
         yield partial(_see_by_looks, looks)
         return
     with OpenGLCullMaps(looks[0]) as drawn:
-        yield lambda cells: drawn.see(cells)[0]
+        yield lambda cells, wanted: _within(drawn.see(cells)[0], wanted)
 
 
-def _see_by_looks(looks: tuple[CullMaps, ...], cells: ViewCells) -> BoolArray:
+def _within(seen: BoolArray, wanted: BoolArray | None) -> BoolArray:
+    return seen if wanted is None else seen & wanted
+
+
+def _see_by_looks(
+    looks: tuple[CullMaps, ...], cells: ViewCells, wanted: BoolArray | None = None
+) -> BoolArray:
     """(c, n) what no look hides; each has what those before have left to look for."""
-    seen, _ = see_by_cull_maps(looks[0], cells)
-    for maps in looks[1:]:
-        seen, _ = see_by_cull_maps(maps, cells, wanted=seen)
-    return seen
+    for maps in looks:
+        wanted, _ = see_by_cull_maps(maps, cells, wanted=wanted)
+    assert wanted is not None
+    return wanted
 
 
 def _pixel(upright: UprightScene, cells: ViewCells, options: PvsOptions) -> float:
@@ -137,19 +143,19 @@ def _name_around(cells: ViewCells, field: HeightField, upright: UprightScene, ce
     return f"'{upright.scene.names[found]}' and what touches it"
 
 
-def _warnings(field: HeightField, options: PvsOptions) -> list[str]:
-    told = []
+def _warnings(field: HeightField, task: Task) -> list[str]:
+    told, options = [], task.options
     if field.lost > _LOST:
         told.append(
             f"{100.0 * field.lost:.0f} % of what stands in the scene is not solid from the ground"
-            " up, and hides nothing" + ("" if options.ground else "; try --ground")
+            " up, and hides nothing" + (better(task) if options.ground else "; try --ground")
         )
     thin = _thin_share(field, options.reach)
     if thin > _LOST:
-        better = _kept_by(field, options.reach)
+        kept = _kept_by(field, options.reach)
         told.append(
             f"{100.0 * thin:.0f} % of what is solid is thinner than twice an epsilon of"
-            f" {options.reach:g}, and hides less; try --epsilon {better:g}"
+            f" {options.reach:g}, and hides less; try --epsilon {kept:g}"
         )
     return told
 
@@ -161,9 +167,7 @@ def _reason(field: HeightField, options: PvsOptions) -> str:
     if field.holed is not None:
         return "since a terrain has one height at each place"
     solid = f"{100.0 * (1.0 - field.lost):.0f} % of what stands in the scene is solid from"
-    if field.lost <= _UPRIGHT:
-        return f"since {solid} the ground up"
-    return f"which is all there is, though only {solid} the ground up"
+    return f"since {solid} the ground up"
 
 
 def _kept_by(field: HeightField, reach: float) -> float:

@@ -40,11 +40,13 @@ _MOST, _SCALE = 0.95, 2.5  # the share of roofs that a scale of heights goes up 
 _STEEP = 0.1  # of the picture's longer side: how high the relief of a cull map is for its light
 
 
-def set_pictures(upright: UprightScene, pvs: Pvs, maps: CullMaps, name: str) -> dict[str, bytes]:
+def set_pictures(
+    upright: UprightScene, pvs: Pvs, maps: CullMaps | None, name: str
+) -> dict[str, bytes]:
     """PNGs by the names of their files.
 
     ``largest.png``, ``median.png`` and ``smallest.png`` are plans of these sets, ``umbra.png`` is
-    the cull map of the cell with the median one, ``cells.png`` has all cells.
+    the cull map of the cell with the median one, where there are any, ``cells.png`` has all cells.
     """
     sizes = set_sizes(pvs)
     done = pvs.computed[np.argsort(sizes[pvs.computed], kind="stable")]
@@ -55,7 +57,8 @@ def set_pictures(upright: UprightScene, pvs: Pvs, maps: CullMaps, name: str) -> 
         f"{which}.png": set_picture(upright, pvs, cell, name, f"{which} set")
         for which, cell in chosen.items()
     }
-    made["umbra.png"] = umbra_picture(upright, pvs, maps, chosen["median"], name)
+    if maps is not None:
+        made["umbra.png"] = umbra_picture(upright, pvs, maps, chosen["median"], name)
     made["cells.png"] = cells_picture(pvs, name, upright)
     return made
 

@@ -8,9 +8,9 @@ from contextlib import contextmanager
 import numpy as np
 
 from simplifier.errors import OptionError
-from simplifier.visibility.method import Seen, Sight, Task, check_plain
+from simplifier.visibility.method import Seen, Sight, Task, better, check_plain
 from simplifier.visibility.slices.shafts import Shafts, Targets, see_by_shafts
-from simplifier.visibility.slices.slices import Grid, slices_of
+from simplifier.visibility.slices.slices import Grid, open_share, slices_of
 
 _BATCH = 2  # cells between two looks at the clock
 _FINE = 0.2  # of epsilon: a voxel
@@ -28,13 +28,9 @@ def by_slices(task: Task) -> Iterator[Sight]:
     upright, cells, options, opaque = task.upright, task.cells, task.options, task.opaque
     check_plain(task, "slices")
     grid = Grid.around(upright, _FINE * options.reach)
-    voxels = float(np.prod(grid.shape.astype(np.float64)))
-    if voxels > _MOST_VOXELS:
-        least = options.reach * (voxels / _MOST_VOXELS) ** (1.0 / 3.0)
-        raise OptionError(
-            f"{options.reach:g} would make {voxels:,.0f} voxels", where="epsilon",
-            remedy=f"choose {np.ceil(1e3 * least) / 1e3:.6g} or more",
-        )  # fmt: skip
+    refused = too_many_voxels(task)
+    if refused is not None:
+        raise refused
     hiding = upright if opaque is None else upright.with_scene(opaque)
     slices = slices_of(hiding, grid, float(cells.low[:, 2].min()))
     shafts = Shafts.of(slices, Targets.of(upright, grid, task.tell_objects))
@@ -45,7 +41,7 @@ def by_slices(task: Task) -> Iterator[Sight]:
     if slices.lost > _LOST:
         told.append(
             f"{100.0 * slices.lost:.0f} % of the surface is neither that of closed objects nor flat"
-            " across an axis, and hides nothing"
+            f" across an axis, and hides nothing{better(task)}"
         )
     yield Sight(
         "slice-wise",
@@ -56,3 +52,24 @@ def by_slices(task: Task) -> Iterator[Sight]:
         reason="as was asked for",
         warnings=lambda: told,
     )
+
+
+def open_surface(task: Task) -> float:
+    """The share of the surface that hides nothing by slices, 0 to 1."""
+    hiding = task.upright if task.opaque is None else task.upright.with_scene(task.opaque)
+    grid = Grid.around(task.upright, _FINE * task.options.reach)
+    return open_share(hiding, grid, float(task.cells.low[:, 2].min()))
+
+
+def too_many_voxels(task: Task) -> OptionError | None:
+    """What refuses an epsilon that would take more voxels than there is room for."""
+    reach = task.options.reach
+    grid = Grid.around(task.upright, _FINE * reach)
+    voxels = float(np.prod(grid.shape.astype(np.float64)))
+    if voxels <= _MOST_VOXELS:
+        return None
+    least = reach * (voxels / _MOST_VOXELS) ** (1.0 / 3.0)
+    return OptionError(
+        f"{reach:g} would make {voxels:,.0f} voxels", where="epsilon",
+        remedy=f"choose {np.ceil(1e3 * least) / 1e3:.6g} or more, or --method auto",
+    )  # fmt: skip

@@ -82,11 +82,8 @@ def slices_of(opaque: UprightScene, grid: Grid, lowest: float) -> Slices:
                 scene is closed by it.
     """
     points, faces = _soup(opaque)
-    floor = _FLAT * float(grid.shape.max()) * grid.cell if lowest >= 0.0 else -np.inf
-    found = closed_pieces(points, faces, floor) if len(faces) else np.empty(0, np.int64)
-    areas = _areas(points, faces)
-    level = (np.ptp(points[faces], axis=1) <= _SAME * grid.cell).any(axis=1)
-    lost = float(areas[(found < 0) & ~level].sum() / max(areas.sum(), 1e-300))
+    found = _pieces(points, faces, grid, lowest)
+    lost = _lost(points, faces, found, grid)
     numbers = np.unique(found, return_inverse=True)[1].reshape(-1) - int((found < 0).any())
     pieces = np.where(found < 0, -1, numbers).astype(np.int32)
     faces, pieces = _with_bases(points, faces, pieces)
@@ -103,6 +100,25 @@ def slices_of(opaque: UprightScene, grid: Grid, lowest: float) -> Slices:
         grid, (ats[0], ats[1], ats[2]), (covered[0], covered[1], covered[2]),
         (edges[0], edges[1], edges[2]), lost,
     )  # fmt: skip
+
+
+def open_share(opaque: UprightScene, grid: Grid, lowest: float) -> float:
+    """``lost`` of the :class:`Slices` that :func:`slices_of` would give; 1 of nothing."""
+    points, faces = _soup(opaque)
+    if len(faces) == 0:
+        return 1.0
+    return _lost(points, faces, _pieces(points, faces, grid, lowest), grid)
+
+
+def _pieces(points: FloatArray, faces: IntArray, grid: Grid, lowest: float) -> NDArray[np.int64]:
+    floor = _FLAT * float(grid.shape.max()) * grid.cell if lowest >= 0.0 else -np.inf
+    return closed_pieces(points, faces, floor) if len(faces) else np.empty(0, np.int64)
+
+
+def _lost(points: FloatArray, faces: IntArray, found: NDArray[np.int64], grid: Grid) -> float:
+    areas = _areas(points, faces)
+    level = (np.ptp(points[faces], axis=1) <= _SAME * grid.cell).any(axis=1)
+    return float(areas[(found < 0) & ~level].sum() / max(areas.sum(), 1e-300))
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.kernels.hull_rays import VOLUME
-from simplifier.visibility.method import Seen, Sight, Task, check_plain, without_buried
+from simplifier.visibility.method import Seen, Sight, Task, better, check_plain, without_buried
 from simplifier.visibility.strong.convex_bodies import ConvexBodies
 from simplifier.visibility.strong.scene_occluders import occluders_of
 from simplifier.visibility.strong.strong_occluders import TwoLevels, cell_of
@@ -39,10 +39,11 @@ def by_strong_occluders(task: Task) -> Iterator[Sight]:
         if 1.0 - found.kept > _LOST:
             told.append(
                 f"{100.0 * (1.0 - found.kept):.0f} % of what is solid is in no convex part of an"
-                " object, and hides nothing"
+                f" object, and hides nothing{better(task)}"
             )
         sides = (found.occluders.bodies.boxes[:, 1] - found.occluders.bodies.boxes[:, 0])[:, :2]
-        width = float(np.median(sides.min(axis=1)))
+        solid = found.occluders.bodies.kinds == VOLUME
+        width = float(np.median(np.where(solid, sides.min(axis=1), sides.max(axis=1))))
         size = float(np.median((cells.high - cells.low)[:, :2].max(axis=1)))
         if size > _WIDE * width:
             told.append(

@@ -92,7 +92,7 @@ def test_the_whole_process_takes_what_is_foretold(cells):
 
 def test_too_much_is_refused_before_and_the_epsilon_that_is_told_fits():
     upright, cells, _ = city()
-    options = PvsOptions(up="z", epsilon=0.05, memory_limit=0.4)
+    options = PvsOptions(up="z", epsilon=0.05, memory_limit=0.4, method="cull-map")
     with pytest.raises(MemoryLimitError, match=r"and the limit is 0\.4 GiB") as caught:
         find_pvs(upright, cells, options)
     told = re.search(r"choose an epsilon of at least ([\d.]+), or set a memory", str(caught.value))

@@ -93,7 +93,7 @@ def test_another_cell_changes_no_set():
     fresh = find_pvs(upright, cells, OPTIONS).pvs
     for cell in range(60):
         assert np.array_equal(fresh.visible(cell), both.pvs.visible(cell))
-    other = PvsOptions(up="z", cell_size=5.0)
+    other = PvsOptions(up="z", method="cull-map", cell_size=5.0)
     assert find_pvs(upright, cells, other, part.pvs).made == 60
 
 

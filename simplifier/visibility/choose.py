@@ -1,7 +1,7 @@
 """Task -> the methods that find its sets, and why: what ``--method auto`` takes.
 
 The choice hangs on the scene and its cells alone, never on a clock, so that the same input gives
-the same sets (docs/decisions/0025-how-the-method-is-chosen.md).  Methods that never leave out what
+the same sets (docs/decisions/0024-how-the-method-is-chosen.md).  Methods that never leave out what
 is visible come first; slices, which may, are taken only where they leave less than half as much.
 """
 

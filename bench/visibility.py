@@ -10,6 +10,8 @@
            shared assets.  Only when asked for
     terrain  columns over the tiles of a shared elevation model: by sweeps, as published, and by
            cull maps, beside lines of sight all around.  Only when asked for
+    slices  street cells as of city, with slices of buildings: the share of triangles that is
+           still drawn, milliseconds and bytes a cell, and leaks.  Only when asked for
     shrinking  three ways to shrink occluders: the sets they give, seconds, and memory beside them
     strong  the tables of the paper on strong occluders, beside what it prints: strong_city (its 1
            and 2), strong_ranks (3), strong_levels (4) and strong_spheres (5)
@@ -36,10 +38,11 @@ import numpy as np
 
 from bench.record import Row, told, write_page, write_table
 from bench.visibility_choice import choice_rows
-from bench.visibility_city import generated_city, street_cells
+from bench.visibility_city import streets
 from bench.visibility_plot import plot_cells
 from bench.visibility_rooms import rooms_rows
 from bench.visibility_shrinking import shrinking_rows
+from bench.visibility_slices import slices_rows
 from bench.visibility_strong import city_rows as strong_city_rows
 from bench.visibility_strong import level_rows, rank_rows, sphere_rows
 from bench.visibility_terrain import terrain_rows
@@ -58,7 +61,7 @@ from simplifier.visibility.placing.cells import place_cells
 RESULTS = Path("bench/results")
 STRONG = ("strong_city", "strong_ranks", "strong_levels", "strong_spheres")
 TABLES = ("city", "cells", "lyon", "shrinking", *STRONG)
-ALL = (*TABLES, "rooms", "terrain", "choice", "walks", "check")
+ALL = (*TABLES, "slices", "rooms", "terrain", "choice", "walks", "check")
 LYON = Path("../shared/assets/city_lyon_buildings.glb")
 EPSILONS = (5.0, 2.5)
 CELLS = 1000
@@ -68,7 +71,7 @@ def city_rows(
     blocks: int = 45, cells: int = CELLS, epsilons: Sequence[float] = EPSILONS, checked: int = 50
 ) -> Iterator[Row]:
     """A row an epsilon; ``checked`` of the cells are held against what is seen."""
-    upright, places = _streets(blocks, cells)
+    upright, places = streets(blocks, cells)
     for epsilon in epsilons:
         yield {
             "epsilon": epsilon,
@@ -141,13 +144,13 @@ def cells_rows(
     """
     middle, some = blocks[-2], cells[len(cells) // 2]
     for count in cells:
-        yield _row("cells", *_streets(middle, count))
+        yield _row("cells", *streets(middle, count))
     for wide in blocks:
-        yield _row("objects", *_streets(wide, some))
+        yield _row("objects", *streets(wide, some))
     for epsilon in epsilons:
-        yield _row("epsilon", *_streets(middle, some), epsilon=epsilon)
+        yield _row("epsilon", *streets(middle, some), epsilon=epsilon)
     for size in sizes:
-        yield _row("cell_size", *_streets(middle, some, size), size)
+        yield _row("cell_size", *streets(middle, some, size), size)
 
 
 def _row(
@@ -180,7 +183,7 @@ def check_rows(
 
     Each viewpoint looks along ``lines`` directions, and past the corners of what is seen or near.
     """
-    upright, places = _streets(blocks, cells)
+    upright, places = streets(blocks, cells)
     found = find_pvs(upright, places, PvsOptions(up="z"))
     for what, options in (
         ("lines", CheckOptions(cells, views, azimuths=lines, seed=1)),
@@ -211,19 +214,12 @@ def _told_share(what: str) -> TellShare:
     return tell
 
 
-def _streets(blocks: int, count: int, size: float = 10.0) -> tuple[UprightScene, ViewCells]:
-    city = generated_city(blocks)
-    upright = UprightScene.of(city, "z")
-    cells = street_cells(city, count, size)
-    return upright, ViewCells.boxes(cells.low - upright.origin, cells.high - upright.origin)
-
-
 def main(words: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--only", choices=(*ALL, "strong"), help="one table alone")
     only = parser.parse_args(words).only
     # Kernels compile on their first call, and arrays of another kind compile them again.
-    upright, places = _streets(2, 2)
+    upright, places = streets(2, 2)
     check_pvs(upright.scene, find_pvs(upright, places, PvsOptions(up="z")).pvs, CheckOptions(1, 4))
     makers = {
         "city": city_rows,
@@ -237,6 +233,7 @@ def main(words: Sequence[str] | None = None) -> None:
         "check": check_rows,
         "rooms": rooms_rows,
         "terrain": terrain_rows,
+        "slices": slices_rows,
         "choice": choice_rows,
         "walks": walk_rows,
     }

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.random import Generator
 
+from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.view_cells import ViewCells
@@ -115,6 +116,14 @@ def street_cells(
         raise ValueError(f"{count} cells of {size:g} m: the streets are too narrow")
     low = np.column_stack([np.array(kept).reshape(-1, 2), np.zeros(count)])
     return ViewCells.boxes(low, low + np.array([size, size, eye]))
+
+
+def streets(blocks: int, count: int, size: float = 10.0) -> tuple[UprightScene, ViewCells]:
+    """A generated city, and cells in its streets in the space of its origin."""
+    city = generated_city(blocks)
+    upright = UprightScene.of(city, "z")
+    cells = street_cells(city, count, size)
+    return upright, ViewCells.boxes(cells.low - upright.origin, cells.high - upright.origin)
 
 
 def _rounded(values: FloatArray) -> FloatArray:

@@ -142,7 +142,7 @@ def _find_sets(scene: Scene) -> None:
             continue  # there is no room
         cells = place_cells(upright, placing, options).some(some)
         for fill in get_args(Fill):
-            found = find_pvs(upright, cells, replace(options, fill=fill))
+            found = find_pvs(upright, cells, replace(options, fill=fill, slices=True))
             check_pvs(scene, found.pvs, look)
         if found.maps is not None:
             umbra_heights(found.maps, found.pvs.cells, 0)

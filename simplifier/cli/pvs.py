@@ -63,6 +63,7 @@ def pvs(
         # Here, not above: what it needs of scipy takes longer to load than the help.
         from simplifier.camera_paths.columns import UprightScene
         from simplifier.cli.path import check_output
+        from simplifier.cli.pvs_parts import parts_rows
         from simplifier.cli.report import check_extras
         from simplifier.io.pvs_file import load_pvs, save_pvs
         from simplifier.visibility.find import find_pvs
@@ -111,7 +112,8 @@ def pvs(
                 if pictures is not None:
                     _write(pictures, _drawn(upright, found, scene.name))
                 warnings = [*read.scene.warnings, *found.warnings]
-                print_rows(str(output), _summary_rows(figures, output), warnings)
+                rows = [*_summary_rows(figures, output), *parts_rows(found.pvs)]
+                print_rows(str(output), rows, warnings)
 
     run_guarded(run, debug=debug)
 
@@ -299,8 +301,10 @@ def pvs_check(
         ]
         print_rows(f"{scene.resolve().name}, {file}", rows, read.scene.warnings)
         for leak in found.leaks[:_SOME]:
+            lacks = "hides a part of" if leak.proof == "slice" else "does not have"
+            how = "line" if leak.proof == "slice" else leak.proof
             print_line(
-                f"leak: cell {leak.cell} does not have '{leak.name}', seen by {leak.proof} from"
+                f"leak: cell {leak.cell} {lacks} '{leak.name}', seen by {how} from"
                 f" {', '.join(f'{value:.6g}' for value in leak.viewpoint)}"
             )
         if found.leaks:

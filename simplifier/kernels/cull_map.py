@@ -28,8 +28,8 @@ memory.
 TILE = 16
 """Pixels along a side of the smallest tile that is looked at as a whole."""
 
-_SHIFT, _MASK = 2, BLOCK - 1  # of a place, to its square and within it
-_ROUNDING = 1e-6  # of a code, and of a share: what rounding may cost is seen
+SHIFT, MASK = 2, BLOCK - 1  # of a place, to its square and within it
+ROUNDING = 1e-6  # of a code, and of a share: what rounding may cost is seen
 
 
 @inline_kernel
@@ -72,26 +72,26 @@ def trace(side, index, ring, sample, highest, solid, free, pixels, seen):
             return steepest, took
         x, y = (major, minor) if x_major else (minor, major)
         # Steps left in the square along the major axis; the other may lead into a second one.
-        left = _MASK - (major & _MASK) if sign > 0 else major & _MASK
+        left = MASK - (major & MASK) if sign > 0 else major & MASK
         left = min(left, ring - step)
         if left > 0:
             last = np.int64(np.floor(offset + slant * (step + left)))
             if 0 <= last < across:
                 low = shadow if steepest >= 0.0 else shadow + left * steepest
                 u, v = (major, last) if x_major else (last, major)
-                top = max(blocks[x >> _SHIFT, y >> _SHIFT], blocks[u >> _SHIFT, v >> _SHIFT])
-                if top == 0 or top - eye <= low - _ROUNDING:
+                top = max(blocks[x >> SHIFT, y >> SHIFT], blocks[u >> SHIFT, v >> SHIFT])
+                if top == 0 or top - eye <= low - ROUNDING:
                     step += left
                     shadow += left * steepest
                     continue
-        top = tops[x >> _SHIFT, y >> _SHIFT, x & _MASK, y & _MASK]
-        if top == 0 or top - eye <= shadow - _ROUNDING:
+        top = tops[x >> SHIFT, y >> SHIFT, x & MASK, y & MASK]
+        if top == 0 or top - eye <= shadow - ROUNDING:
             continue
         place = x * ny + y
         for item in range(starts[place], starts[place + 1]):
-            if codes[item] - eye > shadow - _ROUNDING:
+            if codes[item] - eye > shadow - ROUNDING:
                 seen[objects[item]] = True
-        height = solid[x >> _SHIFT, y >> _SHIFT, x & _MASK, y & _MASK]
+        height = solid[x >> SHIFT, y >> SHIFT, x & MASK, y & MASK]
         if height > 0 and height - eye > shadow and not is_free(free, x, y):
             shadow = height - eye
             steepest = shadow / step
@@ -122,8 +122,8 @@ def _passage(side, box, ring, px, py, ex, ey):
     last = max(high * above, high * below) + across
     if first > ring + 1.0 or last < -ring - 1.0:
         return 1, 0, 0.0, 0.0
-    begin = max(np.int64(np.floor(first - _ROUNDING * ring)) - 1, -ring)
-    end = min(np.int64(np.floor(last + _ROUNDING * ring)) + 1, ring)
+    begin = max(np.int64(np.floor(first - ROUNDING * ring)) - 1, -ring)
+    end = min(np.int64(np.floor(last + ROUNDING * ring)) + 1, ring)
     return begin, end, above, below
 
 
@@ -140,7 +140,7 @@ def hides(box, top, ring, px, py, eye, ex, ey, slopes):
         begin, end, above, below = _passage(side, box, ring, px, py, ex, ey)
         if begin > end:
             continue
-        passing = over * (above if over > 0.0 else below) + _ROUNDING
+        passing = over * (above if over > 0.0 else below) + ROUNDING
         for index in range(begin, end + 1):
             if slopes[side, index + ring] * ring < passing:
                 return False

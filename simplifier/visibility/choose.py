@@ -75,7 +75,7 @@ def _plan(task: Task, methods: Mapping[str, Method]) -> tuple[Way, str]:
     :data:`STRONG` is yet to be held against slices.
     """
     options = task.options
-    if options.fill == "viewers" or options.backend == "opengl":
+    if options.fill == "viewers" or options.backend == "opengl" or options.slices:
         return CULL_MAP, ""
     if task.terrain is not None:
         return CULL_MAP, ""  # or TERRAIN: voxel columns, where their epsilon is whole posts

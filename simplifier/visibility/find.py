@@ -198,6 +198,8 @@ def settings_digest(options: PvsOptions, way: Way | None = None) -> bytes:
         kept += (options.fill, options.eye_height)
     if options.backend != "cpu":
         kept += (options.backend,)
+    if options.slices:
+        kept += ("slices",)
     if way == SLICES:
         kept = (_FORMAT, *way, options.reach, options.up)
     if way == STRONG:

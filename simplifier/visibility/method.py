@@ -113,8 +113,12 @@ def check_processor(task: Task, what: str) -> None:
     ``what``  that has none, in the plural.
     """
     options = task.options
-    if options.fill == "viewers" or options.backend == "opengl":
-        name = "fill" if options.fill == "viewers" else "backend"
+    own = {
+        "fill": options.fill == "viewers",
+        "backend": options.backend == "opengl",
+        "slices": options.slices,
+    }
+    for name in (name for name, chosen in own.items() if chosen):
         raise OptionError(
             f"{what} have no --{name}", where="method",
             remedy=f"leave --{name} out, or choose --method cull-map",

@@ -241,6 +241,32 @@ def test_slices_and_altitudes_of_a_point_are_shown(command, tmp_path):
     assert "Häfen" not in told
 
 
+def test_slices_are_found_shown_and_checked(command, town, cells, tmp_path):
+    file = tmp_path / "town.pvs"
+    arguments = ("pvs", town, "-o", file, "--up", "z", "--cells", cells, "--slices")
+    status, told, errors = command(*arguments)
+    assert (status, errors) == (0, "")
+    assert "is drawn in part" in told
+    before = file.read_bytes()
+    assert "12 of 12, 12 kept from before" in command(*arguments)[1]
+    assert file.read_bytes() == before
+    held = simplifier.load_pvs(file)
+    assert (held.slices.values != 0).any(axis=1).mean() > 0.9
+    low = json.loads(cells.read_text())["cells"][0]["low"]
+    point = ",".join(str(value + 1.0) for value in low)
+    assert ": slices " in command("pvs-show", file, "--at", point)[1]
+    check = ("pvs-check", town, file, "--cells", "6", "--views", "15")
+    assert command(*check)[0] == 0
+    nothing = np.full_like(held.slices.values, [0, 0, 8])
+    save_pvs(replace(held, slices=replace(held.slices, values=nothing)), file)
+    status, _, errors = command(*check)
+    assert status == 1
+    assert " hides a part of 'block " in errors
+    status, _, errors = command(*arguments, "--backend", "opengl")
+    assert status == 2
+    assert "leave --slices out" in errors
+
+
 def test_strong_occluders_find_sets_of_their_own(command, town, cells, tmp_path):
     file, report = tmp_path / "town.pvs", tmp_path / "report.json"
     arguments = ("pvs", town, "-o", file, "--up", "z", "--cells", cells, "--method", "strong")
@@ -254,7 +280,12 @@ def test_strong_occluders_find_sets_of_their_own(command, town, cells, tmp_path)
     before = file.read_bytes()
     assert "12 of 12, 12 kept from before" in command(*arguments)[1]
     assert file.read_bytes() == before
-    for extra in (("--backend", "opengl"), ("--fill", "viewers"), ("--pictures", tmp_path / "p")):
+    for extra in (
+        ("--backend", "opengl"),
+        ("--fill", "viewers"),
+        ("--slices",),
+        ("--pictures", tmp_path / "p"),
+    ):
         status, _, errors = command(*arguments, *extra)
         assert status == 2
         assert "choose --method cull-map" in errors

@@ -23,6 +23,7 @@ from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import PRISM, ViewCells
 from simplifier.progress import Cancel, TellShare, silent
 from simplifier.visibility.checking.exact_view import AZIMUTHS, prisms_of, seen_from
+from simplifier.visibility.checking.hidden_parts import HiddenParts
 from simplifier.visibility.checking.panorama import Panorama
 from simplifier.visibility.checking.terrain_view import terrain_seen_from
 from simplifier.visibility.solid.closed_pieces import closed_pieces, is_within
@@ -31,6 +32,8 @@ from simplifier.visibility.solid.terrain import Terrain
 _ON_TOP = 0.75  # share of the viewpoints that lie on upper edges
 _WITHIN = 1e-3  # of the way to the middle, for pictures: a wall may touch the cell
 _MOST = 1_000_000
+
+Proof = Literal["line", "slice", "picture"]
 
 
 @dataclass(frozen=True)
@@ -71,18 +74,19 @@ class CheckOptions:
 @dataclass(frozen=True)
 class Leak:
     """An object that a viewpoint of the cell certainly sees, and that is not in the cell's set, or
-    has an altitude above the viewpoint.
+    has an altitude above the viewpoint, or one of whose hidden slices it sees.
 
     ``viewpoint``  x, y, z in the world; ``direction`` a unit vector from there: along a line of the
                    plan over whatever height shows the object, or through a pixel that shows it.
-    ``proof``      what found it.
+    ``proof``      what found it: a line to the object, one to a point in its hidden slices, or a
+                   picture.
     """
 
     cell: int
     name: str
     viewpoint: tuple[float, float, float]
     direction: tuple[float, float, float]
-    proof: Literal["line", "picture"]
+    proof: Proof
 
 
 @dataclass(frozen=True)
@@ -227,6 +231,9 @@ class _Judge:
         self._order = axis_order(pvs.up)
         self._terrain = terrain
         self._prisms = prisms_of(scene, pvs.up, opaque) if terrain is None else None
+        self._parts: HiddenParts | None = None
+        if pvs.slices is not None and self._prisms is not None:
+            self._parts = HiddenParts(scene, pvs, self._prisms)
         self._solid = _closed_solid(scene if opaque is None else opaque, pvs)
         self._panorama: Panorama | None = None
         if options.pictures:
@@ -245,6 +252,7 @@ class _Judge:
             self._leak(cell, index, place, self._towards(found[view, index]), "line")
             for index, view, place in _first(~np.isnan(found), seen & ~visible, places)
         ]
+        leaks += self._part_leaks(cell, places)
         for place in self._picture_places(cell, places):
             towards = self._pictures(place)
             shown = ~np.isnan(towards[:, 0])
@@ -258,6 +266,17 @@ class _Judge:
         size = int(pvs.rows.offsets[begin + 1] - pvs.rows.offsets[begin])
         proven = int(np.count_nonzero(seen & visible))
         return CellCheck(cell, int(visible.sum()), int(seen.sum()), proven, size, tuple(leaks))
+
+    def _part_leaks(self, cell: int, places: FloatArray) -> list[Leak]:
+        """The objects of which a place sees what their slices hide."""
+        if self._parts is None:
+            return []
+        azimuths = self._parts.seen_from(cell, places + self._pvs.origin)
+        found: BoolArray = ~np.isnan(azimuths)
+        return [
+            self._leak(cell, index, place, self._towards(azimuths[view, index]), "slice")
+            for index, view, place in _first(found, np.asarray(found.any(axis=0)), places)
+        ]
 
     def _lines(self, eyes: FloatArray) -> FloatArray:
         """(k, n) along which azimuth eyes (k, 3), world with z up, certainly see each object."""
@@ -297,7 +316,7 @@ class _Judge:
 
     def _leak(
         self, cell: int, index: int, place: FloatArray, towards: FloatArray,
-        proof: Literal["line", "picture"],
+        proof: Proof,
     ) -> Leak:  # fmt: skip
         x, y, z = self._to_world(place).tolist()
         ahead, across, above = towards.tolist()

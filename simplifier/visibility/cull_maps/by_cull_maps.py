@@ -11,6 +11,7 @@ from scipy import ndimage
 
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.errors import OptionError
+from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import PRISM, ViewCells
 from simplifier.options.visibility import Backend, PvsOptions
@@ -18,6 +19,7 @@ from simplifier.visibility.cull_maps.coded_field import CodedField
 from simplifier.visibility.cull_maps.cull_map import CullMaps, see_by_cull_maps
 from simplifier.visibility.cull_maps.cull_map_gl import OpenGLCullMaps, check_opengl
 from simplifier.visibility.cull_maps.memory import check_memory
+from simplifier.visibility.cull_maps.object_slices import slices_by_cull_maps
 from simplifier.visibility.method import Seen, Sight, Task, better, without_buried
 from simplifier.visibility.solid.height_field import HeightField, height_field
 from simplifier.visibility.solid.terrain import terrain_field
@@ -28,19 +30,21 @@ _MOST_PIXELS = 8192  # along the longest edge
 _BATCH = 32  # cells between two looks at the clock
 _LOST = 0.2  # share of what stands there that may not count as solid without a word
 
-See = Callable[[ViewCells, BoolArray | None], BoolArray]
+See = Callable[[ViewCells, BoolArray | None], Seen]
 
 
 @contextmanager
 def by_cull_maps(task: Task) -> Iterator[Sight]:
     """Cull maps of the whole scene: a quick look, and a close one on the processor.
 
-    Raises :class:`OptionError` for an epsilon that would take too fine a raster, and for cells that
-    lie in an object wholly unless they are skipped, and
+    Raises :class:`OptionError` for an epsilon that would take too fine a raster, for slices by
+    OpenGL or of a terrain, and for cells that lie in an object wholly unless they are skipped, and
     :class:`~simplifier.errors.BackendUnavailableError` without the OpenGL that was asked for, and
     :class:`~simplifier.errors.MemoryLimitError` before it takes more than the options allow.
     """
     upright, cells, options, opaque = task.upright, task.cells, task.options, task.opaque
+    if options.slices:
+        _check_slices(task)
     if options.backend == "opengl":
         check_opengl()
     pixel = _pixel(upright, cells, options)
@@ -60,11 +64,11 @@ def by_cull_maps(task: Task) -> Iterator[Sight]:
         filled = fill_by_viewers(field, upright, cells, eye, opaque)
         field = filled.field
     looks = _looks(field, options)
-    with _cull_maps_by(options.backend, looks) as see:
+    with _cull_maps_by(options.backend, looks, upright.boxes if options.slices else None) as see:
         yield Sight(
             "cull-map",
             cells,
-            lambda chosen: Seen(see(cells.some(chosen), None)),
+            lambda chosen: see(cells.some(chosen), None),
             batch=_BATCH if options.backend == "cpu" else 1,
             conservative=filled is None or filled.conservative,
             reason=_reason(field, options),
@@ -72,8 +76,20 @@ def by_cull_maps(task: Task) -> Iterator[Sight]:
                 _warnings(field, task) + ([] if filled is None else fill_warnings(filled))
             ),
             maps=looks[-1],
-            narrow=lambda chosen, wanted: Seen(see(cells.some(chosen), wanted)),
+            narrow=lambda chosen, wanted: see(cells.some(chosen), wanted),
             leaks=() if filled is None else filled.leaks,
+        )
+
+
+def _check_slices(task: Task) -> None:
+    if task.options.backend == "opengl":
+        raise OptionError(
+            "OpenGL finds none", where="slices",
+            remedy="leave --slices out, or choose --backend cpu",
+        )  # fmt: skip
+    if task.terrain is not None:
+        raise OptionError(
+            "tiles of a terrain are drawn as wholes", where="slices", remedy="leave --slices out"
         )
 
 
@@ -87,13 +103,29 @@ def _looks(field: HeightField, options: PvsOptions) -> tuple[CullMaps, ...]:
 
 
 @contextmanager
-def _cull_maps_by(backend: Backend, looks: tuple[CullMaps, ...]) -> Iterator[See]:
-    """What sees from cells, on the processor or by OpenGL, which takes the first look alone."""
+def _cull_maps_by(
+    backend: Backend, looks: tuple[CullMaps, ...], boxes: FloatArray | None
+) -> Iterator[See]:
+    """What sees from cells, on the processor or by OpenGL, which takes the first look alone.
+
+    ``boxes``  (n, 2, 3) of the objects, to be cut into slices on the processor; None for no slices.
+    """
     if backend == "cpu":
-        yield partial(_see_by_looks, looks)
+        if boxes is None:
+            yield lambda cells, wanted: Seen(_see_by_looks(looks, cells, wanted))
+        else:
+            yield partial(_slices_by_looks, looks, boxes)
         return
     with OpenGLCullMaps(looks[0]) as drawn:
-        yield lambda cells, wanted: _within(drawn.see(cells)[0], wanted)
+        yield lambda cells, wanted: Seen(_within(drawn.see(cells)[0], wanted))
+
+
+def _slices_by_looks(
+    looks: tuple[CullMaps, ...], boxes: FloatArray, cells: ViewCells, wanted: BoolArray | None
+) -> Seen:
+    """What no look hides, and which slices of that the last one hides."""
+    visible = _see_by_looks(looks, cells, wanted)
+    return Seen(*slices_by_cull_maps(looks[-1], cells, visible, boxes))
 
 
 def _within(seen: BoolArray, wanted: BoolArray | None) -> BoolArray:

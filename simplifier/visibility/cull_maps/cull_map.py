@@ -34,6 +34,9 @@ from simplifier.visibility.cull_maps.coded_field import CodedField, HeightCodes
 from simplifier.visibility.cull_maps.erosion import Window, sector_of, sectors
 from simplifier.visibility.solid.height_field import HeightField
 
+Pass = tuple[HeightCodes, FloatArray, NDArray[np.int64]]
+"""Shrunk occluders, the samples (s, 6) that look at them, and where those of each cell begin."""
+
 _CHUNK = 4  # cells that are looked at between two tells
 
 
@@ -68,6 +71,14 @@ class CullMaps:
         """Whole pixels that occluders are shrunk by at most, to each side."""
         return max(int(np.ceil(self.half - TOUCH)), 1)
 
+    @property
+    def rays(self) -> int:
+        """Half a side of the largest ring that rays are followed to."""
+        rays = FIRST_RING
+        while rays < 2 * max(self.field.shape) + FIRST_RING:
+            rays *= 2
+        return rays
+
 
 def see_by_cull_maps(
     maps: CullMaps, cells: ViewCells, tell: TellShare = silent, wanted: BoolArray | None = None
@@ -80,23 +91,10 @@ def see_by_cull_maps(
     field = maps.field
     seen = np.zeros((len(cells), len(field.footprints)), dtype=np.bool_)
     work = np.zeros((len(cells), 2), dtype=np.int64)
-    made = [_samples(maps, cells, cell, seen[cell]) for cell in range(len(cells))]
-    samples = np.concatenate([one[0] for one in made])
-    kinds = np.concatenate([one[1] for one in made])
-    owners = np.repeat(np.arange(len(cells)), [len(one[0]) for one in made])
-    free = np.concatenate([one[2] for one in made])
-    free_starts = np.cumsum([0, *(len(one[2]) for one in made)])
-    passes = []
-    for window, chosen in _by_window(maps, kinds):
-        counts = np.bincount(owners[chosen], minlength=len(cells))
-        starts = np.concatenate([[0], np.cumsum(counts)])
-        passes.append((maps.erosion(window), samples[chosen], starts))
-    coded = maps.coded
+    passes, free, free_starts = passes_of(maps, cells, seen)
+    coded, rays = maps.coded, maps.rays
     # Made before threads ask for them.
     pixels, (levels, sizes), boxes = coded.pixels, coded.pyramid, coded.boxes
-    rays = FIRST_RING
-    while rays < 2 * max(field.shape) + FIRST_RING:
-        rays *= 2
 
     def look(begin: int, end: int) -> None:
         scratch = (
@@ -117,6 +115,28 @@ def see_by_cull_maps(
 
     run_chunks(look, len(cells), chunks_per_thread=max(4, len(cells) // _CHUNK), tell=tell)
     return (seen if wanted is None else seen & wanted), work
+
+
+def passes_of(
+    maps: CullMaps, cells: ViewCells, seen: BoolArray
+) -> tuple[list[Pass], NDArray[np.int64], NDArray[np.int64]]:
+    """The samples of all cells by what occluders are shrunk by for them; the pixels (m, 4) that are
+    free, and (c + 1,) where those of each cell begin, as the kernels take them.
+
+    What stands in a cell is set in ``seen`` (c, n).
+    """
+    made = [_samples(maps, cells, cell, seen[cell]) for cell in range(len(cells))]
+    samples = np.concatenate([one[0] for one in made])
+    kinds = np.concatenate([one[1] for one in made])
+    owners = np.repeat(np.arange(len(cells)), [len(one[0]) for one in made])
+    free = np.concatenate([one[2] for one in made])
+    free_starts = np.cumsum([0, *(len(one[2]) for one in made)])
+    passes = []
+    for window, chosen in _by_window(maps, kinds):
+        counts = np.bincount(owners[chosen], minlength=len(cells))
+        starts = np.concatenate([[0], np.cumsum(counts)])
+        passes.append((maps.erosion(window), samples[chosen], starts))
+    return passes, free, free_starts
 
 
 def _by_window(

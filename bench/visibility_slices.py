@@ -1,0 +1,113 @@
+"""What slices save of the triangles of visible buildings, and what they take in files.
+
+Buildings of the generated city are boxes.  Each stands here for one of 5,290 triangles, as large
+as those of Yilmaz and Gudukbay (2007), section 5: its walls and its roof are grids of 23 x 23
+squares.  Lines of such a grid are on none between eight slices, so that some triangles are in two.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.record import Row
+from bench.visibility_city import streets
+from simplifier.camera_paths.columns import UprightScene
+from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.pvs import SLICES, Pvs
+from simplifier.geometry.view_cells import ViewCells
+from simplifier.io.pvs_file import encode_pvs
+from simplifier.options.visibility import PvsOptions
+from simplifier.visibility.checking.check import CheckOptions, check_pvs
+from simplifier.visibility.checking.hidden_parts import hidden_boxes
+from simplifier.visibility.find import Found, find_pvs
+
+SQUARES = 23  # along each side of a wall and of a roof
+
+OCTREE_BITS = 0.75 * sum(8**level for level in range(1, 4))
+"""Of a building: the paper counts a bit a node down to the size of slices, less a quarter."""
+
+
+def slices_rows(
+    blocks: int = 45, cells: int = 300, epsilons: Sequence[float] = (5.0, 2.5), checked: int = 50
+) -> Iterator[Row]:
+    """A row an epsilon: triangles that are drawn by wholes and by slices, times, bytes, leaks.
+
+    ``checked`` of the cells are looked at for what hidden slices show.
+    """
+    upright, places = streets(blocks, cells)
+    triangles = triangle_boxes()
+    for epsilon in epsilons:
+        plain, plain_seconds = _timed(upright, places, PvsOptions(up="z", epsilon=epsilon))
+        options = PvsOptions(up="z", epsilon=epsilon, slices=True)
+        found, seconds = _timed(upright, places, options)
+        pvs, count = found.pvs, len(places)
+        assert pvs.slices is not None
+        values = pvs.slices.values
+        drawn = triangles_drawn(values, triangles)
+        plan = (values[:, :2] != 0).any(axis=1)
+        check = check_pvs(upright.scene, pvs, CheckOptions(checked, 60))
+        yield {
+            "epsilon": epsilon,
+            "cells": count,
+            "objects": len(upright.scene),
+            "visible": len(values) / count,
+            "partly": (values != 0).any(axis=1).mean(),
+            "floors_alone": (~plan & (values[:, 2] != 0)).mean(),
+            "triangles_whole": len(values) * len(triangles) / count,
+            "triangles_sliced": drawn.sum() / count,
+            "drawn": drawn.sum() / (len(values) * len(triangles)),
+            "ms_a_cell": 1e3 * found.seconds,
+            "processor_ms_a_cell": 1e3 * seconds / count,
+            "without": 1e3 * plain_seconds / count,
+            "bytes_a_cell": _size(pvs) / count,
+            "without_slices": _size(plain.pvs) / count,
+            "octree_bytes": len(values) * OCTREE_BITS / 8.0 / count,
+            "triangle_bytes": drawn.sum() / 8.0 / count,
+            "leaks": len(check.leaks),
+        }
+
+
+def _timed(upright: UprightScene, places: ViewCells, options: PvsOptions) -> tuple[Found, float]:
+    """The sets, and the seconds of all cores for the cells."""
+    clock: list[float] = []
+    found = find_pvs(
+        upright, places, options, tell=lambda done, total: clock.append(time.process_time())
+    )
+    return found, clock[-1] - clock[0]
+
+
+def _size(pvs: Pvs) -> int:
+    return len(encode_pvs(pvs))
+
+
+def triangle_boxes(squares: int = SQUARES) -> FloatArray:
+    """(10 squares^2, 2, 3) the boxes of the triangles of a detailed building in the unit cube.
+
+    Both triangles of a square have its box.
+    """
+    lines = np.arange(squares) / squares
+    low = np.stack(np.meshgrid(lines, lines, indexing="ij"), axis=-1).reshape(-1, 2)
+    high = low + 1.0 / squares
+    boxes = []
+    for axis, at in ((0, 0.0), (0, 1.0), (1, 0.0), (1, 1.0), (2, 1.0)):
+        ends = [np.insert(end, axis, at, axis=1) for end in (low, high)]
+        boxes += [np.stack(ends, axis=1)] * 2
+    return np.concatenate(boxes)
+
+
+def triangles_drawn(values: NDArray[np.int8], triangles: FloatArray) -> NDArray[np.int64]:
+    """(k,) how many of the triangles are in a slice that is drawn; ``values`` (k, 3)."""
+    kinds, places = np.unique(values, axis=0, return_inverse=True)
+    unit = np.tile(np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]), (len(kinds), 1, 1))
+    hidden = hidden_boxes(unit, kinds, SLICES)
+    counts = [
+        np.count_nonzero(
+            ~((triangles[:, 0] >= one[0] - 1e-9) & (triangles[:, 1] <= one[1] + 1e-9)).all(axis=1)
+        )
+        for one in hidden
+    ]
+    return np.array(counts, dtype=np.int64)[places.reshape(-1)]

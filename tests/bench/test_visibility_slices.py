@@ -1,0 +1,34 @@
+"""What slices save, in a small city."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.visibility_slices import SQUARES, slices_rows, triangle_boxes, triangles_drawn
+
+
+def test_triangles_are_drawn_where_any_of_their_slices_is():
+    boxes = triangle_boxes(4)
+    assert len(boxes) == 5 * 4 * 4 * 2
+    values = np.array([[0, 0, 0], [0, 0, 5], [-4, 0, 0], [4, 0, 0], [2, 3, 7]], dtype=np.int8)
+    whole, top, right, left, corner = triangles_drawn(values, boxes).tolist()
+    assert whole == len(boxes)
+    # The lower half of four walls, and one wall with half of two and of the roof.
+    assert top == len(boxes) - 4 * 16
+    assert right == left == len(boxes) - 32 - 3 * 16
+    # Six slices along x, five of y and six in height hold 3, 2 and 3 squares of a wall.
+    assert corner == len(boxes) - 2 * (3 * 3 + 2 * 3)
+    (halves,) = triangles_drawn(np.array([[0, 0, 5]], dtype=np.int8), triangle_boxes()) / (
+        10 * SQUARES**2
+    )
+    assert halves == pytest.approx(0.6, abs=0.02)  # triangles across a border are drawn
+
+
+def test_a_small_city_draws_a_part():
+    (row,) = slices_rows(3, 4, (5.0,), 2)
+    assert row["leaks"] == 0
+    assert 0.2 < row["drawn"] < 0.7
+    assert row["triangles_sliced"] < row["triangles_whole"]
+    assert row["without_slices"] < row["bytes_a_cell"]
+    assert row["octree_bytes"] < row["triangle_bytes"]

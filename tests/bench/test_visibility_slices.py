@@ -25,6 +25,7 @@ def test_triangles_are_drawn_where_any_of_their_slices_is():
     assert halves == pytest.approx(0.6, abs=0.02)  # triangles across a border are drawn
 
 
+@pytest.mark.slow
 def test_a_small_city_draws_a_part():
     (row,) = slices_rows(3, 4, (5.0,), 2)
     assert row["leaks"] == 0

@@ -57,6 +57,7 @@ def parted(scene, pvs, cell):
     return Scene(tuple(meshes), tuple(names), mesh_of, np.array(transforms)), count
 
 
+@pytest.mark.sweep(2)
 @pytest.mark.parametrize("more", [False, True])
 def test_pictures_show_nothing_of_what_slices_hide_of_gabled_houses(more):
     upright, cells = city_and_cells(3, 3, seed=1)

@@ -16,6 +16,9 @@ _ROUND = 1e-9  # voxels
 _WHOLE = -1  # in place of a face: the cell itself
 _DEPTH = 1024  # pairs that wait
 _FINEST = 1.0  # voxels: edges of a face's pieces are not divided further
+_WAIT = 12  # divisions after a search for a slice that found none, before the next search
+RECENT = 8
+"""Slices that are tried before a shaft is walked along: what closed one closes many beside it."""
 
 
 @inline_kernel
@@ -64,12 +67,13 @@ def _closes(a, b, k, i, at, edges_v, edges_w, picture):
 
 
 @kernel
-def shaft(a, b, free, ats, firsts, edges, sums, closing, share):
+def shaft(a, b, search, free, ats, firsts, edges, sums, closing, share):
     """What is between two boxes: :data:`FREE`, :data:`CROSSED` or :data:`CLOSED`.
 
     A plane between them cuts their shaft, which is the convex hull of both, in a figure whose box
     is that of the points between corners.  Where a slice covers all of it no line gets through.
 
+    ``search``   whether to look for such a slice; else none is found where the middle line is one.
     ``free``, ``ats``, ``firsts``, ``edges``, ``sums``  as for :func:`see`.
     ``closing``  (2,) int64: the axis and the slice that close it are put there.
     ``share``    (1,) float64: how far along the middle line a slice first covers it.
@@ -127,6 +131,8 @@ def shaft(a, b, free, ats, firsts, edges, sums, closing, share):
                     continue
                 if found == FREE:
                     found, share[0] = CROSSED, (at - ak) / (bk - ak)
+                    if not search:
+                        return found
                 if apart and _closes(a, b, k, i, at, edges_v, edges_w, picture):
                     closing[0], closing[1] = k, i
                     return CLOSED
@@ -159,7 +165,7 @@ def _is_glimpsed(
             b[axis] = b[axis + 3] = boxes[leaf, axis] + part * (
                 boxes[leaf, axis + 3] - boxes[leaf, axis]
             )
-        if shaft(a, b, free, ats, firsts, edges, sums, closing, share) == FREE:
+        if shaft(a, b, False, free, ats, firsts, edges, sums, closing, share) == FREE:
             return True
     return False
 
@@ -186,10 +192,29 @@ def _copy(source, target):
         target[i] = source[i]
 
 
+@inline_kernel
+def _to_front(recent, place, k, i):
+    """Put a slice first, in place of the one at ``place``."""
+    for other in range(place, 0, -1):
+        recent[other, 0], recent[other, 1] = recent[other - 1, 0], recent[other - 1, 1]
+    recent[0, 0], recent[0, 1] = k, i
+
+
+@inline_kernel
+def _is_closed_by_recent(a, b, ats, edges, sums, recent):
+    """Whether one of the slices that closed others last does, which then goes first."""
+    for place in range(RECENT):
+        k, i = recent[place, 0], recent[place, 1]
+        if _closes(a, b, k, i, ats[k][i], edges[(k + 1) % 3], edges[(k + 2) % 3], sums[k]):
+            _to_front(recent, place, k, i)
+            return True
+    return False
+
+
 @kernel
 def _may_see(
-    cell, root, boxes, children, limit, free, ats, firsts, edges, sums, stack, nodes, faces, b,
-    closing, share, work,
+    cell, root, boxes, children, limit, free, ats, firsts, edges, sums, stack, nodes, faces,
+    waits, b, closing, recent, share, work,
 ):  # fmt: skip
     """Whether some shaft between a cell and a target stays open; also when there is no telling
     within ``limit`` shafts.
@@ -199,11 +224,11 @@ def _may_see(
     flat, and each looks only at what is on its outer side.
     """
     _copy(cell, stack[0])
-    nodes[0], faces[0] = root, _WHOLE
+    nodes[0], faces[0], waits[0] = root, _WHOLE, 0
     count = 1
     while count > 0:
         count -= 1
-        a, node, face = stack[count], nodes[count], faces[count]
+        a, node, face, wait = stack[count], nodes[count], faces[count], waits[count]
         _copy(boxes[node], b)
         if face != _WHOLE:
             axis = face % 3
@@ -217,19 +242,17 @@ def _may_see(
         is_leaf = first == last
         apart = _are_apart(a, b)
         if apart:
-            # What closed the last shaft closes many beside it.
-            k, i = closing[0], closing[1]
-            if _closes(
-                a, b, k, i, ats[k][i], edges[(k + 1) % 3], edges[(k + 2) % 3], sums[k]
-            ):  # fmt: skip
+            if _is_closed_by_recent(a, b, ats, edges, sums, recent):
                 continue
             work[0] += 1
             limit -= 1
-            found = shaft(a, b, free, ats, firsts, edges, sums, closing, share)
+            found = shaft(a, b, wait == 0, free, ats, firsts, edges, sums, closing, share)
             if found == CLOSED:
+                _to_front(recent, RECENT - 1, closing[0], closing[1])
                 continue
             if found == FREE or limit < 0:
                 return True
+            wait = wait - 1 if wait > 0 else _WAIT
         elif is_leaf and face == _WHOLE:
             return True
         axis, length = _longest(a)
@@ -239,18 +262,18 @@ def _may_see(
             for child in range(first, last):
                 if child > first:
                     _copy(a, stack[count])
-                nodes[count], faces[count] = child, face
+                nodes[count], faces[count], waits[count] = child, face, wait
                 count += 1
         elif face == _WHOLE:
             for side in range(6):
                 axis = side % 3
-                if side < 3 and b[axis] > cell[axis]:
-                    continue
-                if side >= 3 and b[axis + 3] < cell[axis + 3]:
+                if (side < 3 and b[axis] > cell[axis]) or (
+                    side >= 3 and b[axis + 3] < cell[axis + 3]
+                ):
                     continue
                 _copy(cell, stack[count])
                 stack[count, axis] = stack[count, axis + 3] = cell[side]
-                nodes[count], faces[count] = node, side
+                nodes[count], faces[count], waits[count] = node, side, wait
                 count += 1
         elif length > _FINEST:
             middle = 0.5 * (a[axis] + a[axis + 3])
@@ -258,6 +281,7 @@ def _may_see(
             stack[count, axis + 3] = middle
             stack[count + 1, axis] = middle
             nodes[count + 1], faces[count + 1] = node, face
+            waits[count], waits[count + 1] = wait, wait
             count += 2
         else:
             return True
@@ -289,9 +313,11 @@ def see(
     """
     stack = np.empty((_DEPTH, 6))
     nodes, faces = np.empty(_DEPTH, np.int64), np.empty(_DEPTH, np.int64)
+    waits = np.empty(_DEPTH, np.int64)
     a, b, closing = np.empty(6), np.empty(6), np.zeros(2, np.int64)
-    share = np.zeros(1)
+    recent, share = np.zeros((RECENT, 2), np.int64), np.zeros(1)
     for cell in range(begin, end):
+        recent[:] = 0  # else sets would depend on which cells one call is given
         for target in range(len(roots)):
             root = roots[target]
             if root < 0:
@@ -301,5 +327,5 @@ def see(
                 firsts, edges, sums, a, b, closing, share,
             ) or _may_see(
                 cells[cell], root, boxes, children, limit, free, ats, firsts, edges, sums, stack,
-                nodes, faces, b,                 closing, share, work[cell],
+                nodes, faces, waits, b, closing, recent, share, work[cell],
             )  # fmt: skip

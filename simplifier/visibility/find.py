@@ -43,6 +43,7 @@ from simplifier.visibility.solid.terrain import Terrain
 from simplifier.visibility.strong.by_strong_occluders import by_strong_occluders
 
 _FORMAT = 4  # raised when the same input is to give other sets
+_SHAFTS = 2  # the same, of slices alone
 
 METHODS: dict[str, Method] = {
     "cull-map": by_cull_maps,
@@ -201,7 +202,7 @@ def settings_digest(options: PvsOptions, way: Way | None = None) -> bytes:
     if options.slices:
         kept += ("slices",)
     if way == SLICES:
-        kept = (_FORMAT, *way, options.reach, options.up)
+        kept = (_FORMAT, _SHAFTS, *way, options.reach, options.up)
     if way == STRONG:
         kept = (_FORMAT, *way, options.up, options.ground)
     if way == TERRAIN:

@@ -31,7 +31,7 @@ from simplifier.progress import TellCount, TellShare, silent
 from simplifier.visibility.slices.slices import AXES, Grid, Slices
 
 _TRIES = 16  # random lines to each object, which find most of what is visible
-_LIMIT = 1000  # shafts between a cell and an object; beyond them it counts as visible
+_LIMIT = 2000  # shafts between a cell and an object; beyond them it counts as visible
 _FAR = 255
 
 Ids = NDArray[np.int64]

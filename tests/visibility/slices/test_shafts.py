@@ -129,7 +129,7 @@ def test_no_line_gets_through_a_shaft_that_is_called_closed():
         sizes = random.uniform(0.0, 4.0, (2, 3))
         one, other = np.concatenate([a, a + sizes[0]]), np.concatenate([b, b + sizes[1]])
         found = kernels.shaft(
-            one, other, shafts.free, shafts.slices.ats, shafts.firsts, shafts.slices.edges,
+            one, other, True, shafts.free, shafts.slices.ats, shafts.firsts, shafts.slices.edges,
             shafts.sums, np.zeros(2, np.int64), np.zeros(1),
         )  # fmt: skip
         results.append(found)

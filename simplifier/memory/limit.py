@@ -54,14 +54,16 @@ def check_need(
     if need.gib <= limit:
         return
     fitting = 0 if at is None else _finest(at, resolution, limit)
-    advice = f"choose a resolution of at most {fitting}, or" if fitting else "thin the mesh, or set"
+    advice = f"choose a resolution of at most {fitting}" if fitting else "thin the mesh"
     if advise is not None:
-        advice = f"{advise(limit)}, or set".removeprefix(", or ")
+        advice = advise(limit)
     raise MemoryLimitError(
         f"about {need.gib:.3g} GiB of memory would be needed, most of it to {_DEEDS[need.largest]},"
         f" and the limit is {limit:.3g} GiB",
         where=where,
-        remedy=f"{advice} a memory limit of at least {_round_up(need.gib)}",
+        remedy=f"{advice}, or set a memory limit of at least {_round_up(need.gib)}".removeprefix(
+            ", or "
+        ),
         resolution=fitting,
     )
 

@@ -120,7 +120,8 @@ def test_the_curl_of_the_docs_gives_the_sets_that_the_command_finds(
     assert (job.kind, job.state, job.summary.levels) == ("visibility", "succeeded", len(pvs.cells))
     told = client.result(job.id).report
     own = json.loads((tmp_path / "own.json").read_text())
-    assert {**told, "seconds_a_cell": 0.0} == {**own, "seconds_a_cell": 0.0}
+    clock = {"seconds_a_cell": None, "cost": None, "foretold": None}
+    assert told | clock == own | clock
     assert told["culled_share"] > 0.2
 
 

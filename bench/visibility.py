@@ -1,8 +1,8 @@
 """What is visible from view cells: ``python -m bench.visibility [--only NAME]``.
 
-    city   cells of 10 m in the streets of a generated city of 2,000 blocks, by epsilon: how large
-           their sets are beside what is certainly seen, what is culled, bytes and milliseconds a
-           cell, and leaks, of which there must be none
+    city   cells of 10 m in the streets of a generated city of 2,000 blocks, by epsilon, by cull
+           maps alone and by what auto takes: how large their sets are beside what is certainly
+           seen, what is culled, bytes and milliseconds a cell, and leaks, which must be none
     cells  milliseconds, also of all cores together, by the number of cells and of objects, by
            epsilon and by the cell's size
     lyon   the same as city, for street cells of a part of Lyon on a slope; needs the shared assets
@@ -32,6 +32,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Iterator, Sequence
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -52,7 +53,7 @@ from simplifier.geometry.pvs import Pvs
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.io.pvs_file import encode_pvs
 from simplifier.io.scene import load_scene
-from simplifier.options.visibility import PvsOptions
+from simplifier.options.visibility import Method, PvsOptions
 from simplifier.progress import TellShare
 from simplifier.visibility.checking.check import CheckOptions, check_pvs
 from simplifier.visibility.find import Found, find_pvs
@@ -70,14 +71,15 @@ CELLS = 1000
 def city_rows(
     blocks: int = 45, cells: int = CELLS, epsilons: Sequence[float] = EPSILONS, checked: int = 50
 ) -> Iterator[Row]:
-    """A row an epsilon; ``checked`` of the cells are held against what is seen."""
+    """A row an epsilon and method; ``checked`` of the cells are held against what is seen."""
     upright, places = streets(blocks, cells)
-    for epsilon in epsilons:
+    methods: tuple[Method, ...] = ("cull-map", "auto")
+    for epsilon, method in product(epsilons, methods):
+        options = PvsOptions(up="z", method=method, epsilon=epsilon)
         yield {
             "epsilon": epsilon,
-            **_judged(
-                upright, places, PvsOptions(up="z", method="cull-map", epsilon=epsilon), checked
-            ),
+            "method": method,
+            **_judged(upright, places, options, checked),
         }
 
 

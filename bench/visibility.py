@@ -56,7 +56,7 @@ from simplifier.io.scene import load_scene
 from simplifier.options.visibility import Method, PvsOptions
 from simplifier.progress import TellShare
 from simplifier.visibility.checking.check import CheckOptions, check_pvs
-from simplifier.visibility.find import Found, find_pvs
+from simplifier.visibility.find import Found, Watch, find_pvs
 from simplifier.visibility.placing.cells import place_cells
 
 RESULTS = Path("bench/results")
@@ -127,9 +127,8 @@ def _judged(
 def _timed(upright: UprightScene, places: ViewCells, options: PvsOptions) -> tuple[Found, float]:
     """The sets, and the seconds of all cores for the cells, which do not count what others do."""
     clock: list[float] = []
-    found = find_pvs(
-        upright, places, options, tell=lambda done, total: clock.append(time.process_time())
-    )
+    watch = Watch(lambda done, total: clock.append(time.process_time()))
+    found = find_pvs(upright, places, options, None, watch)
     return found, clock[-1] - clock[0]
 
 

@@ -23,7 +23,7 @@ from simplifier.io.pvs_file import encode_pvs
 from simplifier.options.visibility import PvsOptions
 from simplifier.visibility.checking.check import CheckOptions, check_pvs
 from simplifier.visibility.checking.hidden_parts import hidden_boxes
-from simplifier.visibility.find import Found, find_pvs
+from simplifier.visibility.find import Found, Watch, find_pvs
 
 SQUARES = 23  # along each side of a wall and of a roof
 
@@ -74,9 +74,8 @@ def slices_rows(
 def _timed(upright: UprightScene, places: ViewCells, options: PvsOptions) -> tuple[Found, float]:
     """The sets, and the seconds of all cores for the cells."""
     clock: list[float] = []
-    found = find_pvs(
-        upright, places, options, tell=lambda done, total: clock.append(time.process_time())
-    )
+    watch = Watch(lambda done, total: clock.append(time.process_time()))
+    found = find_pvs(upright, places, options, None, watch)
     return found, clock[-1] - clock[0]
 
 

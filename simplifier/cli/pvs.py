@@ -61,13 +61,11 @@ def pvs(
 
     def run() -> None:
         # Here, not above: what it needs of scipy takes longer to load than the help.
-        from simplifier.camera_paths.columns import UprightScene
         from simplifier.cli.path import check_output
         from simplifier.cli.pvs_parts import parts_rows
         from simplifier.cli.report import check_extras
         from simplifier.io.pvs_file import load_pvs, save_pvs
-        from simplifier.visibility.find import find_pvs
-        from simplifier.visibility.placing.cells import load_cells
+        from simplifier.visibility.find import Watch, find_pvs
         from simplifier.visibility.report import pvs_report
         from simplifier.visibility.scene_input import is_elevation, read_input
 
@@ -85,32 +83,20 @@ def pvs(
         with interrupts() as listening:
             before = load_pvs(output) if output.exists() else None
             read = read_input(scene, options.transparent, elevation, options.memory_limit)
-            upright = UprightScene.of(read.scene, options.up)
-            if cells in ("walkable", "grid", "triangles", "floors"):
-                where = read.placed(upright, cast("Placing", cells), options)
-                options = replace(options, skip_buried=True)  # no user placed them there
-            else:
-                where = load_cells(_cell_file(cells), options.up, upright.origin)
+            asked = read.with_cells(_placing_or_file(cells), options)
             with listening.deferred() as cancel, count_bar("objects, then cells") as tell:
                 found = find_pvs(
-                    upright,
-                    where,
-                    options,
-                    before,
-                    tell,
-                    cancel,
-                    tell,
-                    read.opaque,
-                    read.terrain,
-                    _tell_cost,
-                )
+                    asked.upright, asked.cells, asked.options, before,
+                    Watch(tell, tell, _tell_cost, cancel),
+                    opaque=asked.opaque, terrain=asked.terrain,
+                )  # fmt: skip
             with listening.held():
                 save_pvs(found.pvs, output)
                 figures = pvs_report(found)
                 if report is not None:
                     report.write_text(json.dumps(figures, indent=2) + "\n")
                 if pictures is not None:
-                    _write(pictures, _drawn(upright, found, scene.name))
+                    _write(pictures, _drawn(asked.upright, found, scene.name))
                 warnings = [*read.scene.warnings, *found.warnings]
                 rows = [*_summary_rows(figures, output), *parts_rows(found.pvs)]
                 print_rows(str(output), rows, warnings)
@@ -151,7 +137,9 @@ def _write(folder: Path, files: Mapping[str, bytes]) -> None:
     write_all_whole({folder / name: data for name, data in files.items()})
 
 
-def _cell_file(cells: str) -> Path:
+def _placing_or_file(cells: str) -> Placing | Path:
+    if cells in ("walkable", "grid", "triangles", "floors"):
+        return cast("Placing", cells)
     path = Path(cells)
     if not path.is_file():
         raise OptionError(

@@ -17,7 +17,7 @@ from simplifier.options.fields import changed
 from simplifier.options.visibility import VisibilityOptions
 from simplifier.production.viewing import save_scene_for_viewing
 from simplifier.progress import Cancel, TellCount
-from simplifier.visibility.find import Found, find_pvs
+from simplifier.visibility.find import Found, Watch, find_pvs
 from simplifier.visibility.report import pvs_report
 from simplifier.visibility.scene_input import is_elevation, read_input
 
@@ -98,10 +98,10 @@ def find_visible_sets(
     given = read_input(
         place, chosen.transparent, chosen, chosen.memory_limit, allow_external=allow_external
     )
-    upright = UprightScene.of(given.scene, chosen.up)
-    cells = given.placed(upright, chosen.cells, chosen)
-    chosen = replace(chosen, skip_buried=True)  # no user placed them there
+    asked = given.with_cells(chosen.cells, chosen)
     found = find_pvs(
-        upright, cells, chosen, None, tell, cancel, tell_objects, given.opaque, given.terrain
-    )
-    return VisibleSets(upright, found, (*given.scene.warnings, *found.warnings))
+        asked.upright, asked.cells, asked.options, None,
+        Watch(tell=tell, tell_objects=tell_objects, cancel=cancel),
+        opaque=asked.opaque, terrain=asked.terrain,
+    )  # fmt: skip
+    return VisibleSets(asked.upright, found, (*given.scene.warnings, *found.warnings))

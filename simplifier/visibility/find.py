@@ -52,7 +52,28 @@ METHODS: dict[str, Method] = {
     "strong": by_strong_occluders,
 }
 
-TellCost = Callable[[Sight, Cost], None]
+
+@dataclass(frozen=True, eq=False)
+class Watch:
+    """Who hears how far a run is, and how it is ended.
+
+    ``tell``          hears how many cells are done, and of how many.
+    ``tell_objects``  hears before that of the objects that are read, by one method after the other.
+    ``tell_cost``     hears what the cells will cost, once a few are done.
+    ``cancel``        once it is set, the cells that are left count as seeing everything.
+    """
+
+    tell: TellCount = lambda done, total: None
+    tell_objects: TellCount = lambda done, total: None
+    tell_cost: Callable[[Sight, Cost], None] = lambda sight, cost: None
+    cancel: Cancel | None = None
+
+    @property
+    def is_cancelled(self) -> bool:
+        return self.cancel is not None and self.cancel.is_set()
+
+
+UNWATCHED = Watch()
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +81,7 @@ class Found:
     """The sets, and what the user should know.
 
     ``maps`` what they were looked up in last, where that is cull maps.  ``made`` cells that were
-    computed now; ``seconds`` each took in the mean; ``reason`` why sets were found as they were.
+    computed now; ``reason`` why sets were found as they were.
     ``leaks`` spaces that would be solid, were it not for a hole.
     ``way`` the methods by their options' names, one after the other.  ``cost`` of the cells that
     were computed now, and ``foretold`` by some of them; None where there were too few.
@@ -69,7 +90,6 @@ class Found:
     pvs: Pvs
     maps: CullMaps | None
     made: int
-    seconds: float
     warnings: tuple[str, ...]
     reason: str
     leaks: tuple[FillLeak, ...] = ()
@@ -77,42 +97,43 @@ class Found:
     cost: Cost = NO_COST
     foretold: Cost | None = None
 
+    @property
+    def seconds(self) -> float:
+        """That each cell took in the mean."""
+        return self.cost.seconds_a_cell
+
 
 def find_pvs(
     upright: UprightScene,
     cells: ViewCells,
     options: PvsOptions,
     before: Pvs | None = None,
-    tell: TellCount = lambda done, total: None,
-    cancel: Cancel | None = None,
-    tell_objects: TellCount = lambda done, total: None,
+    watch: Watch = UNWATCHED,
+    *,
     opaque: Scene | None = None,
     terrain: Terrain | None = None,
-    tell_cost: TellCost = lambda sight, cost: None,
 ) -> Found:
     """What may be visible from each cell; the cells' coordinates are upright.
 
     ``opaque`` is what of the scene hides anything, by the objects' names: by default all of it.
     ``terrain`` is what the scene was made of, if it is one.
-    ``tell_objects`` hears of the objects that are read, by one method after the other, ``tell``
-    then of the cells, and ``tell_cost`` of what they will cost once a few are done.
 
-    Sets that were found ``before`` in the same scene with the same settings are kept.  Once
-    ``cancel`` is set or the time is up, the cells that are left count as seeing everything; without
-    any, :class:`CancelledError` is raised.  Raises what the method of the options does.
+    Sets that were found ``before`` in the same scene with the same settings are kept.  Once it is
+    cancelled or the time is up, the cells that are left count as seeing everything; without any,
+    :class:`CancelledError` is raised.  Raises what the method of the options does.
     """
     deadline, meter = Deadline.after(options.time_limit), CostMeter()
     scene = scene_digest(upright.scene, opaque)
 
-    def watch(objects: int, total: int) -> None:
-        if cancel is not None and cancel.is_set():
+    def tell_objects(objects: int, total: int) -> None:
+        if watch.is_cancelled:
             raise CancelledError("cancelled before the first cell was done")
-        tell_objects(objects, total)
+        watch.tell_objects(objects, total)
 
     def is_over() -> bool:
-        return (cancel is not None and cancel.is_set()) or deadline.is_up
+        return watch.is_cancelled or deadline.is_up
 
-    task = Task(upright, cells, options, opaque, terrain, watch)
+    task = Task(upright, cells, options, opaque, terrain, tell_objects)
     with _sight_of(task, before if before is not None and before.scene == scene else None) as (
         sight,
         way,
@@ -124,7 +145,7 @@ def find_pvs(
             known = kept(cells, before, low, step)
         left = sum(each is None for each in known)
         meter.ready()
-        _look(sight, known, meter, tell, lambda cost: tell_cost(sight, cost), is_over)
+        _look(sight, known, meter, watch, is_over)
     if all(each is None for each in known):
         raise CancelledError("cancelled before the first cell was done")
     sure = sight.conservative
@@ -138,8 +159,8 @@ def find_pvs(
     made = left - sum(each is None for each in known)
     warnings = [*sight.warnings(), *_unfinished(pvs)]
     return Found(
-        pvs, sight.maps, made, meter.came.seconds_a_cell, tuple(warnings), sight.reason,
-        sight.leaks, way, meter.came, meter.foretold,
+        pvs, sight.maps, made, tuple(warnings), sight.reason, sight.leaks, way, meter.came,
+        meter.foretold,
     )  # fmt: skip
 
 
@@ -150,7 +171,7 @@ def _sight_of(task: Task, before: Pvs | None) -> Iterator[tuple[Sight, Way]]:
     if options.method == "auto":
         held = None
         if before is not None:
-            digests = {settings_digest(options, way): way for way in WAYS if way[-1] in METHODS}
+            digests = {settings_digest(options, way): way for way in WAYS}
             held = digests.get(before.settings)
         with chosen_sight(task, METHODS, held) as (sight, way):
             yield sight, way
@@ -160,8 +181,8 @@ def _sight_of(task: Task, before: Pvs | None) -> Iterator[tuple[Sight, Way]]:
 
 
 def _look(
-    sight: Sight, known: list[Known | None], meter: CostMeter, tell: TellCount,
-    tell_cost: Callable[[Cost], None], is_over: Callable[[], bool],
+    sight: Sight, known: list[Known | None], meter: CostMeter, watch: Watch,
+    is_over: Callable[[], bool],
 ) -> None:  # fmt: skip
     """See from the cells that are not ``known``, until it is over."""
 
@@ -176,15 +197,15 @@ def _look(
         meter.tried(len(sight.tried.cells), sight.tried.seconds)
     rest = len(left)
     for some, timed in batches(sight.cells, left, sight.batch):
-        tell(len(known) - rest, len(known))
+        watch.tell(len(known) - rest, len(known))
         if is_over():
             break
         keep(some, sight.see(some))
         rest -= len(some)
         meter.add(len(some), rest, timed=timed)
         if timed and meter.foretold is not None:
-            tell_cost(meter.foretold)
-    tell(len(known) - rest, len(known))
+            watch.tell_cost(sight, meter.foretold)
+    watch.tell(len(known) - rest, len(known))
 
 
 def settings_digest(options: PvsOptions, way: Way | None = None) -> bytes:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from simplifier.camera_paths.columns import UprightScene
@@ -14,9 +14,20 @@ from simplifier.io.scene_layers import load_layers
 from simplifier.io.suffixes import ELEVATION_SUFFIXES
 from simplifier.options.simplify import Transparent
 from simplifier.options.visibility import ElevationOptions, Placing, PvsOptions
-from simplifier.visibility.placing.cells import place_cells
+from simplifier.visibility.placing.cells import load_cells, place_cells
 from simplifier.visibility.placing.terrain_cells import place_columns, place_on_terrain
 from simplifier.visibility.solid.terrain import Terrain
+
+
+@dataclass(frozen=True, eq=False)
+class CellsInput:
+    """What sets are found in, and by; as :func:`~simplifier.visibility.find.find_pvs` has it."""
+
+    upright: UprightScene
+    cells: ViewCells
+    options: PvsOptions
+    opaque: Scene | None
+    terrain: Terrain | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +41,21 @@ class SceneInput:
     opaque: Scene | None
     terrain: Terrain | None
 
-    def placed(self, upright: UprightScene, placing: Placing, options: PvsOptions) -> ViewCells:
-        """Cells where one can walk, as the ``placing`` says; raises :class:`OptionError`."""
+    def with_cells(self, cells: Placing | Path, options: PvsOptions) -> CellsInput:
+        """Cells where one can walk, as a placing says, or those of a file.
+
+        Those that were placed are left out where they are buried, for no user put them there.
+        Raises :class:`OptionError`, and what reading the file does.
+        """
+        upright = UprightScene.of(self.scene, options.up)
+        if isinstance(cells, Path):
+            places = load_cells(cells, options.up, upright.origin)
+        else:
+            places = self._placed(upright, cells, options)
+            options = replace(options, skip_buried=True)
+        return CellsInput(upright, places, options, self.opaque, self.terrain)
+
+    def _placed(self, upright: UprightScene, placing: Placing, options: PvsOptions) -> ViewCells:
         if self.terrain is None:
             return place_cells(upright, placing, options)
         if options.method == "voxel-column":

@@ -16,7 +16,7 @@ from simplifier.geometry.scene import Scene
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.visibility import PvsOptions
 from simplifier.visibility.checking.check import CheckOptions, check_pvs
-from simplifier.visibility.find import find_pvs, scene_digest, settings_digest
+from simplifier.visibility.find import Watch, find_pvs, scene_digest, settings_digest
 
 OPTIONS = PvsOptions(up="z", epsilon=2.5)
 
@@ -85,7 +85,7 @@ def test_what_is_left_sees_everything_and_is_made_later():
         if done:
             cancel.set()
 
-    part = find_pvs(upright, cells, OPTIONS, tell=stop, cancel=cancel)
+    part = find_pvs(upright, cells, OPTIONS, None, Watch(tell=stop, cancel=cancel))
     assert 0 < part.made < len(cells)
     assert part.pvs.partial
     assert "see everything" in part.warnings[-1]
@@ -104,11 +104,13 @@ def test_heights_are_told_of_and_can_be_cancelled():
         told.append((done, total))
         cancel.set()
 
-    found = find_pvs(upright, cells, OPTIONS, tell_objects=lambda *some: told.append(some))
+    found = find_pvs(
+        upright, cells, OPTIONS, None, Watch(tell_objects=lambda *some: told.append(some))
+    )
     assert found.made == 2
     assert set(told) == {(0, len(upright.scene))}
     with pytest.raises(CancelledError):
-        find_pvs(upright, cells, OPTIONS, cancel=cancel, tell_objects=hear)
+        find_pvs(upright, cells, OPTIONS, None, Watch(cancel=cancel, tell_objects=hear))
 
 
 def test_nothing_done_is_an_end():
@@ -116,7 +118,7 @@ def test_nothing_done_is_an_end():
     cancel = threading.Event()
     cancel.set()
     with pytest.raises(CancelledError):
-        find_pvs(upright, cells, OPTIONS, cancel=cancel)
+        find_pvs(upright, cells, OPTIONS, None, Watch(cancel=cancel))
 
 
 def test_a_cell_in_a_building_is_refused_by_name_or_skipped():

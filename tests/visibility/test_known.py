@@ -132,7 +132,11 @@ def test_a_cell_that_is_not_computed_has_none(monkeypatch, town):
     cancel = threading.Event()
     monkeypatch.setitem(find.METHODS, "cull-map", method())
     pvs = find.find_pvs(
-        town, cells(0, 3), OPTIONS, cancel=cancel, tell=lambda done, _: done and cancel.set()
+        town,
+        cells(0, 3),
+        OPTIONS,
+        None,
+        find.Watch(cancel=cancel, tell=lambda done, _: done and cancel.set()),
     ).pvs
     assert pvs.computed.tolist() == [1]  # the one in the middle comes first
     check(pvs, 1, 1)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench.machine import header
+from simplifier.progress import TellCount
 
 Row = Mapping[str, object]
 
@@ -73,6 +74,19 @@ def markdown(table: Table) -> str:
 def told(row: Row) -> str:
     """A row as one line for a reader who waits: what is empty is left out."""
     return ", ".join(f"{name} {_cell(value)}" for name, value in row.items() if _cell(value))
+
+
+def tell_parts(what: str) -> TellCount:
+    """Prints each tenth part of the work; what the first call finds done is no news."""
+    known: set[int] = set()
+
+    def tell(done: int, total: int) -> None:
+        part = 10 * done // max(total, 1)
+        if known and part not in known:
+            print(f"{what} {done} of {total}", flush=True)
+        known.add(part)
+
+    return tell
 
 
 def _is_number(text: str) -> bool:

@@ -155,7 +155,7 @@ def _find_sets(scene: Scene) -> None:
     options = replace(options, up="z", cell_size=1.0)
     cells = place_on_terrain(terrain, upright, "grid", options).some(some)
     find_pvs(upright, cells, replace(options, method="voxel-column"), terrain=terrain)
-    found = find_pvs(upright, cells, options, terrain=terrain)
+    found = find_pvs(upright, cells, replace(options, method="cull-map"), terrain=terrain)
     check_pvs(terrain.scene, found.pvs, look, terrain=terrain)
 
 

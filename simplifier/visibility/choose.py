@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 
 from simplifier.errors import MemoryLimitError, OptionError
 from simplifier.geometry.view_cells import ViewCells
+from simplifier.visibility.columns.tile_cells import columns_serve, tile_size
 from simplifier.visibility.known import cell_key
 from simplifier.visibility.method import Method, Seen, Sight, Task, Tried
 from simplifier.visibility.scene_look import has_storeys, look_at, spread
 from simplifier.visibility.slices.by_slices import open_surface, too_many_voxels
+from simplifier.visibility.solid.terrain import Terrain
 
 Way = tuple[str, ...]
 """Methods, one after the other: each looks only for what those before it leave open."""
@@ -36,6 +38,8 @@ _STANDING = 0.5  # share of the solid from the ground up that cull maps need at 
 _CONVEX = 0.8  # share of the objects that strong occluders need, to come first
 _NARROW = 0.8  # of the occluders' median width: cells from which they hide much
 _OPEN = 1.0 / 3.0  # share of the surface that slices may lack
+_EDGE = 1e-6  # of a cell: far above what float32 takes from its width
+_FEW = 0.25  # cells a tile: for fewer, sweeps over all tiles cost more than looking from each
 _TRIED = 4  # cells
 _WORTH = 0.5  # of the conservative sets: smaller ones are worth not being conservative
 
@@ -63,6 +67,14 @@ def chosen_sight(
             except MemoryLimitError:
                 way, reason = STRONG, "since the raster of cull maps needs more than may be taken"
                 sight = _open(stack, task, methods, way)
+        elif way == TERRAIN:
+            try:
+                sight = _open(stack, task, methods, way)
+                reason = sight.reason + reason
+            except (MemoryLimitError, OptionError):  # a cell may reach beyond the terrain
+                way = CULL_MAP
+                sight = _open(stack, task, methods, way)
+                reason = sight.reason
         else:
             sight = _open(stack, task, methods, way)
             reason = sight.reason + reason
@@ -78,7 +90,7 @@ def _plan(task: Task, methods: Mapping[str, Method]) -> tuple[Way, str]:
     if options.fill == "viewers" or options.backend == "opengl" or options.slices:
         return CULL_MAP, ""
     if task.terrain is not None:
-        return CULL_MAP, ""  # or TERRAIN: voxel columns, where their epsilon is whole posts
+        return _over_terrain(task, task.terrain)
     if task.opaque is not None and len(task.opaque) == 0:
         return CULL_MAP, ""
     if has_storeys(task.cells):
@@ -92,6 +104,19 @@ def _plan(task: Task, methods: Mapping[str, Method]) -> tuple[Way, str]:
     if look.size > _NARROW * look.width:
         return CULL_MAP, f", and {beside}"
     return BOTH, f", {_percent(look.convex)} of the objects are convex, {beside}"
+
+
+def _over_terrain(task: Task, terrain: Terrain) -> tuple[Way, str]:
+    """Voxel columns serve cells as wide as tiles; they sweep for all cells or for none."""
+    if not columns_serve(terrain, task.options):
+        return CULL_MAP, ""
+    size = float(np.median((task.cells.high - task.cells.low)[:, :2].max(axis=1)))
+    tile = min(tile_size(terrain))
+    if size < (1.0 - _EDGE) * tile:
+        return CULL_MAP, f", and cells are {size:.4g} wide, its tiles {tile:.4g}"
+    if len(task.cells) < _FEW * len(terrain.scene):
+        return CULL_MAP, f", and its {len(terrain.scene):,} tiles are many for so few cells"
+    return TERRAIN, f", and its cells are as wide as its tiles, {tile:.4g}"
 
 
 def _rooms(

@@ -14,6 +14,7 @@ from simplifier.io.scene_layers import load_layers
 from simplifier.io.suffixes import ELEVATION_SUFFIXES
 from simplifier.options.simplify import Transparent
 from simplifier.options.visibility import ElevationOptions, Placing, PvsOptions
+from simplifier.visibility.columns.tile_cells import tiles_as_cells
 from simplifier.visibility.placing.cells import load_cells, place_cells
 from simplifier.visibility.placing.terrain_cells import place_columns, place_on_terrain
 from simplifier.visibility.solid.terrain import Terrain
@@ -58,7 +59,7 @@ class SceneInput:
     def _placed(self, upright: UprightScene, placing: Placing, options: PvsOptions) -> ViewCells:
         if self.terrain is None:
             return place_cells(upright, placing, options)
-        if options.method == "voxel-column":
+        if options.method == "voxel-column" or tiles_as_cells(self.terrain, options):
             return place_columns(self.terrain, upright, placing, options)
         return place_on_terrain(self.terrain, upright, placing, options)
 

@@ -38,6 +38,20 @@ def test_a_ridge_hides_more_from_lower_altitudes(command, tmp_path):
     assert "voxel-column, conservative" in command("pvs-show", file)[1]
 
 
+def test_cells_no_smaller_than_tiles_are_columns_by_auto(command, tmp_path):
+    dem, file = ridge(tmp_path), tmp_path / "ridge.pvs"
+    arguments = (*SPACING, "--tile", "8", "--cell-size", "90")
+    status, told, _ = command("pvs", dem, "-o", file, *arguments)
+    words = " ".join(told.split())
+    assert status == 0
+    assert "voxel-column, since it is a terrain, and its cells are as wide as its tiles" in words
+    assert simplifier.load_pvs(file).altitudes is not None
+    assert "32 of 32, 32 kept from before" in " ".join(
+        command("pvs", dem, "-o", file, *arguments)[1].split()
+    )
+    assert command("pvs-check", dem, file, *SPACING, "--tile", "8", "--cells", "6")[0] == 0
+
+
 def test_the_horizons_of_a_column_are_drawn(command, tmp_path):
     dem, folder = ridge(tmp_path), tmp_path / "pictures"
     assert command("pvs", dem, "-o", tmp_path / "ridge.pvs", *COLUMNS, "--pictures", folder)[0] == 0

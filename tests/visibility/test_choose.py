@@ -17,9 +17,10 @@ from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.visibility import PvsOptions
 from simplifier.visibility import choose, find
 from simplifier.visibility.checking.check import CheckOptions, check_pvs
-from simplifier.visibility.choose import BOTH, CULL_MAP, SLICES, STRONG, places_in
+from simplifier.visibility.choose import BOTH, CULL_MAP, SLICES, STRONG, TERRAIN, places_in
 from simplifier.visibility.find import find_pvs, settings_digest
 from simplifier.visibility.placing.terrain_cells import place_on_terrain
+from simplifier.visibility.scene_input import SceneInput
 from simplifier.visibility.solid.terrain import Terrain
 
 OPTIONS = PvsOptions(up="z", epsilon=2.5)
@@ -98,18 +99,61 @@ def test_wide_cells_and_what_is_not_convex_take_cull_maps_alone(town):
     assert "only 0 % of the objects are convex" in one.reason
 
 
-def test_a_terrain_and_what_only_cull_maps_have_take_them(town):
+def test_what_only_cull_maps_have_takes_them(town):
     upright, cells = town
     filled = find_pvs(upright, cells.some(np.arange(1)), replace(OPTIONS, fill="viewers"))
     assert filled.way == CULL_MAP
-    posts = Elevation(np.zeros((5, 5)), (10.0, 10.0), (0.0, 0.0))
-    terrain = Terrain.of(posts, 2)
-    ground = UprightScene.of(terrain.scene, "z")
-    options = PvsOptions(up="z", cell_size=20.0)
-    places = place_on_terrain(terrain, ground, "grid", options)
-    flat = find_pvs(ground, places, options, terrain=terrain)
-    assert flat.reason == "since a terrain has one height at each place"
-    assert flat.way[0] in ("cull-map", "voxel-column")
+
+
+def ridges():
+    """Hills in 8 x 8 tiles of 40."""
+    x, y = np.meshgrid(np.arange(33), np.arange(33))
+    heights = 30.0 * np.sin(0.4 * x) * np.cos(0.3 * y)
+    terrain = Terrain.of(Elevation(heights, (10.0, 10.0), (0.0, 0.0)), 4)
+    return terrain, UprightScene.of(terrain.scene, "z")
+
+
+def test_cells_as_wide_as_the_tiles_of_a_terrain_take_voxel_columns_and_are_the_tiles():
+    terrain, upright = ridges()
+    options = PvsOptions(up="z", cell_size=50.0)
+    asked = SceneInput(terrain.scene, None, terrain).with_cells("grid", options)
+    assert len(asked.cells) == len(terrain.scene) == 64
+    one = find_pvs(upright, asked.cells, options, terrain=terrain)
+    assert one.way == TERRAIN
+    assert one.reason == "since it is a terrain, and its cells are as wide as its tiles, 40"
+    columns = find_pvs(
+        upright, asked.cells, replace(options, method="voxel-column"), terrain=terrain
+    )
+    maps = find_pvs(upright, asked.cells, replace(options, method="cull-map"), terrain=terrain)
+    assert np.array_equal(sets(one.pvs), sets(columns.pvs))
+    assert sets(one.pvs).sum() < sets(maps.pvs).sum()
+    assert not check_pvs(terrain.scene, one.pvs, CheckOptions(8, 20), terrain=terrain).leaks
+
+
+@pytest.mark.parametrize(
+    ("changed", "some", "reason"),
+    [
+        ({"cell_size": 30.0}, 64, "and cells are 30 wide, its tiles 40"),
+        ({}, 15, "and its 64 tiles are many for so few cells"),
+        ({"time_limit": 60.0}, 64, "one height at each place"),
+        ({"epsilon": 20.0}, 64, "one height at each place"),
+    ],
+)
+def test_cull_maps_are_kept_where_voxel_columns_lose_on_a_terrain(changed, some, reason):
+    terrain, upright = ridges()
+    options = PvsOptions(**{"up": "z", "cell_size": 40.0, **changed})
+    cells = place_on_terrain(terrain, upright, "grid", options)
+    one = find_pvs(upright, cells.some(np.arange(some)), options, terrain=terrain)
+    assert one.way == CULL_MAP
+    assert one.reason.endswith(reason)
+
+
+def test_cells_beyond_a_terrain_take_cull_maps():
+    terrain, upright = ridges()
+    options = PvsOptions(up="z", cell_size=40.0)
+    cells = place_on_terrain(terrain, upright, "grid", options)
+    beyond = ViewCells.boxes(cells.low - np.array([5.0, 0.0, 0.0]), cells.high)
+    assert find_pvs(upright, beyond, options, terrain=terrain).way == CULL_MAP
 
 
 def test_rooms_take_slices_where_these_leave_half_as_much_and_are_told_not_to_be_sure():

@@ -7,7 +7,38 @@ that much shorter pieces of edge are looked from.
 from __future__ import annotations
 
 from simplifier.kernels.compile import kernel
-from simplifier.kernels.cull_map import FIRST_RING, ask, hides, reach, see_here, trace
+from simplifier.kernels.cull_map import FIRST_RING, ask, hides, rays_of, reach, see_here, trace
+
+
+@kernel
+def ask_towards(sample, ring, boxes, tops, waiting, asked):
+    """Ask for the rays towards the objects ``waiting`` (k,) and no others; the highest of these."""
+    px, py, _, ex, ey, _ = sample
+    asked[:] = False
+    highest = 0.0
+    for index in range(len(waiting)):
+        ask(boxes[waiting[index]], ring, px, py, ex, ey, asked)
+        highest = max(highest, float(tops[waiting[index]]))
+    return highest
+
+
+@kernel
+def keep_open(sample, ring, boxes, tops, slopes, waiting):
+    """Move those of the objects ``waiting`` (k,) to the front that reach beyond a ring and that it
+    does not hide.
+
+    Returns how many they are, and how many were tested.
+    """
+    px, py, eye, ex, ey, _ = sample
+    kept = tests = 0
+    for index in range(len(waiting)):
+        box = boxes[waiting[index]]
+        if reach(box, px, py) > ring:
+            tests += 1
+            if not hides(box, tops[waiting[index]], ring, px, py, eye, ex, ey, slopes):
+                waiting[kept] = waiting[index]
+                kept += 1
+    return kept, tests
 
 
 @kernel
@@ -20,23 +51,17 @@ def look_for(sample, solid, free, pixels, boxes, tops, scratch, wanted, seen):
     ``scratch``  as it takes it, with a place for each object.
     ``wanted``   (n,) bool.
     """
-    px, py, eye, ex, ey, _ = sample
     flat_slopes, flat_asked, waiting = scratch
     steps = tests = count = 0
-    see_here(px, py, pixels, seen)
+    see_here(sample[0], sample[1], pixels, seen)
     for index in range(len(wanted)):
         if wanted[index] and not seen[index]:
             waiting[count] = index
             count += 1
     ring = FIRST_RING
     while count > 0:
-        slopes = flat_slopes[: 4 * (2 * ring + 1)].reshape(4, 2 * ring + 1)
-        asked = flat_asked[: 4 * (2 * ring + 1)].reshape(4, 2 * ring + 1)
-        asked[:] = False
-        highest = 0.0
-        for index in range(count):
-            ask(boxes[waiting[index]], ring, px, py, ex, ey, asked)
-            highest = max(highest, float(tops[waiting[index]]))
+        slopes, asked = rays_of(flat_slopes, ring), rays_of(flat_asked, ring)
+        highest = ask_towards(sample, ring, boxes, tops, waiting[:count], asked)
         for side in range(4):
             for index in range(2 * ring + 1):
                 if asked[side, index]:
@@ -44,16 +69,13 @@ def look_for(sample, solid, free, pixels, boxes, tops, scratch, wanted, seen):
                         side, index - ring, ring, sample, highest, solid, free, pixels, seen
                     )
                     steps += took
-        kept = 0
+        unseen = 0
         for index in range(count):
-            box = boxes[waiting[index]]
-            if seen[waiting[index]] or reach(box, px, py) <= ring:
-                continue
-            tests += 1
-            if not hides(box, tops[waiting[index]], ring, px, py, eye, ex, ey, slopes):
-                waiting[kept] = waiting[index]
-                kept += 1
-        count = kept
+            if not seen[waiting[index]]:
+                waiting[unseen] = waiting[index]
+                unseen += 1
+        count, took = keep_open(sample, ring, boxes, tops, slopes, waiting[:unseen])
+        tests += took
         ring *= 2
     return steps, tests
 

@@ -20,7 +20,8 @@ from simplifier.kernels.compile import inline_kernel, kernel
 FIRST_RING = 256
 """Half a side of the first ring, pixels; each next one is twice as large."""
 
-BLOCK = 4
+SHIFT = 2  # of a place, to its square
+BLOCK = 1 << SHIFT
 """Pixels along a side of the smallest square that is crossed in one step, and that is one piece of
 memory.
 """
@@ -28,7 +29,7 @@ memory.
 TILE = 16
 """Pixels along a side of the smallest tile that is looked at as a whole."""
 
-SHIFT, MASK = 2, BLOCK - 1  # of a place, to its square and within it
+MASK = BLOCK - 1  # of a place, within its square
 ROUNDING = 1e-6  # of a code, and of a share: what rounding may cost is seen
 
 
@@ -39,6 +40,34 @@ def is_free(free, x, y):
         if free[box, 0] <= x <= free[box, 1] and free[box, 2] <= y <= free[box, 3]:
             return True
     return False
+
+
+@inline_kernel
+def steps_in_shadow(
+    x, y, side, step, ring, offset, slant, across, eye, shadow, steepest, blocks
+):  # fmt: skip
+    """How many steps further a ray only crosses squares that are empty, or in shadow all over.
+
+    These are the steps left along the major axis in the square of a pixel, or 0 where that does not
+    hold; the other axis may lead into a second square.
+    """
+    major = x if side < 2 else y
+    left = min(MASK - (major & MASK) if side % 2 == 0 else major & MASK, ring - step)
+    if left == 0:
+        return 0
+    last = np.int64(np.floor(offset + slant * (step + left)))
+    if last < 0 or last >= across:
+        return 0
+    low = shadow if steepest >= 0.0 else shadow + left * steepest
+    u, v = (x, last) if side < 2 else (last, y)
+    top = max(blocks[x >> SHIFT, y >> SHIFT], blocks[u >> SHIFT, v >> SHIFT])
+    return left if top == 0 or top - eye <= low - ROUNDING else 0
+
+
+@inline_kernel
+def rays_of(flat, ring):
+    """Of what there is for the rays of the largest ring, (4, 2 ring + 1) for those of one."""
+    return flat[: 4 * (2 * ring + 1)].reshape(4, 2 * ring + 1)
 
 
 @kernel
@@ -71,19 +100,13 @@ def trace(side, index, ring, sample, highest, solid, free, pixels, seen):
         if steepest >= 0.0 and shadow > highest:
             return steepest, took
         x, y = (major, minor) if x_major else (minor, major)
-        # Steps left in the square along the major axis; the other may lead into a second one.
-        left = MASK - (major & MASK) if sign > 0 else major & MASK
-        left = min(left, ring - step)
+        left = steps_in_shadow(
+            x, y, side, step, ring, offset, slant, across, eye, shadow, steepest, blocks
+        )  # fmt: skip
         if left > 0:
-            last = np.int64(np.floor(offset + slant * (step + left)))
-            if 0 <= last < across:
-                low = shadow if steepest >= 0.0 else shadow + left * steepest
-                u, v = (major, last) if x_major else (last, major)
-                top = max(blocks[x >> SHIFT, y >> SHIFT], blocks[u >> SHIFT, v >> SHIFT])
-                if top == 0 or top - eye <= low - ROUNDING:
-                    step += left
-                    shadow += left * steepest
-                    continue
+            step += left
+            shadow += left * steepest
+            continue
         top = tops[x >> SHIFT, y >> SHIFT, x & MASK, y & MASK]
         if top == 0 or top - eye <= shadow - ROUNDING:
             continue
@@ -211,8 +234,7 @@ def see_from(sample, solid, free, pixels, levels, sizes, scratch, seen):
     ring = FIRST_RING
     count = -1  # of the tiles that are open; not known at first
     while True:
-        slopes = flat_slopes[: 4 * (2 * ring + 1)].reshape(4, 2 * ring + 1)
-        asked = flat_asked[: 4 * (2 * ring + 1)].reshape(4, 2 * ring + 1)
+        slopes, asked = rays_of(flat_slopes, ring), rays_of(flat_asked, ring)
         if count >= 0:
             asked[:] = False
             for index in range(count):

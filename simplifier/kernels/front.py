@@ -87,11 +87,9 @@ def draw_depth_limits(vertices, faces, projections, threshold, begin, end, limit
     nearest = np.empty((image, image))
     shown = np.empty((image, (image + 63) >> 6), np.uint64)
     for view in range(begin, end):
-        nearest[:] = np.inf
-        shown[:] = 0
-        project(vertices, projections[view, :2], image, image, points, cells)
-        away = projections[view, 2]
-        _draw_limits(vertices, faces, points, cells, away, -threshold, nearest, shown)
+        _draw_nearest(
+            vertices, faces, projections[view], -threshold, points, cells, nearest, shown
+        )  # fmt: skip
         for row in range(image):
             for column in range(image):
                 depth = nearest[row, column]
@@ -123,10 +121,7 @@ def count_before(limits, vertices, faces, projections, begin, end, pixels):
     nearest = np.empty((image, image))
     shown = np.empty((image, (image + 63) >> 6), np.uint64)
     for view in range(begin, end):
-        nearest[:] = np.inf
-        project(vertices, projections[view, :2], image, image, points, cells)
-        away = projections[view, 2]
-        _draw_limits(vertices, faces, points, cells, away, 0.0, nearest, shown)
+        _draw_nearest(vertices, faces, projections[view], 0.0, points, cells, nearest, shown)
         there, before = 0, 0
         for row in range(image):
             for column in range(image):
@@ -155,13 +150,13 @@ def count_front(
         np.empty((image, words), np.uint64),
     )
     for view in range(begin, end):
-        limits[:] = np.inf
         hidden[:] = 0
         waiting[:] = ~np.uint64(0)
         seen[:] = 0
         flat, away = projections[view, :2], projections[view, 2]
-        project(other_vertices, flat, image, image, points, cells[: other_vertices.shape[1]])
-        _draw_limits(other_vertices, other_faces, points, cells, away, threshold, limits, hidden)
+        _draw_nearest(
+            other_vertices, other_faces, projections[view], threshold, points, cells, limits, hidden
+        )
         project(vertices, flat, image, image, points, cells[: vertices.shape[1]])
         _draw_mesh(vertices, faces, points, cells, away, limits, hidden, waiting, seen)
         pixels[view, 0], pixels[view, 1] = 0, 0
@@ -222,6 +217,19 @@ def _columns(x0, x1, columns):
 def _slope(x0, z0, x1, z1):
     """Depth by column.  Between ends that rounding cannot tell apart either depth is right."""
     return (z1 - z0) / (x1 - x0) if x1 - x0 > _NARROWEST else 0.0
+
+
+@inline_kernel
+def _draw_nearest(vertices, faces, projection, threshold, points, cells, nearest, shown):
+    """Fill ``nearest`` with the least depths in a view plus the threshold, infinite where no
+    triangle is; and set in ``shown``, which is not cleared, where one is.
+
+    ``points``, ``cells``  scratch for as many vertices as there are, or more.
+    """
+    image = len(nearest)
+    nearest[:] = np.inf
+    project(vertices, projection[:2], image, image, points, cells[: vertices.shape[1]])
+    _draw_limits(vertices, faces, points, cells, projection[2], threshold, nearest, shown)
 
 
 @kernel

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from simplifier.kernels.close_look import ask_towards, keep_open
 from simplifier.kernels.compile import inline_kernel, kernel
-from simplifier.kernels.cull_map import FIRST_RING, MASK, SHIFT, ask, hides, is_free, reach
+from simplifier.kernels.cull_map import FIRST_RING, MASK, SHIFT, is_free, rays_of, steps_in_shadow
 from simplifier.kernels.cull_map import ROUNDING as _CODE
 
 _ROUNDING = 1e-9  # of a height, and of a slice: what rounding may cost is seen
@@ -66,18 +67,13 @@ def _lower_along(side, index, ring, sample, highest, solid, free, pixels, frames
         if steepest >= 0.0 and shadow > highest:
             return steepest, took
         x, y = (major, minor) if x_major else (minor, major)
-        left = MASK - (major & MASK) if sign > 0 else major & MASK
-        left = min(left, ring - step)
+        left = steps_in_shadow(
+            x, y, side, step, ring, offset, slant, across, eye, shadow, steepest, blocks
+        )  # fmt: skip
         if left > 0:
-            last = np.int64(np.floor(offset + slant * (step + left)))
-            if 0 <= last < across:
-                low = shadow if steepest >= 0.0 else shadow + left * steepest
-                u, v = (major, last) if x_major else (last, major)
-                top = max(blocks[x >> SHIFT, y >> SHIFT], blocks[u >> SHIFT, v >> SHIFT])
-                if top == 0 or top - eye <= low - _CODE:
-                    step += left
-                    shadow += left * steepest
-                    continue
+            step += left
+            shadow += left * steepest
+            continue
         top = tops[x >> SHIFT, y >> SHIFT, x & MASK, y & MASK]
         if top == 0 or top - eye <= shadow - _CODE:
             continue
@@ -101,7 +97,7 @@ def _lower_from(
 
     Returns steps of rays, and tests of objects against a ring.
     """
-    px, py, _, ex, ey, _ = sample
+    px, py = sample[0], sample[1]
     flat_slopes, flat_asked, waiting, _ = scratch
     (nx, ny), starts, objects = pixels[0], pixels[1], pixels[2]
     steps = tests = count = 0
@@ -117,13 +113,8 @@ def _lower_from(
             count += 1
     ring = FIRST_RING
     while count > 0:
-        slopes = flat_slopes[: 4 * (2 * ring + 1)].reshape(4, 2 * ring + 1)
-        asked = flat_asked[: 4 * (2 * ring + 1)].reshape(4, 2 * ring + 1)
-        asked[:] = False
-        highest = 0.0
-        for index in range(count):
-            ask(boxes[waiting[index]], ring, px, py, ex, ey, asked)
-            highest = max(highest, float(tops[waiting[index]]))
+        slopes, asked = rays_of(flat_slopes, ring), rays_of(flat_asked, ring)
+        highest = ask_towards(sample, ring, boxes, tops, waiting[:count], asked)
         for side in range(4):
             for index in range(2 * ring + 1):
                 if asked[side, index]:
@@ -133,16 +124,8 @@ def _lower_from(
                     )  # fmt: skip
                     slopes[side, index] = slope
                     steps += took
-        kept = 0
-        for index in range(count):
-            box = boxes[waiting[index]]
-            if reach(box, px, py) <= ring:
-                continue
-            tests += 1
-            if not hides(box, tops[waiting[index]], ring, px, py, sample[2], ex, ey, slopes):
-                waiting[kept] = waiting[index]
-                kept += 1
-        count = kept
+        count, took = keep_open(sample, ring, boxes, tops, slopes, waiting[:count])
+        tests += took
         ring *= 2
     return steps, tests
 

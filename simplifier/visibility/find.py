@@ -43,7 +43,7 @@ from simplifier.visibility.solid.terrain import Terrain
 from simplifier.visibility.strong.by_strong_occluders import by_strong_occluders
 
 _FORMAT = 4  # raised when the same input is to give other sets
-_SHAFTS = 2  # the same, of slices alone
+_SHAFTS = 3  # the same, of slices alone
 
 METHODS: dict[str, Method] = {
     "cull-map": by_cull_maps,

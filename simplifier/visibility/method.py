@@ -147,7 +147,8 @@ def without_buried(task: Task, buried: BoolArray, within: Callable[[int], str]) 
         cell = int(np.flatnonzero(buried)[0])
         raise OptionError(
             f"cell {cell} lies wholly within {within(cell)}", where="cells",
-            remedy="leave it out, or add --skip-buried",
+            remedy="leave it out, add --skip-buried, or, if viewers are in there, choose"
+            " --method slice-wise",
         )  # fmt: skip
     if buried.all():
         raise OptionError("all of them lie within objects", where="cells", remedy="move them")

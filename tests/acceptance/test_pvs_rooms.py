@@ -8,7 +8,7 @@ import pytest
 
 import simplifier
 from simplifier.io.scene_writer import write_scene
-from tests.visibility.rooms import scene_of, two_rooms
+from tests.visibility.rooms import bent_hall, scene_of, two_rooms
 
 
 @pytest.fixture(scope="module")
@@ -44,6 +44,27 @@ def test_two_rooms_with_a_door(command, rooms, tmp_path):
         "pvs-check", rooms, file, "--cells", "8", "--views", "4", "--pictures", "4"
     )
     assert status == 0, told
+
+
+@pytest.mark.parametrize("base", [0.0, 1.0])
+def test_a_hall_that_is_one_closed_sheet_is_not_solid(command, tmp_path, base):
+    """On the ground and above it: what is in the hall was missing from all sets."""
+    path, file = tmp_path / "hall.glb", tmp_path / "hall.pvs"
+    write_scene(bent_hall(base), path)
+    status, told, errors = command("pvs", path, "-o", file, *ARGUMENTS, "--cells", "floors")
+    assert status == 0
+    assert "viewers are in 1 of the closed surfaces" in " ".join((told + errors).split())
+    status, told, _ = command(
+        "pvs-check", path, file, "--cells", "12", "--views", "8", "--pictures", "4"
+    )
+    assert status == 0, told
+    assert "inf" not in told  # viewers in the hall were looked from
+    held = simplifier.load_pvs(file)
+    for point, seen in (((9.0, 1.0, base + 1.5), {"hall", "lamp"}),
+                        ((1.5, 8.1, base + 1.5), {"hall", "chest"})):  # fmt: skip
+        names = {name for name, one in zip(held.names, held.visible(point), strict=True) if one}
+        assert seen <= names
+        assert not {"lamp", "chest"} - seen & names
 
 
 def test_what_it_has_not(command, rooms, tmp_path):

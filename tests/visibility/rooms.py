@@ -8,11 +8,14 @@ import numpy as np
 
 from bench.visibility_city import scene_of_boxes
 from simplifier.camera_paths.columns import UprightScene
+from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.visibility import PvsOptions
 from simplifier.visibility.find import find_pvs
 from simplifier.visibility.slices.shafts import Shafts, Targets, see_by_shafts
 from simplifier.visibility.slices.slices import Grid, slices_of
+from tests.solids import box
+from tests.visibility.sheets import scene_of as scene_of_sheets
 
 CELL = 0.25
 
@@ -40,6 +43,22 @@ def two_rooms(door=1.0):
     }
 
 
+def bent_hall(base=0.0):
+    """A hall around a corner that is one closed sheet, what is in it, and a tree outside."""
+    plan = [[0.0, 0.0], [10.0, 0.0], [10.0, 4.0], [4.0, 4.0], [4.0, 10.0], [0.0, 10.0]]
+    points = [[*at, z] for z in (base, base + 3.0) for at in plan]
+    caps = [[0, k, k + 1] for k in range(1, 5)]
+    faces = [face for a, b, c in caps for face in ((a, b, c), (a + 6, c + 6, b + 6))]
+    for k in range(6):
+        after = (k + 1) % 6
+        faces += [[k, after, after + 6], [k, after + 6, k + 6]]
+    hall = TriangleMesh.from_soup(np.array(points), np.array(faces))
+    lamp = box((0.4, 0.4, 0.4), (8.0, 1.5, base + 2.0))
+    chest = box((0.6, 0.8, 0.5), (1.0, 8.5, base))
+    tree = box((1.0, 1.0, 4.0), (14.0, 1.0, 0.0))
+    return scene_of_sheets({"hall": hall, "lamp": lamp, "chest": chest, "tree": tree})
+
+
 def slits(seed):
     """A wall with narrow slits, low and high, and thin posts some way behind them."""
     random = np.random.default_rng(seed)
@@ -63,7 +82,11 @@ def cell(low, high):
     return ViewCells.boxes(np.array([low], dtype=np.float64), np.array([high], dtype=np.float64))
 
 
-def shafts_of(scene, size=CELL, viewers=0.0):
+OUTSIDE = cell((-10.0, -10.0, 0.0), (-9.0, -9.0, 1.7))
+"""Viewers on the ground that are in nothing."""
+
+
+def shafts_of(scene, size=CELL, viewers=OUTSIDE):
     """Everything but the cells; upright space begins at the scene's low corner."""
     upright = UprightScene.of(scene, "z")
     grid = Grid.around(upright, size)

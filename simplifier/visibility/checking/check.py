@@ -26,7 +26,12 @@ from simplifier.visibility.checking.exact_view import AZIMUTHS, prisms_of, seen_
 from simplifier.visibility.checking.hidden_parts import HiddenParts
 from simplifier.visibility.checking.panorama import Panorama
 from simplifier.visibility.checking.terrain_view import terrain_seen_from
-from simplifier.visibility.solid.closed_pieces import closed_pieces, is_within
+from simplifier.visibility.solid.closed_pieces import (
+    closed_pieces,
+    floor_of,
+    is_within,
+    without_halls,
+)
 from simplifier.visibility.solid.terrain import Terrain
 
 _ON_TOP = 0.75  # share of the viewpoints that lie on upper edges
@@ -338,16 +343,15 @@ class _Judge:
 
 def _closed_solid(scene: Scene, pvs: Pvs) -> tuple[FloatArray, IntArray, NDArray[np.int64]] | None:
     """Corners, triangles and their closed pieces in the space of the cells, where viewers in them
-    do not count.
+    do not count; halls, in which viewers are, are none.
     """
     if pvs.method != "slice-wise" or len(scene) == 0:
         return None
     mesh = scene.joined(range(len(scene)))
     points = np.ascontiguousarray(mesh.vertices[:, axis_order(pvs.up)] - pvs.origin)
-    floor = (
-        1e-6 * float(np.ptp(points, axis=0).max()) if pvs.cells.low[:, 2].min() >= 0.0 else -np.inf
-    )
-    return points, mesh.faces, closed_pieces(points, mesh.faces, floor)
+    size = float(np.ptp(points, axis=0).max())
+    closed = closed_pieces(points, mesh.faces, floor_of(pvs.cells, size))
+    return points, mesh.faces, without_halls(points, mesh.faces, closed, pvs.cells)
 
 
 def _first(

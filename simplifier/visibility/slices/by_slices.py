@@ -32,12 +32,17 @@ def by_slices(task: Task) -> Iterator[Sight]:
     if refused is not None:
         raise refused
     hiding = upright if opaque is None else upright.with_scene(opaque)
-    slices = slices_of(hiding, grid, float(cells.low[:, 2].min()))
+    slices = slices_of(hiding, grid, cells)
     shafts = Shafts.of(slices, Targets.of(upright, grid, task.tell_objects))
     told = [
         "what shows through gaps between closed objects that are smaller than"
         f" {0.5 * grid.cell:.3g} both ways may be missing, and the file is not called conservative"
     ]
+    if slices.halls:
+        told.append(
+            f"viewers are in {slices.halls:,} of the closed surfaces: of these only what is flat"
+            " across an axis hides anything"
+        )
     if slices.lost > _LOST:
         told.append(
             f"{100.0 * slices.lost:.0f} % of the surface is neither that of closed objects nor flat"
@@ -58,7 +63,7 @@ def open_surface(task: Task) -> float:
     """The share of the surface that hides nothing by slices, 0 to 1."""
     hiding = task.upright if task.opaque is None else task.upright.with_scene(task.opaque)
     grid = Grid.around(task.upright, _FINE * task.options.reach)
-    return open_share(hiding, grid, float(task.cells.low[:, 2].min()))
+    return open_share(hiding, grid, task.cells)
 
 
 def too_many_voxels(task: Task) -> OptionError | None:

@@ -21,14 +21,14 @@ from numpy.typing import NDArray
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.solid import BoolArray
+from simplifier.geometry.view_cells import ViewCells
 from simplifier.kernels.slices import cover_slices
 from simplifier.kernels.threads import run_chunks
-from simplifier.visibility.solid.closed_pieces import closed_pieces
+from simplifier.visibility.solid.closed_pieces import closed_pieces, floor_of, without_halls
 
 AXES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 """For each axis u of slices, those along their pixels, v and w."""
 
-_FLAT = 1e-6  # of the scene's size: borders no higher are on its lowest plane
 _SAME = 1e-5  # voxels: faces that differ by no more are in one plane
 _SHIFT = 0.3819660113  # voxels that the grid begins before the scene
 _MOVED = 0.45  # voxels that an edge of pixels is moved at most
@@ -66,6 +66,7 @@ class Slices:
                  ends there fills its pixels.
     ``lost``     share of the scene's surface that is in no slice: neither of closed pieces, nor
                  flat across an axis.
+    ``halls``    closed pieces that are not solid, since viewers are in them.
     """
 
     grid: Grid
@@ -73,16 +74,18 @@ class Slices:
     covered: tuple[BoolArray, BoolArray, BoolArray]
     edges: tuple[FloatArray, FloatArray, FloatArray]
     lost: float
+    halls: int
 
 
-def slices_of(opaque: UprightScene, grid: Grid, lowest: float) -> Slices:
+def slices_of(opaque: UprightScene, grid: Grid, viewers: ViewCells) -> Slices:
     """The slices of what hides anything.
 
-    ``lowest``  of all viewers.  If that is not below 0, what stands open on the lowest plane of the
-                scene is closed by it.
+    ``viewers``  where they are.  If that is nowhere below 0, what stands open on the lowest plane
+                 of the scene is closed by it.  A closed piece that they are in is not solid, and
+                 counts as open (``without_halls`` of ``closed_pieces.py``).
     """
     points, faces = _soup(opaque)
-    found = _pieces(points, faces, grid, lowest)
+    found, halls = _pieces(points, faces, grid, viewers)
     lost = _lost(points, faces, found, grid)
     numbers = np.unique(found, return_inverse=True)[1].reshape(-1) - int((found < 0).any())
     pieces = np.where(found < 0, -1, numbers).astype(np.int32)
@@ -98,21 +101,28 @@ def slices_of(opaque: UprightScene, grid: Grid, lowest: float) -> Slices:
         covered.append(mask)
     return Slices(
         grid, (ats[0], ats[1], ats[2]), (covered[0], covered[1], covered[2]),
-        (edges[0], edges[1], edges[2]), lost,
+        (edges[0], edges[1], edges[2]), lost, halls,
     )  # fmt: skip
 
 
-def open_share(opaque: UprightScene, grid: Grid, lowest: float) -> float:
+def open_share(opaque: UprightScene, grid: Grid, viewers: ViewCells) -> float:
     """``lost`` of the :class:`Slices` that :func:`slices_of` would give; 1 of nothing."""
     points, faces = _soup(opaque)
     if len(faces) == 0:
         return 1.0
-    return _lost(points, faces, _pieces(points, faces, grid, lowest), grid)
+    return _lost(points, faces, _pieces(points, faces, grid, viewers)[0], grid)
 
 
-def _pieces(points: FloatArray, faces: IntArray, grid: Grid, lowest: float) -> NDArray[np.int64]:
-    floor = _FLAT * float(grid.shape.max()) * grid.cell if lowest >= 0.0 else -np.inf
-    return closed_pieces(points, faces, floor) if len(faces) else np.empty(0, np.int64)
+def _pieces(
+    points: FloatArray, faces: IntArray, grid: Grid, viewers: ViewCells
+) -> tuple[NDArray[np.int64], int]:
+    """The closed piece of each triangle, -1 for none, and how many are not solid, as halls."""
+    if len(faces) == 0:
+        return np.empty(0, np.int64), 0
+    size = float(grid.shape.max()) * grid.cell
+    closed = closed_pieces(points, faces, floor_of(viewers, size))
+    found = without_halls(points, faces, closed, viewers)
+    return found, len(np.unique(closed[found != closed]))
 
 
 def _lost(points: FloatArray, faces: IntArray, found: NDArray[np.int64], grid: Grid) -> float:

@@ -14,10 +14,14 @@ from scipy import sparse
 
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.view_cells import ViewCells
+from simplifier.kernels.closed_pieces import mark_within
 from simplifier.kernels.viewer_fill import sign_voxels
 from simplifier.visibility.solid.spaces import Voxels
 
 _FLAT = 1e-6  # of the scene's size: borders no higher are on its lowest plane
+_HALL = 0.5  # of a view cell: what holds as much is where viewers are
+_SAMPLES = 4  # along each axis of a cell
 
 
 def signatures(
@@ -49,6 +53,11 @@ def signatures(
     return found, bool((piece >= 0).all())
 
 
+def floor_of(viewers: ViewCells, size: float) -> float:
+    """Up to which height the ground closes borders, in a scene of a ``size``; none from below."""
+    return _FLAT * size if float(viewers.low[:, 2].min()) >= 0.0 else -np.inf
+
+
 def closed_pieces(points: FloatArray, faces: IntArray, floor: float) -> NDArray[np.int64]:
     """(m,) the piece of each triangle, -1 for one that is not closed above the height ``floor``.
 
@@ -77,30 +86,54 @@ def is_within(
     places: FloatArray, points: FloatArray, faces: IntArray, pieces: NDArray[np.int64]
 ) -> NDArray[np.bool_]:
     """(k,) whether places (k, 3) lie in any closed piece, by a line straight up from each."""
-    solid = faces[pieces >= 0]
-    owners = pieces[pieces >= 0]
-    a, b, c = (points[solid[:, corner]] for corner in range(3))
-    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    found = np.zeros(len(places), dtype=np.bool_)
-    for index, place in enumerate(places):
-        near = (low[:, :2] <= place[:2]).all(axis=1) & (high[:, :2] >= place[:2]).all(axis=1)
-        near &= high[:, 2] > place[2]
-        crossed = owners[near][_is_below(place, a[near], b[near], c[near])]
-        found[index] = bool((np.bincount(crossed, minlength=1) % 2 == 1).any())
+    closed = np.flatnonzero(pieces >= 0)
+    closed = closed[np.argsort(pieces[closed], kind="stable")]
+    order = np.argsort(places[:, 0], kind="stable")
+    odd, within = np.zeros((2, len(places)), dtype=np.bool_)
+    mark_within(
+        np.ascontiguousarray(points, dtype=np.float64),
+        np.ascontiguousarray(faces[closed], dtype=np.int32),
+        pieces[closed], np.ascontiguousarray(places[order], dtype=np.float64), odd, within,
+    )  # fmt: skip
+    found = np.empty(len(places), dtype=np.bool_)
+    found[order] = within
     return found
 
 
-def _is_below(place: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> NDArray[np.bool_]:
-    """(m,) whether a place is straight below triangles."""
-    times = np.zeros(len(a), dtype=np.int64)
-    for p, q in ((a, b), (b, c), (c, a)):
-        # The same numbers from both sides of an edge: a place beside it is in one triangle of two.
-        turned = (p[:, 0] > q[:, 0]) | ((p[:, 0] == q[:, 0]) & (p[:, 1] > q[:, 1]))
-        first, last = np.where(turned[:, None], q, p), np.where(turned[:, None], p, q)
-        spans = (first[:, 0] <= place[0]) & (last[:, 0] > place[0])
-        side = (last[:, 0] - first[:, 0]) * (place[1] - first[:, 1])
-        side = side - (last[:, 1] - first[:, 1]) * (place[0] - first[:, 0])
-        times += spans & (side < 0.0)
-    normal = np.cross(b - a, c - a)
-    height = np.einsum("ij,ij->i", a - place, normal)
-    return np.asarray((times % 2 == 1) & (height * normal[:, 2] > 0.0))
+def without_halls(
+    points: FloatArray, faces: IntArray, pieces: NDArray[np.int64], cells: ViewCells
+) -> NDArray[np.int64]:
+    """The pieces of triangles, -1 for those of *halls* as well: of what viewers are in.
+
+    A hall holds at least half of some cell.  From within, one crosses nothing on the way to what is
+    in it, so it proves nothing to be hidden.  A wall that a cell reaches into holds less of it.  A
+    prism counts as the box around it.
+    """
+    closed = np.flatnonzero(pieces >= 0)
+    if len(closed) == 0 or len(cells) == 0:
+        return pieces
+    numbers, which = np.unique(pieces[closed], return_inverse=True)
+    corners = points[faces[closed]]
+    low, high = np.full((len(numbers), 3), np.inf), np.full((len(numbers), 3), -np.inf)
+    np.minimum.at(low, which.reshape(-1), corners.min(axis=1))
+    np.maximum.at(high, which.reshape(-1), corners.max(axis=1))
+    sizes = cells.high - cells.low
+    wide = (high - low >= _HALL * sizes.min(axis=0)).all(axis=1)
+    found = pieces.copy()
+    for place in np.flatnonzero(wide).tolist():
+        shared = np.minimum(cells.high, high[place]) - np.maximum(cells.low, low[place])
+        near = np.flatnonzero((np.maximum(shared, 0.0) / sizes).prod(axis=1) >= _HALL)
+        own = pieces == numbers[place]
+        if len(near) and _share_within(cells.some(near), points, faces[own]).max() >= _HALL:
+            found[own] = -1
+    return found
+
+
+def _share_within(cells: ViewCells, points: FloatArray, faces: IntArray) -> FloatArray:
+    """(c,) how much of each cell a closed piece holds, by points all over it."""
+    steps = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
+    lattice = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    places = cells.low[:, None] + lattice * (cells.high - cells.low)[:, None]
+    one = np.zeros(len(faces), dtype=np.int64)
+    inside = is_within(places.reshape(-1, 3), points, faces, one)
+    return np.asarray(inside.reshape(len(cells), -1).mean(axis=1))

@@ -11,14 +11,15 @@ from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.scene import Scene
 from simplifier.visibility.slices.slices import AXES, Grid, slices_of
-from tests.visibility.rooms import scene_of
+from tests.visibility.rooms import cell, scene_of
 
 STEPS = st.integers(0, 12)
 
 
 def sliced(scene, size=0.25, lowest=0.0):
     upright = UprightScene.of(scene, "z")
-    return upright, slices_of(upright, Grid.around(upright, size), lowest)
+    viewers = cell((-10.0, -10.0, lowest), (-9.0, -9.0, lowest + 1.7))
+    return upright, slices_of(upright, Grid.around(upright, size), viewers)
 
 
 def hides(slices, axis, at, low, high):

@@ -7,7 +7,13 @@ import pytest
 
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.visibility.solid.closed_pieces import closed_pieces, is_within, signatures
+from simplifier.geometry.view_cells import ViewCells
+from simplifier.visibility.solid.closed_pieces import (
+    closed_pieces,
+    is_within,
+    signatures,
+    without_halls,
+)
 from simplifier.visibility.solid.spaces import voxels_of
 from tests.solids import box, joined, torus
 from tests.visibility.sheets import house, scene_of
@@ -87,3 +93,29 @@ def test_places_within_a_torus_are_those_of_its_formula():
         t = np.linalg.det(np.stack([a - b, a - c, a - place], axis=2))
         u, v, t = u / whole, v / whole, t / whole
         assert (np.count_nonzero((u > 0) & (v > 0) & (u + v < 1) & (t > 0)) % 2 == 1) == inside
+
+
+@pytest.mark.parametrize(("share", "halls"), [(1.0, 1), (0.55, 1), (0.45, 0), (0.0, 0)])
+def test_what_holds_half_of_a_cell_is_a_hall(share, halls):
+    """One of two boxes, which a cell reaches into from the west; the other cells are outside."""
+    mesh = joined(box((4.0, 4.0, 4.0)), box((4.0, 4.0, 4.0), (9.0, 0.0, 0.0)))
+    points, faces = np.array(mesh.vertices), np.array(mesh.faces)
+    closed = closed_pieces(points, faces, -1.0)
+    low = np.array([[share - 1.0, 1.0, 1.0], [5.0, 1.0, 1.0], [20.0, 1.0, 1.0]])
+    found = without_halls(points, faces, closed, ViewCells.boxes(low, low + 1.0))
+    assert (found[12:] == closed[12:]).all()
+    assert (found[:12] == (-1 if halls else closed[0])).all()
+
+
+def test_a_shell_of_two_sheets_has_two_halls_where_viewers_are_in_both():
+    """The sky around all of it is the third."""
+    mesh = joined(box((4.0, 4.0, 4.0)), box((4.4, 4.4, 4.4), (-0.2, -0.2, -0.2)),
+                  box((90.0, 90.0, 90.0), (-45.0, -45.0, -45.0)))  # fmt: skip
+    points, faces = np.array(mesh.vertices), np.array(mesh.faces)
+    closed = closed_pieces(points, faces, -np.inf)
+    inside, outside = (
+        ViewCells.boxes(np.array([low]), np.array([low]) + 1.0)
+        for low in ([1.0, 1.0, 1.0], [9.0, 1.0, 1.0])
+    )
+    assert (without_halls(points, faces, closed, inside) == -1).all()
+    assert len(np.unique(without_halls(points, faces, closed, outside))) == 3

@@ -151,5 +151,8 @@ def without_buried(task: Task, buried: BoolArray, within: Callable[[int], str]) 
             " --method slice-wise",
         )  # fmt: skip
     if buried.all():
-        raise OptionError("all of them lie within objects", where="cells", remedy="move them")
+        raise OptionError(
+            "all of them lie within objects", where="cells",
+            remedy="move them, or, if viewers are in there, choose --method slice-wise",
+        )  # fmt: skip
     return cells.some(~buried)

@@ -99,8 +99,7 @@ class Client:
             uploads = {"mesh": upload, "overrides": _overrides(overrides)}
             fields = _in_form(options, asset, webhook)
             return _job_in(self._wire.post_parts("/v1/occluders", uploads, fields, tell))
-        query = {**_in_address(options), "asset": asset, "webhook": webhook}
-        return _job_in(self._wire.post_body("/v1/occluders", upload, query, tell))
+        return self._body_job("/v1/occluders", upload, options, asset, webhook, tell)
 
     def submit_scene(
         self,
@@ -113,9 +112,8 @@ class Client:
         tell: ReportShare = _report_to_nobody,
     ) -> RemoteJob:
         """Have a tree of occluders made of a scene: a GLB, or a zip of a folder of meshes."""
-        query = {**_in_address(options), "asset": asset, "webhook": webhook}
         upload = Upload.of(scene, name)
-        return _job_in(self._wire.post_body("/v1/scenes", upload, query, tell))
+        return self._body_job("/v1/scenes", upload, options, asset, webhook, tell)
 
     def submit_visibility(
         self,
@@ -128,9 +126,8 @@ class Client:
         tell: ReportShare = _report_to_nobody,
     ) -> RemoteJob:
         """Have it found what is visible from view cells: of a scene, or of an elevation model."""
-        query = {**_in_address(options), "asset": asset, "webhook": webhook}
         upload = Upload.of(scene, name)
-        return _job_in(self._wire.post_body("/v1/visibility", upload, query, tell))
+        return self._body_job("/v1/visibility", upload, options, asset, webhook, tell)
 
     def evaluate(
         self,
@@ -271,6 +268,19 @@ class Client:
     def remove_asset(self, asset_id: str) -> None:
         """Remove an asset with its jobs; refused while one has not ended."""
         self._wire.delete(f"/v1/assets/{asset_id}")
+
+    def _body_job(
+        self,
+        path: str,
+        upload: Upload,
+        options: Options | None,
+        asset: str | None,
+        webhook: str | None,
+        tell: ReportShare,
+    ) -> RemoteJob:
+        """The job of an upload that is all of a request's body."""
+        query = {**_in_address(options), "asset": asset, "webhook": webhook}
+        return _job_in(self._wire.post_body(path, upload, query, tell))
 
     def _changes(self, job_id: str) -> Iterator[RemoteJob]:
         """The job at each event, as far as they come."""

@@ -45,7 +45,7 @@ def pvs(
     pictures: Annotated[
         Path | None,
         typer.Option(
-            help="Draw plans of sets, a cull map or horizons, and all cells into this folder."
+            help="Draw plans of sets, a cull map, slices, horizons and all cells into this folder."
         ),
     ] = None,
     debug: Debug = False,
@@ -108,9 +108,13 @@ def _drawn(upright: UprightScene, found: Found, name: str) -> dict[str, bytes]:
     """The pictures of sets, by the names of their files."""
     from simplifier.visibility.pictures.horizons_picture import horizons_picture
     from simplifier.visibility.pictures.pictures import cells_picture, set_pictures
+    from simplifier.visibility.pictures.slices_picture import slices_picture
 
     if found.pvs.altitudes is None or found.maps is not None:
-        return set_pictures(upright, found.pvs, found.maps, name)
+        made = set_pictures(upright, found.pvs, found.maps, name)
+        if found.pvs.slices is not None and (parted := slices_picture(upright, found.pvs, name)):
+            made["slices.png"] = parted
+        return made
     return {
         "horizons.png": horizons_picture(upright, found.pvs, name),
         "cells.png": cells_picture(found.pvs, name, upright),

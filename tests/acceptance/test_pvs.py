@@ -244,9 +244,10 @@ def test_slices_and_altitudes_of_a_point_are_shown(command, tmp_path):
 def test_slices_are_found_shown_and_checked(command, town, cells, tmp_path):
     file = tmp_path / "town.pvs"
     arguments = ("pvs", town, "-o", file, "--up", "z", "--cells", cells, "--slices")
-    status, told, errors = command(*arguments)
+    status, told, errors = command(*arguments, "--pictures", tmp_path / "pictures")
     assert (status, errors) == (0, "")
     assert "is drawn in part" in told
+    assert (tmp_path / "pictures" / "slices.png").read_bytes().startswith(b"\x89PNG")
     before = file.read_bytes()
     assert "12 of 12, 12 kept from before" in command(*arguments)[1]
     assert file.read_bytes() == before

@@ -10,9 +10,10 @@ from matplotlib.colors import Normalize
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.pvs import NEVER, Pvs
+from simplifier.visibility.pictures.framed_figure import PIXELS, rgb
 from simplifier.visibility.pictures.pictures import CELL, HIDDEN, set_sizes
 from simplifier.visibility.pictures.plan import Plan, hillshade
-from simplifier.visibility.pictures.plan_figure import PIXELS, STREET, PlanFigure
+from simplifier.visibility.pictures.plan_figure import STREET, PlanFigure
 from simplifier.wording import count, picture_line
 
 _SHADES = 200  # of altitudes, between what is seen from the ground and what is not seen
@@ -45,9 +46,9 @@ def horizons_picture(upright: UprightScene, pvs: Pvs, name: str) -> bytes:
     shown[plan.kinds == 0] = 0
     mapping = ScalarMappable(Normalize(0.0, high), colormaps["viridis_r"])
     table = np.zeros((3 + _SHADES, 3))
-    table[0] = table[1] = _rgb(STREET)
+    table[0] = table[1] = rgb(STREET)
     table[2:-1] = 255.0 * mapping.to_rgba((np.arange(_SHADES) + 0.5) * high / _SHADES)[:, :3]
-    table[-1] = 0.55 * _rgb(HIDDEN)
+    table[-1] = 0.55 * rgb(HIDDEN)
     levels = np.where(np.isfinite(plan.heights), plan.heights, 0.0)
     light = hillshade(levels * (_STEEP * float((end - low).max()) / max(high, 1e-9)), plan.cell)
     colours = table[shown] * (_SOFTEST + _LIGHT * light)[..., None]
@@ -66,10 +67,6 @@ def horizons_picture(upright: UprightScene, pvs: Pvs, name: str) -> bytes:
     )  # fmt: skip
     figure.colour_bar(mapping, "seen from\nso high up,\nunits")
     return figure.png()
-
-
-def _rgb(colour: str) -> FloatArray:
-    return np.array([int(colour[place : place + 2], 16) for place in (1, 3, 5)], dtype=np.float64)
 
 
 def _hex(colour: FloatArray) -> str:

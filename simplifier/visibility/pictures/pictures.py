@@ -20,8 +20,9 @@ from simplifier.geometry.solid import BoolArray
 from simplifier.visibility.checking.check import viewpoints
 from simplifier.visibility.checking.exact_view import prisms_of, seen_from
 from simplifier.visibility.cull_maps.cull_map import CullMaps, umbra_heights
+from simplifier.visibility.pictures.framed_figure import INK, PIXELS, rgb
 from simplifier.visibility.pictures.plan import Plan, RgbArray, hillshade
-from simplifier.visibility.pictures.plan_figure import INK, PIXELS, STREET, PlanFigure
+from simplifier.visibility.pictures.plan_figure import STREET, PlanFigure
 from simplifier.wording import count, percent, picture_line
 
 SEEN, OPEN, HIDDEN, CELL = "#0072b2", "#e69f00", "#cfcfca", "#b5004f"
@@ -129,9 +130,9 @@ def umbra_picture(upright: UprightScene, pvs: Pvs, maps: CullMaps, cell: int, na
     )
     umbra, levels = _sampled(umbra, maps, plan), _sampled(levels, maps, plan)
     colours = 255.0 * _umbra_colours()(levels / top)[..., :3] * (0.7 + 0.45 * light)[..., None]
-    colours[umbra <= 0.0] = _rgb(STREET)
+    colours[umbra <= 0.0] = rgb(STREET)
     out, steps = plan.heights > umbra, plan.steps
-    colours[out] = _rgb(OUT)
+    colours[out] = rgb(OUT)
     colours[steps] *= np.where(out[steps], 0.5, 0.62)[:, None]
     figure = PlanFigure(
         low, high, origin=upright.origin, letters=_letters(pvs), bar=True,
@@ -253,7 +254,7 @@ def _sampled(umbra: FloatArray, maps: CullMaps, plan: Plan) -> FloatArray:
 
 def _coloured(plan: Plan, colours: Sequence[str], outline: float) -> RgbArray:
     """(nx, ny, 3) by kind, darker by a factor where the outlines are."""
-    shades = np.array([_rgb(one) for one in colours])
+    shades = np.array([rgb(one) for one in colours])
     table = np.concatenate([shades, outline * shades]).astype(np.uint8)
     return np.asarray(table[plan.kinds + len(colours) * plan.steps.astype(np.uint8)])
 
@@ -261,7 +262,3 @@ def _coloured(plan: Plan, colours: Sequence[str], outline: float) -> RgbArray:
 def _letters(pvs: Pvs) -> str:
     order = axis_order(pvs.up)
     return "xyz"[order[0]] + "xyz"[order[1]]
-
-
-def _rgb(colour: str) -> FloatArray:
-    return np.array([int(colour[place : place + 2], 16) for place in (1, 3, 5)], dtype=np.float64)

@@ -7,27 +7,32 @@ from typing import Any
 
 import numpy as np
 from matplotlib.collections import PolyCollection
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from simplifier.geometry.mesh import FloatArray
-from simplifier.report.png import RgbImage, figure_image, png_bytes
+from simplifier.report.png import RgbImage
+from simplifier.visibility.pictures.framed_figure import (
+    DPI,
+    FOOT,
+    HEAD,
+    INK,
+    LETTERS,
+    LINE,
+    PIXELS,
+    SOFT,
+    FramedFigure,
+)
 
-INK, SOFT, LINE, STREET = "#1b1b1a", "#6a6a66", "#b9b9b3", "#f6f6f3"
-PIXELS = 1080
-"""Along the longer side of a plan."""
+STREET = "#f6f6f3"
 
-_DPI = 150
-_LEFT, _RIGHT, _HEAD, _FOOT = 0.75, 0.3, 1.15, 1.15  # inches around the plan
+_LEFT, _RIGHT = 0.75, 0.3  # inches beside the plan
 _BAR = 1.15  # inches for a scale of colours at the right
 _LEAST = 4.6  # inches: the words above need as much
-_LETTERS = 9.5
 _RING = 0.035  # of the longer side: a cell that is smaller gets a ring
 
 
-class PlanFigure:
+class PlanFigure(FramedFigure):
     """A picture of the plan from ``low`` to ``high`` (2,), upright, with words above it.
 
     ``origin``  (3,) what is added for coordinates of the world; ``axes`` their two letters.
@@ -45,32 +50,17 @@ class PlanFigure:
         bar: bool = False,
     ) -> None:
         extent = high - low
-        wide, tall = extent / extent.max() * PIXELS / _DPI
+        wide, tall = extent / extent.max() * PIXELS / DPI
         right = _RIGHT + (_BAR if bar else 0.0)
         width = max(_LEFT + wide + right, _LEFT + _LEAST + right)
-        height = _HEAD + tall + _FOOT
+        super().__init__(width, HEAD + tall + FOOT, title=title, lines=lines)
         self.low, self.high = low, high
-        self.figure = Figure(figsize=(width, height), dpi=_DPI, facecolor="white")
         left = _LEFT + 0.5 * (width - _LEFT - right - wide)
-        self.axes: Any = self.figure.add_axes(
-            (left / width, _FOOT / height, wide / width, tall / height)
-        )
+        self.axes: Any = self.add_axes(left, FOOT, wide, tall)
         self.axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), facecolor=STREET)
-        self._size, self._place = (width, height), (left, wide, tall)
-        self._write(title, 0.2, 14.0, color=INK, fontweight="bold")
-        self._write(lines, 0.54, _LETTERS, color=SOFT, linespacing=1.35)
+        self._place = (left, wide, tall)
         self._draw_coordinates(origin, letters)
         self._draw_scale(float(extent[0]))
-
-    def _write(self, words: str, below: float, letters: float, **how: Any) -> None:
-        """Words so many inches below the top, in smaller letters where they would not fit."""
-        width, height = self._size
-        place = 0.2 / width, 1.0 - below / height
-        text = self.figure.text(*place, words, fontsize=letters, va="top", **how)
-        room = (width - 0.4) * _DPI
-        taken = text.get_window_extent().width
-        if taken > room:
-            text.set_fontsize(letters * room / taken)
 
     def _draw_coordinates(self, origin: FloatArray, letters: str) -> None:
         for axis, (limits, ticks) in enumerate(
@@ -91,12 +81,12 @@ class PlanFigure:
         width, height = self._size
         left, wide, tall = self._place
         self.figure.text(
-            (left + 0.4 * wide) / width, (_FOOT - 0.45) / height, letters[0], ha="center",
-            color=SOFT, fontsize=_LETTERS, fontweight="bold",
+            (left + 0.4 * wide) / width, (FOOT - 0.45) / height, letters[0], ha="center",
+            color=SOFT, fontsize=LETTERS, fontweight="bold",
         )  # fmt: skip
         self.figure.text(
-            left / width, (_FOOT + tall + 0.05) / height, letters[1], color=SOFT,
-            fontsize=_LETTERS, fontweight="bold",
+            left / width, (FOOT + tall + 0.05) / height, letters[1], color=SOFT,
+            fontsize=LETTERS, fontweight="bold",
         )  # fmt: skip
 
     def _draw_scale(self, extent: float) -> None:
@@ -112,7 +102,7 @@ class PlanFigure:
             self.figure.add_artist(_line([x, x], [y - 0.05 / height, y + 0.05 / height], 1.2))
         words = f"{length:g} unit{'' if length == 1 else 's'}"
         self.figure.text(
-            0.5 * (begin + end), y + 0.07 / height, words, ha="center", fontsize=_LETTERS, color=INK
+            0.5 * (begin + end), y + 0.07 / height, words, ha="center", fontsize=LETTERS, color=INK
         )
 
     def show(self, image: RgbImage) -> None:
@@ -146,36 +136,19 @@ class PlanFigure:
                     markeredgewidth=line, zorder=5,
                 )  # fmt: skip
 
-    def legend(self, entries: list[tuple[str, str]]) -> None:
-        """Colours and their words below the plan."""
-        patches = [
-            Patch(facecolor=colour, edgecolor=SOFT, linewidth=0.5, label=words)
-            for colour, words in entries
-        ]
-        width, height = self._size
-        self.figure.legend(
-            handles=patches, loc="center left", bbox_to_anchor=(0.15 / width, 0.22 / height),
-            ncols=len(patches), frameon=False, fontsize=_LETTERS, labelcolor=INK,
-            handlelength=1.3, columnspacing=1.3, handletextpad=0.5, borderaxespad=0.0,
-        )  # fmt: skip
-
     def colour_bar(self, mappable: Any, words: str, **more: Any) -> None:
         """A scale of colours to the right of the plan, its words above it."""
         width, height = self._size
         left, wide, tall = self._place
-        place = ((left + wide + 0.22) / width, _FOOT / height, 0.18 / width, 0.9 * tall / height)
-        axes: Any = self.figure.add_axes(place)
+        begin = left + wide + 0.22
+        axes: Any = self.add_axes(begin, FOOT, 0.18, 0.9 * tall)
         bar = self.figure.colorbar(mappable, cax=axes, **more)
         bar.outline.set_edgecolor(LINE)
         axes.tick_params(colors=SOFT, labelsize=8.5, length=3.0)
         self.figure.text(
-            place[0], (_FOOT + 0.92 * tall) / height, words, fontsize=8.5, color=INK,
+            begin / width, (FOOT + 0.92 * tall) / height, words, fontsize=8.5, color=INK,
             linespacing=1.2,
         )  # fmt: skip
-
-    def png(self) -> bytes:
-        """The picture."""
-        return png_bytes(figure_image(self.figure))
 
 
 def _line(x: list[float], y: list[float], width: float) -> Any:

@@ -187,6 +187,12 @@ class QueueFullError(ServiceError):
         )
 
 
+class HeadersTooLargeError(ServiceError):
+    """The request line and the headers have more bytes than they may."""
+
+    slug, status, title = "headers-too-large", 431, "The headers are too large"
+
+
 class JobFailedError(ServiceError):
     """The job that the answer waited for has failed, and not for what was sent."""
 

@@ -37,6 +37,10 @@ class Metrics:
             "occluder_job_seconds", "Seconds of jobs that succeeded, by kind and stage.",
             ["kind", "stage"], buckets=_SECONDS, registry=self._registry,
         )  # fmt: skip
+        self._hangups = Counter(
+            "occluder_connections_ended", "Connections that the server ended, by reason.",
+            ["reason"], registry=self._registry,
+        )  # fmt: skip
 
     def count(self, job: Job) -> None:
         """Count a job that has ended; once each."""
@@ -47,6 +51,10 @@ class Metrics:
         if job.summary and job.reused is None:
             for stage, seconds in {**job.summary.timings, "all": job.summary.seconds}.items():
                 self._seconds.labels(job.kind, stage).observe(seconds)
+
+    def count_hangup(self, reason: str) -> None:
+        """Count a connection that went beyond its limits."""
+        self._hangups.labels(reason).inc()
 
     def text(self, tenant: str | None) -> bytes:
         """All metrics as Prometheus reads them, with a tenant's assets; None for everyone's."""

@@ -96,6 +96,10 @@ class Settings(BaseSettings):
         1024, ge=0, description="Bytes a second that an upload must keep up on average, after a "
         "minute; 0 for any."
     )  # fmt: skip
+    download_idle_seconds: float = Field(
+        30.0, gt=0.0, description="Time for which a client may take nothing of an answer, seconds; "
+        "then the connection is ended."
+    )  # fmt: skip
     min_free: int = Field(
         256 * _MIB, ge=0, description="Bytes of the disk that are left free; then 507 is answered."
     )

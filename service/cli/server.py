@@ -10,13 +10,15 @@ import signal
 import socket
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from functools import partial
 from types import FrameType
-from typing import Any
+from typing import cast
 
 import uvicorn
-from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+from fastapi import FastAPI
 
 from service.app import create_app
+from service.cli.protocol import ConnectionLimits, Hangup, HttpProtocol
 from service.errors import SettingsError
 from service.settings import Settings
 from service.storage.data_folder import DataFolder
@@ -28,10 +30,6 @@ _GRACE = 3  # seconds that answers under way have once the server is to end
 _LAST_GRACE = 6  # seconds after which what still goes on is broken off, with a word in the log
 _WAITING = 2048  # connections that the system accepts ahead of us
 _MOST_FILES = 65_536
-
-_HEADER_SECONDS = (
-    20.0  # seconds from the first byte of a request, or the connection, to its last header
-)
 
 
 def run_server(settings: Settings) -> None:
@@ -47,7 +45,7 @@ def run_server(settings: Settings) -> None:
     try:
         app = create_app(settings)
         config = uvicorn.Config(
-            app, http=HttpProtocol, lifespan="off", log_config=None, access_log=False,
+            app, http=_protocol(settings, app), lifespan="off", log_config=None, access_log=False,
             server_header=False, proxy_headers=False, backlog=_WAITING, timeout_keep_alive=_IDLE,
             timeout_graceful_shutdown=_LAST_GRACE,
         )  # fmt: skip
@@ -65,6 +63,17 @@ def run_server(settings: Settings) -> None:
             runner.run(serve())
     finally:
         listener.close()
+
+
+def _protocol(settings: Settings, app: FastAPI) -> type[asyncio.Protocol]:
+    """What makes the protocol of each connection."""
+
+    def count(reason: Hangup) -> None:
+        app.state.services.metrics.count_hangup(reason)
+
+    limits = ConnectionLimits(download_seconds=settings.download_idle_seconds)
+    made = partial(HttpProtocol, limits=limits, on_hangup=count)
+    return cast("type[asyncio.Protocol]", made)  # uvicorn only calls it
 
 
 class _Server(uvicorn.Server):
@@ -154,40 +163,3 @@ def _allow_files() -> None:
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = _MOST_FILES if hard == resource.RLIM_INFINITY else min(hard, _MOST_FILES)
     resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
-
-
-class HttpProtocol(HttpToolsProtocol):
-    """Closes a connection whose request line and headers take too long.
-
-    uvicorn watches the pauses between requests only: whoever opens a connection and sends a header
-    a minute would keep it for ever.
-    """
-
-    def __init__(self, *settings: Any, **more: Any) -> None:
-        super().__init__(*settings, **more)
-        self._patience: asyncio.TimerHandle | None = None
-
-    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        super().connection_made(transport)
-        self._begin_waiting()
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        self._end_waiting()
-        super().connection_lost(exc)
-
-    def on_message_begin(self) -> None:
-        self._begin_waiting()
-        super().on_message_begin()
-
-    def on_headers_complete(self) -> None:
-        self._end_waiting()
-        super().on_headers_complete()
-
-    def _begin_waiting(self) -> None:
-        self._end_waiting()
-        self._patience = self.loop.call_later(_HEADER_SECONDS, self.transport.close)
-
-    def _end_waiting(self) -> None:
-        if self._patience is not None:
-            self._patience.cancel()
-            self._patience = None

@@ -179,9 +179,10 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
 
 
 @contextmanager
-def listening(app) -> Iterator[str]:
-    """The address of an application that is served in a thread."""
-    config = uvicorn.Config(app, port=0, log_level="critical", timeout_graceful_shutdown=1)
+def listening(app, **more) -> Iterator[str]:
+    """The address of an application that is served in a thread; ``more`` is uvicorn's."""
+    settings = {"log_level": "critical", "timeout_graceful_shutdown": 1, **more}
+    config = uvicorn.Config(app, port=0, **settings)
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run)
     thread.start()

@@ -6,7 +6,14 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from service.engines.failures import out_of_memory, out_of_time, process_died
+from service.engines.failures import (
+    is_disk_full,
+    out_of_memory,
+    out_of_time,
+    process_died,
+    process_silent,
+)
+from service.engines.life import LifeWatch
 from service.engines.messages import Answer, Cancelled, Done, Failed, Task, TaskProgress
 from service.engines.process import ProcessDiedError, WorkerProcess
 from service.engines.signals import Orders
@@ -33,26 +40,35 @@ class NotDone:
 
 
 @dataclass(frozen=True)
+class Hindered:
+    """This machine had no room for it, which is no fault of the job's: later it may have."""
+
+    failure: Failure
+
+
+@dataclass(frozen=True)
 class GivenUp:
     """It was told to end: the orders say why."""
 
 
-AttemptOutcome = Succeeded | NotDone | GivenUp
+AttemptOutcome = Succeeded | NotDone | Hindered | GivenUp
 
 
 def attempt(
     process: WorkerProcess,
     task: Task,
     seconds: float,
+    silence: float,
     orders: Orders,
     tell: Callable[[JobProgress], None],
 ) -> AttemptOutcome:
     """Have a task done within some seconds and the memory that it says.
 
+    A process without a sign of life for ``silence`` seconds is taken for lost.
     A process that cannot be used any more afterwards has been ended.
     """
     process.send(task)
-    watch = _Watch(process, task, seconds, orders)
+    watch = _Watch(process, task, seconds, silence, orders)
     try:
         while True:
             answer = process.receive(_GLANCE)
@@ -77,6 +93,8 @@ def _outcome(process: WorkerProcess, answer: Answer, orders: Orders) -> AttemptO
         case Failed():
             if answer.odd:
                 process.kill()
+            if is_disk_full(answer.failure):
+                return Hindered(answer.failure)
             return NotDone(answer.failure, final=True)
         case Cancelled() if orders.cancelled or orders.dropped:
             return GivenUp()
@@ -88,8 +106,16 @@ def _outcome(process: WorkerProcess, answer: Answer, orders: Orders) -> AttemptO
 class _Watch:
     """Looks at a running attempt now and then, and says when it has to end."""
 
-    def __init__(self, process: WorkerProcess, task: Task, seconds: float, orders: Orders) -> None:
+    def __init__(
+        self,
+        process: WorkerProcess,
+        task: Task,
+        seconds: float,
+        silence: float,
+        orders: Orders,
+    ) -> None:
         self._process, self._task, self._seconds, self._orders = process, task, seconds, orders
+        self._life, self._silence = LifeWatch(process), silence
         self._up = time.monotonic() + seconds
         self._patient_until: float | None = None
 
@@ -105,6 +131,8 @@ class _Watch:
             return GivenUp() if now >= self._patient_until else None
         if now >= self._up:
             return NotDone(out_of_time(self._seconds), final=True)
+        if self._life.silence() >= self._silence:
+            return NotDone(process_silent(self._silence), final=False)
         if self._process.grown > self._task.memory:
             return NotDone(out_of_memory(self._task.memory), final=True)
         return None

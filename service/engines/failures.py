@@ -5,6 +5,7 @@ from __future__ import annotations
 from service.jobs.job import Failure
 
 _REPORT = "report it, with the mesh and the options"
+_DISK_FULL = "disk-full"
 
 
 def out_of_memory(limit: int) -> Failure:
@@ -44,6 +45,11 @@ def process_died(how: str) -> Failure:
     )
 
 
+def process_silent(seconds: float) -> Failure:
+    """The process was there, and did nothing for so long."""
+    return process_died(f"gave no sign of life for {seconds:,.6g} seconds")
+
+
 def server_ended() -> Failure:
     """The server was killed while the job ran."""
     return Failure("process-died", "the server ended while it was at the job", "try again")
@@ -52,10 +58,15 @@ def server_ended() -> Failure:
 def disk_full(what: str) -> Failure:
     """``what`` could not be written."""
     return Failure(
-        "disk-full",
+        _DISK_FULL,
         f"there is no room for {what}",
         "free some space on the disk of OCCLUDER_DATA, then try again",
     )
+
+
+def is_disk_full(failure: Failure) -> bool:
+    """Whether it is the machine's, and may be over some day."""
+    return failure.kind == _DISK_FULL
 
 
 def upload_gone() -> Failure:

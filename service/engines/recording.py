@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from service.engines.attempt import AttemptOutcome, GivenUp, NotDone, Succeeded
+from service.engines.attempt import AttemptOutcome, GivenUp, Hindered, NotDone, Succeeded
 from service.engines.failures import disk_full
 from service.engines.signals import Orders
 from service.engines.trouble import Trouble
@@ -33,6 +34,7 @@ class Recorder:
     def record(self, claim: Claim, outcome: AttemptOutcome, results: Path, orders: Orders) -> bool:
         """End the attempt; whether its lease still held, so that this is what counts.
 
+        The folder that ``results`` is in belongs to the attempt alone, and may be gone afterwards.
         Raises :class:`~service.engines.trouble.StoppedError` when the engine stops before that.
         """
         if orders.dropped:
@@ -44,6 +46,8 @@ class Recorder:
                 return self._record_success(claim, outcome, results, orders)
             case NotDone():
                 return self._record_failure(claim, outcome)
+            case Hindered():
+                return self._record_hindrance(claim, outcome, results)
             case GivenUp():
                 return self.trouble.insist(lambda: self.jobs.release(claim))
 
@@ -54,7 +58,8 @@ class Recorder:
             try:
                 files = self._store_files(keeping, results)
             except DiskFullError:
-                return self._record_failure(claim, NotDone(disk_full("the result"), final=True))
+                hindrance = Hindered(disk_full("the result"))
+                return self._record_hindrance(claim, hindrance, results)
             if orders.cancelled:
                 return self._record_end(claim)
             return self.trouble.insist(lambda: self.jobs.succeed(claim, files, outcome.summary))
@@ -66,6 +71,12 @@ class Recorder:
         state = self.trouble.insist(
             lambda: self.jobs.fail(claim, outcome.failure, final=outcome.final)
         )
+        return state is not None
+
+    def _record_hindrance(self, claim: Claim, outcome: Hindered, results: Path) -> bool:
+        # What was made so far may take the very room that the row needs.
+        shutil.rmtree(results.parent, ignore_errors=True)
+        state = self.trouble.insist(lambda: self.jobs.put_off(claim, outcome.failure))
         return state is not None
 
     def _store_files(self, keeping: Keeping, results: Path) -> list[JobFile]:

@@ -13,6 +13,7 @@ from pathlib import Path, PurePosixPath
 
 from service.engines.attempt import AttemptOutcome, NotDone, attempt
 from service.engines.failures import program_fault, upload_gone
+from service.engines.life import LifeWatch
 from service.engines.messages import Task
 from service.engines.process import ProcessDiedError, WorkerProcess
 from service.engines.recording import Recorder
@@ -119,10 +120,13 @@ class Slot:
                 self._shop.trouble.stillborn(str(error))
 
     def _wait_ready(self, process: WorkerProcess) -> None:
-        until = time.monotonic() + _START_SECONDS
+        until, life = time.monotonic() + _START_SECONDS, LifeWatch(process)
+        silence = self._shop.settings.lease_seconds
         while not process.ready:
             if time.monotonic() >= until:
                 raise ProcessDiedError(f"was not ready after {_START_SECONDS:,.0f} seconds")
+            if life.silence() >= silence:
+                raise ProcessDiedError(f"gave no sign of life for {silence:,.6g} seconds")
             process.receive(_GLANCE)
             self._shop.trouble.pause(0.0)
 
@@ -176,7 +180,8 @@ class Slot:
         except KeyError:
             return NotDone(upload_gone(), final=True)
         tell = partial(shop.board.tell, claim.job.id)
-        return attempt(process, task, shop.settings.job_seconds, orders, tell)
+        limits = shop.settings.job_seconds, shop.settings.lease_seconds
+        return attempt(process, task, *limits, orders, tell)
 
     def _task(self, claim: Claim, folder: Path) -> Task:
         """Everything that the process needs, in an empty folder.

@@ -97,7 +97,7 @@ class JobStore(Protocol):
     # What engines call.
 
     def claim(self, owner: str, lease_seconds: float) -> Claim | None:
-        """Begin an attempt of the oldest queued job."""
+        """Begin an attempt of the oldest queued job that is not to wait."""
 
     def renew(self, claims: Collection[Claim], lease_seconds: float) -> Mapping[str, bool]:
         """Whether their end was asked for, by job id, of those claims that are still held."""
@@ -108,9 +108,17 @@ class JobStore(Protocol):
     def fail(self, claim: Claim, failure: Failure, *, final: bool) -> JobState | None:
         """End the job, or queue it again where ``final`` is false and attempts are left.
 
+        It is begun again after a pause, which grows with its attempts.
         Where its end was asked for and ``final`` is false, it ends cancelled.
 
         The state that it has now; None when the claim no longer held.
+        """
+
+    def put_off(self, claim: Claim, failure: Failure) -> JobState | None:
+        """Queue the job again where this machine had no room for it, as :meth:`release` does.
+
+        It is begun again after a pause, and fails after ten attempts.  The state that it has now;
+        None when the claim no longer held.
         """
 
     def end_cancelled(self, claim: Claim) -> bool:

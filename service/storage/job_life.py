@@ -25,6 +25,10 @@ _RETRY_SECONDS = 5
 """When a queue that is full is worth another try: most jobs take less."""
 
 
+_TRIES_FOR_ROOM = 10
+"""With the pauses between them, twenty minutes and more."""
+
+
 def earlier_job(session: Session, submission: Submission) -> JobRow | None:
     """The job that the same idempotency key gave before.
 
@@ -109,7 +113,7 @@ def end_attempt(
 ) -> None:
     """Settle an attempt that came to nothing: fail, try again, or do as was asked meanwhile.
 
-    Another attempt keeps the job's number, so it is the next to be claimed.
+    Another attempt keeps the job's number, so it is claimed before later ones of its tenant.
     """
     if row.cancel_asked and not final:
         end_cancelled(session, row, now)
@@ -118,6 +122,17 @@ def end_attempt(
     else:
         row.failure = failure_columns(failure)
         _end(session, row, JobState.FAILED, now)
+
+
+def put_off(session: Session, row: JobRow, failure: Failure, now: float) -> None:
+    """Queue a job again that this machine had no room for, at no cost; after many tries it fails.
+
+    It is no fault of the job's; but a result that is larger than the disk would come for ever.
+    """
+    if row.attempt >= _TRIES_FOR_ROOM:
+        end_attempt(session, row, failure, now, final=True)
+    else:
+        release(session, row, now)
 
 
 def release(session: Session, row: JobRow, now: float) -> None:

@@ -29,6 +29,7 @@ from service.storage.job_life import (
     end_cancelled,
     end_succeeded,
     has_key,
+    put_off,
     release,
     same_work,
 )
@@ -43,6 +44,7 @@ from service.storage.rows import (
     summary_of,
 )
 from service.storage.tables import JobFileRow, JobRow
+from service.storage.waits import Waits, pause_after_death, pause_for_room
 
 _EXPIRED_AT_ONCE = 200
 """Jobs that are forgotten in one transaction, so that other writers do not wait long."""
@@ -67,6 +69,7 @@ class SqlJobStore:
         self._database = database
         self._clock = clock
         self._leases = LeaseWatch(monotonic)
+        self._waits = Waits(monotonic)
 
     def submit(self, submission: Submission, queue_limit: int) -> tuple[Job, bool]:
         with self._database.writing() as session:
@@ -163,7 +166,7 @@ class SqlJobStore:
         with self._database.writing() as session:
             row = session.scalars(
                 select(JobRow)
-                .where(JobRow.state == JobState.QUEUED)
+                .where(JobRow.state == JobState.QUEUED, JobRow.number.not_in(self._waits.numbers()))
                 .order_by(JobRow.number)
                 .limit(1)
             ).first()
@@ -209,6 +212,18 @@ class SqlJobStore:
             if row is None:
                 return None
             end_attempt(session, row, failure, self._clock(), final=final)
+            if row.state is JobState.QUEUED:
+                self._waits.put_off(row.number, pause_after_death(row.attempt))
+            return row.state
+
+    def put_off(self, claim: Claim, failure: Failure) -> JobState | None:
+        with self._database.writing() as session:
+            row = _claimed_row(session, claim)
+            if row is None:
+                return None
+            put_off(session, row, failure, self._clock())
+            if row.state is JobState.QUEUED:
+                self._waits.put_off(row.number, pause_for_room(row.attempt))
             return row.state
 
     def end_cancelled(self, claim: Claim) -> bool:

@@ -121,6 +121,24 @@ def test_a_server_that_finds_no_room_says_so_and_starts_once_there_is(disk, serv
 
 
 @pytest.mark.faults
+def test_a_job_whose_work_finds_no_room_is_done_once_there_is_some(disk, server):
+    """There is room for rows, so that the job could be ended; but none for what it makes."""
+    serving = server(
+        data=disk / "data", OCCLUDER_WORKERS="1", OCCLUDER_MIN_FREE="0", OCCLUDER_ATTEMPTS="1"
+    ).start()
+    serving.end_of(serving.submit())
+    with filled(disk, left=1 << 20):
+        job_id = serving.submit("# fill 4000000")
+        put_off = until(lambda: (job := serving.job(job_id))["attempts"] > 1 and job)
+        assert (put_off["state"], put_off["failure"]) == ("queued", None)
+    job = serving.end_of(job_id)
+    assert job["state"] == "succeeded", job
+    assert 2 <= job["attempt"] == job["attempts"]
+    serving.assert_served_whole(job_id)
+    print(f"done in attempt {job['attempt']}")
+
+
+@pytest.mark.faults
 def test_a_disk_that_is_full_again_and_again_loses_nothing(disk, server):
     rng = random.Random(3)
     serving = server(

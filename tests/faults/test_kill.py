@@ -2,97 +2,29 @@
 
 from __future__ import annotations
 
-import json
 import os
 import random
-import re
 import signal
-import threading
 import time
-from collections import defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 
-import httpx
 import pytest
 
-from tests.faults.light_work import RESULTS
-from tests.faults.remains import assert_folder_is_clean, jobs_left
+from tests.faults.clients import (
+    PATIENCE,
+    Clients,
+    assert_each_ended_once,
+    repeated_attempts,
+    stop_cleanly,
+)
 from tests.faults.serving import LIGHT_WORK
-from tests.service.real import BOX, QUICK
 from tests.service.webhooks.receivers import receiving
 from tests.waiting import until
 
-CLIENTS = 4
 WORKERS = 2
-UNDER_WAY = 8
-"""Jobs that clients have not heard the end of, so that some are posted all the time."""
-PATIENCE = 600.0
-
-
-class Clients:
-    """Post jobs by turns, each under a key of its own until it was answered; cancel some."""
-
-    def __init__(self, server, receiver, jobs, seed):
-        self._server, self._receiver, self._jobs, self._seed = server, receiver, jobs, seed
-        self._lock = threading.Lock()
-        self.accepted = {}  # job ids by number
-        self.cancelled = set()  # job ids
-        self.lost = 0  # requests without an answer
-        self.unwanted = threading.Event()
-
-    def run(self):
-        with ThreadPoolExecutor(CLIENTS) as pool:
-            list(pool.map(self._post, range(self._jobs)))
-
-    def deliveries(self):
-        """Ids of those that were heard, by job."""
-        heard = defaultdict(list)
-        for one in list(self._receiver.heard):
-            heard[json.loads(one.body)["job"]["id"]].append(one.headers["occluder-delivery"])
-        return heard
-
-    def _post(self, number):
-        rng = random.Random(f"{self._seed} {number}")
-        until(lambda: self.unwanted.is_set() or self._may_post(), PATIENCE)
-        job_id = self._submit(number)
-        with self._lock:
-            self.accepted[number] = job_id
-        if rng.random() < 0.3:
-            assert self._submit(number) == job_id
-        if rng.random() < 0.1:
-            with self._lock:
-                self.cancelled.add(job_id)
-            answer = self._answered(f"/v1/jobs/{job_id}/cancel")
-            assert answer.status_code in (200, 409), answer.text
-
-    def _may_post(self):
-        return len(self.accepted) - len(self.deliveries()) < UNDER_WAY
-
-    def _submit(self, number):
-        options = "&".join(f"{name}={value}" for name, value in QUICK.items())
-        answer = self._answered(
-            f"/v1/occluders?filename=box.obj&{options}&webhook={self._receiver.url}",
-            f"# occupy 0.2\n# {number}\n".encode() + BOX,
-            {"Idempotency-Key": f"{self._seed}-{number}"},
-        )
-        assert answer.status_code in (200, 202), answer.text
-        return answer.headers["Location"].rpartition("/")[2]
-
-    def _answered(self, path, body=b"", headers=None):
-        """Ask until there is an answer."""
-
-        def ask():
-            assert not self.unwanted.is_set()
-            try:
-                answer = self._server.post(path, body, headers)
-            except httpx.TransportError:
-                with self._lock:
-                    self.lost += 1
-                return None
-            return None if answer.status_code in (429, 503) else answer
-
-        return until(ask, PATIENCE)
+STORM = 40
+"""Kills of a storm."""
 
 
 @pytest.mark.parametrize(
@@ -129,35 +61,64 @@ def test_each_accepted_job_ends_once_whatever_is_killed(server, tmp_path, jobs, 
         until(lambda: len(clients.deliveries()) == jobs, PATIENCE)
         until(lambda: all(job["ended"] for job in serving.jobs()), PATIENCE)
         deliveries = clients.deliveries()
-        serving.stop()
-        cleaned = serving.log.count("cleaning freed")
-        serving.start()
-        until(lambda: serving.log.count("cleaning freed") > cleaned)
-        serving.stop()
+        stop_cleanly(serving)
 
-    left = jobs_left(serving.data)
-    assert left.keys() == set(clients.accepted.values())  # none lost, none taken in twice
-    assert len(left) == jobs
-    for job in left.values():
-        assert job.ends == 1
-        assert set(deliveries[job.id]) == {job.delivery}
-        if job.state == "succeeded":
-            assert job.results >= RESULTS
-        else:
-            assert (job.state, job.id in clients.cancelled) == ("cancelled", True)
-            assert not job.results
-    assert len({job.results for job in left.values() if job.results}) == 1
-    repeated = sum(job.attempt - 1 for job in left.values() if job.attempt)
+    left = assert_each_ended_once(serving, clients, deliveries, jobs)
+    repeated = repeated_attempts(left)
     most = sum(WORKERS if victim == "server" else 1 for victim in victims)
     assert repeated <= most
-    assert_folder_is_clean(serving.data)
-    # Python's own tracker of semaphores may have something to say when its process is killed.
-    assert not re.search(r'File ".*/(service|simplifier)/', serving.log)
-    states = [job.state for job in left.values()]
+    states = [job.state for job in left]
     print(
         f"{jobs} jobs, {victims.count('server')} kills of the server and "
         f"{victims.count('worker')} of workers in {time.monotonic() - begin:.0f} s: "
         f"{states.count('succeeded')} succeeded, {states.count('cancelled')} cancelled, "
         f"{repeated} attempts repeated, {clients.lost} requests sent again, "
         f"{sum(map(len, deliveries.values())) - jobs} webhooks heard twice"
+    )
+
+
+def runs(serving):
+    """Whether some job is under way."""
+    return bool(serving.get("/v1/jobs?state=running&limit=1").json()["items"])
+
+
+@pytest.mark.faults
+def test_jobs_end_while_workers_and_the_server_are_killed_all_the_time(server):
+    """Over the whole length of the posting, and each while a job runs."""
+    rng, jobs, killed = random.Random(5), 200, {"server": 0, "worker": 0}
+    moments = [jobs * 0.95 * (number + 1) / STORM for number in range(STORM)]  # by jobs ended
+    begin = time.monotonic()
+    with receiving() as receiver:
+        serving = server(
+            OCCLUDER_WORKERS=str(WORKERS), OCCLUDER_ATTEMPTS="20", OCCLUDER_WEBHOOK_PRIVATE="true"
+        ).start()
+        clients = Clients(serving, receiver, jobs, 5)
+        with ThreadPoolExecutor(1) as pool, ExitStack() as at_end:
+            at_end.callback(clients.unwanted.set)
+            posting = pool.submit(clients.run)
+            for number, moment in enumerate(moments):
+                until(lambda: len(clients.deliveries()) >= moment or posting.done(), PATIENCE)  # noqa: B023
+                until(lambda: runs(serving) or posting.done(), PATIENCE)
+                time.sleep(rng.uniform(0.0, 0.1))
+                if number % 10 == 9:
+                    serving.kill()
+                    serving.start()
+                    killed["server"] += 1
+                elif pids := serving.workers:
+                    with suppress(ProcessLookupError):
+                        os.kill(rng.choice(pids), signal.SIGKILL)
+                        killed["worker"] += 1
+            posting.result()
+        until(lambda: len(clients.deliveries()) == jobs, PATIENCE)
+        deliveries = clients.deliveries()
+        stop_cleanly(serving)
+    left = assert_each_ended_once(serving, clients, deliveries, jobs)
+    again = [job for job in left if job.attempt > 1]
+    assert again
+    assert len(again) >= STORM // 4  # of two workers one is hit, which may be between jobs
+    print(
+        f"{jobs} jobs in {time.monotonic() - begin:.0f} s, {killed['server']} kills of the server "
+        f"and {killed['worker']} of workers: {len(again)} jobs begun more than once, "
+        f"{max(job.attempt for job in left)} times at most, {repeated_attempts(left)} attempts "
+        f"repeated, {clients.lost} requests sent again"
     )

@@ -121,6 +121,10 @@ class MemoryJobs:
                 return None
             return self._failed(claim.job.id, failure, final).state
 
+    def put_off(self, claim, failure):
+        with self.lock:
+            return self.rows[claim.job.id].job.state if self.release(claim) else None
+
     def end_cancelled(self, claim):
         with self.lock:
             held = self._held(claim)

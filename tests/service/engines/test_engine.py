@@ -190,6 +190,48 @@ def test_time_is_limited(tmp_path):
     assert "0.3 seconds" in job.failure.detail
 
 
+def test_a_stopped_process_is_lost_within_a_lease_and_its_job_begun_again(tmp_path):
+    note = tmp_path / "note"
+    place = Workplace(tmp_path / "place", workers=1, lease_seconds=1.0)
+    with place.open():
+        job = place.end_of(place.submit("stop_once", note=str(note)))
+    assert (job.state, job.attempt, job.attempts) == (JobState.SUCCEEDED, 2, 3)
+    assert len(set(pids(note))) == 2
+
+
+def test_a_process_that_is_stopped_while_idle_is_replaced_and_costs_no_attempt(tmp_path):
+    note = tmp_path / "note"
+    place = Workplace(tmp_path / "place", workers=1)
+    with place.open():
+        place.end_of(place.submit(note=str(note)))
+        os.kill(pids(note)[0], signal.SIGSTOP)
+        until(lambda: not is_alive(pids(note)[0]))
+        assert place.end_of(place.submit(text="next", note=str(note))).attempt == 1
+
+
+def test_a_deadlock_costs_attempts_and_is_told(tmp_path):
+    place = Workplace(tmp_path / "place", workers=1, lease_seconds=1.0)
+    with place.open():
+        job = place.end_of(place.submit("lock_up", attempts=2))
+    assert (job.state, job.failure.kind, job.attempt) == (JobState.FAILED, "process-died", 2)
+    assert job.failure.detail == "its process gave no sign of life for 1 seconds"
+
+
+def test_a_long_silent_computation_is_no_hanging(tmp_path):
+    place = Workplace(tmp_path / "place", workers=1, lease_seconds=1.0)
+    with place.open():
+        job = place.end_of(place.submit("compute", steps=120_000_000))
+    assert (job.state, job.attempt) == (JobState.SUCCEEDED, 1)
+    assert job.ended - job.started > 1.0
+
+
+def test_a_disk_that_fills_up_costs_the_job_no_attempt(tmp_path):
+    place = Workplace(tmp_path / "place", workers=1)
+    with place.open():
+        job = place.end_of(place.submit("fill_once", note=str(tmp_path / "note"), attempts=1))
+    assert (job.state, job.attempt, job.attempts) == (JobState.SUCCEEDED, 2, 2)
+
+
 def test_processes_that_die_at_birth_are_told_and_started_again(tmp_path, monkeypatch):
     monkeypatch.setenv("TRIES", str(tmp_path / "tries"))
     place = Workplace(

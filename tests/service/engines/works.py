@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
 import time
 from pathlib import Path
 
+from service.engines.failures import disk_full
 from service.engines.worker import TaskCancelledError, TaskFailedError
 from service.jobs.job import Failure, Summary
 from service.jobs.progress import JobProgress
@@ -69,6 +71,31 @@ def hang(task, tell, cancel):
         time.sleep(1.0)
 
 
+def stop_once(task, tell, cancel):
+    """As a debugger or an administrator stops a process; the second try is let through."""
+    if not Path(task.options["note"]).read_text().count("\n") > 1:
+        os.kill(os.getpid(), signal.SIGSTOP)
+    copy(task, tell, cancel)
+
+
+def lock_up(task, tell, cancel):
+    lock = threading.Lock()
+    lock.acquire()
+    lock.acquire()
+
+
+def compute(task, tell, cancel):
+    """Says nothing for a second or more, and lets no other thread of the process run."""
+    sum(range(task.options["steps"]))
+    copy(task, tell, cancel)
+
+
+def fill_once(task, tell, cancel):
+    if not Path(task.options["note"]).read_text().count("\n") > 1:
+        raise TaskFailedError(disk_full("the work"))
+    copy(task, tell, cancel)
+
+
 def fail(task, tell, cancel):
     raise TaskFailedError(Failure("unreadable-mesh", "it is a cat", "take a dog"))
 
@@ -118,6 +145,6 @@ DEEDS = {
     one.__name__: one
     for one in (
         copy, die, exit_quietly, wait, hang, fail, fault, allocate, keep, allocate_in_children,
-        report_surroundings,
+        report_surroundings, stop_once, lock_up, compute, fill_once,
     )
 }  # fmt: skip

@@ -10,6 +10,8 @@ from service.jobs.job import Blob, Failure, JobFile, JobKind, Submission, Summar
 
 DIED = Failure("process-died", "the process ended by signal 9", "submit it again")
 
+FULL = Failure("disk-full", "there is no room for the result", "free some space")
+
 
 @dataclass
 class Clock:

@@ -67,10 +67,13 @@ def test_a_result_is_kept_with_the_job(jobs: SqlJobStore, clock: Clock) -> None:
     ]  # fmt: skip
 
 
-def test_a_job_is_tried_again_before_others_until_no_attempt_is_left(jobs: SqlJobStore) -> None:
+def test_a_job_is_tried_again_before_others_until_no_attempt_is_left(
+    jobs: SqlJobStore, monotonic: Clock
+) -> None:
     poisonous = submit(jobs, "poison", attempts=2)
     submit(jobs, "sound")
     assert jobs.fail(claim(jobs), DIED, final=False) is JobState.QUEUED
+    monotonic.now += 1.0
     again = claim(jobs)
     assert (again.job.id, again.job.attempt) == (poisonous.id, 2)
     assert jobs.fail(again, DIED, final=False) is JobState.FAILED

@@ -12,6 +12,8 @@ from service.storage.leases import Beat, LeaseWatch
 from tests.service.storage.samples import DIED, Clock, results, submission, summary
 
 LEASE = 30.0
+LONG = 1000.0
+"""Seconds that no pause between two attempts takes."""
 
 
 def claimed(jobs: SqlJobStore, text: str = "a cube", owner: str = "one", **changes: object):
@@ -40,16 +42,20 @@ def test_a_claim_of_a_forgotten_job_is_not_heard(jobs: SqlJobStore, clock: Clock
     assert not jobs.release(gone)
 
 
-def test_another_owners_claim_of_the_same_attempt_is_not_heard(jobs: SqlJobStore) -> None:
+def test_another_owners_claim_of_the_same_attempt_is_not_heard(
+    jobs: SqlJobStore, monotonic: Clock
+) -> None:
     """And of the same owner, one of another attempt; both must be right."""
     first = claimed(jobs, attempts=3)
     assert jobs.fail(first, DIED, final=False) is JobState.QUEUED
+    monotonic.now += LONG
     second = jobs.claim("one", LEASE)
     assert second is not None
     for stranger in (type(second)(second.job, "another", second.inputs), first):
         assert jobs.renew([stranger], LEASE) == {}
         assert not jobs.succeed(stranger, results(), summary())
         assert not jobs.release(stranger)
+        assert jobs.put_off(stranger, DIED) is None
         assert jobs.fail(stranger, DIED, final=True) is None
         assert not jobs.end_cancelled(stranger)
     assert jobs.renew([second], LEASE) == {second.job.id: False}

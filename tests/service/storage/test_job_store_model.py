@@ -24,7 +24,7 @@ from service.jobs.job import Claim, JobState, Submission
 from service.jobs.stores import JobFilter
 from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
-from tests.service.storage.samples import DIED, Clock, results, submission, summary
+from tests.service.storage.samples import DIED, FULL, Clock, results, submission, summary
 
 LEASE = 30.0
 QUEUE_LIMIT = 4
@@ -42,7 +42,11 @@ class Modelled:
     state: JobState = JobState.QUEUED
     attempt: int = 0
     cancel_asked: bool = False
+    spared: int = 0
+    """Attempts that have cost none."""
     ended: float | None = None
+    due: float = 0.0
+    """When it may be claimed, by the monotonic clock."""
     seen: float = 0.0
     """When its holder last gave a sign of life, by the monotonic clock."""
     digests: set[str] = field(default_factory=set)
@@ -50,7 +54,7 @@ class Modelled:
     def end_attempt(self, now: float, *, final: bool = False) -> None:
         if self.cancel_asked and not final:
             self.end(JobState.CANCELLED, now)
-        elif self.attempt < self.asked.attempts and not final:
+        elif self.attempt < self.asked.attempts + self.spared and not final:
             self.state = JobState.QUEUED
         else:
             self.end(JobState.FAILED, now)
@@ -112,10 +116,10 @@ class JobStoreMachine(RuleBasedStateMachine):
             made.digests |= done[0].digests
         return job.id
 
-    @precondition(lambda machine: machine.those(JobState.QUEUED))
+    @precondition(lambda machine: machine.claimable())
     @rule(target=claims, owner=st.sampled_from(["one", "one", "two"]))
     def claim(self, owner: str) -> Claim:
-        job_id, job = self.those(JobState.QUEUED)[0]
+        job_id, job = self.claimable()[0]
         claim = self.store.claim(owner, LEASE)
         assert claim is not None
         assert claim.job.id == job_id
@@ -145,7 +149,23 @@ class JobStoreMachine(RuleBasedStateMachine):
         job = self.held(claim)
         if job:
             job.end_attempt(self.clock.now, final=final)
+            job.due = self.monotonic.now + 0.5 * 2.0 ** (job.attempt - 1)
         assert self.store.fail(claim, DIED, final=final) == (job.state if job else None)
+
+    @precondition(lambda machine: not machine.claimable())
+    @rule(owner=st.sampled_from(["one", "two"]))
+    def claim_nothing(self, owner: str) -> None:
+        assert self.store.claim(owner, LEASE) is None
+
+    @rule(claim=consumes(claims))
+    def put_off(self, claim: Claim) -> None:
+        job = self.held(claim)
+        if job and job.cancel_asked:
+            job.end(JobState.CANCELLED, self.clock.now)
+        elif job:
+            job.state, job.spared = JobState.QUEUED, job.spared + 1
+            job.due = self.monotonic.now + 5.0 * 2.0 ** (job.attempt - 1)
+        assert self.store.put_off(claim, FULL) == (job.state if job else None)
 
     @rule(claim=consumes(claims))
     def end_cancelled(self, claim: Claim) -> None:
@@ -226,6 +246,9 @@ class JobStoreMachine(RuleBasedStateMachine):
 
     def those(self, state: JobState) -> list[tuple[str, Modelled]]:
         return [(job_id, job) for job_id, job in self.model.items() if job.state is state]
+
+    def claimable(self) -> list[tuple[str, Modelled]]:
+        return [one for one in self.those(JobState.QUEUED) if one[1].due <= self.monotonic.now]
 
     def held(self, claim: Claim) -> Modelled | None:
         """The job of a claim that still holds.  An attempt begins once, so its number is enough."""

@@ -12,6 +12,8 @@
            cull maps, beside lines of sight all around.  Only when asked for
     slices  street cells as of city, with slices of buildings: the share of triangles that is
            still drawn, milliseconds and bytes a cell, and leaks.  Only when asked for
+    shrunk_faces  occluders of any shape shrunk for a cell, by faces that move and by a grid that is
+           eroded, and sets by shafts, in the interiors of rooms.  Only when asked for
     shrinking  three ways to shrink occluders: the sets they give, seconds, and memory beside them
     strong  the tables of the paper on strong occluders, beside what it prints: strong_city (its 1
            and 2), strong_ranks (3), strong_levels (4) and strong_spheres (5)
@@ -43,6 +45,7 @@ from bench.visibility_city import streets
 from bench.visibility_plot import plot_cells
 from bench.visibility_rooms import rooms_rows
 from bench.visibility_shrinking import shrinking_rows
+from bench.visibility_shrunk_faces import shrunk_face_rows
 from bench.visibility_slices import slices_rows
 from bench.visibility_strong import city_rows as strong_city_rows
 from bench.visibility_strong import level_rows, rank_rows, sphere_rows
@@ -62,7 +65,7 @@ from simplifier.visibility.placing.cells import place_cells
 RESULTS = Path("bench/results")
 STRONG = ("strong_city", "strong_ranks", "strong_levels", "strong_spheres")
 TABLES = ("city", "cells", "lyon", "shrinking", *STRONG)
-ALL = (*TABLES, "slices", "rooms", "terrain", "choice", "walks", "check")
+ALL = (*TABLES, "slices", "shrunk_faces", "rooms", "terrain", "choice", "walks", "check")
 LYON = Path("../shared/assets/city_lyon_buildings.glb")
 EPSILONS = (5.0, 2.5)
 CELLS = 1000
@@ -235,6 +238,7 @@ def main(words: Sequence[str] | None = None) -> None:
         "rooms": rooms_rows,
         "terrain": terrain_rows,
         "slices": slices_rows,
+        "shrunk_faces": shrunk_face_rows,
         "choice": choice_rows,
         "walks": walk_rows,
     }

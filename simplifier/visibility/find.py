@@ -44,6 +44,7 @@ from simplifier.visibility.strong.by_strong_occluders import by_strong_occluders
 
 _FORMAT = 4  # raised when the same input is to give other sets
 _SHAFTS = 3  # the same, of slices alone
+_BODIES = 1  # the same, of strong occluders alone
 
 METHODS: dict[str, Method] = {
     "cull-map": by_cull_maps,
@@ -225,7 +226,7 @@ def settings_digest(options: PvsOptions, way: Way | None = None) -> bytes:
     if way == SLICES:
         kept = (_FORMAT, _SHAFTS, *way, options.reach, options.up)
     if way == STRONG:
-        kept = (_FORMAT, *way, options.up, options.ground)
+        kept = (_FORMAT, _BODIES, *way, options.up, options.ground)
     if way == TERRAIN:
         kept = (_FORMAT, *way, options.epsilon)
     if way == BOTH:

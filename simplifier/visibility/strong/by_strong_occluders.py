@@ -11,6 +11,7 @@ from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.kernels.hull_rays import VOLUME
 from simplifier.visibility.method import Seen, Sight, Task, better, check_plain, without_buried
+from simplifier.visibility.solid.buried import within_objects
 from simplifier.visibility.strong.convex_bodies import ConvexBodies
 from simplifier.visibility.strong.scene_occluders import occluders_of
 from simplifier.visibility.strong.strong_occluders import TwoLevels, cell_of
@@ -29,9 +30,11 @@ def by_strong_occluders(task: Task) -> Iterator[Sight]:
     """
     check_plain(task, "strong occluders")
     found = occluders_of(task.upright, task.options.ground, task.tell_objects, task.opaque)
-    cells = without_buried(
-        task, _buried(task.cells, found.occluders.bodies), lambda cell: "an object"
-    )
+    buried = _buried(task.cells, found.occluders.bodies)
+    hiding = task.upright if task.opaque is None else task.upright.with_scene(task.opaque)
+    # The boxes in what is not convex hide each other's side of it, from a viewer between them.
+    buried |= within_objects(hiding, task.cells)
+    cells = without_buried(task, buried, lambda cell: "an object")
     levels = TwoLevels(found.occluders, cells)
 
     def warnings() -> list[str]:

@@ -14,6 +14,7 @@ from simplifier.options.visibility import PvsOptions
 from simplifier.visibility.checking.check import CheckOptions, check_pvs
 from simplifier.visibility.find import find_pvs
 from simplifier.visibility.placing.cells import place_cells
+from tests.visibility.rooms import bent_hall
 from tests.visibility.scenes import PUZZLES
 
 OPTIONS = PvsOptions(up="z", method="strong", cell_size=5.0)
@@ -117,6 +118,18 @@ def test_buried_cells_are_refused_or_left_out():
         found_in(scene, cells)
     skipping = PvsOptions(up="z", method="strong", skip_buried=True)
     assert len(found_in(scene, cells, skipping).pvs.cells) == 1
+
+
+@pytest.mark.parametrize("base", [0.0, 1.0])
+def test_cells_in_what_is_not_convex_are_buried(base):
+    """The boxes in a hall around a corner hid its lamp from a cell that is in two of them."""
+    low = np.array([[0.6, 3.0, base + 0.1], [2.6, 3.0, base + 0.1], [3.5, 3.5, base + 0.1]])
+    cells = ViewCells.boxes(low, low + np.array([1.0, 0.9, 1.6]))
+    with pytest.raises(OptionError, match="cell 0 lies wholly within"):
+        found_in(bent_hall(base), cells)
+    skipping = PvsOptions(up="z", method="strong", skip_buried=True)
+    (left,) = found_in(bent_hall(base), cells, skipping).pvs.cells.low[:, 0]
+    assert left == pytest.approx(3.5)
 
 
 def test_large_cells_are_told_of():

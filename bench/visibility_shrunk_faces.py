@@ -137,8 +137,11 @@ def moved_faces(triangles: Triangles, distance: float) -> Triangles:
     return np.asarray(after[kept])
 
 
-def by_moved_faces(rooms: Rooms, edge: float, closed: bool) -> tuple[Blocks, float]:
-    """How lines are blocked, and what is left of the surface, 0 to 1."""
+def by_moved_faces(rooms: Rooms, edge: float, closed: bool) -> tuple[Blocks, Row]:
+    """How lines are blocked; ``seconds`` that took, ``left`` of the surface, and the share of that
+    which is ``outside`` of closed pieces, both 0 to 1.
+    """
+    begin = time.process_time()
     wanted = rooms.closed if closed else np.ones(len(rooms.closed), dtype=np.bool_)
     reach = 0.5 * edge * 3.0**0.5
     parts = [
@@ -146,7 +149,15 @@ def by_moved_faces(rooms: Rooms, edge: float, closed: bool) -> tuple[Blocks, flo
         for index in np.unique(rooms.objects[wanted]).tolist()
     ]
     left = np.concatenate([np.empty((0, 3, 3)), *parts])
-    return by_triangles(left), float(_areas(left).sum() / _areas(rooms.triangles).sum())
+    blocks = by_triangles(left)
+    seconds = time.process_time() - begin
+    areas = _areas(left)
+    outside = areas[rooms.is_free(left.mean(axis=1))].sum() / max(areas.sum(), 1e-300)
+    return blocks, {
+        "seconds": seconds,
+        "left": float(areas.sum() / _areas(rooms.triangles).sum()),
+        "outside": float(outside),
+    }
 
 
 def by_triangles(triangles: Triangles) -> Blocks:
@@ -162,8 +173,11 @@ def by_triangles(triangles: Triangles) -> Blocks:
 
 def by_eroded_grid(
     rooms: Rooms, edge: float, cell: float, viewers: ViewCells
-) -> tuple[Blocks, float]:
-    """How lines are blocked, and what is left of the volume that closed pieces fill."""
+) -> tuple[Blocks, Row]:
+    """How lines are blocked; ``seconds`` that took, and what is ``left`` of the volume that closed
+    pieces fill, 0 to 1.
+    """
+    begin = time.process_time()
     grid = Grid.around(rooms.upright, cell)
     slices = slices_of(rooms.upright, grid, viewers)
     solid = np.ones(tuple(grid.shape), dtype=np.bool_)
@@ -174,12 +188,14 @@ def by_eroded_grid(
     window = 2 * int(np.ceil(0.5 * edge / cell)) + 1
     eroded = ndimage.minimum_filter(solid, window, mode="constant", cval=False)
 
+    seconds = time.process_time() - begin
+
     def blocks(eye: FloatArray, points: FloatArray) -> BoolArray:
         found = np.zeros(len(points), dtype=np.bool_)
         blocked_by_voxels(grid.to_grid(eye), grid.to_grid(points), eroded, found)
         return found
 
-    return blocks, float(eroded.sum() / max(solid.sum(), 1))
+    return blocks, {"seconds": seconds, "left": float(eroded.sum() / max(solid.sum(), 1))}
 
 
 def _angles(triangles: Triangles) -> FloatArray:
@@ -230,20 +246,18 @@ def edge_rows(
     cells = ViewCells.boxes(eyes - 0.5 * edge, eyes + 0.5 * edge)
     seen = np.array([seen_points(rooms, eye, edge) for eye in eyes])
     seen_objects = _by_object(rooms, seen)
-    ways: dict[str, Callable[[], tuple[Blocks, float]]] = {
+    ways: dict[str, Callable[[], tuple[Blocks, Row]]] = {
         "published": lambda: by_moved_faces(rooms, edge, closed=False),
         "closed": lambda: by_moved_faces(rooms, edge, closed=True),
         "grid": lambda: by_eroded_grid(rooms, edge, _FINE * options.reach, cells),
     }
     common = {"scene": name, "edge": edge, "cells": len(eyes), "objects": len(rooms.upright.scene)}
     for way, shrink in ways.items():
-        begin = time.process_time()
-        blocks, left = shrink()
-        seconds = time.process_time() - begin
+        blocks, figures = shrink()
         open_ = np.array([~blocks(eye, rooms.points) for eye in eyes])
         sets = _by_object(rooms, open_)
         yield {
-            **common, "way": way, "left": left, "seconds": seconds,
+            **common, "way": way, **figures,
             "visible": sets.sum(axis=1).mean(), "seen": seen_objects.sum(axis=1).mean(),
             "slices_hidden": _slices_hidden(rooms, open_),
             "leaks": int((seen_objects & ~sets).sum()),

@@ -33,6 +33,16 @@ def test_faces_whose_paths_meet_are_dropped(thickness, count):
     assert len(moved_faces(triangles_of(box((5.0, 5.0, thickness))), 0.25)) == count
 
 
+def test_what_is_smaller_than_the_move_turns_inside_out_where_all_faces_share_corners():
+    """As published: nothing is dropped, and what is left lies outside of the tetrahedron."""
+    corners = np.eye(4)[:, :3]
+    faces = corners[np.array([[3, 1, 0], [3, 0, 2], [0, 1, 2], [3, 2, 1]])]
+    assert moved_faces(faces, 0.1).min() == pytest.approx(0.1)
+    moved = moved_faces(faces, 0.3)
+    assert len(moved) == 4
+    assert moved.min() < -0.2
+
+
 def test_faces_move_by_the_distance_at_least():
     moved = moved_faces(triangles_of(sphere(2.0)), 0.3)
     assert len(moved) > 400
@@ -90,5 +100,5 @@ def test_an_open_sheet_that_is_moved_hides_what_is_seen_past_it():
     # The lamp hides its own far sides in neither.
     assert (published(eye, rooms.points[of_lamp])).all()
     assert not closed(eye, rooms.points[of_lamp]).any()
-    assert left == 0.0
+    assert left["left"] == 0.0
     assert seen_points(rooms, eye, 0.5)[of_lamp].any()

@@ -292,7 +292,8 @@ def _by_object(rooms: Rooms, points: BoolArray) -> BoolArray:
 def _slices_hidden(rooms: Rooms, open_: BoolArray) -> float:
     """The share of the objects' slices along three axes that have points, none of them open."""
     low, high = rooms.upright.boxes[rooms.owners].swapaxes(0, 1)
-    share = (rooms.points - low) / np.maximum(high - low, 1e-300)
+    wide = high > low  # a flat box is all in its first slice
+    share = np.where(wide, (rooms.points - low) / np.where(wide, high - low, 1.0), 0.0)
     places = np.clip((share * _SLICES).astype(np.int64), 0, _SLICES - 1)
     hidden = total = 0
     for axis in range(3):

@@ -17,10 +17,11 @@
     shrinking  three ways to shrink occluders: the sets they give, seconds, and memory beside them
     strong  the tables of the paper on strong occluders, beside what it prints: strong_city (its 1
            and 2), strong_ranks (3), strong_levels (4) and strong_spheres (5)
-    choice  what auto takes of eight scenes, its sentence, what it foretells and what comes, beside
-           each method that can serve.  Needs the shared assets; only when asked for
-    walks  triangles drawn along a walk of 600 frames by sets, by occluders and by both.  Only when
+    choice  what auto takes of nine scenes, its sentence, what it foretells and what comes, beside
+           each method that can serve, by processor time.  Needs the shared assets; only when
            asked for
+    walks  triangles drawn along walks of 600 frames through seven scenes by sets, by occluders and
+           by both.  Needs the shared assets; only when asked for
     check  100,000 viewpoints of the generated city that look past silhouettes, and 2,000 that draw
            item buffers on six faces: leaks, of which there must be none.  Long: only when asked for
 
@@ -39,7 +40,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.record import Row, told, write_page, write_table
+from bench.record import Row, tell_parts, told, write_page, write_table
 from bench.visibility_choice import choice_rows
 from bench.visibility_city import streets
 from bench.visibility_plot import plot_cells
@@ -57,7 +58,7 @@ from simplifier.geometry.view_cells import ViewCells
 from simplifier.io.pvs_file import encode_pvs
 from simplifier.io.scene import load_scene
 from simplifier.options.visibility import Method, PvsOptions
-from simplifier.progress import TellShare
+from simplifier.progress import TellCount, TellShare
 from simplifier.visibility.checking.check import CheckOptions, check_pvs
 from simplifier.visibility.find import Found, Watch, find_pvs
 from simplifier.visibility.placing.cells import place_cells
@@ -194,7 +195,8 @@ def check_rows(
         ("pictures", CheckOptions(cells, pictures, azimuths=0, pictures=pictures, seed=2)),
     ):
         begin = time.perf_counter()
-        check = check_pvs(upright.scene, found.pvs, options, _told_share(what))
+        tell = _told_share(tell_parts(f"check: {what}, cells"), cells)
+        check = check_pvs(upright.scene, found.pvs, options, tell)
         yield {
             "by": what,
             "cells": len(check.rows),
@@ -205,17 +207,8 @@ def check_rows(
         }
 
 
-def _told_share(what: str) -> TellShare:
-    """Tells of every twentieth part."""
-    known = {0}
-
-    def tell(share: float) -> None:
-        part = int(20 * share)
-        if part not in known:
-            known.add(part)
-            print(f"check: {what} {5 * part} %", flush=True)
-
-    return tell
+def _told_share(tell: TellCount, total: int) -> TellShare:
+    return lambda share: tell(round(share * total), total)
 
 
 def main(words: Sequence[str] | None = None) -> None:

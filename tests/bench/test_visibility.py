@@ -33,4 +33,4 @@ def test_the_wide_check_looks_by_lines_and_by_pictures(capsys):
     assert (lines["by"], lines["viewpoints"], lines["leaks"]) == ("lines", 32, 0)
     assert (pictures["by"], pictures["viewpoints"], pictures["leaks"]) == ("pictures", 4, 0)
 
-    assert "check: pictures 50 %" in capsys.readouterr().out
+    assert "check: pictures, cells 2 of 4" in capsys.readouterr().out

@@ -46,7 +46,7 @@ _OVERRIDES = Wanted(
     largest=1 << 20,  # a thousand times what people write
     fault=InvalidOverridesError,
 )
-_PARTS: Mapping[JobKind, tuple[Wanted, ...]] = {
+PARTS: Mapping[JobKind, tuple[Wanted, ...]] = {
     JobKind.OCCLUDER: (_MESH, _OVERRIDES),
     JobKind.EVALUATION: (
         _MESH,
@@ -92,7 +92,7 @@ def _upload_route(kind: JobKind) -> dict[str, Any]:
     return {
         "response_class": Response,
         "responses": RESULT_OR_JOB,
-        "openapi_extra": upload_docs(kind, _PARTS[kind], RAW.get(kind, ())),
+        "openapi_extra": upload_docs(kind, PARTS[kind], RAW.get(kind, ())),
     }
 
 
@@ -105,7 +105,7 @@ async def make_occluders(request: Request, services: TheServices, caller: Writer
     result at once.
     """
     kind = JobKind.OCCLUDER
-    return await submit_upload(request, services, caller, kind, _PARTS[kind])
+    return await submit_upload(request, services, caller, kind, PARTS[kind])
 
 
 @router.post("/evaluations", summary="Judge an occluder", **_upload_route(JobKind.EVALUATION))
@@ -114,14 +114,14 @@ async def judge_occluder(request: Request, services: TheServices, caller: Writer
     and `overrides` of the mesh where there are some.
     """
     kind = JobKind.EVALUATION
-    return await submit_upload(request, services, caller, kind, _PARTS[kind])
+    return await submit_upload(request, services, caller, kind, PARTS[kind])
 
 
 @router.post("/scenes", summary="Make occluders of a scene", **_upload_route(JobKind.SCENE))
 async def make_scene(request: Request, services: TheServices, caller: Writer) -> Response:
     """A tree of occluders: one an object, and others above for what is far away."""
     kind = JobKind.SCENE
-    return await submit_upload(request, services, caller, kind, _PARTS[kind])
+    return await submit_upload(request, services, caller, kind, PARTS[kind])
 
 
 @router.post(
@@ -135,7 +135,7 @@ async def find_visible_sets(request: Request, services: TheServices, caller: Wri
     Results are the file `sets.pvs`, `report.json` and `cells.png`, a plan of the cells.
     """
     kind = JobKind.VISIBILITY
-    return await submit_upload(request, services, caller, kind, _PARTS[kind])
+    return await submit_upload(request, services, caller, kind, PARTS[kind])
 
 
 @router.post(

@@ -70,7 +70,7 @@ def _about(detail: RunDetail) -> None:
         if job.kind is JobKind.TRADEOFF:
             if job.asset_id:
                 ui.link("the trade-off", f"/tradeoff/{job.asset_id}")
-        elif job.state.ended and job.kind is not JobKind.VISIBILITY:
+        elif job.state.ended:
             ui.link("Run again with other settings", f"/submit?from={job.id}")
 
 

@@ -47,7 +47,8 @@ def _show_figures(line: JobLine) -> None:
             ui.link("See the trade-off", f"/tradeoff/{line.asset_id}")
         elif line.asset_id:
             ui.link("See the asset", f"/assets/{line.asset_id}")
-        ui.link("See the job", f"/jobs/{line.id}")
+        sets = line.kind is JobKind.VISIBILITY
+        ui.link("See the visible sets" if sets else "See the job", f"/jobs/{line.id}")
         if line.kind is not JobKind.TRADEOFF:
             ui.link("Run again with other settings", f"/submit?from={line.id}")
 
@@ -58,6 +59,8 @@ def _term(name: str) -> None:
 
 
 def _figures(line: JobLine) -> list[tuple[str, str]]:
+    if line.kind is JobKind.VISIBILITY:
+        return [("time", seconds(line.seconds))]
     swept = line.kind is JobKind.TRADEOFF
     return [
         ("triangles", f"{line.triangles:,}" if line.triangles is not None else "-"),

@@ -1,4 +1,4 @@
-"""New meshes with their settings, and the jobs that come of them.
+"""New files with their settings, and the jobs that come of them.
 
 The browser has the files, sends them, and keeps the settings from one visit to the next.
 """
@@ -14,16 +14,10 @@ from nicegui.events import GenericEventArguments
 from service.dashboard.asset.panels import file_size
 from service.dashboard.jobs.live_job import LiveJob
 from service.dashboard.notices import warn
+from service.dashboard.submit.intake import COMMON, Intake
 from service.dashboard.submit.option_form import OptionForm
 from service.dashboard.submit.typed import asset_names, remembered_options
 from service.dashboard.visitor import Visitor
-from service.jobs.job import JobKind
-from simplifier import MESH_SUFFIXES
-
-COMMON = (
-    "budget", "preset", "ground", "up", "viewers", "resolution", "error_bound", "lods",
-)  # fmt: skip
-"""Settings that most people need, in this order."""
 
 _LONGEST_NAME = 300
 
@@ -31,29 +25,25 @@ _LONGEST_NAME = 300
 class SubmitForm:
     """The panel of a submission, and below it a panel a job."""
 
-    def __init__(self, visitor: Visitor, asset: str) -> None:
+    def __init__(self, visitor: Visitor, intake: Intake, asset: str = "") -> None:
         self._visitor = visitor
         self._files: list[str] = []
-        self._table = visitor.services.tables[JobKind.OCCLUDER]
+        self._table = visitor.services.tables[intake.kind]
         with ui.element("section").classes("panel"):
             self._uploader = Uploader(
-                visitor.services.settings.max_upload,
+                intake, visitor.services.settings.max_upload,
                 on_chosen=self._hear_chosen, on_sent=self._hear_sent, on_done=self._hear_done,
             )  # fmt: skip
-            self._asset = ui.input("Asset", value=asset[:_LONGEST_NAME]).classes("asset-name")
-            self._asset.props(f"dense outlined maxlength={_LONGEST_NAME} autocomplete=off")
-            self._asset.props["hint"] = (
-                "Whose run it becomes, such as props/castle; may stay empty. Several files become "
-                "assets of their own below it."
-            )
-            self._form = OptionForm(self._table, COMMON)
+            self._asset = _asset_input(asset) if intake.assets else None
+            self._form = OptionForm(self._table, COMMON[intake.kind])
             with ui.element("div").classes("row-of-controls"):
                 self._button = ui.button("Submit", on_click=self._submit)
                 self._button.props("no-caps unelevated")
                 ui.button("Defaults", on_click=self._reset).props("no-caps flat")
-                self._words = ui.label("Choose a mesh first.").classes("quiet").props("role=status")
+                words = ui.label(f"Choose {intake.one} first.")
+                self._words = words.classes("quiet").props("role=status")
             self._button.disable()
-        self._remembered = Remembered("submit", self._hear_kept)
+        self._remembered = Remembered(intake.place.strip("/"), self._hear_kept)
         self._jobs = ui.element("div").classes("live-jobs")
 
     def _hear_chosen(self, names: list[str]) -> None:
@@ -71,7 +61,8 @@ class SubmitForm:
         self._remembered.keep(self._form.typed)
         self._button.disable()
         self._words.text = "Sending"
-        self._uploader.send(form.given, asset_names(self._asset.value or "", self._files))
+        asset = self._asset.value or "" if self._asset else ""
+        self._uploader.send(form.given, asset_names(asset, self._files))
 
     def _hear_sent(self, job_id: str) -> None:
         with self._jobs:
@@ -90,12 +81,23 @@ class SubmitForm:
         self._form.reset()
 
 
+def _asset_input(name: str) -> ui.input:
+    entry = ui.input("Asset", value=name[:_LONGEST_NAME]).classes("asset-name")
+    entry.props(f"dense outlined maxlength={_LONGEST_NAME} autocomplete=off")
+    entry.props["hint"] = (
+        "Whose run it becomes, such as props/castle; may stay empty. Several files become "
+        "assets of their own below it."
+    )
+    return entry
+
+
 class Uploader(Element, component="uploader.js"):
-    """Meshes that wait to be sent are named by ``on_chosen``, each job that came of one by
+    """Files that wait to be sent are named by ``on_chosen``, each job that came of one by
     ``on_sent``; ``on_done`` follows the last."""
 
     def __init__(
         self,
+        intake: Intake,
         largest: int,
         *,
         on_chosen: Callable[[list[str]], object],
@@ -103,12 +105,14 @@ class Uploader(Element, component="uploader.js"):
         on_done: Callable[[], object],
     ) -> None:
         super().__init__()
-        self.props["address"] = "/v1/occluders"
-        self.props["accept"] = ",".join([*sorted(MESH_SUFFIXES), ".toml"])
-        formats = ", ".join(one.removeprefix(".") for one in sorted(MESH_SUFFIXES))
+        suffixes = intake.suffixes
+        self.props["address"] = intake.address
+        self.props["title"] = intake.title
+        self.props["overrides"] = intake.overrides
+        self.props["accept"] = ",".join(suffixes + [".toml"] * intake.overrides)
+        formats = ", ".join(one.removeprefix(".") for one in suffixes)
         self.props["help"] = (
-            f"Choose or drop {formats}; each at most {file_size(largest)}. "
-            "castle.overrides.toml goes along with castle.glb."
+            f"Choose or drop {formats}; each at most {file_size(largest)}. {intake.advice}"
         )
 
         def hear_chosen(event: GenericEventArguments) -> None:

@@ -1,4 +1,4 @@
-"""The page that takes meshes in, or an earlier job's once more with other settings.
+"""The pages that take meshes or scenes in, or an earlier job's once more with other settings.
 
 The second needs no upload: what was sent is stored with the job.
 """
@@ -17,23 +17,41 @@ from service.access.key import Scope
 from service.dashboard.frame import page_frame
 from service.dashboard.jobs.live_job import LiveJob
 from service.dashboard.notices import showing_refusals, showing_unknown, warn
+from service.dashboard.submit.intake import COMMON, INTAKES, MESHES, SCENES, Intake
 from service.dashboard.submit.option_form import OptionForm
-from service.dashboard.submit.submit_form import COMMON, SubmitForm
+from service.dashboard.submit.submit_form import SubmitForm
 from service.dashboard.submit.typed import typed_options
 from service.dashboard.visitor import Visitor, current_visitor
 from service.jobs.job import OVERRIDES_FILE, Job, JobFile, JobKind
 from service.routes import actions
 
+_WHAT = {JobKind.SCENE: "scene", JobKind.VISIBILITY: "scene"}
 
-@ui.page("/submit")
+
+@ui.page(MESHES.place)
 async def submit_page(earlier: Annotated[str, Query(alias="from")] = "", asset: str = "") -> None:
     """``from`` is a job whose mesh is to be run again, ``asset`` the name to begin with."""
     visitor = current_visitor()
     if earlier:
         await _again(visitor, earlier)
         return
+    _show(visitor, MESHES, asset)
+
+
+@ui.page(SCENES.place)
+async def submit_scenes_page() -> None:
+    """For visible sets."""
+    _show(current_visitor(), SCENES)
+
+
+def _show(visitor: Visitor, intake: Intake, asset: str = "") -> None:
     with page_frame("Submit", here="/submit"):
-        SubmitForm(visitor, asset)
+        with ui.element("nav").props('aria-label="What to submit"').classes("places"):
+            for one in INTAKES:
+                link = ui.link(one.name, one.place).classes("place")
+                if one is intake:
+                    link.props('aria-current="page"')
+        SubmitForm(visitor, intake, asset)
 
 
 async def _again(visitor: Visitor, earlier: str) -> None:
@@ -45,7 +63,7 @@ async def _again(visitor: Visitor, earlier: str) -> None:
     with showing_unknown():
         job = await run_sync(find)
         with page_frame("Run again", here="/submit"):
-            AgainForm(visitor, job, COMMON)
+            AgainForm(visitor, job)
 
 
 @dataclass(frozen=True)
@@ -68,12 +86,12 @@ class Earlier:
 class AgainForm:
     """The panel, filled with the settings of the earlier job, and below it a panel a job."""
 
-    def __init__(self, visitor: Visitor, earlier: Earlier, common: tuple[str, ...]) -> None:
+    def __init__(self, visitor: Visitor, earlier: Earlier) -> None:
         self._visitor, self._earlier = visitor, earlier
         table = visitor.services.tables[earlier.kind]
         with ui.element("section").classes("panel"):
             with ui.element("div").classes("row-of-controls"):
-                ui.label("The mesh of").classes("quiet")
+                ui.label(f"The {_WHAT.get(earlier.kind, 'mesh')} of").classes("quiet")
                 ui.link(earlier.name, f"/jobs/{earlier.id}").classes("name")
                 if earlier.overridden:
                     ui.label("with").classes("quiet")
@@ -83,6 +101,7 @@ class AgainForm:
                     ui.label("asset").classes("quiet")
                     ui.label(earlier.asset).classes("name")
             names = {one.name for one in table.fields}
+            common = COMMON.get(earlier.kind, COMMON[JobKind.OCCLUDER])
             self._form = OptionForm(table, tuple(name for name in common if name in names))
             self._form.fill(typed_options(table, earlier.options))
             ui.button("Run again", on_click=self._run).props("no-caps unelevated")

@@ -13,7 +13,7 @@ export default {
     <div>
       <div class="drop-zone" :class="{ over }" @dragover.prevent="over = true"
            @dragleave="over = false" @drop.prevent="drop">
-        <label :for="inputId" class="panel-title">Meshes</label>
+        <label :for="inputId" class="panel-title">{{ title }}</label>
         <input :id="inputId" ref="input" type="file" multiple :accept="accept" :disabled="busy"
                :aria-describedby="helpId" @change="choose" />
         <span :id="helpId" class="option-help">{{ help }}</span>
@@ -42,7 +42,7 @@ export default {
       </table>
     </div>`,
 
-  props: { address: String, accept: String, help: String },
+  props: { address: String, title: String, accept: String, help: String, overrides: Boolean },
 
   data() {
     return { files: [], over: false, busy: false, next: 0 };
@@ -87,7 +87,7 @@ export default {
 
     add(files) {
       for (const file of files) {
-        const overrides = /\.toml$/i.test(file.name);
+        const overrides = this.overrides && /\.toml$/i.test(file.name);
         if (overrides) this.files = this.files.filter((one) => !this.awaits(one, file.name));
         this.files.push({ key: this.next++, file, overrides, state: "chosen", share: 0, fault: "" });
       }

@@ -153,8 +153,6 @@ def handle_failures(app: FastAPI, routes: Sequence[BaseRoute] = ()) -> None:
 def _of_http(request: Request, error: HTTPException, routes: Sequence[BaseRoute]) -> ServiceError:
     path = request.scope["path"]
     match error.status_code:
-        case 404:
-            return NotFoundError(f"there is nothing at '{path}'", remedy="see /docs")
         case 405:
             methods = ", ".join(_methods(path, routes))
             return MethodNotAllowedError(
@@ -162,10 +160,26 @@ def _of_http(request: Request, error: HTTPException, routes: Sequence[BaseRoute]
                 remedy=f"use {methods or 'GET'}",
                 headers={"Allow": methods or "GET"},
             )
-        case status if status < 500:
+        case status if status < 500 and status != 404:
             return BadRequestError(str(error.detail))
+        case status:
+            return refusal_of(status, path)
+
+
+def refusal_of(status: int, path: str) -> ServiceError:
+    """What a framework's own refusal of a path amounts to, of which the status is known."""
+    match status:
+        case 404:
+            return NotFoundError(f"there is nothing at '{path}'", remedy="see /docs")
+        case 405:
+            return MethodNotAllowedError(f"'{path}' has no such method", remedy="see Allow")
+        case 422:
+            fault = FieldError("query", "a field is missing or out of range", "follow a link here")
+            return InvalidOptionsError([fault])
+        case status if status < 500:
+            return BadRequestError("the request cannot be understood", remedy="see /docs")
         case _:
-            return ServiceError(str(error.detail))
+            return ServiceError("something went wrong that should not have", remedy="try again")
 
 
 def _methods(path: str, routes: Sequence[BaseRoute]) -> list[str]:
@@ -187,7 +201,8 @@ def _of_field(fault: Mapping[str, Any]) -> FieldError:
     name = ".".join(str(part) for part in names)[:_LONGEST_ECHO] or "body"
     missing = fault["type"] == "missing"
     given = "" if missing else f" (it is {ascii(fault.get('input'))[:_LONGEST_ECHO]})"
-    return FieldError(name, f"{fault['msg'].rstrip('.')}{given}", "see /docs for what it may be")
+    what = fault["msg"].removeprefix("Value error, ").rstrip(".")
+    return FieldError(name, f"{what}{given}", "see /docs for what it may be")
 
 
 def problem_of_job(job: Job) -> ServiceError:

@@ -7,10 +7,10 @@ from urllib.parse import quote
 from anyio.to_thread import run_sync
 from fastapi import FastAPI
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.responses import JSONResponse, RedirectResponse
+from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.answers.problems import MEDIA_TYPE, problem_of
+from service.answers.problems import MEDIA_TYPE, ProblemResponse, refusal_of
 from service.dashboard.visitor import Visitor
 from service.errors import ServiceError, UnauthenticatedError
 from service.routes.services import Services
@@ -45,6 +45,7 @@ class Gate:
         self._owner = owner
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        send = _with_problems(send, scope["path"])
         if scope["path"].startswith(_OPEN):
             await self._pages(scope, receive, send)
             return
@@ -72,6 +73,35 @@ def _with_policy(send: Send) -> Send:
     return send_with_policy
 
 
+def _with_problems(send: Send, path: str) -> Send:
+    """What frameworks refuse in words of their own, as everything else here is refused.
+
+    Pages that say what is wrong stay as they are.
+    """
+    replaced = False
+
+    async def send_problems(message: Message) -> None:
+        nonlocal replaced
+        if message["type"] == "http.response.start":
+            status = message["status"]
+            kind = Headers(raw=message["headers"]).get("content-type", "")
+            replaced = status >= 400 and not kind.startswith(("text/html", MEDIA_TYPE))
+            if replaced:
+                answer = ProblemResponse(refusal_of(status, path), path)
+                answer.headers.update(_kept(message))
+                await send({**message, "status": answer.status_code, "headers": answer.raw_headers})
+                await send({"type": "http.response.body", "body": answer.body})
+        if not replaced:
+            await send(message)
+
+    return send_problems
+
+
+def _kept(message: Message) -> dict[str, str]:
+    headers = Headers(raw=message["headers"])
+    return {"Allow": headers["allow"]} if "allow" in headers else {}
+
+
 async def _refuse(refusal: ServiceError, scope: Scope, receive: Receive, send: Send) -> None:
     if scope["type"] == "websocket":
         await send({"type": "websocket.close", "code": 1008})
@@ -80,13 +110,7 @@ async def _refuse(refusal: ServiceError, scope: Scope, receive: Receive, send: S
     if is_page and isinstance(refusal, UnauthenticatedError):
         await RedirectResponse(sign_in_address(scope), 303)(scope, receive, send)
         return
-    answer = JSONResponse(
-        problem_of(refusal, scope["path"]),
-        refusal.status,
-        headers=refusal.headers,
-        media_type=MEDIA_TYPE,
-    )
-    await answer(scope, receive, send)
+    await ProblemResponse(refusal, scope["path"])(scope, receive, send)
 
 
 def sign_in_address(scope: Scope) -> str:

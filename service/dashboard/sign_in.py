@@ -16,6 +16,7 @@ from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse, Resp
 from service.access.session import COOKIE, SESSION_SECONDS
 from service.errors import ServiceError, TooManyAttemptsError
 from service.routes.services import TheServices
+from service.uploads.body import SmallBodyRoute
 
 STYLE = "/dashboard/style.css"
 
@@ -53,7 +54,8 @@ _PAGE = """<!doctype html>
 </html>
 """
 
-router = APIRouter(include_in_schema=False)
+# Nobody has shown a key yet: the form is read as any small body is, and no further.
+router = APIRouter(include_in_schema=False, route_class=SmallBodyRoute)
 
 
 @router.get(STYLE)

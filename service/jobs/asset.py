@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
@@ -32,12 +33,36 @@ class Thresholds:
 LONGEST_NAME = 300
 """Characters of an asset's name."""
 
+_UNSEEN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
+"""Categories of Unicode: controls, direction marks, halves of pairs, ends of lines, paragraphs."""
+
+_JOINERS = "\u200c\u200d"
+"""Unseen, too, but scripts are spelled by them, and emoji are made of them."""
+
+
+def asset_name(text: str) -> str:
+    """An asset's name as it is kept: composed (NFC), so that what looks the same is the same.
+
+    Raises ValueError that says what is wrong with one that nobody could type, or tell from others.
+    """
+    name = unicodedata.normalize("NFC", text)
+    if not 1 <= len(name) <= LONGEST_NAME:
+        raise ValueError(f"it has {len(name)} characters, and may have 1 to {LONGEST_NAME}")
+    unseen = [one for one in name if unicodedata.category(one) in _UNSEEN and one not in _JOINERS]
+    if unseen:
+        raise ValueError(f"it holds U+{ord(unseen[0]):04X}, which cannot be seen")
+    if name != name.strip():
+        raise ValueError("it begins or ends with a space")
+    if not name.strip(_JOINERS):
+        raise ValueError("nothing of it can be seen")
+    return name
+
 
 @dataclass(frozen=True)
 class Asset:
     """A name of a tenant's, and the latest of its runs that succeeded.
 
-    ``name``  any text up to :data:`LONGEST_NAME`, slashes among it; ``id`` is for addresses.
+    ``name``  as :func:`asset_name` has it, slashes among it; ``id`` is for addresses.
     """
 
     id: str

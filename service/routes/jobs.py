@@ -16,8 +16,9 @@ from service.routes import actions
 from service.routes.docs import EVERYWHERE, IDEMPOTENCY_KEY, NEW_JOB, refusals
 from service.routes.services import KEYED, Reader, Services, TheServices, Writer
 from service.schemas.job import JobBody, JobPageBody, Moment
+from service.uploads.body import SmallBodyRoute
 
-router = APIRouter(prefix="/v1", tags=["jobs"], dependencies=KEYED)
+router = APIRouter(prefix="/v1", tags=["jobs"], dependencies=KEYED, route_class=SmallBodyRoute)
 
 
 LARGEST_NUMBER = 2**63 - 1

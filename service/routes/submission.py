@@ -19,7 +19,7 @@ from service.answers.following import ended_within
 from service.answers.problems import problem_of_job
 from service.errors import FieldError, InvalidOptionsError, QueueFullError
 from service.headers import idempotency_key, wait_seconds
-from service.jobs.asset import LONGEST_NAME
+from service.jobs.asset import asset_name
 from service.jobs.job import Job, JobKind, JobState, Submission
 from service.jobs.stores import LONGEST_URL
 from service.routes.jobs import job_body
@@ -30,8 +30,18 @@ from service.uploads.receiving import Uploads, Wanted, receive
 
 _SHORT = 1 << 20  # bytes
 
-_LABELS = ("asset", "webhook")
 _FOR_UPLOADS = "filename"  # which says the format of a raw body
+
+
+def _webhook(text: str) -> str:
+    """A webhook, as far as its length goes; the rest is judged by who sends it."""
+    if not 1 <= len(text) <= LONGEST_URL:
+        raise ValueError(f"it has {len(text)} characters, and may have 1 to {LONGEST_URL}")
+    return text
+
+
+_LABELS: Mapping[str, Callable[[str], str]] = {"asset": asset_name, "webhook": _webhook}
+"""What comes beside the options; each as it is kept, or a ValueError that says what is wrong."""
 
 
 async def submit_upload(
@@ -145,10 +155,12 @@ def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) ->
     both += [name for name in _LABELS if sum(one == name for one, _ in labels) > 1]
     faults = [FieldError(name, "it is given twice", "give it once") for name in both]
     said = dict(labels)
-    for name, most in zip(_LABELS, (LONGEST_NAME, LONGEST_URL), strict=True):
-        if name in said and not 1 <= len(said[name]) <= most:
-            remedy = f"give 1 to {most} characters, or leave it out"
-            faults.append(FieldError(name, f"it has {len(said[name])} characters", remedy))
+    for name, check in _LABELS.items():
+        if name in said:
+            try:
+                said[name] = check(said[name])
+            except ValueError as error:
+                faults.append(FieldError(name, str(error), "choose another, or leave it out"))
     resolved = _collect_faults(faults, lambda: table.read({**options, **more}))
     if faults:
         raise InvalidOptionsError(faults)

@@ -31,10 +31,12 @@ from service.routes.services import KEYED, TheServices, Writer
 from service.routes.submission import submit_upload
 from service.schemas.job import JobBody
 from service.schemas.job_options import option_tables
+from service.uploads.body import SmallBodyRoute
 from service.uploads.receiving import Wanted
 from simplifier import ELEVATION_SUFFIXES, MESH_SUFFIXES
 
 router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
+_without_upload = APIRouter(route_class=SmallBodyRoute)
 
 _MESH = Wanted("mesh", MESH_SUFFIXES, "The mesh, with a file name.")
 _OVERRIDES = Wanted(
@@ -138,7 +140,7 @@ async def find_visible_sets(request: Request, services: TheServices, caller: Wri
     return await submit_upload(request, services, caller, kind, PARTS[kind])
 
 
-@router.post(
+@_without_upload.post(
     "/assets/{asset_id}/tradeoff",
     status_code=202,
     response_description="The job.",
@@ -164,3 +166,6 @@ def measure_tradeoff(
     job = actions.sweep(services, caller, asset_id, options, idempotency_key(request.headers))
     response.headers["Location"] = f"/v1/jobs/{job.id}"
     return job_body(services, caller, job)
+
+
+router.include_router(_without_upload)

@@ -7,13 +7,15 @@ from dataclasses import asdict
 from datetime import datetime
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
-from service.jobs.asset import LONGEST_NAME, Asset, Thresholds
+from service.jobs.asset import LONGEST_NAME, Asset, Thresholds, asset_name
 from service.jobs.job import Job, JobFile, inputs_by_part
 from service.schemas.job import JobBody, SummaryBody, moment
 
-Name = Annotated[str, StringConstraints(min_length=1, max_length=LONGEST_NAME)]
+Name = Annotated[
+    str, StringConstraints(min_length=1, max_length=LONGEST_NAME), AfterValidator(asset_name)
+]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -38,7 +40,10 @@ class ThresholdsBody(BaseModel):
 class NewAsset(ThresholdsBody):
     """An asset to be made, or what is to be demanded of it from now on."""
 
-    name: Name = Field(description="Any text; slashes are welcome.", examples=["props/castle"])
+    name: Name = Field(
+        description="Any text that can be seen, without spaces around it; slashes are welcome.",
+        examples=["props/castle"],
+    )
 
 
 class AssetLinks(BaseModel):

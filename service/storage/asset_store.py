@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Hashable, Mapping
+from unicodedata import normalize
 
 from sqlalchemy import delete, func, select, tuple_
 from sqlalchemy.orm import Session
@@ -44,7 +45,9 @@ class SqlAssetStore:
         if name is not None:
             query = query.where(AssetRow.name == name)
         if contains:
-            query = query.where(func.instr(AssetRow.folded, contains.casefold()) > 0)
+            query = query.where(
+                func.instr(AssetRow.folded, normalize("NFC", contains).casefold()) > 0
+            )
         if after is not None:
             query = query.where(tuple_(AssetRow.name, AssetRow.number) > _position(after))
         with self._database.reading() as session:

@@ -22,6 +22,7 @@ _GRACE = 60.0
 """Seconds before the rate of an upload counts."""
 
 _SMALL = 64 << 10
+_SMALL_SECONDS = 20.0
 
 
 class Body:
@@ -89,16 +90,26 @@ class Body:
 
 
 class SmallBodyRoute(APIRoute):
-    """Reads no more of a body than a form of a few fields needs, however long it is said to be.
+    """Reads no more of a body than a form of a few fields needs, however long it is said to be,
+    and for no longer.
 
-    Raises :class:`~service.errors.TooLargeError`.
+    Raises :class:`~service.errors.TooLargeError` and :class:`~service.errors.UploadTimeoutError`.
     """
 
     def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
         handle = super().get_route_handler()
 
         async def handle_small_body(request: Request) -> Response:
-            return await handle(_request_with(request, await _short_body(request)))
+            try:
+                async with asyncio.timeout(_SMALL_SECONDS):
+                    body = await _short_body(request)
+            except TimeoutError:
+                raise UploadTimeoutError(
+                    f"the body did not come within {_SMALL_SECONDS:g} seconds",
+                    remedy="send again without pauses",
+                    headers={"Connection": "close"},
+                ) from None
+            return await handle(_request_with(request, body))
 
         return handle_small_body
 

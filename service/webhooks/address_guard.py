@@ -10,6 +10,7 @@ must be allowed, and the connection is made to an address that was judged
 from __future__ import annotations
 
 import asyncio
+import logging
 import socket
 import threading
 from collections.abc import Awaitable, Callable
@@ -24,6 +25,8 @@ from service.jobs.stores import LONGEST_URL
 Address = IPv4Address | IPv6Address
 Resolve = Callable[[str, int], Awaitable[list[Address]]]
 """The addresses of a host name and a port.  Raises :class:`socket.gaierror`."""
+
+_log = logging.getLogger("service.webhooks")
 
 _RESOLVE_SECONDS = 2.0  # that a submission waits for a name; it is judged again when it is used
 
@@ -86,8 +89,9 @@ async def check_webhook(url: str, *, allow_private: bool, resolve: Resolve | Non
         pass
     except socket.gaierror as error:
         if error.errno != socket.EAI_AGAIN:
+            unsafe = _unsafe(target.host)
             raise InvalidOptionsError(
-                [FieldError("webhook", f"{target.host!r} has no address", "check the host's name")]
+                [FieldError("webhook", unsafe.detail, unsafe.remedy)]
             ) from None
 
 
@@ -121,11 +125,12 @@ async def safe_addresses(
     Raises :class:`UnsafeAddressError` when one may not, and :class:`socket.gaierror`.
     """
     if not allow_private and _is_local_name(target.host):
-        raise _unsafe(f"{target.host!r} is this machine")
+        raise _unsafe(target.host)
     for address in (found := await (resolve or addresses_of)(target.host, target.port)):
         fault = fault_of(address, allow_private=allow_private)
         if fault is not None:
-            raise _unsafe(f"{target.host!r} leads to {address}, {fault}")
+            _log.info("no webhook may go to %s, %s", address, fault)
+            raise _unsafe(target.host)
     return found
 
 
@@ -134,11 +139,12 @@ def _is_local_name(host: str) -> bool:
     return f".{host.removesuffix('.').lower()}".endswith(".localhost")
 
 
-def _unsafe(detail: str) -> UnsafeAddressError:
+def _unsafe(host: str) -> UnsafeAddressError:
+    """The same for a name of the network inside and for none: nobody learns which there are."""
     return UnsafeAddressError(
-        detail,
-        "give a public address; OCCLUDER_WEBHOOK_PRIVATE allows private ones, if the service's "
-        "owner wants that",
+        f"{host!r} has no public address",
+        "check the host's name; OCCLUDER_WEBHOOK_PRIVATE allows private addresses, if the "
+        "service's owner wants that",
     )
 
 

@@ -60,9 +60,12 @@ async def post_webhook(
     except (TimeoutError, httpx.TimeoutException):
         return PostOutcome(f"no answer within {seconds:g} seconds")
     except socket.gaierror:
-        return PostOutcome("the host has no address")
-    except (UnsafeAddressError, httpx.HTTPError, httpx.InvalidURL, OSError) as error:
-        return PostOutcome(str(error) or type(error).__name__)
+        return PostOutcome("the host has no public address")
+    except UnsafeAddressError as error:
+        return PostOutcome(str(error))
+    except (httpx.HTTPError, httpx.InvalidURL, OSError) as error:
+        # By its kind alone: the words of the system may name addresses.
+        return PostOutcome(f"the receiver could not be told ({type(error).__name__})")
     try:
         await _read_a_little(response)
     finally:

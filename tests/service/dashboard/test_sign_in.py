@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import httpx
 import pytest
+from nicegui import __version__ as nicegui_version
 from playwright.sync_api import Page, expect
 
 from service.access.key import Scope
@@ -97,6 +98,38 @@ def test_what_the_api_knows_stays_its_own(keyed: Keyed) -> None:
         assert http.delete("/v1/jobs").status_code == 405
         assert http.get("/redoc").status_code == 404
         assert http.get("/healthz").status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status"),
+    [
+        ("GET", "/_nicegui/{version}/static/none.js", 404),
+        ("GET", "/_nicegui/{version}/components/none", 404),
+        ("POST", "/_nicegui/{version}/static/none.js", 405),
+        ("GET", "/_nicegui_ws/none", 404),
+        ("GET", "/_nicegui_ws/socket.io/?EIO=1", 400),
+        ("GET", "/compare", 422),
+        ("GET", "/docs/swagger/none.js", 404),
+        ("POST", "/docs", 405),
+        ("PUT", "/sign-in", 405),
+        ("POST", "/sign-in", 422),
+    ],
+)
+def test_what_frameworks_refuse_is_a_problem_too(
+    keyed: Keyed, method: str, path: str, status: int
+) -> None:
+    headers = {"X-API-Key": keyed.artist}
+    address = f"{keyed.address}{path.format(version=nicegui_version)}"
+    answer = httpx.request(method, address, headers=headers, timeout=BUSY)
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert (answer.status_code, answer.json()["status"]) == (status, status)
+    assert status != 405 or answer.headers["allow"]
+
+
+def test_a_form_that_goes_on_and_on_is_not_read_by_the_sign_in(keyed: Keyed) -> None:
+    form = {f"field{number}": "x" * 1000 for number in range(100)}
+    answer = httpx.post(f"{keyed.address}/sign-in", data=form, timeout=BUSY)
+    assert answer.status_code == 413
 
 
 def test_the_socket_needs_the_session_too(keyed: Keyed) -> None:

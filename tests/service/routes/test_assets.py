@@ -6,7 +6,7 @@ from hashlib import sha256
 
 import pytest
 
-from tests.service.routes.serving import problem
+from tests.service.routes.serving import OBJ, problem
 
 
 def run(service, name, query="", **numbers):
@@ -174,3 +174,50 @@ def test_a_body_that_is_far_too_long_is_not_read(service):
     problem(told, 413, "too-large")
     parts = (b" " * 50_000 for _ in range(4))
     problem(service.http.put("/v1/assets", content=parts, headers=header), 413, "too-large")
+
+
+@pytest.mark.parametrize("route", ["/v1/assets", "/v1/jobs/x/rerun", "/v1/assets/x/tradeoff"])
+def test_no_body_is_read_to_its_end_before_anybody_looks_who_sends_it(service, route):
+    method = "PUT" if route == "/v1/assets" else "POST"
+    header = {"Content-Type": "application/json"}
+    told = service.http.request(method, route, content=b" " * 70_000, headers=header)
+    problem(told, 413, "too-large")
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("a\0b", "U+0000"), ("a\nb", "U+000A"), ("a\u2028b", "U+2028"), ("a\x1b[2J", "U+001B"),
+        ("castle\u202egnp.obj", "U+202E"), ("\u2066a", "U+2066"), ("a\u200b", "U+200B"),
+        (" ", "space"), (" a", "space"), ("a\u00a0", "space"), ("\u200d", "seen"),
+    ],
+)  # fmt: skip
+def test_names_that_hide_something_are_refused_whichever_way_they_come(service, name, words):
+    for told in (
+        service.http.put("/v1/assets", json={"name": name}),
+        service.http.get("/v1/assets", params={"name": name}),
+        service.http.post(
+            "/v1/occluders", params={"filename": "a.obj", "asset": name}, content=OBJ
+        ),
+    ):
+        (fault,) = problem(told, 422, "invalid-options")["errors"]
+        assert words in fault["detail"]
+
+
+def test_names_that_look_the_same_are_the_same(service):
+    composed, apart = "T\u00fcr", "Tu\u0308r"
+    made = put(service, name=apart)
+    assert (made.status_code, made.json()["name"]) == (201, composed)
+    assert put(service, name=composed).status_code == 200
+    run(service, apart)
+    for search in ({"name": apart}, {"name": composed}, {"contains": "u\u0308r"}):
+        (found,) = service.http.get("/v1/assets", params=search).json()["items"]
+        assert (found["name"], found["runs"]) == (composed, 1)
+
+
+def test_names_of_scripts_that_need_joiners_are_kept(service):
+    for name in (
+        "\u0646\u0645\u06cc\u200c\u062e\u0648\u0627\u0647\u0645",
+        "\U0001f469\u200d\U0001f680",
+    ):
+        assert put(service, name=name).json()["name"] == name

@@ -55,7 +55,7 @@ def test_a_stored_result_takes_no_time(fresh):
 
 
 def test_each_asset_shows_how_good_its_latest_run_is(fresh):
-    name = 'a "quoted"\\name\n'
+    name = 'a "quoted"\\name'
     fresh.http.put("/v1/assets", json={"name": name, "min_recall": 0.7})
     fresh.http.put("/v1/assets", json={"name": "without a run"})
     for recall in (0.8, 0.6):

@@ -121,6 +121,27 @@ def test_numbers_of_removed_jobs_do_not_come_again_with_the_new_kind(tmp_path: P
             new.execute(insert, ("j3", "dream"))
 
 
+def test_names_of_before_are_composed_where_that_takes_no_other(tmp_path: Path) -> None:
+    file = tmp_path / "occluder.db"
+    with create_engine(f"sqlite:///{file}").begin() as connection:
+        command.upgrade(alembic_config(connection), "0004")
+    with sqlite3.connect(file) as old:
+        for number, name in enumerate(("Tu\u0308r", "No\u0308", "N\u00f6")):
+            old.execute(
+                "INSERT INTO assets (id, tenant, name, folded, created)"
+                " VALUES (?, 'studio', ?, ?, 1.0)",
+                (f"a{number}", name, name.casefold()),
+            )
+    Database.open(file).close()
+    with sqlite3.connect(file) as new:
+        found = new.execute("SELECT id, name, folded FROM assets ORDER BY number").fetchall()
+    assert found == [
+        ("a0", "T\u00fcr", "t\u00fcr"),
+        ("a1", "No\u0308", "no\u0308"),
+        ("a2", "N\u00f6", "n\u00f6"),
+    ]
+
+
 def test_a_migration_that_fails_leaves_nothing(tmp_path: Path) -> None:
     file = tmp_path / "occluder.db"
     taken = sqlite3.connect(file)

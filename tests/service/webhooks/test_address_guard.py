@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import socket
 from ipaddress import ip_address, ip_network
 
@@ -113,10 +114,21 @@ def test_what_serves_a_clouds_secrets_is_refused_even_then(host: str) -> None:
     fault(f"http://{host}/latest/meta-data", allow_private=True)
 
 
-def test_a_refusal_names_the_host_and_where_it_leads() -> None:
-    detail = fault("https://hook.example/", names=Names({"hook.example": ["10.0.0.7"]}))
-    assert "hook.example" in detail
-    assert "10.0.0.7" in detail
+def test_a_refusal_tells_nothing_of_the_network_inside(caplog: pytest.LogCaptureFixture) -> None:
+    """Not where a name leads, nor whether there is such a name; the owner's log says it."""
+
+    async def nothing(host: str, port: int) -> list[Address]:
+        raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+
+    names = Names({host: ["10.0.0.7"] for host in ("db.corp", "hook.example")})
+    with caplog.at_level(logging.INFO, "service.webhooks"):
+        inside = fault("https://db.corp/", names=names)
+    assert "db.corp" in inside
+    assert "10.0.0.7" not in inside
+    assert "10.0.0.7" in caplog.text
+    with pytest.raises(InvalidOptionsError) as refusal:
+        asyncio.run(check_webhook("https://db.corp/", allow_private=False, resolve=nothing))
+    assert refusal.value.errors[0].detail == inside
 
 
 def test_every_address_of_a_name_must_be_public() -> None:

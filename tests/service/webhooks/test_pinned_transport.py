@@ -50,7 +50,7 @@ def test_an_answer_that_has_changed_since_the_submission_is_judged_again() -> No
     names = Names({"hook.example": ["1.1.1.1", "127.0.0.1"]})
     asyncio.run(names("hook.example", 80))
     with receiving() as receiver:
-        with pytest.raises(UnsafeAddressError, match="private"):
+        with pytest.raises(UnsafeAddressError, match="no public address"):
             post(f"http://hook.example:{receiver.port}/", names, allow_private=False)
         assert not receiver.heard
 
@@ -58,7 +58,7 @@ def test_an_answer_that_has_changed_since_the_submission_is_judged_again() -> No
 def test_one_bad_address_among_good_ones_is_enough() -> None:
     names = Names({"hook.example": ["127.0.0.1 169.254.169.254"]})
     with receiving() as receiver:
-        with pytest.raises(UnsafeAddressError, match="169"):
+        with pytest.raises(UnsafeAddressError, match="no public address"):
             post(f"http://hook.example:{receiver.port}/", names)
         assert not receiver.heard
 

@@ -18,6 +18,7 @@ from service.jobs.progress import ProgressBoard
 from service.jobs.stores import Delivery
 from service.metrics import Metrics
 from service.middleware.bodies import LingeringClose, Turnstile
+from service.middleware.forwarded import ForwardedAddress
 from service.middleware.host_guard import HostGuard
 from service.middleware.request_log import RequestLog
 from service.middleware.security_headers import SecurityHeaders
@@ -152,4 +153,5 @@ def surround(app: ASGIApp, settings: Settings) -> ASGIApp:
     comes without its headers.
     """
     guarded = SecurityHeaders(HostGuard(app, settings), settings)
-    return Turnstile(LingeringClose(RequestLog(guarded)))
+    logged = RequestLog(guarded)
+    return ForwardedAddress(Turnstile(LingeringClose(logged)), settings.trusted_proxies)

@@ -8,11 +8,11 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
-from ipaddress import ip_address
+from ipaddress import IPv4Network, IPv6Network, ip_address, ip_network
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError, field_validator
+from pydantic import BeforeValidator, Field, ValidationError, field_validator
 from pydantic.fields import FieldInfo
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 from pydantic_settings import SettingsError as SourceError
@@ -30,6 +30,11 @@ def processors() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def _network(told: object) -> object:
+    """Of text, by itself: pydantic would complain of it once for each kind of network."""
+    return ip_network(told) if isinstance(told, str) else told
 
 
 class Settings(BaseSettings):
@@ -58,6 +63,13 @@ class Settings(BaseSettings):
         (),
         description="Names that requests may come to, beside the address listened on: with commas "
         "between; *.example.org stands for all below it, * for any.",
+    )
+    trusted_proxies: Annotated[
+        tuple[Annotated[IPv4Network | IPv6Network, BeforeValidator(_network)], ...], NoDecode
+    ] = Field(
+        (),
+        description="Addresses and networks of the proxies in front, with commas between; the "
+        "address that they tell by X-Forwarded-For or Forwarded is taken for the client's.",
     )
 
     workers: int = Field(
@@ -123,12 +135,12 @@ class Settings(BaseSettings):
         10.0, gt=0.0, description="Time that the receiver of a webhook has, seconds."
     )
 
-    @field_validator("allowed_hosts", mode="before")
+    @field_validator("allowed_hosts", "trusted_proxies", mode="before")
     @classmethod
-    def _by_commas(cls, hosts: object) -> object:
-        if not isinstance(hosts, str):
-            return hosts
-        return tuple(host.strip() for host in hosts.split(",") if host.strip())
+    def _by_commas(cls, listed: object) -> object:
+        if not isinstance(listed, str):
+            return listed
+        return tuple(one.strip() for one in listed.split(",") if one.strip())
 
     @field_validator("public_url")
     @classmethod

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from ipaddress import IPv6Address, IPv6Network, ip_address
 
-from service.access.key import LOCAL, ApiKey, Caller, KeyStore, Scope, hash_of
+from service.access.key import LOCAL, ApiKey, Caller, KeyStore, Scope, hash_of, hint_of
 from service.access.session import Sessions, token_in
 from service.errors import ForbiddenError, TooManyAttemptsError, UnauthenticatedError
 
@@ -34,8 +34,9 @@ class Authenticator:
     """Tells callers by their keys.  Safe from any thread; ``clock`` is monotonic, in seconds.
 
     A key that was good within the last second is not looked up again, so a revoked one ends within
-    a second.  An address that tries many unknown keys is put off without a look-up, except for keys
-    that were good lately: others behind the same proxy are not locked out with it.
+    a second.  Unknown keys are counted by address, and by address and beginning.  Too many of one
+    beginning are put off without a look-up; too many of an address are put off once the look-up has
+    shown them to be unknown, so that no known key is locked out by others at the same address.
 
     ``time_of_day``  Unix seconds, for the end of sessions.
     """
@@ -107,11 +108,16 @@ class Authenticator:
         known, now = self._good_key(digest), self._clock()
         if known is not None and self._is_trusted(known):
             return known.caller
-        if known is None and (wait := self._failures.seconds_to_wait(address)):
+        hint = hint_of(secret)
+        if known is None and (wait := self._failures.seconds_to_wait(address, hint)):
             raise TooManyAttemptsError(wait)
         caller = self._judge(digest, self._keys.find(secret), now)
         if caller is None:
+            wait = self._failures.seconds_to_wait(address)
             self._failures.count(address)
+            self._failures.count(address, hint)
+            if wait:
+                raise TooManyAttemptsError(wait)
             raise UnauthenticatedError(
                 "the API key is not known, or was revoked",
                 remedy="check the key; 'occluder keys list' shows those that there are",
@@ -179,7 +185,8 @@ class _Bucket:
 
 
 class FailedAttempts:
-    """A bucket an address, which leaks.  Safe from any thread; ``clock`` in seconds.
+    """A bucket an address, and one for each ``hint`` there, which leak.  Safe from any thread;
+    ``clock`` in seconds.
 
     ``limit`` failures in a row are free, and ``limit`` a ``seconds`` from then on.  IPv6 addresses
     count by their /64 network, of which one host may have every address.
@@ -192,9 +199,9 @@ class FailedAttempts:
         self._lock = threading.Lock()
         self._buckets: dict[str, _Bucket] = {}  # by the time of the last failure
 
-    def count(self, address: str) -> None:
-        """Note one more failure of an address."""
-        network = _network(address)
+    def count(self, address: str, hint: str = "") -> None:
+        """Note one more failure."""
+        network = f"{_network(address)} {hint}"
         with self._lock:
             now = self._clock()
             level = self._level(network, now) + 1.0
@@ -203,10 +210,10 @@ class FailedAttempts:
             if len(self._buckets) > _MOST_ADDRESSES:
                 del self._buckets[next(iter(self._buckets))]
 
-    def seconds_to_wait(self, address: str) -> int:
-        """How long an address has to wait before it may fail again; 0 where it may at once."""
+    def seconds_to_wait(self, address: str, hint: str = "") -> int:
+        """How long to wait before the next failure; 0 where it may be at once."""
         with self._lock:
-            level = self._level(_network(address), self._clock())
+            level = self._level(f"{_network(address)} {hint}", self._clock())
         excess = level - self._limit + 1.0
         return max(0, math.ceil(excess * self._seconds / self._limit))
 

@@ -7,7 +7,7 @@ import logging
 import httpx
 import pytest
 
-from service.access.key import Scope
+from service.access.key import Scope, new_secret
 from tests.service.routes.serving import problem, served
 from tests.waiting import until
 
@@ -60,6 +60,17 @@ def test_a_key_to_read_changes_nothing(keyed, keys):
 def test_a_wrong_key_is_no_key(keyed):
     response = keyed.http.get("/v1/jobs", headers={"X-API-Key": "occ_wrong"})
     problem(response, 401, "unauthenticated")
+
+
+def test_bad_keys_of_one_behind_a_proxy_lock_out_nobody_else(tmp_path):
+    """All of them come from one address, as far as the service can see."""
+    with served(tmp_path, require_keys=True) as service:
+        answers = [
+            service.http.get("/v1/jobs", headers={"X-API-Key": new_secret()}) for _ in range(25)
+        ]
+        assert [one.status_code for one in answers] == [401] * 20 + [429] * 5
+        _, secret = service.keys.create("ours", "new", Scope.READ)
+        assert service.http.get("/v1/jobs", headers={"X-API-Key": secret}).status_code == 200
 
 
 def test_the_log_says_whose_key_it_was(keyed, keys, caplog):

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from ipaddress import IPv6Address, IPv6Network, ip_address
 
 from service.access.key import LOCAL, ApiKey, Caller, KeyStore, Scope, hash_of, hint_of
-from service.access.session import Sessions, token_in
+from service.access.session import Session, Sessions, token_in
 from service.errors import ForbiddenError, TooManyAttemptsError, UnauthenticatedError
 
 _TRUSTED_SECONDS = 1.0  # for which a revoked key may still be let in
@@ -58,6 +58,7 @@ class Authenticator:
         self._failures = FailedAttempts(clock)
         self._lock = threading.Lock()
         self._good_keys: dict[str, _GoodKey] = {}
+        self._ended = dict(keys.ended_sessions(time_of_day()))  # when they would have by themselves
 
     def caller_at_once(self, headers: Mapping[str, str]) -> Caller | None:
         """Whoever can be told at once, without the key store; None where that has to be asked."""
@@ -92,10 +93,33 @@ class Authenticator:
         assert key_id is not None  # only LOCAL has none
         return self._sessions.token(key_id, self._time_of_day())
 
+    def sign_out(self, headers: Mapping[str, str]) -> None:
+        """End the session of a request, if it has one, here and after any restart.
+
+        Waits for the database.  Raises :class:`~service.errors.DiskFullError`.
+        """
+        session = self._session(headers)
+        if session is None:
+            return
+        now = self._time_of_day()
+        with self._lock:
+            self._ended[session.name] = float(session.expires)
+            for name in [name for name, expires in self._ended.items() if expires <= now]:
+                del self._ended[name]
+        self._keys.end_session(session)
+
     def _session_key(self, headers: Mapping[str, str]) -> str | None:
         """The id of the key that a session stands for."""
+        session = self._session(headers)
+        return None if session is None else session.key_id
+
+    def _session(self, headers: Mapping[str, str]) -> Session | None:
         token = token_in(headers)
-        return None if token is None else self._sessions.key_id(token, self._time_of_day())
+        session = None if token is None else self._sessions.read(token, self._time_of_day())
+        if session is None:
+            return None
+        with self._lock:
+            return None if session.name in self._ended else session
 
     def _of_session(self, key_id: str) -> Caller | None:
         known = self._good_key(key_id)

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import hashlib
 import secrets
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Protocol
+
+from service.access.session import Session
 
 _PREFIX = "occ_"
 
@@ -88,3 +90,9 @@ class KeyStore(Protocol):
         """The key of an id, unless it is revoked."""
 
     def tenants(self) -> Collection[str]: ...
+
+    def end_session(self, session: Session) -> None:
+        """Note that a session was signed out; those that are over by themselves are forgotten."""
+
+    def ended_sessions(self, now: float) -> Mapping[str, float]:
+        """By name, those that were signed out and not over at a time; and when they will be."""

@@ -97,9 +97,11 @@ def sign_in(
     return answer
 
 
+# Not async: what was signed out is noted in the database.
 @router.post("/sign-out")
-async def sign_out() -> Response:
-    """Forget the session.  The browser does: nothing of it is stored here."""
+def sign_out(request: Request, services: TheServices) -> Response:
+    """End the session: the cookie opens nothing from now on, whoever has a copy of it."""
+    services.authenticator.sign_out(request.headers)
     answer = RedirectResponse("/sign-in", 303, headers=_HEADERS)
     answer.delete_cookie(COOKIE, httponly=True, samesite="strict")
     return answer

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 
-from sqlalchemy import or_, select, update
+from sqlalchemy import delete, or_, select, update
 
 from service.access.key import ApiKey, Scope, hash_of, hint_of, new_secret
+from service.access.session import Session
 from service.errors import ConflictError, DiskFullError, NotFoundError
 from service.storage.database import Database
 from service.storage.rows import by_name, new_id
-from service.storage.tables import ApiKeyRow
+from service.storage.tables import ApiKeyRow, EndedSessionRow
 
 _NOTED_EVERY = 60.0
 """Seconds between two notes of a key's use: a read must not cost a write."""
@@ -102,6 +103,19 @@ class SqlKeyStore:
     def tenants(self) -> Collection[str]:
         with self._database.reading() as session:
             return set(session.scalars(select(ApiKeyRow.tenant).distinct()))
+
+    def end_session(self, session: Session) -> None:
+        with self._database.writing() as open_session:
+            open_session.execute(
+                delete(EndedSessionRow).where(EndedSessionRow.expires <= self._clock())
+            )
+            # Signed out twice in a moment, it is signed out once.
+            open_session.merge(EndedSessionRow(name=session.name, expires=float(session.expires)))
+
+    def ended_sessions(self, now: float) -> Mapping[str, float]:
+        query = select(EndedSessionRow).where(EndedSessionRow.expires > now)
+        with self._database.reading() as open_session:
+            return {row.name: row.expires for row in open_session.scalars(query)}
 
 
 def _key_of(row: ApiKeyRow) -> ApiKey:

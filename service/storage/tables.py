@@ -207,6 +207,15 @@ class ApiKeyRow(Base):
     revoked: Mapped[float | None]
 
 
+class EndedSessionRow(Base):
+    """A session that was signed out, by its name, until ``expires``, when it is over anyway."""
+
+    __tablename__ = "ended_sessions"
+
+    name: Mapped[str] = mapped_column(String(32), primary_key=True)
+    expires: Mapped[float]
+
+
 class DeliveryRow(Base):
     """A webhook of a job; it waits from ``since`` to ``due``, and ``reason`` says why."""
 

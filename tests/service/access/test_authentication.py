@@ -10,7 +10,7 @@ import pytest
 
 from service.access.authentication import Authenticator, demand
 from service.access.key import LOCAL, ApiKey, Caller, Scope, hint_of, new_secret
-from service.access.session import COOKIE, SESSION_SECONDS, Sessions
+from service.access.session import COOKIE, SESSION_SECONDS, Session, Sessions
 from service.errors import (
     ForbiddenError,
     NotFoundError,
@@ -27,6 +27,7 @@ class Keys:
     def __init__(self) -> None:
         self._keys: dict[str, ApiKey] = {}
         self.asked = 0
+        self.ended: dict[str, float] = {}
 
     def create(self, tenant: str, name: str, scope: Scope) -> tuple[ApiKey, str]:
         secret = new_secret()
@@ -57,6 +58,12 @@ class Keys:
     def tenants(self) -> Collection[str]:
         return {key.tenant for key in self._keys.values()}
 
+    def end_session(self, session: Session) -> None:
+        self.ended[session.name] = float(session.expires)
+
+    def ended_sessions(self, now: float) -> Mapping[str, float]:
+        return {name: expires for name, expires in self.ended.items() if expires > now}
+
 
 class Clock:
     def __init__(self) -> None:
@@ -71,10 +78,14 @@ class Door:
 
     def __init__(self, *, keys_needed: bool = True) -> None:
         self.keys, self.clock = Keys(), Clock()
+        self._keys_needed = keys_needed
+        self.restart()
+
+    def restart(self) -> None:
         self.authenticator = Authenticator(
             self.keys,
             Sessions(bytes(32)),
-            keys_needed=keys_needed,
+            keys_needed=self._keys_needed,
             clock=self.clock,
             time_of_day=self.clock,
         )
@@ -280,6 +291,22 @@ def test_a_session_ends_within_a_second_of_its_key() -> None:
     door.clock.now += 1.1
     with pytest.raises(UnauthenticatedError):
         door.caller(in_cookie(token))
+
+
+def test_a_session_that_was_signed_out_ends_at_once_and_for_good() -> None:
+    door = Door()
+    _, secret = door.keys.create("studio", "desk", Scope.READ)
+    copied, other = (in_cookie(door.authenticator.sign_in(secret, HERE)) for _ in range(2))
+    door.caller(copied)
+    door.authenticator.sign_out(copied)
+    for _ in range(2):
+        assert door.authenticator.caller_at_once(copied) is None
+        with pytest.raises(UnauthenticatedError):
+            door.caller(copied)
+        assert door.caller(other).tenant == "studio"
+        door.restart()
+    door.authenticator.sign_out({"cookie": f"{COOKIE}=nonsense"})
+    door.authenticator.sign_out({})
 
 
 def test_a_session_runs_out() -> None:

@@ -14,12 +14,18 @@ NOW = 1_000_000.0
 
 def test_a_token_names_its_key_until_it_runs_out() -> None:
     token = SESSIONS.token(KEY_ID, NOW)
-    assert SESSIONS.key_id(token, NOW) == KEY_ID
-    assert SESSIONS.key_id(token, NOW + SESSION_SECONDS) is None
+    session = SESSIONS.read(token, NOW)
+    assert session is not None
+    assert (session.key_id, session.expires) == (KEY_ID, NOW + SESSION_SECONDS)
+    assert SESSIONS.read(token, NOW + SESSION_SECONDS) is None
+
+
+def test_two_sessions_of_a_moment_are_two() -> None:
+    assert SESSIONS.token(KEY_ID, NOW) != SESSIONS.token(KEY_ID, NOW)
 
 
 def test_a_token_of_another_secret_is_none() -> None:
-    assert SESSIONS.key_id(Sessions(bytes(32)).token(KEY_ID, NOW), NOW) is None
+    assert SESSIONS.read(Sessions(bytes(32)).token(KEY_ID, NOW), NOW) is None
 
 
 @given(st.integers(0, 10_000), st.characters(min_codepoint=33, max_codepoint=126))
@@ -27,12 +33,12 @@ def test_a_token_with_any_character_changed_is_none(place: int, other: str) -> N
     token = SESSIONS.token(KEY_ID, NOW)
     place %= len(token)
     changed = token[:place] + other + token[place + 1 :]
-    assert (SESSIONS.key_id(changed, NOW) == KEY_ID) == (changed == token)
+    assert (SESSIONS.read(changed, NOW) is not None) == (changed == token)
 
 
 @given(st.text(max_size=120))
 def test_any_text_is_read_without_harm(text: str) -> None:
-    assert SESSIONS.key_id(text, NOW) is None
+    assert SESSIONS.read(text, NOW) is None
     token_in({"cookie": text})
 
 

@@ -92,6 +92,18 @@ def test_the_cookie_opens_the_api_for_pages_of_this_service_only(keyed: Keyed) -
         assert http.put("/v1/assets", json=body, headers=own).status_code == 201
 
 
+def test_a_cookie_that_was_signed_out_opens_nothing_though_somebody_kept_it(keyed: Keyed) -> None:
+    token = sign_in(keyed, keyed.artist).cookies[COOKIE]
+    kept = {"Cookie": f"{COOKIE}={token}"}
+    for status in (200, 401):
+        assert (
+            httpx.get(f"{keyed.address}/v1/jobs", headers=kept, timeout=BUSY).status_code == status
+        )
+        assert (
+            httpx.post(f"{keyed.address}/sign-out", headers=kept, timeout=BUSY).status_code == 303
+        )
+
+
 def test_what_the_api_knows_stays_its_own(keyed: Keyed) -> None:
     with httpx.Client(base_url=keyed.address, timeout=BUSY) as http:
         assert http.get("/v1/nothing").headers["content-type"] == "application/problem+json"

@@ -8,6 +8,7 @@ import pytest
 from sqlalchemy import text
 
 from service.access.key import Scope
+from service.access.session import Session
 from service.errors import ConflictError, NotFoundError
 from service.storage.database import Database
 from service.storage.key_store import SqlKeyStore
@@ -84,3 +85,15 @@ def test_keys_are_listed_by_tenant(keys: SqlKeyStore) -> None:
     assert keys.keys() == [ours, theirs]
     assert keys.keys("studio") == [ours]
     assert set(keys.tenants()) == {"studio", "rival"}
+
+
+def test_sessions_that_were_signed_out_are_known_until_they_are_over(
+    keys: SqlKeyStore, clock: Clock
+) -> None:
+    soon, late = int(clock.now) + 10, int(clock.now) + 100
+    for name, expires in (("a", soon), ("b", late), ("b", late)):
+        keys.end_session(Session("key", expires, name))
+    assert keys.ended_sessions(clock.now) == {"a": soon, "b": late}
+    clock.now += 50.0
+    keys.end_session(Session("key", late, "c"))
+    assert keys.ended_sessions(0.0) == {"b": late, "c": late}

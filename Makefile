@@ -2,7 +2,8 @@
 # make test   format, lint, types, import contracts, tests
 # make test-slow  what takes minutes: an empty kernel cache, whole sweeps, long forms, benchmarks
 # make test-faults  kills, a full disk, damage, wrong clocks, slow clients (minutes)
-# make fuzz   ten minutes of broken files and strange meshes (FUZZ_SECONDS, FUZZ_ENGINE=guided, …)
+# make fuzz   ten minutes of broken files and strange meshes (FUZZ_SECONDS, FUZZ_ENGINE=guided, …),
+#             then how the time of reading grows with the bytes of a worst case
 # make mutants  small mistakes in what promises safety: which do the tests near them miss (minutes)
 # make test-pages  every look at the dashboard in a browser (minutes); `make test` takes the vital ones
 # make test-blender  the Blender add-on in Blender's own module, bpy (Python 3.11)
@@ -72,6 +73,7 @@ fuzz: $(READY)
 	$(if $(filter guided,$(FUZZ_ENGINE)),$(BIN)/pip install --quiet -c constraints.txt -e '.[fuzz]')
 	$(BIN)/python -m tests.fuzz --seconds $(FUZZ_SECONDS) --processes $(FUZZ_PROCESSES) \
 		--engine $(FUZZ_ENGINE) --seed $(FUZZ_SEED) $(FUZZ_TARGETS)
+	$(if $(FUZZ_TARGETS),,$(BIN)/python -m tests.fuzz.growth)
 
 kernels: $(READY)
 	$(BIN)/occluder warmup

@@ -5,9 +5,11 @@ Region: a box in space, turned as one likes.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
+from fnmatch import translate
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +35,14 @@ class Pattern:
 
     def matches(self, names: Iterable[str]) -> bool:
         """Any of them."""
-        return any(fnmatchcase(name, self.text) for name in names)
+        match = _compiled(self.text).match
+        return any(match(name) is not None for name in names)
+
+
+@lru_cache(maxsize=4096)
+def _compiled(text: str) -> re.Pattern[str]:
+    """More are kept than fnmatch keeps, and than a file of overrides may have."""
+    return re.compile(translate(text))
 
 
 @dataclass(frozen=True)

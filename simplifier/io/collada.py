@@ -61,6 +61,13 @@ class _Document:
 
     def __init__(self, data: bytes, where: str) -> None:
         self.where = where
+        self._length = len(data)
+        self._read = 0  # vertices
+        self._meshes: dict[int, tuple[FloatArray, IndexArray, list[tuple[str, int]]]] = {}
+        self._bounds: dict[int, Bound] = {}
+        self._same_bounds: dict[Bound, Bound] = {(): ()}
+        self._nodes: dict[int, tuple[FloatArray, list[Element]]] = {}
+        self._materials: dict[str, Material] = {}
         self.root = parse_xml(data, where)
         if self.root.tag != "COLLADA":
             raise self._wrong(f"the XML is a <{self.root.tag[:40]}>, no COLLADA", "check the file")
@@ -70,13 +77,13 @@ class _Document:
 
     def placed(self) -> Placed:
         """What the scene shows."""
-        numbers: dict[tuple[int, Bound], int] = {}
+        numbers: dict[tuple[int, int], int] = {}
         meshes: list[NamedMesh] = []
         mesh_of: list[int] = []
         transforms: list[FloatArray] = []
         names: list[tuple[str, ...]] = []
         for geometry, bound, transform, owners in self._instances():
-            key = id(geometry), bound
+            key = id(geometry), id(bound)
             if key not in numbers:
                 numbers[key] = len(meshes)
                 meshes.append(self._named_mesh(geometry, dict(bound)))
@@ -103,22 +110,38 @@ class _Document:
                     "export the scene as a single mesh",
                 )
             if element.tag == "geometry":
-                yield element, (), outer, ()
+                yield element, self._same_bounds[()], outer, ()
             elif element.tag == "instance_geometry":
                 geometry = self._target(element, "url", "geometry")
-                yield geometry, _bound(element), outer, owners
+                yield geometry, self._bound(element), outer, owners
             elif element.tag == "instance_controller":
                 shape, transform = self._bound_shape(element)
-                yield shape, _bound(element), transform, owners
+                yield shape, self._bound(element), transform, owners
             else:
                 node = element
                 if element.tag == "instance_node":
                     node = self._target(element, "url", "node")
-                inner = composed(outer, node_transform(node, self.where))
+                own, children = self._node(node)
+                inner = composed(outer, own)
                 mine = (_name(node), *owners)
-                waiting += [
-                    (child, inner, mine) for child in reversed(node) if child.tag in _PLACING
-                ]
+                waiting += [(child, inner, mine) for child in children]
+
+    def _node(self, node: Element) -> tuple[FloatArray, list[Element]]:
+        """Its transform, and what it places, the last first; read once, however often it stands."""
+        if id(node) not in self._nodes:
+            children = [child for child in reversed(node) if child.tag in _PLACING]
+            self._nodes[id(node)] = node_transform(node, self.where), children
+        return self._nodes[id(node)]
+
+    def _bound(self, instance: Element) -> Bound:
+        """The same object for equal ones, so that no place compares them again."""
+        if id(instance) not in self._bounds:
+            found = tuple(
+                (one.get("symbol", ""), one.get("target", ""))
+                for one in instance.iter("instance_material")
+            )
+            self._bounds[id(instance)] = self._same_bounds.setdefault(found, found)
+        return self._bounds[id(instance)]
 
     def _roots(self) -> list[Element]:
         """The nodes of the scene that is shown; without a scene the meshes as they are."""
@@ -151,15 +174,33 @@ class _Document:
         raise self._wrong("its controllers refer to each other in a circle", _EXPORT)
 
     def _named_mesh(self, geometry: Element, bound: dict[str, str]) -> NamedMesh:
-        vertices, faces, symbols = read_mesh(geometry, self._by_id, self.where)
+        vertices, faces, symbols = self._mesh(geometry)
         runs = [
             (self._material(bound[symbol]) if symbol in bound else Material(symbol), count)
             for symbol, count in symbols
         ]
         return NamedMesh((vertices, faces), runs)
 
+    def _mesh(self, geometry: Element) -> tuple[FloatArray, IndexArray, list[tuple[str, int]]]:
+        """Read once, whatever materials are bound to it."""
+        if id(geometry) not in self._meshes:
+            found = read_mesh(geometry, self._by_id, self.where)
+            self._meshes[id(geometry)] = found
+            self._read += len(found[0])
+            if self._read > self._length:
+                raise self._wrong(
+                    "its meshes share their vertices until they are more than the file has bytes",
+                    "export the scene as a single mesh",
+                )
+        return self._meshes[id(geometry)]
+
     def _material(self, address: str) -> Material:
         """Of an address within the file; one that leads nowhere has that for its name."""
+        if address not in self._materials:
+            self._materials[address] = self._read_material(address)
+        return self._materials[address]
+
+    def _read_material(self, address: str) -> Material:
         material = self._by_id.get(address.removeprefix("#"))
         if material is None or material.tag != "material":
             return Material(address.removeprefix("#"))
@@ -193,12 +234,6 @@ _PLACING = ("node", "instance_node", "instance_geometry", "instance_controller")
 
 def _name(element: Element) -> str:
     return element.get("name") or element.get("id") or ""
-
-
-def _bound(instance: Element) -> Bound:
-    return tuple(
-        (one.get("symbol", ""), one.get("target", "")) for one in instance.iter("instance_material")
-    )
 
 
 def _is_see_through(effect: Element, where: str) -> bool:

@@ -12,7 +12,7 @@ from simplifier.io.placing import MOST_TRIANGLES, Size, sum_sizes
 _TAG = re.compile(
     rb"<(/?)(?:[\w.-]+:)?(geometry|node|library_nodes|float_array|triangles|polylist|polygons|"
     rb"tristrips|trifans|instance_geometry|instance_controller|instance_node|controller|skin|morph)"
-    rb"\b([^>]*)>"
+    rb"\b([^<>]*)>"
 )
 _ID = re.compile(rb"\bid\s*=\s*[\"']([^\"']*)")
 _URL = re.compile(rb"\burl\s*=\s*[\"']#([^\"']*)")

@@ -27,7 +27,8 @@ def read_mesh(
     A geometry without a mesh, as curves are, has no vertex.  Raises :class:`UnreadableMeshError`.
     """
     points: list[FloatArray] = []
-    starts: dict[str, int] = {}
+    starts: dict[int, int] = {}  # by source: many lists of vertices may be of the same numbers
+    befores = [0]
     faces = [np.empty((0, 3), dtype=np.int64)]
     symbols: list[tuple[str, int]] = []
     count = 0
@@ -38,13 +39,14 @@ def read_mesh(
         if one.tag not in _KINDS:
             continue
         reader = _Primitive(one, ChainMap(mine, ids), where)
-        if reader.source not in starts:
-            starts[reader.source] = len(points)
-            points.append(reader.positions())
-        place = starts[reader.source]
+        source = reader.source()
+        if id(source) not in starts:
+            starts[id(source)] = len(points)
+            points.append(reader.positions_of(source))
+            befores.append(befores[-1] + len(points[-1]))
+        place = starts[id(source)]
         triangles = reader.triangles(points[place])
-        before = sum(len(each) for each in points[:place])
-        faces.append(triangles + before)
+        faces.append(triangles + befores[place])
         symbols.append((one.get("material", ""), len(triangles)))
         count += len(triangles)
     return np.concatenate([np.empty((0, 3)), *points]), np.concatenate(faces), symbols
@@ -61,17 +63,18 @@ class _Primitive:
         if not places:
             raise self._wrong("has no input of vertices")
         self._stride, self._offset = max(offsets) + 1, offsets[places[0]]
-        self.source = inputs[places[0]].get("source", "")
+        self._vertices = inputs[places[0]].get("source", "")
 
-    def positions(self) -> FloatArray:
-        """(n, 3): of all vertices that the primitive may name."""
-        vertices = self._found(self.source)
+    def source(self) -> Element:
+        """Where the positions of all vertices are that the primitive may name."""
+        vertices = self._found(self._vertices)
         for one in vertices.findall("input"):
             if one.get("semantic") == "POSITION":
-                return self._positions_of(self._found(one.get("source", "")))
+                return self._found(one.get("source", ""))
         raise self._wrong("has vertices without positions")
 
-    def _positions_of(self, source: Element) -> FloatArray:
+    def positions_of(self, source: Element) -> FloatArray:
+        """(n, 3)."""
         array, accessor = source.find("float_array"), source.find("technique_common/accessor")
         if array is None or accessor is None:
             raise self._wrong("has a source without numbers")

@@ -143,10 +143,12 @@ def _array_header(data: bytes) -> tuple[tuple[int, ...], bool, np.dtype[Any], in
 
 _PIXEL_SCALE, _TIEPOINTS, _TRANSFORM, _GEO_KEYS = 33550, 33922, 34264, 34735
 _METADATA, _NODATA = 42112, 42113
+_WANTED = (_PIXEL_SCALE, _TIEPOINTS, _TRANSFORM, _GEO_KEYS, _METADATA, _NODATA)
 _MODEL_TYPE, _RASTER_TYPE = 1024, 1025
 _GEOGRAPHIC, _POINT = 2, 2
 _CONVERT = "convert it: gdal_translate -co COMPRESS=DEFLATE -co PREDICTOR=1 IN OUT.tif"
-_SCALED = re.compile(r'<Item[^>]*role="(scale|offset)"[^>]*>([^<]*)<')
+_ITEM = re.compile(r"<Item([^<>]*)>([^<]*)<")
+_SCALED = re.compile(r'role="(scale|offset)"')
 
 
 def _from_geotiff(path: Path, spacing: Spacing | None, memory_limit: float | None) -> Elevation:
@@ -158,7 +160,8 @@ def _from_geotiff(path: Path, spacing: Spacing | None, memory_limit: float | Non
     try:
         with tifffile.TiffFile(io.BytesIO(data)) as file:
             page = cast(Any, file.pages[0])
-            tags = {tag.code: tag.value for tag in page.tags}
+            # Not all tags: they may share their bytes, so that all hold more than the file does.
+            tags = {code: page.tags[code].value for code in _WANTED if code in page.tags}
             _check_page(page, file.pages[1:], len(data))
             shape = int(page.imagelength), int(page.imagewidth)
             _check_room(shape, len(data), memory_limit, str(path))
@@ -214,8 +217,10 @@ def _place(
             "its posts are degrees apart, and its heights are lengths", where="spacing",
             remedy="give --spacing DX,DY in the unit of heights, or project it: gdalwarp -t_srs",
         )  # fmt: skip
-    for name, value in _SCALED.findall(str(tags.get(_METADATA, ""))):
-        if float(value) != (1.0 if name == "scale" else 0.0):
+    for attributes, value in _ITEM.findall(str(tags.get(_METADATA, ""))):
+        role = _SCALED.search(attributes)
+        name = role[1] if role else ""
+        if name and float(value) != (1.0 if name == "scale" else 0.0):
             raise UnreadableMeshError(
                 f"its values have a {name} of {value.strip()}, which is not supported",
                 remedy="write heights: gdal_translate -unscale -ot Float32 IN OUT.tif",

@@ -65,7 +65,7 @@ def decode_labelled(data: bytes, path: Path, allow_external: bool) -> Labelled:
     data = without_mark(data)
     vertices, sizes, corners = _read_faces(data, str(path))
     faces, counts = triangles_by_polygon(vertices, sizes, corners, where=str(path))
-    runs, polygons, libraries = named_runs(data)
+    runs, polygons, libraries = named_runs(data, str(path))
     before = np.concatenate([[0], np.cumsum(counts)])
     ends = before[np.cumsum(polygons)]
     see_through = see_through_materials(libraries, path) if allow_external else set()
@@ -138,6 +138,9 @@ def encode(occluder: Occluder, *polygons: IntArray) -> bytes:
     return "\n".join([*lines, ""]).encode("ascii")
 
 
+_MOST_GROUPS = 64  # that a face is in at once: all are looked at again for each new material
+
+
 @dataclass(frozen=True)
 class Named:
     """What is in force from a byte of the file on: object, groups, and material."""
@@ -146,10 +149,11 @@ class Named:
     material: str
 
 
-def named_runs(data: bytes) -> tuple[list[Named], IndexArray, list[str]]:
+def named_runs(data: bytes, where: str) -> tuple[list[Named], IndexArray, list[str]]:
     """The names in force, run by run; the faces (polygons) of each run; what ``mtllib`` says.
 
-    Empty objects and materials stand for none; the first run begins with the file.
+    Empty objects and materials stand for none; the first run begins with the file.  Raises
+    :class:`UnreadableMeshError` for faces in more than :data:`_MOST_GROUPS` groups at once.
     """
     libraries: list[str] = []
     runs, begins = [Named((), "")], [0]
@@ -163,6 +167,13 @@ def named_runs(data: bytes) -> tuple[list[Named], IndexArray, list[str]]:
                 title = rest
             case b"g":
                 groups = tuple(rest.split())
+                if len(groups) > _MOST_GROUPS:
+                    raise UnreadableMeshError(
+                        f"line {line_number(data, begin)}: names {len(groups):,} groups at once,"
+                        f" more than {_MOST_GROUPS}",
+                        where=where,
+                        remedy="put faces into fewer groups",
+                    )
             case _:
                 material = rest
         objects = tuple(dict.fromkeys(name for name in (title, *groups) if name))

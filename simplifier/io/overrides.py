@@ -28,7 +28,7 @@ from simplifier.io.suffixes import overrides_beside
 from simplifier.io.toml import Table, read_toml
 
 _LARGEST = 1e100  # of a coordinate
-_MOST = 1000  # of a kind: each region is held against each part and each voxel
+_MOST = 1000  # of a kind: regions are held against all parts and voxels, patterns against all names
 _BOX = ("name", "center", "size", "rotation", "angle", "axis")
 
 
@@ -140,6 +140,8 @@ def _patterns(row: Table, key: str) -> tuple[Pattern, ...]:
     texts = row.get(key, [])
     if not isinstance(texts, list) or not all(isinstance(text, str) and text for text in texts):
         raise _wrong(row, key, "is no list of names", 'give such as ["glass*", "leaf?"]')
+    if len(texts) > _MOST:
+        raise _wrong(row, key, f"names {len(texts):,}", f"keep to {_MOST:,}, by patterns")
     return tuple(Pattern(text, row.where(key)) for text in texts)
 
 

@@ -7,7 +7,7 @@ Both kinds offer the same three calls, so that :mod:`simplifier.io.ply` lays out
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -62,6 +62,8 @@ def read_header(data: bytes, where: str) -> PlyHeader:
     lines, end = _header_lines(data, where)
     encoding: str | None = None
     elements: list[Element] = []
+    properties: list[list[Property]] = []  # of each element
+    names: set[str] = set()  # of the last one's properties
     for line in lines[1:]:
         words = line.split()
         if not words or words[0] in (b"comment", b"obj_info"):
@@ -70,20 +72,26 @@ def read_header(data: bytes, where: str) -> PlyHeader:
             encoding = ENCODINGS[words[1]]
         elif words[0] == b"element" and len(words) == 3 and words[2].isdigit():
             elements.append(Element(_name(words[1]), _count(words[2], where), ()))
+            properties.append([])
+            names = set()
         elif words[0] == b"property" and elements:
             last = elements[-1]
             one = _property(line, words, where)
-            if last.property(one.name):
+            if one.name in names:
                 raise UnreadableMeshError(
                     f"{quote_name(last.name)} has the property {quote_name(one.name)} twice",
                     where=where,
                 )
-            elements[-1] = Element(last.name, last.count, (*last.properties, one))
+            names.add(one.name)
+            properties[-1].append(one)
         else:
             raise _not_understood(line, where)
     if encoding is None:
         raise UnreadableMeshError("the PLY header has no line 'format'", where=where)
-    return PlyHeader(encoding, tuple(elements), end)
+    whole = (
+        replace(one, properties=tuple(own)) for one, own in zip(elements, properties, strict=True)
+    )
+    return PlyHeader(encoding, tuple(whole), end)
 
 
 def check_magic(data: bytes, where: str) -> None:

@@ -1,8 +1,9 @@
 """Polygons to triangles, for the formats whose faces have any number of corners.
 
 A polygon is cut without adding vertices: triangles pass through, a fan is used where it lies inside
-(always for a convex polygon), and ear clipping (mapbox earcut) in the plane of the polygon's Newell
-normal does the rest.
+(always for a convex polygon), and ear clipping in the plane of the polygon's Newell normal does the
+rest: by mapbox earcut, which mends what crosses itself at a cost that grows with the cube of the
+corners, or for a polygon of many by a kernel whose work is bounded.
 
 Triangle strips and fans as triangles.
 """
@@ -15,6 +16,15 @@ from numpy.typing import NDArray
 
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray, IndexArray
+from simplifier.kernels.ears import clip_ears
+
+_MANY = 64
+"""Corners from which the work is bounded: 64 that repeat take earcut a tenth of a millisecond."""
+
+_MOST_LOOKS = 2000
+"""Looks a corner of a polygon of many: some microseconds.  A spiral of 10,000 corners takes about
+as many; an outline that does not wind within itself takes tens.
+"""
 
 
 def triangulate_polygons(
@@ -41,8 +51,11 @@ def triangles_by_polygon(
     counts = np.maximum(sizes - 2, 0)
     first = np.cumsum(counts) - counts
     faces = np.full((int(counts.sum()), 3), -1, dtype=np.int64)
-    for size in np.unique(sizes[sizes >= 3]).tolist():
-        group = np.nonzero(sizes == size)[0]
+    order = np.argsort(sizes, kind="stable")
+    for group in np.split(order, np.nonzero(np.diff(sizes[order]))[0] + 1):
+        size = int(sizes[group[0]]) if len(group) else 0
+        if size < 3:
+            continue
         polygons = corners[starts[group, None] + np.arange(size)]
         rows = first[group, None] + np.arange(size - 2)
         faces[rows] = _triangulate_equal(points, polygons)
@@ -110,6 +123,12 @@ def _clip_ears(points: FloatArray, polygon: IndexArray) -> IndexArray:
     flat = _project(points[polygon])
     if flat is None:
         return fan
+    if len(flat) > _MANY:
+        faces = np.full_like(fan, -1)
+        ears = np.empty_like(fan)
+        count = clip_ears(flat, _MOST_LOOKS * len(flat), ears)
+        faces[:count] = polygon[ears[:count]]
+        return faces
     ends = np.array([len(flat)], dtype=np.uint32)
     ears = mapbox_earcut.triangulate_float64(flat, ends).astype(np.int64).reshape(-1, 3)
     if not 0 < len(ears) <= len(fan):

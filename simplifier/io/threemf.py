@@ -127,7 +127,7 @@ def _material(model: Model, group: str, place: str) -> Material:
     return found[int(place)] if place.isdecimal() and int(place) < len(found) else Material()
 
 
-_STRUCTURE = re.compile(rb"<(?:[\w.-]+:)?(object|component|item)\s([^>]*)>")
+_STRUCTURE = re.compile(rb"<(?:[\w.-]+:)?(object|component|item)\s([^<>]*)>")
 _NUMBER = re.compile(rb"\b(?:object)?id\s*=\s*[\"']([^\"']*)")
 _PATH = re.compile(rb"\bpath\s*=\s*[\"']/?([^\"']*)")
 _PIECE = 1 << 20  # bytes

@@ -23,6 +23,19 @@ _TOKEN = re.compile(
     r"|[\[\]{}\n]",
     re.DOTALL,
 )
+# As above, whatever is no TOML too: what is open at the end goes to the end, so that the time is as
+# the length.  Between two of the last row's there is one key, or one value with at most one dot.
+_PIECE = re.compile(
+    r'"""(?:\\.|[^\\])*?(?:"{3,5}|\Z)'
+    r"|'''.*?(?:'{3,5}|\Z)"
+    r'|"(?:\\.|[^"\\\n])*(?:"|(?=\n))'
+    r"|'[^'\n]*(?:'|(?=\n))"
+    r"|\#[^\n]*"
+    r"|\."
+    r"|[\[\]{},=\n]",
+    re.DOTALL,
+)
+_MOST_PARTS = 64  # of a key; people write two or three
 _AT_LINE = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
 
 
@@ -94,13 +107,34 @@ def parse_toml(data: bytes, file: str, *, error: type[OccluderError] = TomlError
     except UnicodeDecodeError as fault:
         line = data.count(b"\n", 0, fault.start) + 1
         raise error("is not UTF-8", where=f"{file}:{line}", remedy="save it as UTF-8") from None
+    _check_parts(text, file, error)
     try:
-        values = tomllib.loads(text)
+        return Table(tomllib.loads(text), _lines(text), file)
     except tomllib.TOMLDecodeError as fault:
         raise _no_toml(str(fault), text, file, error) from None
+    except ValueError:  # of int, which takes no more digits than the interpreter allows
+        raise error(
+            "has a number of thousands of digits", where=file, remedy="write a shorter one"
+        ) from None
     except RecursionError:
         raise error("is nested too deeply", where=file, remedy="write it flat") from None
-    return Table(values, _lines(text), file)
+
+
+def _check_parts(text: str, file: str, error: type[OccluderError]) -> None:
+    """Before it is read: the standard reader takes time as the square of a key's parts."""
+    dots = 0
+    for piece in _PIECE.finditer(text + "\n"):
+        if piece[0] == ".":
+            dots += 1
+            if dots >= _MOST_PARTS:
+                line = text.count("\n", 0, piece.start()) + 1
+                raise error(
+                    f"has a key of more than {_MOST_PARTS} parts",
+                    where=f"{file}:{line}",
+                    remedy="write it with fewer dots",
+                )
+        elif piece[0] in "[]{},=\n":
+            dots = 0
 
 
 def _no_toml(message: str, text: str, file: str, error: type[OccluderError]) -> OccluderError:

@@ -23,6 +23,8 @@ Begin = Callable[[str, Attributes], object]
 End = Callable[[str], object]
 
 _DEEPEST = 200  # elements within elements; those of real files are within twenty
+_PIECE = 1 << 22  # bytes
+_LONGEST_ADDRESS = 1000  # of a namespace: the parser puts it before every name
 _ENCODINGS = ("utf-8", "utf-16", "us-ascii", "ascii", "iso-8859-1")
 _EXPORT = "copy or export it again"
 
@@ -77,17 +79,31 @@ def walk_xml(
             remedy="take it out, or export the file again",
         )
 
+    def declare_namespace(prefix: str | None, address: str | None) -> None:
+        if len(address or "") > _LONGEST_ADDRESS:
+            raise UnreadableMeshError(
+                f"line {parser.CurrentLineNumber}: the address of a namespace is longer than"
+                f" {_LONGEST_ADDRESS} characters",
+                where=where,
+                remedy=_EXPORT,
+            )
+        if namespace is not None:
+            namespace(prefix, address)
+
     parser.StartElementHandler = start
     parser.EndElementHandler = stop
     parser.XmlDeclHandler = declare
     parser.StartDoctypeDeclHandler = refuse_doctype
     parser.CharacterDataHandler = text
-    parser.StartNamespaceDeclHandler = namespace
+    parser.StartNamespaceDeclHandler = declare_namespace
     try:
         if isinstance(source, bytes):
             parser.Parse(source, True)
         else:
-            parser.ParseFile(source)
+            # Not ParseFile, whose small pieces make a long tag be looked at anew for each of them.
+            while piece := source.read(_PIECE):
+                parser.Parse(piece, False)
+            parser.Parse(b"", True)
     except expat.ExpatError as error:
         raise UnreadableMeshError(
             f"the XML is damaged or cut off in line {error.lineno}, column {error.offset + 1}"

@@ -163,3 +163,35 @@ def test_every_key_of_a_made_up_file_is_found_where_it_was_written(
         text += f"k{index} = {value}\n"
     table = _table(text)
     assert {key: table.line(key) for key in table} == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("x = 1\n" + "a." * 3000 + "b = 1", 2),
+        ("'a'." * 64 + "b = 1", 1),
+        ("\n\n[" + "a . " * 200_000 + "b]", 3),
+        ("x = {" + '"a".' * 64 + "b = 1}", 1),
+        ('x = """\n' + "a.b" * 100 + '"""\n' + "a." * 64 + "b = 1", 3),
+    ],
+)
+def test_a_key_of_many_parts_is_refused_before_it_is_read(text: str, line: int) -> None:
+    """200,000 parts kept the standard reader for a minute, and 3,000 ended in a RecursionError."""
+    with pytest.raises(TomlError, match=rf"^f\.toml:{line}: has a key of more than 64 parts"):
+        _table(text)
+
+
+def test_dots_elsewhere_are_no_parts() -> None:
+    dots = "a." * 100
+    text = f"# {dots}\nx = '{dots}'\ny = [{'1.5, ' * 100}]\n" + "a." * 63 + "b = 1\n"
+    assert _table(text).line("y") == 3
+
+
+def test_a_number_of_thousands_of_digits_is_refused() -> None:
+    with pytest.raises(TomlError, match="has a number of thousands of digits"):
+        _table("a = " + "1" * 5000)
+
+
+def test_tables_that_nest_by_many_long_keys_are_refused() -> None:
+    with pytest.raises(TomlError, match="nested too deeply"):
+        _table("a = " + ("{" + "a." * 60 + "a = ") * 60 + "1" + "}" * 60)

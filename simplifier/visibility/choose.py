@@ -38,7 +38,7 @@ _STANDING = 0.5  # share of the solid from the ground up that cull maps need at 
 _CONVEX = 0.8  # share of the objects that strong occluders need, to come first
 _NARROW = 0.8  # of the occluders' median width: cells from which they hide much
 _OPEN = 1.0 / 3.0  # share of the surface that slices may lack
-_EDGE = 1e-6  # of a cell: far above what float32 takes from its width
+_WIDE = 2.0 / 3.0  # of a tile: cells from which voxel columns leave as little as cull maps do
 _FEW = 0.25  # cells a tile: for fewer, sweeps over all tiles cost more than looking from each
 _TRIED = 4  # cells
 _WORTH = 0.5  # of the conservative sets: smaller ones are worth not being conservative
@@ -107,16 +107,16 @@ def _plan(task: Task, methods: Mapping[str, Method]) -> tuple[Way, str]:
 
 
 def _over_terrain(task: Task, terrain: Terrain) -> tuple[Way, str]:
-    """Voxel columns serve cells as wide as tiles; they sweep for all cells or for none."""
+    """Voxel columns serve cells about as wide as tiles; they sweep for all cells or for none."""
     if not columns_serve(terrain, task.options):
         return CULL_MAP, ""
     size = float(np.median((task.cells.high - task.cells.low)[:, :2].max(axis=1)))
     tile = min(tile_size(terrain))
-    if size < (1.0 - _EDGE) * tile:
+    if size < _WIDE * tile:
         return CULL_MAP, f", and cells are {size:.4g} wide, its tiles {tile:.4g}"
     if len(task.cells) < _FEW * len(terrain.scene):
         return CULL_MAP, f", and its {len(terrain.scene):,} tiles are many for so few cells"
-    return TERRAIN, f", and its cells are as wide as its tiles, {tile:.4g}"
+    return TERRAIN, f", and cells are {size:.4g} wide, its tiles {tile:.4g}"
 
 
 def _rooms(

@@ -44,7 +44,7 @@ def test_cells_no_smaller_than_tiles_are_columns_by_auto(command, tmp_path):
     status, told, _ = command("pvs", dem, "-o", file, *arguments)
     words = " ".join(told.split())
     assert status == 0
-    assert "voxel-column, since it is a terrain, and its cells are as wide as its tiles" in words
+    assert "voxel-column, since it is a terrain, and cells are 80 wide, its tiles 80" in words
     assert simplifier.load_pvs(file).altitudes is not None
     assert "32 of 32, 32 kept from before" in " ".join(
         command("pvs", dem, "-o", file, *arguments)[1].split()

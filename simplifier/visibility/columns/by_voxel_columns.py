@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,8 +60,13 @@ def by_voxel_columns(task: Task) -> Iterator[Sight]:
             )
         task.tell_objects(round(share * len(terrain.scene)), len(terrain.scene))
 
+    @cache
+    def swept() -> NDArray[np.uint16]:
+        # Once: the first cell and those that are timed are asked for before the others.
+        return horizons(posts, terrain, scale, high, tell)
+
     def see(chosen: NDArray[np.int64]) -> Seen:
-        found = horizons(posts, terrain, scale, high, tell)
+        found = swept()
         numbers = np.stack(
             [found[x0:x1, y0:y1].min(axis=(0, 1)) for x0, x1, y0, y1 in touched[chosen].tolist()]
         )

@@ -12,6 +12,7 @@ from simplifier.errors import CancelledError, MemoryLimitError, OptionError
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.visibility import PvsOptions
 from simplifier.visibility.checking.check import CheckOptions, check_pvs
+from simplifier.visibility.columns import by_voxel_columns
 from simplifier.visibility.columns.by_voxel_columns import post_size
 from simplifier.visibility.find import find_pvs
 from simplifier.visibility.placing.terrain_cells import place_columns, place_on_terrain
@@ -131,3 +132,18 @@ def test_columns_stand_on_their_tiles_from_the_lowest_ground_to_an_eye_over_the_
         assert cells.high[cell, 2] == pytest.approx(surface.max() - upright.origin[2] + 1.0)
     with pytest.raises(OptionError, match="choose walkable or grid"):
         place_columns(terrain, upright, "floors", options)
+
+
+def test_sweeps_are_made_once_for_all_cells_and_never_for_none(monkeypatch):
+    terrain, upright, options = made(rough(5), tile=8)
+    cells = place_columns(terrain, upright, "grid", options)
+    asked = []
+    real = by_voxel_columns.horizons
+    monkeypatch.setattr(
+        by_voxel_columns, "horizons", lambda *some: asked.append(len(some)) or real(*some)
+    )
+    first = find_pvs(upright, cells, options, terrain=terrain)
+    assert len(asked) == 1
+    assert first.foretold is not None  # a few cells were looked from before the others
+    find_pvs(upright, cells, options, first.pvs, terrain=terrain)
+    assert len(asked) == 1

@@ -35,6 +35,7 @@ from simplifier.pipeline import simplify_mesh
 from simplifier.report.report import build_report
 
 _MOVES = 16  # a search in a few rounds
+_TEETH = 80  # of a face whose work is bounded
 _HEADER = """ply
 format {} 1.0
 element vertex 4
@@ -160,7 +161,8 @@ def _find_sets(scene: Scene) -> None:
 
 
 def _files(folder: Path, occluder: Occluder) -> Iterator[Path]:
-    """A file of every format, and of PLY those kinds that are not written here."""
+    """A file of every format, of PLY those kinds that are not written here, and a face of many
+    corners."""
     for suffix in writable_suffixes():
         path = folder / f"mesh{suffix}"
         save_occluder(occluder, path)
@@ -173,6 +175,11 @@ def _files(folder: Path, occluder: Occluder) -> Iterator[Path]:
     binary = folder / "binary.ply"
     binary.write_bytes(_HEADER.format("binary_little_endian").encode() + _POINTS.tobytes() + faces)
     yield binary
+    many = folder / "many.obj"
+    teeth = [f"v {x} {x % 2} 0" for x in range(_TEETH)]
+    corners = " ".join(map(str, range(1, _TEETH + 2)))
+    many.write_text("\n".join([*teeth, f"v 0 {_TEETH} 0", f"f {corners}", ""]))
+    yield many
 
 
 def _scene(mesh: TriangleMesh) -> Scene:

@@ -83,14 +83,14 @@ def measured_here(work: str, mesh: str, repeats: int, options: dict[str, Any]) -
     soup = mesh_named(mesh)
     load_kernels()
     job = _JOBS[work](soup, options)
-    before, made = _resident_mib("VmRSS"), _resident_mib("VmHWM")
-    _forget_peak()
+    before, made = resident_mib("VmRSS"), resident_mib("VmHWM")
+    forget_peak()
     seconds, stages = [], []
     for _ in range(repeats):
         begin = time.perf_counter()
         stages.append(job())
         seconds.append(time.perf_counter() - begin)
-    peak = _resident_mib("VmHWM")
+    peak = resident_mib("VmHWM")
     names = dict.fromkeys(name for times in stages for name in times)
     medians = {name: statistics.median(times[name] for times in stages) for name in names}
     return Measurement(len(soup.faces), seconds, medians, before, peak, max(peak, made))
@@ -122,7 +122,7 @@ def _evaluate(soup: simplifier.TriangleMesh, options: dict[str, Any]) -> Callabl
 _JOBS = {"simplify": _simplify, "evaluate": _evaluate}
 
 
-def _resident_mib(key: str) -> float:
+def resident_mib(key: str) -> float:
     """``VmRSS`` now or ``VmHWM`` at most, from Linux; elsewhere the most that getrusage tells.
 
     Not ru_maxrss on Linux: a started program inherits there the peak of the one that started it.
@@ -135,7 +135,7 @@ def _resident_mib(key: str) -> float:
     return int(kib) / 2**10
 
 
-def _forget_peak() -> None:
+def forget_peak() -> None:
     """Let VmHWM begin again at what is resident; where that is refused it covers the mesh too."""
     try:
         Path("/proc/self/clear_refs").write_text("5")
@@ -148,7 +148,7 @@ def _command(arguments: list[str]) -> tuple[float, float]:
     status = app(arguments, standalone_mode=False)
     if status:
         sys.exit(status)
-    return time.perf_counter() - begin, _resident_mib("VmHWM")
+    return time.perf_counter() - begin, resident_mib("VmHWM")
 
 
 def main() -> None:

@@ -40,6 +40,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.point import forget_peak, resident_mib
 from bench.record import Row, tell_parts, told, write_page, write_table
 from bench.visibility_choice import choice_rows
 from bench.visibility_city import streets
@@ -68,7 +69,7 @@ STRONG = ("strong_city", "strong_ranks", "strong_levels", "strong_spheres")
 TABLES = ("city", "cells", "lyon", "shrinking", *STRONG)
 ALL = (*TABLES, "slices", "shrunk_faces", "rooms", "terrain", "choice", "walks", "check")
 LYON = Path("../shared/assets/city_lyon_buildings.glb")
-EPSILONS = (5.0, 2.5)
+EPSILONS = (10.0, 5.0, 2.5)
 CELLS = 1000
 
 
@@ -88,7 +89,7 @@ def city_rows(
 
 
 def lyon_rows(
-    path: Path = LYON, count: int = 300, epsilons: Sequence[float] = EPSILONS, checked: int = 50
+    path: Path = LYON, count: int = 300, epsilons: Sequence[float] = (5.0, 2.5), checked: int = 50
 ) -> Iterator[Row]:
     """A row an epsilon; the cells are drawn by lot from all on which one can walk."""
     upright = UprightScene.of(load_scene(path), "z")
@@ -111,9 +112,11 @@ def lyon_rows(
 def _judged(
     upright: UprightScene, places: ViewCells, options: PvsOptions, checked: int = 50
 ) -> Row:
+    forget_peak()
     begin = time.perf_counter()
     found, processor = _timed(upright, places, options)
     seconds = time.perf_counter() - begin
+    peak = resident_mib("VmHWM")
     check = check_pvs(upright.scene, found.pvs, CheckOptions(checked, 60))
     return {
         "cells": len(found.pvs.cells),
@@ -121,6 +124,7 @@ def _judged(
         "ms_a_cell": 1e3 * found.seconds,
         "processor_ms_a_cell": 1e3 * processor / len(places),
         "seconds_before": seconds - found.seconds * found.made,
+        "peak_gib": peak / 1024.0,
         "sets_to_seen": check.excess,
         "culled": culled_share(found.pvs),
         "bytes_a_cell": len(encode_pvs(found.pvs)) / len(found.pvs.cells),

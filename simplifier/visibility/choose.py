@@ -151,7 +151,8 @@ def _open(stack: ExitStack, task: Task, methods: Mapping[str, Method], way: Way)
         return last
     narrow = last.narrow
     assert narrow is not None
-    first = stack.enter_context(methods[way[0]](replace(task, cells=last.cells)))
+    again = replace(task, cells=last.cells, looked_at_again=True)
+    first = stack.enter_context(methods[way[0]](again))
     places = places_in(last.cells, first.cells)
 
     def see(chosen: NDArray[np.int64]) -> Seen:

@@ -27,6 +27,8 @@ class Task:
     ``opaque``  what of the scene hides anything, by the objects' names; None is all of it.
     ``terrain``  what the scene was made of, if it is one.
     ``tell_objects``  hears how many objects are read, and may raise.
+    ``looked_at_again``  whether another method looks at what this one leaves open, so that its own
+                close looks are not worth their time.
     """
 
     upright: UprightScene
@@ -35,6 +37,7 @@ class Task:
     opaque: Scene | None
     terrain: Terrain | None
     tell_objects: TellCount
+    looked_at_again: bool = False
 
 
 @dataclass(frozen=True, eq=False)

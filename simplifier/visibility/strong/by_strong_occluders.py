@@ -9,12 +9,12 @@ import numpy as np
 
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
-from simplifier.kernels.hull_rays import VOLUME
+from simplifier.kernels.hull_rays import NO_PIECES, VOLUME
 from simplifier.visibility.method import Seen, Sight, Task, better, check_plain, without_buried
 from simplifier.visibility.solid.buried import within_objects
 from simplifier.visibility.strong.convex_bodies import ConvexBodies
 from simplifier.visibility.strong.scene_occluders import occluders_of
-from simplifier.visibility.strong.strong_occluders import TwoLevels, cell_of
+from simplifier.visibility.strong.strong_occluders import Tactics, TwoLevels, cell_of
 
 _BATCH = 32  # cells between two looks at the clock
 _LOST = 0.2  # share of what is solid that may hide nothing without a word
@@ -35,7 +35,8 @@ def by_strong_occluders(task: Task) -> Iterator[Sight]:
     # The boxes in what is not convex hide each other's side of it, from a viewer between them.
     buried |= within_objects(hiding, task.cells)
     cells = without_buried(task, buried, lambda cell: "an object")
-    levels = TwoLevels(found.occluders, cells)
+    tactics = Tactics(pieces=NO_PIECES) if task.looked_at_again else Tactics()
+    levels = TwoLevels(found.occluders, cells, tactics)
 
     def warnings() -> list[str]:
         told = []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,9 @@ from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.visibility import PvsOptions
 from simplifier.visibility.checking.check import CheckOptions, check_pvs
 from simplifier.visibility.find import find_pvs
+from simplifier.visibility.method import Task
 from simplifier.visibility.placing.cells import place_cells
+from simplifier.visibility.strong.by_strong_occluders import by_strong_occluders
 from tests.visibility.rooms import bent_hall
 from tests.visibility.scenes import PUZZLES
 
@@ -39,6 +43,22 @@ def test_no_leak_in_a_city():
     check = check_pvs(city, found.pvs, CheckOptions(cells=25, views=30))
     assert not check.leaks
     assert check.excess < 1.6
+
+
+def test_what_another_method_looks_at_again_is_looked_at_in_haste():
+    """Closer looks hide more; without them nothing is hidden that they would have shown."""
+    city = generated_city(6)
+    upright = UprightScene.of(city, "z")
+    cells = street_cells(city, 40, 5.0)
+    cells = ViewCells.boxes(cells.low - upright.origin, cells.high - upright.origin)
+    task = Task(upright, cells, OPTIONS, None, None, lambda *_: None)
+    every = np.arange(len(cells))
+    with by_strong_occluders(task) as close:
+        near = close.see(every).visible
+    with by_strong_occluders(replace(task, looked_at_again=True)) as hasty:
+        far = hasty.see(every).visible
+    assert not (near & ~far).any()
+    assert near.sum() < far.sum() < 1.2 * near.sum()
 
 
 def test_no_leak_from_triangles_of_free_space():

@@ -54,7 +54,7 @@ def test_the_arrays_of_a_terrain_take_less_than_is_foretold_and_not_much():
 
 FIND = """
 import sys, numpy as np
-from bench.point import _resident_mib
+from bench.point import resident_mib
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.memory.need import MIB
 from simplifier.options.visibility import PvsOptions
@@ -65,7 +65,7 @@ from tests.visibility.scenes import street_cell
 upright, cells = UprightScene.of(wide_city(), "z"), globals()[sys.argv[1]]()
 need = need_of_sets(upright, cells, 0.2, 0.2)
 find_pvs(upright, cells, PvsOptions(up="z", epsilon=1.0))
-print(_resident_mib("VmHWM") / (need.peak / MIB))
+print(resident_mib("VmHWM") / (need.peak / MIB))
 """
 
 

@@ -69,7 +69,7 @@ STRONG = ("strong_city", "strong_ranks", "strong_levels", "strong_spheres")
 TABLES = ("city", "cells", "lyon", "shrinking", *STRONG)
 ALL = (*TABLES, "slices", "shrunk_faces", "rooms", "terrain", "choice", "walks", "check")
 LYON = Path("../shared/assets/city_lyon_buildings.glb")
-EPSILONS = (10.0, 5.0, 2.5)
+EPSILONS = (20.0, 10.0, 5.0, 2.5)
 CELLS = 1000
 
 

@@ -20,7 +20,7 @@ from simplifier.geometry.view_cells import ViewCells
 from simplifier.visibility.columns.tile_cells import columns_serve, tile_size
 from simplifier.visibility.known import cell_key
 from simplifier.visibility.method import Method, Seen, Sight, Task, Tried
-from simplifier.visibility.scene_look import has_storeys, look_at, spread
+from simplifier.visibility.scene_look import has_storeys, look_at, spread, standing_share
 from simplifier.visibility.slices.by_slices import open_surface, too_many_voxels
 from simplifier.visibility.solid.terrain import Terrain
 
@@ -95,9 +95,10 @@ def _plan(task: Task, methods: Mapping[str, Method]) -> tuple[Way, str]:
         return CULL_MAP, ""
     if has_storeys(task.cells):
         return STRONG, "since cells are on several storeys"
+    standing = standing_share(task)
+    if standing < _STANDING:
+        return STRONG, f"since only {_percent(standing)} is solid from the ground up"
     look = look_at(task)
-    if look.standing < _STANDING:
-        return STRONG, f"since only {_percent(look.standing)} is solid from the ground up"
     if look.convex < _CONVEX:
         return CULL_MAP, f", and only {_percent(look.convex)} of the objects are convex"
     beside = f"the objects are {look.width:.3g} wide in the median, and the cells {look.size:.3g}"

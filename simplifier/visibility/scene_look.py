@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.visibility.method import Task
@@ -24,51 +25,71 @@ _BITS = 16  # of the curve that cells are ordered along
 
 @dataclass(frozen=True)
 class SceneLook:
-    """``standing``  share of the volume of what may hide, by the boxes of a sample, that is solid
-                  from the ground up, 0 to 1.
-    ``convex``    share of the sample that is convex, 0 to 1.
+    """``convex``    share of a sample of the objects that is convex, 0 to 1.
     ``width``     the median of the shorter sides of these in plan; 0 where none is.
     ``size``      the median of the cells' longer sides in plan.
     """
 
-    standing: float
     convex: float
     width: float
     size: float
 
 
+def standing_share(task: Task) -> float:
+    """Of a task without a terrain, something of which hides: the share of the volume of what may
+    hide, by the boxes of a sample, that is solid from the ground up, 0 to 1.
+    """
+    hiding, flat = _hiding(task), _flat(task)
+    filled = stood = 0.0
+    for index, stands in _sample(task):
+        volume = float(np.prod(np.maximum(np.ptp(hiding.boxes[index], axis=0), flat)))
+        filled += volume
+        if stands:
+            mesh = hiding.scene.joined([index])
+            shape = np.ascontiguousarray(mesh.vertices[:, hiding.order] - hiding.origin), mesh.faces
+            stood += volume if base_of(*shape, task.options.ground)[0] is not None else 0.0
+    return stood / filled if filled > 0.0 else 0.0
+
+
 def look_at(task: Task) -> SceneLook:
     """Look at a task without a terrain, something of which hides."""
-    upright, ground = task.upright, task.options.ground
-    hiding = upright if task.opaque is None else upright.with_scene(task.opaque)
-    count = len(hiding.scene)
-    sample = np.unique(np.linspace(0, count - 1, min(count, _OBJECTS)).round().astype(np.int64))
-    floor = float(upright.boxes[:, 0, 2].min())
-    flat = _FLAT * float(upright.extent.max())
+    hiding = _hiding(task)
     known: dict[int, int | None] = {}
-    filled = stood = 0.0
     widths = []
-    for index in sample.tolist():
-        mesh = hiding.scene.joined([index])
-        shape = np.ascontiguousarray(mesh.vertices[:, hiding.order] - hiding.origin), mesh.faces
-        sides = np.ptp(hiding.boxes[index], axis=0)
-        stands = ground or _stands(hiding.boxes, index, floor, flat)
-        volume = float(np.prod(np.maximum(sides, flat)))
-        filled += volume
-        stood += volume if stands and base_of(*shape, ground)[0] is not None else 0.0
+    sample = _sample(task)
+    for index, stands in sample:
         which = int(hiding.scene.mesh_of[index])
         if which not in known:
-            known[which] = _base_if_convex((hiding.scene.meshes[which].vertices, mesh.faces))
+            mesh = hiding.scene.meshes[which]
+            known[which] = _base_if_convex((mesh.vertices, mesh.faces))
         base = known[which]
         if base == CLOSED or (base is not None and stands):
-            widths.append(float(sides[:2].min()))
+            widths.append(float(np.ptp(hiding.boxes[index], axis=0)[:2].min()))
     sizes = (task.cells.high - task.cells.low)[:, :2].max(axis=1)
     return SceneLook(
-        stood / filled if filled > 0.0 else 0.0,
         len(widths) / len(sample),
         float(np.median(widths)) if widths else 0.0,
         float(np.median(sizes)),
     )
+
+
+def _hiding(task: Task) -> UprightScene:
+    return task.upright if task.opaque is None else task.upright.with_scene(task.opaque)
+
+
+def _flat(task: Task) -> float:
+    return _FLAT * float(task.upright.extent.max())
+
+
+def _sample(task: Task) -> list[tuple[int, bool]]:
+    """Objects of what hides, always the same ones, and whether each stands on the ground."""
+    boxes = _hiding(task).boxes
+    chosen = np.linspace(0, len(boxes) - 1, min(len(boxes), _OBJECTS)).round().astype(np.int64)
+    floor, flat = float(task.upright.boxes[:, 0, 2].min()), _flat(task)
+    return [
+        (index, task.options.ground or _stands(boxes, index, floor, flat))
+        for index in np.unique(chosen).tolist()
+    ]
 
 
 def _stands(boxes: FloatArray, index: int, floor: float, flat: float) -> bool:

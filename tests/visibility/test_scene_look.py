@@ -12,13 +12,17 @@ from simplifier.geometry.scene import Scene
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.visibility import PvsOptions
 from simplifier.visibility.method import Task
-from simplifier.visibility.scene_look import has_storeys, look_at, spread
+from simplifier.visibility.scene_look import has_storeys, look_at, spread, standing_share
 
 
-def look(scene, **options):
+def task_of(scene, **options):
     upright = UprightScene.of(scene, "z")
     cells = ViewCells.boxes(np.zeros((1, 3)), np.array([[4.0, 6.0, 2.0]]))
-    return look_at(Task(upright, cells, PvsOptions(up="z", **options), None, None, print))
+    return Task(upright, cells, PvsOptions(up="z", **options), None, None, print)
+
+
+def standing(scene, **options):
+    return standing_share(task_of(scene, **options))
 
 
 def scene_of(corners):
@@ -27,21 +31,22 @@ def scene_of(corners):
 
 def test_what_stands_is_solid_and_what_floats_is_not():
     ground, above = [(0, 0, 0), (10, 20, 10)], [(30, 0, 5), (40, 20, 15)]
-    assert look(scene_of([ground])).standing == 1.0
-    assert look(scene_of([ground, above])).standing == pytest.approx(0.5)
-    assert look(scene_of([ground, above]), ground=True).standing == 1.0
+    assert standing(scene_of([ground])) == 1.0
+    assert standing(scene_of([ground, above])) == pytest.approx(0.5)
+    assert standing(scene_of([ground, above]), ground=True) == 1.0
     slab = [(0, 0, 0), (100, 100, 5)]
-    assert look(scene_of([slab, above])).standing == 1.0
-    assert look(scene_of([ground, above])).width == 10.0
-    assert look(scene_of([ground])).size == 6.0
+    assert standing(scene_of([slab, above])) == 1.0
+    assert look_at(task_of(scene_of([ground, above]))).width == 10.0
+    assert look_at(task_of(scene_of([ground]))).size == 6.0
 
 
 def test_sheets_are_neither_solid_nor_convex():
     square = TriangleMesh.from_soup(
         np.array([[0.0, 0, 0], [9, 0, 0], [9, 0, 9], [0, 0, 9]]), np.array([[0, 1, 2], [0, 2, 3]])
     )
-    found = look(Scene((square,), ("sheet",), np.zeros(1, np.int32), np.eye(4)[None]))
-    assert (found.standing, found.convex, found.width) == (0.0, 0.0, 0.0)
+    sheet = Scene((square,), ("sheet",), np.zeros(1, np.int32), np.eye(4)[None])
+    found = look_at(task_of(sheet))
+    assert (standing(sheet), found.convex, found.width) == (0.0, 0.0, 0.0)
 
 
 def test_cells_above_others_are_storeys():

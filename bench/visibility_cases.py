@@ -100,7 +100,7 @@ CASES: Mapping[str, Callable[[], Case]] = {
     "duplex": lambda: interior(0),
     "dungeon": lambda: interior(1),
     "Sponza": lambda: interior(2),
-    # Sweeps are for all cells or none, and take the square of the posts: 24 s for all of them.
+    # Sweeps are for all cells or none, and take the square of the posts: 17 s for all of them.
     "mountains, a quarter, cells of 800 m": lambda: mountains(share=0.5),
     "mountains, a quarter, cells of tiles": lambda: mountains(edge=None, share=0.5),
     "3,324 boxes": boxes,

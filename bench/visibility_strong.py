@@ -49,11 +49,19 @@ PAPER_TESTS = {10: 211715, 20: 212943, 30: 215838, 40: 218785, 50: 222611, 60: 2
                200: 132703}  # fmt: skip
 PAPER_POLYGONS = {10: 1447, 20: 1615, 30: 1833, 40: 2115, 50: 2540, 60: 3128, 70: 4090, 80: 5464,
                   90: 7745, 100: 11338, 125: 16995, 150: 20470, 200: 24534}  # fmt: skip
+PAPER_PIECE_TESTS = {10: 48002, 20: 55621, 30: 64846, 40: 85313, 50: 109210, 60: 159599,
+                     70: 259442, 80: 425117, 90: 707462, 100: 1204630, 125: 1385075,
+                     150: 1346399, 200: 1175813}  # fmt: skip
+PAPER_SECONDS = {20: 13, 30: 14, 40: 15, 50: 16, 60: 18, 70: 25, 80: 33, 90: 47}
 PAPER_SPHERES = {5: 9169, 10: 7481, 20: 4611, 30: 2334, 40: 811, 50: 119}
+PAPER_SPHERE_TESTS = {5: 1052048, 10: 971410, 20: 819622, 30: 678895, 40: 558874, 50: 463204}
 PAPER_RANKS = {20: (2345, 504, 160, 45, 19, 5, 5, 2, 2, 1, 0),
                30: (2045, 630, 231, 86, 32, 10, 7, 4, 4, 2, 1),
                50: (1470, 635, 377, 185, 111, 68, 32, 15, 11, 1, 13),
-               70: (829, 571, 359, 284, 184, 103, 78, 37, 22, 14, 40)}  # fmt: skip
+               70: (829, 571, 359, 284, 184, 103, 78, 37, 22, 14, 40),
+               100: (32, 30, 46, 51, 51, 44, 29, 23, 15, 6, 10),
+               150: (0, 0, 2, 1, 1, 3, 6, 5, 3, 5, 13),
+               200: (0, 0, 1, 0, 0, 0, 1, 2, 1, 2, 5)}  # fmt: skip
 
 
 def paper_city(seed: int = 0) -> FloatArray:
@@ -115,7 +123,8 @@ def city_rows(sizes: Sequence[int] = tuple(PAPER_BOXES), rows: int = 5) -> Itera
     ``boxes`` are as the paper finds them, ``tests`` as it counts them: one candidate after the
     other along a leading ray, 64 segments for each.  ``by_pieces_too`` adds boxes of which each
     triangle is hidden, the paper's strongly occluded buildings.  ``strict_boxes``, ``our_tests``,
-    ``our_piece_tests`` and ``ms`` are of what ``occluder pvs`` does.
+    ``our_piece_tests`` and ``ms`` are of what ``occluder pvs`` does; the paper has times of some
+    sizes alone.
     """
     boxes = paper_city()
     papers, ours = city_occluders(boxes, closed=True), city_occluders(boxes, closed=False)
@@ -138,9 +147,12 @@ def city_rows(sizes: Sequence[int] = tuple(PAPER_BOXES), rows: int = 5) -> Itera
             "paper_polygons": PAPER_POLYGONS[size],
             "tests": float(found.work[:, RAYS].mean()),
             "paper_tests": PAPER_TESTS[size],
+            "piece_tests": float(found.work[:, PIECE_RAYS].mean()),
+            "paper_piece_tests": PAPER_PIECE_TESTS[size],
             "our_tests": float(strict.work[:, RAYS].mean()),
             "our_piece_tests": float(strict.work[:, PIECE_RAYS].mean()),
             "ms": 1e3 * seconds / len(cells),
+            "paper_seconds": PAPER_SECONDS.get(size),
         }
 
 
@@ -260,6 +272,7 @@ def sphere_rows(sizes: Sequence[int] = tuple(PAPER_SPHERES), seeds: int = 4) -> 
             "most": max(counts),
             "paper_spheres": PAPER_SPHERES[size],
             "tests": float(np.mean([one.work[0, RAYS] for one in found])),
+            "paper_tests": PAPER_SPHERE_TESTS[size],
             "our_tests": float(np.mean([one.work[0, RAYS] for one in ours])),
         }
 

@@ -3,8 +3,8 @@
     city   cells of 10 m in the streets of a generated city of 2,000 blocks, by epsilon, by cull
            maps alone and by what auto takes: how large their sets are beside what is certainly
            seen, what is culled, bytes and milliseconds a cell, and leaks, which must be none
-    cells  milliseconds, also of all cores together, by the number of cells and of objects, by
-           epsilon and by the cell's size
+    cells  milliseconds, also of all cores together, peak memory and bytes a cell, by the number of
+           cells and of objects, by epsilon and by the cell's size
     lyon   the same as city, for street cells of a part of Lyon on a slope; needs the shared assets
     rooms  walkable cells of 1 m on all floors of three shared interiors, by slices; needs the
            shared assets.  Only when asked for
@@ -20,6 +20,8 @@
     choice  what auto takes of nine scenes, its sentence, what it foretells and what comes, beside
            each method that can serve, by processor time.  Needs the shared assets; only when
            asked for
+    front  time a cell against sets to what is seen, each method in steps, in a city, on a terrain
+           and in a house.  Needs the shared assets; only when asked for
     walks  triangles drawn along walks of 600 frames through seven scenes by sets, by occluders and
            by both.  Needs the shared assets; only when asked for
     check  100,000 viewpoints of the generated city that look past silhouettes, and 2,000 that draw
@@ -42,9 +44,11 @@ import numpy as np
 
 from bench.point import forget_peak, resident_mib
 from bench.record import Row, tell_parts, told, write_page, write_table
+from bench.visibility_cases import cells_timed
 from bench.visibility_choice import choice_rows
 from bench.visibility_city import streets
-from bench.visibility_plot import plot_cells
+from bench.visibility_front import front_rows
+from bench.visibility_plot import plot_cells, plot_front
 from bench.visibility_rooms import rooms_rows
 from bench.visibility_shrinking import shrinking_rows
 from bench.visibility_shrunk_faces import shrunk_face_rows
@@ -61,13 +65,14 @@ from simplifier.io.scene import load_scene
 from simplifier.options.visibility import Method, PvsOptions
 from simplifier.progress import TellCount, TellShare
 from simplifier.visibility.checking.check import CheckOptions, check_pvs
-from simplifier.visibility.find import Found, Watch, find_pvs
+from simplifier.visibility.find import find_pvs
 from simplifier.visibility.placing.cells import place_cells
 
 RESULTS = Path("bench/results")
 STRONG = ("strong_city", "strong_ranks", "strong_levels", "strong_spheres")
 TABLES = ("city", "cells", "lyon", "shrinking", *STRONG)
-ALL = (*TABLES, "slices", "shrunk_faces", "rooms", "terrain", "choice", "walks", "check")
+ALL = (*TABLES, "front", "slices", "shrunk_faces", "rooms", "terrain", "choice", "walks", "check")
+PLOTS = {"cells": plot_cells, "front": plot_front}
 LYON = Path("../shared/assets/city_lyon_buildings.glb")
 EPSILONS = (20.0, 10.0, 5.0, 2.5)
 CELLS = 1000
@@ -114,7 +119,7 @@ def _judged(
 ) -> Row:
     forget_peak()
     begin = time.perf_counter()
-    found, processor = _timed(upright, places, options)
+    found, processor = cells_timed(upright, places, options)
     seconds = time.perf_counter() - begin
     peak = resident_mib("VmHWM")
     check = check_pvs(upright.scene, found.pvs, CheckOptions(checked, 60))
@@ -130,14 +135,6 @@ def _judged(
         "bytes_a_cell": len(encode_pvs(found.pvs)) / len(found.pvs.cells),
         "leaks": len(check.leaks),
     }
-
-
-def _timed(upright: UprightScene, places: ViewCells, options: PvsOptions) -> tuple[Found, float]:
-    """The sets, and the seconds of all cores for the cells, which do not count what others do."""
-    clock: list[float] = []
-    watch = Watch(lambda done, total: clock.append(time.process_time()))
-    found = find_pvs(upright, places, options, None, watch)
-    return found, clock[-1] - clock[0]
 
 
 def cells_rows(
@@ -166,7 +163,8 @@ def _row(
     varied: str, upright: UprightScene, places: ViewCells, size: float = 10.0, epsilon: float = 5.0
 ) -> Row:
     options = PvsOptions(up="z", method="cull-map", cell_size=size, epsilon=epsilon)
-    found, processor = _timed(upright, places, options)
+    forget_peak()
+    found, processor = cells_timed(upright, places, options)
     return {
         "varied": varied,
         "objects": len(upright.scene),
@@ -176,6 +174,8 @@ def _row(
         "ms_a_cell": 1e3 * found.seconds,
         "processor_ms_a_cell": 1e3 * processor / len(places),
         "processor_seconds": processor,
+        "peak_mib": resident_mib("VmHWM"),
+        "bytes_a_cell": len(encode_pvs(found.pvs)) / len(places),
         "culled": culled_share(found.pvs),
     }
 
@@ -237,6 +237,7 @@ def main(words: Sequence[str] | None = None) -> None:
         "slices": slices_rows,
         "shrunk_faces": shrunk_face_rows,
         "choice": choice_rows,
+        "front": front_rows,
         "walks": walk_rows,
     }
     for name in {None: TABLES, "strong": STRONG}.get(only, (only,)):
@@ -246,8 +247,8 @@ def main(words: Sequence[str] | None = None) -> None:
             rows.append(row)
         command = f"bench.visibility --only {name}"
         write_table(RESULTS / f"visibility_{name}.csv", rows, command)
-        if name == "cells":
-            plot_cells(RESULTS / "visibility_cells.png", rows, command)
+        if name in PLOTS:
+            PLOTS[name](RESULTS / f"visibility_{name}.png", rows, command)
     write_page(RESULTS, "visibility", ALL)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
@@ -16,6 +17,7 @@ from simplifier.geometry.view_cells import ViewCells
 from simplifier.io.elevation import load_elevation
 from simplifier.io.scene import load_scene
 from simplifier.options.visibility import PvsOptions
+from simplifier.visibility.find import Found, Watch, find_pvs
 from simplifier.visibility.placing.cells import place_cells
 from simplifier.visibility.placing.terrain_cells import place_columns, place_on_terrain
 from simplifier.visibility.solid.terrain import Terrain
@@ -36,6 +38,16 @@ class Case:
         """With at most so many of the cells, by lot."""
         lots = np.random.default_rng(0).permutation(len(self.cells))[:most]
         return replace(self, cells=self.cells.some(np.sort(lots)))
+
+
+def cells_timed(
+    upright: UprightScene, places: ViewCells, options: PvsOptions, terrain: Terrain | None = None
+) -> tuple[Found, float]:
+    """The sets, and the seconds of all cores for the cells, which do not count what others do."""
+    clock: list[float] = []
+    watch = Watch(lambda done, total: clock.append(time.process_time()))
+    found = find_pvs(upright, places, options, None, watch, terrain=terrain)
+    return found, clock[-1] - clock[0]
 
 
 def city(blocks: int, cells: int = 60) -> Case:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 PvsFile = Annotated[Path, typer.Argument(help="What 'occluder pvs' wrote.")]
 SeenThrough = Annotated[Transparent, typer.Option(help=SEE_THROUGH_HELP)]
 _SOME = 40  # names that are shown of a set
-_DRAWN = ("auto", "cull-map", "voxel-column")
+_DRAWN = ("auto", "cull-map", "voxel-column", "strong")
 
 
 @with_options(PvsOptions, ElevationOptions)
@@ -45,7 +45,8 @@ def pvs(
     pictures: Annotated[
         Path | None,
         typer.Option(
-            help="Draw plans of sets, a cull map, slices, horizons and all cells into this folder."
+            help="Draw plans of sets, a cull map, slices, strong occluders, horizons and all cells"
+            " into this folder."
         ),
     ] = None,
     debug: Debug = False,
@@ -77,8 +78,8 @@ def pvs(
         check_extras(report, pictures)
         if pictures is not None and options.method not in _DRAWN:
             raise OptionError(
-                "only cull maps and voxel columns are drawn", where="pictures",
-                remedy="leave --pictures out, or choose --method cull-map or voxel-column",
+                "sets by slices are not drawn", where="pictures",
+                remedy="leave --pictures out, or choose another method",
             )  # fmt: skip
         with interrupts() as listening:
             before = load_pvs(output) if output.exists() else None
@@ -109,11 +110,14 @@ def _drawn(upright: UprightScene, found: Found, name: str) -> dict[str, bytes]:
     from simplifier.visibility.pictures.horizons_picture import horizons_picture
     from simplifier.visibility.pictures.pictures import cells_picture, set_pictures
     from simplifier.visibility.pictures.slices_picture import slices_picture
+    from simplifier.visibility.pictures.strong_picture import strong_picture
 
     if found.pvs.altitudes is None or found.maps is not None:
         made = set_pictures(upright, found.pvs, found.maps, name)
         if found.pvs.slices is not None and (parted := slices_picture(upright, found.pvs, name)):
             made["slices.png"] = parted
+        if found.occluders is not None:
+            made["strong.png"] = strong_picture(upright, found.pvs, found.occluders, name)
         return made
     return {
         "horizons.png": horizons_picture(upright, found.pvs, name),

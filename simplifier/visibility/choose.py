@@ -159,7 +159,7 @@ def _open(stack: ExitStack, task: Task, methods: Mapping[str, Method], way: Way)
     def see(chosen: NDArray[np.int64]) -> Seen:
         return narrow(places[chosen], first.see(chosen).visible)
 
-    return replace(last, cells=first.cells, see=see)
+    return replace(last, cells=first.cells, see=see, occluders=first.occluders)
 
 
 def _tried(sight: Sight, some: NDArray[np.int64]) -> Tried:

@@ -41,6 +41,7 @@ from simplifier.visibility.slices.by_slices import by_slices
 from simplifier.visibility.solid.fill_leaks import FillLeak
 from simplifier.visibility.solid.terrain import Terrain
 from simplifier.visibility.strong.by_strong_occluders import by_strong_occluders
+from simplifier.visibility.strong.strong_occluders import StrongOccluders
 
 _FORMAT = 4  # raised when the same input is to give other sets
 _SHAFTS = 3  # the same, of slices alone
@@ -81,8 +82,9 @@ UNWATCHED = Watch()
 class Found:
     """The sets, and what the user should know.
 
-    ``maps`` what they were looked up in last, where that is cull maps.  ``made`` cells that were
-    computed now; ``reason`` why sets were found as they were.
+    ``maps`` what they were looked up in last, where that is cull maps.  ``occluders`` that each
+    hide something by themselves, where these were looked for.
+    ``made`` cells that were computed now; ``reason`` why sets were found as they were.
     ``leaks`` spaces that would be solid, were it not for a hole.
     ``way`` the methods by their options' names, one after the other.  ``cost`` of the cells that
     were computed now, and ``foretold`` by some of them; None where there were too few.
@@ -97,6 +99,7 @@ class Found:
     way: Way = CULL_MAP
     cost: Cost = NO_COST
     foretold: Cost | None = None
+    occluders: StrongOccluders | None = None
 
     @property
     def seconds(self) -> float:
@@ -161,7 +164,7 @@ def find_pvs(
     warnings = [*sight.warnings(), *_unfinished(pvs)]
     return Found(
         pvs, sight.maps, made, tuple(warnings), sight.reason, sight.leaks, way, meter.came,
-        meter.foretold,
+        meter.foretold, sight.occluders,
     )  # fmt: skip
 
 

@@ -19,6 +19,7 @@ from simplifier.progress import TellCount
 from simplifier.visibility.cull_maps.cull_map import CullMaps
 from simplifier.visibility.solid.fill_leaks import FillLeak
 from simplifier.visibility.solid.terrain import Terrain
+from simplifier.visibility.strong.strong_occluders import StrongOccluders
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +81,7 @@ class Sight:
     ``reason``    why the sets are found so, as the end of a sentence.
     ``warnings``  what the user should know.
     ``maps``    what cull maps were looked up in last, and most closely.
+    ``occluders``  those that each hide something by themselves, where these were looked for.
     ``narrow``  as ``see``, of no more than some objects (c, n); None where that saves nothing.
     ``tried``   cells that were seen from already.
     ``leaks``   spaces that would be solid without a hole.
@@ -95,6 +97,7 @@ class Sight:
     reason: str
     warnings: Callable[[], list[str]]
     maps: CullMaps | None = None
+    occluders: StrongOccluders | None = None
     narrow: Callable[[NDArray[np.int64], BoolArray], Seen] | None = None
     tried: Tried | None = None
     leaks: tuple[FillLeak, ...] = ()

@@ -44,7 +44,8 @@ def test_pictures_of_sets(command, town, tmp_path):
     folder = tmp_path / "pictures" / "here"
     status, _, errors = found(command, town, tmp_path / "town.pvs", "--pictures", folder)
     assert (status, errors) == (0, "")
-    assert sorted(one.name for one in folder.iterdir()) == sorted(NAMES)
+    # Strong occluders come first among so convex houses.
+    assert sorted(one.name for one in folder.iterdir()) == sorted((*NAMES, "strong.png"))
     for name in NAMES:
         image = cv2.imread(str(folder / name))[..., ::-1]
         assert min(image.shape[:2]) > 500
@@ -52,6 +53,15 @@ def test_pictures_of_sets(command, town, tmp_path):
             plan = image[: int(0.88 * len(image))]
             for colour in PLAN.values():
                 assert (np.abs(plan.astype(int) - colour) <= 2).all(axis=2).sum() > 100
+
+
+def test_strong_occluders_are_drawn_by_themselves(command, town, tmp_path):
+    folder = tmp_path / "strong"
+    more = ("--method", "strong", "--pictures", folder)
+    assert found(command, town, tmp_path / "strong.pvs", *more)[0] == 0
+    names = sorted(one.name for one in folder.iterdir())
+    assert names == sorted({*NAMES, "strong.png"} - {"umbra.png"})
+    assert min(cv2.imread(str(folder / "strong.png")).shape[:2]) > 500
 
 
 def test_pictures_of_a_file_alone(command, town, tmp_path):

@@ -70,7 +70,7 @@ def test_a_hall_that_is_one_closed_sheet_is_not_solid(command, tmp_path, base):
 def test_what_it_has_not(command, rooms, tmp_path):
     for words, where in (
         (("--fill", "viewers"), "slices have no --fill"),
-        (("--pictures", tmp_path / "drawn"), "only cull maps and voxel columns are drawn"),
+        (("--pictures", tmp_path / "drawn"), "sets by slices are not drawn"),
         (("--epsilon", "0.001"), "voxels"),
     ):
         status, _, errors = command(

@@ -79,14 +79,14 @@ def set_sizes(pvs: Pvs) -> NDArray[np.int64]:
 def set_picture(upright: UprightScene, pvs: Pvs, cell: int, name: str, which: str) -> bytes:
     """The plan around a cell: what is seen from it, what else is in its set, and what is hidden."""
     kinds = _kinds(upright, pvs, cell)
-    low, high = _window(upright, pvs, cell, kinds != _HIDDEN)
+    low, high = window_around(upright, pvs, cell, kinds != _HIDDEN)
     plan = Plan.of(upright, kinds, low, high, PIXELS)
     figure = PlanFigure(
-        low, high, origin=upright.origin, letters=_letters(pvs),
+        low, high, origin=upright.origin, letters=plan_letters(pvs),
         title=f"{picture_line(name)}: what may be seen from cell {cell} ({which})",
         lines=_set_words(kinds, _within(upright, low, high)),
     )  # fmt: skip
-    figure.show(plan.picture(_coloured(plan, (STREET, SEEN, OPEN, HIDDEN), 0.62)))
+    figure.show(plan.picture(coloured(plan, (STREET, SEEN, OPEN, HIDDEN), 0.62)))
     figure.draw_cell(pvs.cells.outline(cell), CELL)
     figure.legend(
         [(CELL, "the cell"), (SEEN, "seen"), (OPEN, "open: in the set, not proven"),
@@ -116,7 +116,7 @@ def umbra_picture(upright: UprightScene, pvs: Pvs, maps: CullMaps, cell: int, na
     """The cull map of a cell as a relief, and the objects that reach out of it."""
     visible = pvs.visible(cell)
     field = maps.field
-    low, high = _window(upright, pvs, cell, visible)
+    low, high = window_around(upright, pvs, cell, visible)
     low = np.maximum(low, field.low)
     high = np.minimum(high, field.low + field.cell * np.array(field.shape))
     plan = Plan.of(upright, np.ones(len(visible), dtype=np.uint8), low, high, PIXELS)
@@ -135,7 +135,7 @@ def umbra_picture(upright: UprightScene, pvs: Pvs, maps: CullMaps, cell: int, na
     colours[out] = rgb(OUT)
     colours[steps] *= np.where(out[steps], 0.5, 0.62)[:, None]
     figure = PlanFigure(
-        low, high, origin=upright.origin, letters=_letters(pvs), bar=True,
+        low, high, origin=upright.origin, letters=plan_letters(pvs), bar=True,
         title=f"{picture_line(name)}: the umbra of cell {cell}",
         lines="What lies below the blue surface is hidden from all of the cell.\n"
         "Orange parts of objects reach out of it; outlines show those that do not.",
@@ -164,7 +164,7 @@ def cells_picture(pvs: Pvs, name: str, upright: UprightScene | None = None) -> b
     low, high = _with_margin(low, high, 0.02)
     done = sizes[sizes >= 0]
     figure = PlanFigure(
-        low, high, origin=pvs.origin, letters=_letters(pvs), bar=True,
+        low, high, origin=pvs.origin, letters=plan_letters(pvs), bar=True,
         title=f"{picture_line(name)}: how many objects each cell may see",
         lines=f"The sets of {len(done):,} of {count(len(sizes), 'cell')} hold"
         f" {int(done.min()):,} to {int(done.max()):,} of {count(len(pvs.names), 'object')},"
@@ -172,7 +172,7 @@ def cells_picture(pvs: Pvs, name: str, upright: UprightScene | None = None) -> b
     )  # fmt: skip
     if upright is not None:
         plan = Plan.of(upright, np.ones(len(upright.scene), np.uint8), low, high, PIXELS)
-        figure.show(plan.picture(_coloured(plan, (STREET, HIDDEN), 0.8)))
+        figure.show(plan.picture(coloured(plan, (STREET, HIDDEN), 0.8)))
         figure.show_lines(plan.picture(np.repeat(255 * plan.steps[..., None], 3, 2).astype("u1")))
     least, most = float(done.min()), float(max(done.max(), done.min() + 1))
     mapping = ScalarMappable(Normalize(least, most), _MAP)
@@ -205,7 +205,7 @@ def _kinds(upright: UprightScene, pvs: Pvs, cell: int) -> NDArray[np.uint8]:
     return np.where(visible, np.where(proven, _SEEN, _OPEN), _HIDDEN).astype(np.uint8)
 
 
-def _window(
+def window_around(
     upright: UprightScene, pvs: Pvs, cell: int, shown: NDArray[np.bool_]
 ) -> tuple[FloatArray, FloatArray]:
     """(2,) low and high corner of the plan around a cell and the objects that are shown."""
@@ -252,13 +252,14 @@ def _sampled(umbra: FloatArray, maps: CullMaps, plan: Plan) -> FloatArray:
     return np.asarray(padded[np.ix_(x, y)])
 
 
-def _coloured(plan: Plan, colours: Sequence[str], outline: float) -> RgbArray:
+def coloured(plan: Plan, colours: Sequence[str], outline: float) -> RgbArray:
     """(nx, ny, 3) by kind, darker by a factor where the outlines are."""
     shades = np.array([rgb(one) for one in colours])
     table = np.concatenate([shades, outline * shades]).astype(np.uint8)
     return np.asarray(table[plan.kinds + len(colours) * plan.steps.astype(np.uint8)])
 
 
-def _letters(pvs: Pvs) -> str:
+def plan_letters(pvs: Pvs) -> str:
+    """Those of the two axes of the plan."""
     order = axis_order(pvs.up)
     return "xyz"[order[0]] + "xyz"[order[1]]

@@ -64,6 +64,7 @@ def by_strong_occluders(task: Task) -> Iterator[Sight]:
         conservative=True,
         reason="as was asked for",
         warnings=warnings,
+        occluders=found.occluders,
     )
 
 

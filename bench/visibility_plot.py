@@ -23,7 +23,16 @@ _COSTS = {
     "peak_mib": "peak memory of the process, MiB",
     "bytes_a_cell": "bytes of the file a cell",
 }
-_SUBS = (1.0, 1.2, 1.5, 2.0, 3.0, 5.0, 7.0)  # of a decade: what is written along an axis
+_COLOURS = {
+    "cull-map": "#0072b2", "strong": "#d55e00", "slice-wise": "#009e73",
+    "voxel-column": "#cc79a7", "auto": "#1b1b1a",
+}  # fmt: skip
+_TICKS = (
+    (1.6, (1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)),
+    (30.0, (1.0, 1.5, 2.0, 3.0, 5.0, 7.0)),
+    (float("inf"), (1.0, 3.0)),
+)
+"""What is written along an axis of a decade, where its ends are no further apart than a ratio."""
 
 
 def plot_cells(path: Path, rows: Sequence[Row], command: str) -> None:
@@ -74,13 +83,14 @@ def plot_front(path: Path, rows: Sequence[Row], command: str) -> None:
             steps = [row for row in mine if row["method"] == method]
             at = [_number(row, "processor_ms_a_cell") for row in steps]
             loose = [_number(row, "sets_to_seen") for row in steps]
-            axes.plot(at, loose, "o-", label=method)
+            axes.plot(at, loose, "o-", color=_COLOURS[method], label=method)
             for row, x, y in zip(steps, at, loose, strict=True):
                 axes.annotate(
                     str(row["step"]), (x, y), textcoords="offset points", xytext=(4, 4),
                     fontsize=7,
                 )  # fmt: skip
         axes.set(xscale="log", yscale="log", title=scene)
+        axes.margins(x=0.12)
         axes.set(xlabel="processor milliseconds a cell", ylabel="sets to what is seen")
         _finish(axes)
         axes.legend(fontsize=8)
@@ -88,10 +98,9 @@ def plot_front(path: Path, rows: Sequence[Row], command: str) -> None:
 
 
 def _finish(axes: Axes) -> None:
-    low, high = axes.get_ylim()
-    few = high > 30.0 * low
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0) if few else _SUBS))
-    for axis in (axes.xaxis, axes.yaxis):
+    for axis, (low, high) in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
+        subs = next(some for most, some in _TICKS if high <= most * low)
+        axis.set_major_locator(LogLocator(subs=subs))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axis.set_minor_formatter(NullFormatter())
     axes.grid(alpha=0.3)

@@ -205,9 +205,9 @@ def _ranks(occluders: StrongOccluders, cells: ViewCells, cell: int, leading: boo
 
 @kernel
 def rank_occluders(corners, planes, boxes, order, leading, ranks):  # type: ignore[no-untyped-def]
-    """``ranks`` (n,) int64: of boxes (n, 6) that any of 64 segments meets, or the first of them where
-    it is ``leading``, by ``order`` from near to far, how many come before the one that all meet; -1
-    without one."""
+    """``ranks`` (n,) int64: of boxes (n, 6) that any of 64 segments meets, or the first of them
+    where it is ``leading``, by ``order`` from near to far, how many come before the one that all
+    meet; -1 without one."""
     points, low, high = np.empty((8, 3)), np.empty(3), np.empty(3)
     for target in range(len(boxes)):
         for k in range(8):

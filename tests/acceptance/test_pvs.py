@@ -285,7 +285,6 @@ def test_strong_occluders_find_sets_of_their_own(command, town, cells, tmp_path)
         ("--backend", "opengl"),
         ("--fill", "viewers"),
         ("--slices",),
-        ("--pictures", tmp_path / "p"),
     ):
         status, _, errors = command(*arguments, *extra)
         assert status == 2

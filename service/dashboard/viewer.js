@@ -160,7 +160,7 @@ export default {
     async loadCell(cell) {
       const sets = await loadSets(this.sets);
       const objects = await sets.objects(cell);
-      this.stage.pieces.showObjects(objects, sets.triangles);
+      this.stage.pieces.showObjects(objects, sets.triangles, await sets.hidden(cell));
       this.stage.pieces.showCell(sets.solid(cell));
     },
 

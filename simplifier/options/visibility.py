@@ -87,6 +87,7 @@ class PvsOptions(OptionSet):
     time_limit: float | None = shared(
         SimplifyOptions, "time_limit",
         help="Seconds to find sets for; cells that are left count as seeing everything.",
+        absent="no limit",
     )  # fmt: skip
 
     memory_limit: float | None = shared(SimplifyOptions, "memory_limit")

@@ -67,23 +67,26 @@ export class Pieces {
     }
   }
 
-  // In place of a level: some objects of the original, which has so many triangles of each in turn.
-  showObjects(objects, triangles) {
+  // In place of a level: some objects of the original, which has so many triangles of each in turn,
+  // less what lies in the block of each, in shares of its box; null where there are no blocks.
+  showObjects(objects, triangles, blocks) {
     const whole = find(this.original, (one) => one.isMesh);
     const starts = [0];
     for (const count of triangles) starts.push(starts.at(-1) + 3 * count);
     const total = objects.reduce((sum, one) => sum + triangles[one], 0);
     const indices = new Uint32Array(3 * total);
     let end = 0;
-    for (const one of objects) {
-      const own = whole.geometry.index.array.subarray(starts[one], starts[one + 1]);
+    const points = whole.geometry.attributes.position;
+    objects.forEach((one, at) => {
+      const all = whole.geometry.index.array.subarray(starts[one], starts[one + 1]);
+      const own = blocks?.[at] ? outOfBlock(all, points, blocks[at]) : all;
       indices.set(own, end);
       end += own.length;
-    }
+    });
     const geometry = new THREE.BufferGeometry();
     for (const [name, values] of Object.entries(whole.geometry.attributes))
       geometry.setAttribute(name, values);
-    geometry.setIndex(new THREE.BufferAttribute(indices, 1));
+    geometry.setIndex(new THREE.BufferAttribute(indices.subarray(0, end), 1));
     // Only the indices are its own.
     for (const old of this.occluder.children) old.geometry.dispose();
     this.occluder.clear();
@@ -171,6 +174,29 @@ export class Pieces {
       group.traverse((one) => one.geometry?.dispose());
     for (const material of [this.surface, this.cover]) material.dispose();
   }
+}
+
+// The triangles of an object, three indices each, that reach out of a block of its box.  What meets a
+// side of the box reaches out of it nowhere.
+function outOfBlock(indices, points, block) {
+  const limits = block.map(([from, to], axis) => {
+    let [low, high] = [Infinity, -Infinity];
+    for (const index of indices) {
+      low = Math.min(low, points.getComponent(index, axis));
+      high = Math.max(high, points.getComponent(index, axis));
+    }
+    const at = (share) => low + share * (high - low);
+    return [from > 0 ? at(from) : -Infinity, to < 1 ? at(to) : Infinity];
+  });
+  const inside = (index) =>
+    limits.every(([low, high], axis) => {
+      const value = points.getComponent(index, axis);
+      return low <= value && value <= high;
+    });
+  return indices.filter((_, place) => {
+    const first = place - (place % 3);
+    return ![0, 1, 2].every((corner) => inside(indices[first + corner]));
+  });
 }
 
 function dressed(root, material) {

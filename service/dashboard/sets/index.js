@@ -59,16 +59,70 @@ class VisibleSets {
   async loadObjects(cell) {
     const row = this.rows[cell];
     if (row < 0) return this.order.map((_, place) => place);
-    const [begin, end] = [this.offsets[row], this.offsets[row + 1]];
-    if (begin === end) return [];
-    const headers = { Range: `bytes=${begin}-${end - 1}` };
-    const answer = await fetch(`${this.base}/sets.bin`, { headers });
-    if (!answer.ok) throw new Error(`the set is not there (${answer.status})`);
-    const bytes = new Uint8Array(await answer.arrayBuffer());
-    const part = answer.status === 206 ? bytes : bytes.subarray(begin, end);
-    return runs(part)
+    return runs(await this.part("sets.bin", this.offsets[row], this.offsets[row + 1]))
       .flatMap(([first, last]) => this.order.slice(first, last))
       .sort((a, b) => a - b);
+  }
+
+  // Some bytes of a file.
+  async part(name, begin, end) {
+    if (begin === end) return new Uint8Array(0);
+    const headers = { Range: `bytes=${begin}-${end - 1}` };
+    const answer = await fetch(`${this.base}/${name}`, { headers });
+    if (!answer.ok) throw new Error(`the set is not there (${answer.status})`);
+    const bytes = new Uint8Array(await answer.arrayBuffer());
+    return answer.status === 206 ? bytes : bytes.slice(begin, end);
+  }
+
+  // The first and last slice of each object of a cell's set that is drawn, from 1, for each axis of
+  // the plan and up; an axis that draws none has 1 and 0.  Null where all are drawn whole.
+  async drawn(cell) {
+    if (!this.slices || this.rows[cell] < 0) return null;
+    const { count, starts } = this.slices;
+    const bytes = await this.part("parts.bin", 3 * starts[cell], 3 * starts[cell + 1]);
+    const values = new Int8Array(bytes.buffer);
+    return Array.from({ length: values.length / 3 }, (_, at) =>
+      drawnSlices([...values.subarray(3 * at, 3 * at + 3)], count),
+    );
+  }
+
+  // The block of each object of a cell's set that no slice draws: from and to in shares of its box,
+  // for each axis of the world; null for an object that is drawn whole.
+  async hidden(cell) {
+    const drawn = await this.drawn(cell);
+    if (!drawn) return null;
+    const { count } = this.slices;
+    const up = "xyz".indexOf(this.up);
+    return drawn.map((ranges) => {
+      if (ranges.some(([low, high]) => low === 1 && high === count)) return null;
+      const block = [];
+      ranges.forEach(([low, high], axis) => {
+        block[(up + 1 + axis) % 3] = low > 1 ? [0, (low - 1) / count] : [high / count, 1];
+      });
+      return block;
+    });
+  }
+
+  // From which height in the world each object of a cell's set is seen; null where that is not
+  // known, and for what is seen from any height.
+  async seenFrom(cell) {
+    if (!this.altitudes || this.rows[cell] < 0) return null;
+    const size = 2 * this.boxes.length;
+    const bytes = await this.part("altitudes.bin", size * cell, size * (cell + 1));
+    const { low, step } = this.altitudes;
+    const view = new DataView(bytes.buffer);
+    const objects = await this.objects(cell);
+    return objects.map((one) => {
+      const number = view.getUint16(2 * one, true);
+      return number ? low + step * number : null;
+    });
+  }
+
+  // The names of all objects.
+  async names() {
+    const answer = await fetch(`${this.base}/names.json`);
+    if (!answer.ok) throw new Error(`the names are not there (${answer.status})`);
+    return answer.json();
   }
 
   // A cell in the world: its corners below and above, one after the other around.
@@ -90,6 +144,13 @@ export function corners([x0, y0, x1, y1]) {
     [x1, y1],
     [x0, y1],
   ];
+}
+
+// As `drawn` in simplifier/geometry/pvs.py.
+function drawnSlices([x, y, z], count) {
+  if (!x && !y && !z) return [0, 1, 2].map(() => [1, count]);
+  const across = [x, y].map((value) => (value < 0 ? [1 - value, count] : [1, value]));
+  return [...across, z > 0 ? [z, count] : [1, 0]];
 }
 
 // From where to where visible ones go: lengths in seven bits a byte, hidden and visible in turn.

@@ -15,6 +15,7 @@ FILE = "sets.pvs"
 VIEW = "view/"
 """Begins the names of files that are for the page alone."""
 _PAGE = "view/page.json"
+_PARTS = ("view/parts.bin", "view/altitudes.bin")
 
 _METHODS = {
     "cull-map": "cull maps",
@@ -41,6 +42,7 @@ class SetsDetail:
     ``up``       axis of the scene that points up.
     ``largest``  the cells with the largest sets, in turn.
     ``bytes_``   of the file.
+    ``parts``    whether it tells more than which objects are seen: slices, or altitudes.
     """
 
     job: Job
@@ -49,6 +51,7 @@ class SetsDetail:
     up: Axis
     largest: tuple[LargeSet, ...]
     bytes_: int
+    parts: bool
 
     @property
     def base(self) -> str:
@@ -93,4 +96,5 @@ def read_sets(blobs: BlobStore, jobs: JobStore, job: Job) -> SetsDetail | None:
         LargeSet(one["cell"], one["objects"], tuple(one["middle"])) for one in page["largest"]
     )
     up = cast(Axis, page["up"])
-    return SetsDetail(job, job.summary, report, up, largest, sets.blob.size)
+    parts = any(file.name in _PARTS for file in files)
+    return SetsDetail(job, job.summary, report, up, largest, sets.blob.size, parts)

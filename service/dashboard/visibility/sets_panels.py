@@ -2,6 +2,7 @@
 
 numbers   what came out, in a line; how, in a sentence; the file
 cells     in plan, and in 3D what the chosen one may see
+parts     which slices are drawn of what the chosen one may see, or from which height it is seen
 largest   the cells that see most, in a table
 """
 
@@ -24,6 +25,7 @@ from service.dashboard.plain_table import PlainTable
 from service.dashboard.view_map import Axis
 from service.dashboard.viewer import MeshViewer, Mode
 from service.dashboard.views import Direction
+from service.dashboard.visibility.cell_parts import CellParts
 from service.dashboard.visibility.cells_plan import CellsPlan
 from service.dashboard.visibility.sets_detail import FILE, VIEW, SetsDetail
 from service.dashboard.wording import length, percent, seconds, side_by_side, whole
@@ -47,6 +49,8 @@ def sets_panels(sets: SetsDetail, files: Sequence[ResultFile]) -> None:
     if sets.summary.warnings:
         warnings_panel(sets.summary.warnings)
     cells = _Cells(sets)
+    if sets.parts:
+        cells.parts_panel()
     with ui.element("div").classes("run-panels"):
         if sets.largest:
             cells.largest_panel()
@@ -74,7 +78,8 @@ class _Cells:
 
     def __init__(self, sets: SetsDetail) -> None:
         self._sets = sets
-        first = sets.largest[0].cell if sets.largest else 0
+        self._parts: CellParts | None = None
+        self._first = first = sets.largest[0].cell if sets.largest else 0
         with ui.element("div").classes("halves"):
             with panel("Cells by the size of their sets"):
                 self._plan = CellsPlan(
@@ -102,9 +107,16 @@ class _Cells:
         if 0 <= cell < self._sets.report["cells"]:
             self._plan.show_chosen(cell)
             self._viewer.show_cell(cell)
+            if self._parts is not None:
+                self._parts.show_chosen(cell)
 
     def _show_mode(self, event: ValueChangeEventArguments[Mode]) -> None:
         self._viewer.show_mode(event.value)
+
+    def parts_panel(self) -> None:
+        """What is drawn of the objects that the chosen cell may see."""
+        with panel("What is drawn of its objects"):
+            self._parts = CellParts(self._sets.base, chosen=self._first)
 
     def largest_panel(self) -> None:
         """The cells that see most, each with a button that shows it."""

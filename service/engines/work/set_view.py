@@ -3,6 +3,8 @@
 scene.glb     all objects, one after the other, in the scene's order
 plan.json     cells and objects in plan, and where each cell's set is in ``sets.bin``
 sets.bin      sets as runs, of which a page asks for the few hundred bytes that it needs
+parts.bin     slices, and altitudes.bin, where the sets have them: what is drawn of their objects
+names.json    of the objects
 page.json     the axis that is up, and the cells with the largest sets
 """
 
@@ -28,6 +30,11 @@ def write_view(made: VisibleSets, folder: Path) -> None:
     sizes = made.set_sizes()
     _write(folder / "plan.json", _plan(made, sizes, triangles))
     (folder / "sets.bin").write_bytes(made.pvs.rows.data)
+    _write(folder / "names.json", list(made.pvs.names))
+    if made.pvs.slices is not None:
+        (folder / "parts.bin").write_bytes(made.pvs.slices.values.tobytes())
+    if made.pvs.altitudes is not None:
+        (folder / "altitudes.bin").write_bytes(made.pvs.altitudes.values.astype("<u2").tobytes())
     _write(folder / "page.json", {"up": made.pvs.up, "largest": _largest(made.pvs, sizes)})
 
 
@@ -40,6 +47,10 @@ def _plan(
     ``rows``      the place of each cell's set in ``offsets``, -1 where everything counts as seen.
     ``order``     the objects as runs in ``sets.bin`` have them.
     ``boxes``     a low and a high corner of each object in plan; ``triangles`` of it in the scene.
+    ``slices``    along each axis, and ``starts`` of each cell's objects in ``parts.bin``, three i8
+                  each; None without slices.
+    ``altitudes``  the lowest one in the world and the step, for a row of u16 a cell in
+                  ``altitudes.bin``; None without altitudes.
     """
     pvs, boxes = made.pvs, made.upright.boxes
     cells = pvs.cells
@@ -59,7 +70,21 @@ def _plan(
         "order": pvs.order.tolist(),
         "boxes": [_rounded(one) for one in boxes[:, :, :2].reshape(-1, 4)],
         "triangles": triangles.tolist(),
+        "slices": _slices(pvs),
+        "altitudes": _altitudes(pvs),
     }
+
+
+def _slices(pvs: Pvs) -> dict[str, Any] | None:
+    cut = pvs.slices
+    return None if cut is None else {"count": cut.count, "starts": cut.starts.tolist()}
+
+
+def _altitudes(pvs: Pvs) -> dict[str, Any] | None:
+    found = pvs.altitudes
+    if found is None:
+        return None
+    return {"low": found.low + float(pvs.origin[2]), "step": found.step}
 
 
 def _largest(pvs: Pvs, sizes: NDArray[np.int64]) -> list[dict[str, Any]]:

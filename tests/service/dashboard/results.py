@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import simplifier
 from bench.visibility_city import generated_city
 from examples.castle import castle
@@ -64,13 +66,26 @@ def castle_result(folder: Path, **changes: Any) -> JobResult:
 
 def sets_result(folder: Path, **changes: Any) -> JobResult:
     """The visible sets of a small town, made in the same way."""
-    options = {"up": "z", "ground": True, **changes}
-    scene, results, scratch = folder / "town.glb", folder / "results", folder / "scratch"
+    write_scene(generated_city(2), folder / "town.glb")
+    return _found_sets(folder, "town.glb", {"up": "z", "ground": True, **changes})
+
+
+def terrain_result(folder: Path) -> JobResult:
+    """The visible sets of tiles on either side of a ridge, with altitudes."""
+    heights = np.zeros((40, 40))
+    heights[:, 18:23] = 60.0
+    np.save(folder / "ridge.npy", heights)
+    options = {"spacing": [10.0, 10.0], "tile": 8, "method": "voxel-column", "cell_size": 80.0}
+    return _found_sets(folder, "ridge.npy", {**options, "eye_height": 100.0})
+
+
+def _found_sets(folder: Path, name: str, options: Mapping[str, Any]) -> JobResult:
+    """Of a scene in the folder."""
+    scene, results, scratch = folder / name, folder / "results", folder / "scratch"
     results.mkdir(parents=True)
     scratch.mkdir()
-    write_scene(generated_city(2), scene)
     task = Task(
-        JobKind.VISIBILITY, "town.glb", options, {"scene": str(scene)}, str(results), str(scratch),
+        JobKind.VISIBILITY, name, options, {"scene": str(scene)}, str(results), str(scratch),
         threads=1, memory=1 << 32, unpacked=1 << 30,
     )  # fmt: skip
     summary = find_sets(task, lambda progress: None, threading.Event())

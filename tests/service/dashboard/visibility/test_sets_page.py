@@ -54,7 +54,7 @@ def town(made: JobResult, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
         job = stock.run(made)
         sets = read_sets(stock.blobs, stock.jobs, job)
     assert sets is not None
-    assert sets.way.startswith("Found by cull maps, since 100 % of what stands in the scene is")
+    assert sets.way.startswith("Found by cull maps, after strong occluders, since 100 %")
     assert sets.bytes_a_cell == (made.folder / "sets.pvs").stat().st_size / sets.summary.levels
     environment = {
         "OCCLUDER_DATA": str(folder), "OCCLUDER_WORKERS": "1", "OCCLUDER_MIN_FREE": "0", **IDLE
@@ -102,8 +102,8 @@ def shown_sets(folder: Path) -> Iterator[list[int]]:
 
 def test_what_the_page_reads_is_what_the_file_holds(made: JobResult) -> None:
     names = {path.relative_to(made.folder).as_posix() for path in made.folder.rglob("*.*")}
-    view = {"view/scene.glb", "view/plan.json", "view/sets.bin", "view/page.json"}
-    assert names == {"sets.pvs", "report.json", "cells.png"} | view
+    view = {"scene.glb", "plan.json", "sets.bin", "page.json", "names.json"}
+    assert names == {"sets.pvs", "report.json", "cells.png", *(f"view/{one}" for one in view)}
     pvs = simplifier.load_pvs(made.folder / "sets.pvs")
     own = [np.flatnonzero(pvs.visible(cell)).tolist() for cell in range(len(pvs.cells))]
     assert list(shown_sets(made.folder)) == own

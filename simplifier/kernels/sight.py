@@ -49,22 +49,42 @@ def fill_outlines(frame, outlines):
 
 
 @kernel
-def draw_voxels(voxels, frames, begin, end, near, far):
+def list_offsets(outlines, width, counts, offsets):
+    """Of each outline (8, 8): how many pixels, ``counts`` (64,) int64, and where they lie from the
+    one in the middle in a picture so wide, ``offsets`` (64, 9) int64."""
+    for phase in range(PHASES * PHASES):
+        bits = outlines[phase // PHASES, phase % PHASES]
+        count = 0
+        for pixel in range(9):
+            if bits >> pixel & 1:
+                offsets[phase, count] = (pixel // 3 - 1) * width + pixel % 3 - 1
+                count += 1
+        counts[phase] = count
+
+
+@kernel
+def draw_voxels(voxels, frames, begin, end, depths):
     """Draw the lines of sight ``begin`` to ``end``: depths of the nearest and the farthest voxel.
 
-    ``voxels``  (n, 3) int32, voxel (i, j, k) with its centre half a voxel further on.
+    ``voxels``  (n, 3) int16, voxel (i, j, k) with its centre half a voxel further on.
     ``frames``  (a, 12) float64.
-    ``near``, ``far``  (a or more, s, s) float32, voxels along d; infinite where nothing is.
+    ``depths``  (a or more, s * s, 2) float32, of pixels in rows: nearest and farthest, voxels along
+                d; infinite where nothing is.  The two lie side by side, as both are written and
+                read at once.
     """
-    size = near.shape[1]
+    size = np.int64(math.sqrt(depths.shape[1]) + 0.5)
     half = 0.5 * size
     outlines = np.empty((PHASES, PHASES), np.int64)
+    counts = np.empty(PHASES * PHASES, np.int64)
+    offsets = np.empty((PHASES * PHASES, 9), np.int64)
     for line in range(begin, end):
         frame = frames[line]
         fill_outlines(frame, outlines)
-        front, back = near[line], far[line]
-        front[:] = np.inf
-        back[:] = -np.inf
+        list_offsets(outlines, size, counts, offsets)
+        picture = depths[line]
+        for pixel in range(len(picture)):
+            picture[pixel, 0] = np.inf
+            picture[pixel, 1] = -np.inf
         for index in range(len(voxels)):
             x = voxels[index, 0] + 0.5 - frame[9]
             y = voxels[index, 1] + 0.5 - frame[10]
@@ -73,46 +93,78 @@ def draw_voxels(voxels, frames, begin, end, near, far):
             v = frame[3] * x + frame[4] * y + frame[5] * z + half
             depth = np.float32(frame[6] * x + frame[7] * y + frame[8] * z)
             row, column = np.int64(u), np.int64(v)
-            bits = outlines[np.int64((u - row) * PHASES), np.int64((v - column) * PHASES)]
-            for pixel in range(9):
-                if bits >> pixel & 1:
-                    r, c = row - 1 + pixel // 3, column - 1 + pixel % 3
-                    front[r, c] = min(front[r, c], depth)
-                    back[r, c] = max(back[r, c], depth)
-
-
-@inline_kernel
-def _ends(frame, x, y, z, half, near, far):
-    """(nearest, farthest, own) depth where a voxel's centre shows."""
-    u = frame[0] * x + frame[1] * y + frame[2] * z + half
-    v = frame[3] * x + frame[4] * y + frame[5] * z + half
-    own = frame[6] * x + frame[7] * y + frame[8] * z
-    row, column = np.int64(u), np.int64(v)
-    return near[row, column], far[row, column], own
+            phase = np.int64((u - row) * PHASES) * PHASES + np.int64((v - column) * PHASES)
+            middle = row * size + column
+            for one in range(counts[phase]):
+                pixel = np.uint64(middle + offsets[phase, one])
+                picture[pixel, 0] = min(picture[pixel, 0], depth)
+                picture[pixel, 1] = max(picture[pixel, 1], depth)
 
 
 @kernel
-def count_sight(free, frames, senses, near, far, limit, begin, end, seen):
-    """Add to ``seen`` from how many sides each free voxel of the layers ``begin:end`` is seen.
-
-    ``free``    (nx, ny, nz) bool.
-    ``senses``  (a, 2) uint8: whether someone looks along d, and against it.
-    ``limit``   voxels that are seen from more sides than this are left alone.
-    ``seen``    (nx, ny, nz) uint16.
-    """
-    half = 0.5 * near.shape[1]
-    middle = frames[0, 9:]
+def list_voxels(marked, firsts, begin, end, places):
+    """Fill ``places`` (n, 3) int16 with the voxels that are ``marked`` (nx, ny, nz), in order, from
+    the layers ``begin:end``; those of layer i begin at ``firsts[i]``."""
     for i in range(begin, end):
-        for j in range(free.shape[1]):
-            for k in range(free.shape[2]):
-                if not free[i, j, k] or seen[i, j, k] > limit:
-                    continue
-                x, y, z = i + 0.5 - middle[0], j + 0.5 - middle[1], k + 0.5 - middle[2]
-                sides = 0
-                for line in range(len(frames)):
-                    first, last, own = _ends(frames[line], x, y, z, half, near[line], far[line])
-                    sides += senses[line, 0] * (first >= own) + senses[line, 1] * (last <= own)
-                seen[i, j, k] += sides
+        place = firsts[i]
+        for j in range(marked.shape[1]):
+            for k in range(marked.shape[2]):
+                if marked[i, j, k]:
+                    places[place, 0], places[place, 1], places[place, 2] = i, j, k
+                    place += 1
+
+
+BLOCK = 1024
+"""Candidates that are looked at together: their places and counts stay in the nearest caches."""
+
+
+@kernel
+def count_sight(places, frames, senses, depths, limit, begin, end, seen, live):
+    """Add to ``seen`` from how many sides each candidate of the blocks ``begin:end`` is seen.
+
+    ``places``  (n, 3) int16 free voxels, and ``seen`` (n,) uint16; a block is 1024 of them.  Those
+                that are seen from more sides than ``limit`` are taken out: the others move to the
+                front of their block.
+    ``senses``  (a, 2) uint8: whether someone looks along d, and against it.
+    ``depths``  as :func:`draw_voxels` gives.
+    ``live``    (blocks,) int64: how many of each block are left.
+    """
+    size = np.int64(math.sqrt(depths.shape[1]) + 0.5)
+    half = 0.5 * size
+    xs, ys, zs = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    own, pixels = np.empty(BLOCK), np.empty(BLOCK, np.int64)
+    sides = np.empty(BLOCK, np.int64)
+    for block in range(begin, end):
+        first, count = block * BLOCK, live[block]
+        for one in range(count):
+            xs[one] = places[first + one, 0] + 0.5 - frames[0, 9]
+            ys[one] = places[first + one, 1] + 0.5 - frames[0, 10]
+            zs[one] = places[first + one, 2] + 0.5 - frames[0, 11]
+            sides[one] = seen[first + one]
+        for line in range(len(frames)):
+            picture = depths[line]
+            along, against = np.int64(senses[line, 0]), np.int64(senses[line, 1])
+            f0, f1, f2 = frames[line, 0], frames[line, 1], frames[line, 2]
+            f3, f4, f5 = frames[line, 3], frames[line, 4], frames[line, 5]
+            f6, f7, f8 = frames[line, 6], frames[line, 7], frames[line, 8]
+            for one in range(count):  # apart from the pictures, so that it runs eight at a time
+                x, y, z = xs[one], ys[one], zs[one]
+                u = f0 * x + f1 * y + f2 * z + half
+                v = f3 * x + f4 * y + f5 * z + half
+                own[one] = f6 * x + f7 * y + f8 * z
+                pixels[one] = np.int64(u) * size + np.int64(v)
+            for one in range(count):
+                pixel = np.uint64(pixels[one])
+                sides[one] += along * (picture[pixel, 0] >= own[one])
+                sides[one] += against * (picture[pixel, 1] <= own[one])
+        kept = 0
+        for one in range(count):
+            if sides[one] <= limit:
+                for axis in range(3):
+                    places[first + kept, axis] = places[first + one, axis]
+                seen[first + kept] = sides[one]
+                kept += 1
+        live[block] = kept
 
 
 def picture_size(shape: tuple[int, int, int]) -> int:

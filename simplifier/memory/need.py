@@ -124,9 +124,10 @@ def fill(shape: Shape, options: SolidOptions, hole_voxels: float, shrink_voxels:
         # Distances (int32) and two solids, in free space around; what is touched and filled.
         most = max(most, 6.0 * _grown(shape, _hole_margin(hole_voxels)) + 2.0 * voxels)
     if options.by_sight:
-        # Touched, filled, free, near the surface and unseen (bool); from how many sides (uint16).
+        # Touched, filled, free, near the surface, unseen and outermost (bool); of each that is free
+        # and near, its place (three int16) and from how many sides it is seen (uint16).
         pictures = 8 * 8 * picture_size(shape) ** 2
-        most = max(most, 8.0 * voxels + pictures)
+        most = max(most, (6.0 + 8.0) * voxels + pictures)
     if options.wholly_inside:
         most = max(most, 3.0 * voxels)
         if shrink_voxels > 0.0:

@@ -18,9 +18,11 @@ from numpy.typing import NDArray
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.sight import (
+    BLOCK,
     FRAME,
     count_sight,
     draw_voxels,
+    list_voxels,
     mark_seen,
     picture_size,
 )
@@ -41,6 +43,7 @@ nearest two are 10.6 degrees apart.  A mesh that is turned by a quarter has the 
 """
 
 Looks = NDArray[np.uint8]
+Places = NDArray[np.int16]
 
 _AT_ONCE = 8  # lines of sight between two looks at which voxels need more
 _PLAIN = 96  # voxels along the longest edge up to which every voxel is looked at
@@ -90,23 +93,27 @@ def few_see(
     """
     frames, senses = lines_of_sight(touched.shape, up)
     limit = int(np.floor(tolerance * int(senses.sum()) * (1.0 + 1e-9)))
-    seen = np.zeros(touched.shape, dtype=np.uint16)
+    places = _listed(free)
+    seen = np.zeros(len(places), dtype=np.uint16)
+    live = np.full(-(-len(places) // BLOCK), BLOCK)
+    live[-1:] -= BLOCK * len(live) - len(places)
     voxels = _shell(touched)
-    size = picture_size(touched.shape)
-    near = np.empty((_AT_ONCE, size, size), dtype=np.float32)
-    far = np.empty_like(near)
+    depths = np.empty((_AT_ONCE, picture_size(touched.shape) ** 2, 2), dtype=np.float32)
     for first in range(0, len(frames), _AT_ONCE):
         some, looks = frames[first : first + _AT_ONCE], senses[first : first + _AT_ONCE]
 
         def draw(begin: int, end: int, some: FloatArray = some) -> None:
-            draw_voxels(voxels, some, begin, end, near, far)
+            draw_voxels(voxels, some, begin, end, depths)
 
         def count(begin: int, end: int, some: FloatArray = some, looks: Looks = looks) -> None:
-            count_sight(free, some, looks, near, far, limit, begin, end, seen)
+            count_sight(places, some, looks, depths, limit, begin, end, seen, live)
 
         run_chunks(draw, len(some))
-        run_chunks(count, len(free))
-    return np.asarray(free & (seen <= limit))
+        run_chunks(count, len(live))
+    left = (np.arange(BLOCK) < live[:, None]).ravel()[: len(places)]
+    hidden = np.zeros(touched.shape, dtype=np.bool_)
+    hidden[tuple(places[left].T)] = True
+    return hidden
 
 
 def seen_from(touched: BoolArray, candidates: BoolArray, eyes: FloatArray) -> BoolArray:
@@ -165,7 +172,7 @@ def _turns() -> list[FloatArray]:
     return matrices
 
 
-def _shell(touched: BoolArray) -> NDArray[np.int32]:
+def _shell(touched: BoolArray) -> Places:
     """(n, 3) the touched voxels that are not walled in by others on all six sides."""
     walled = touched.copy()
     for axis in range(3):
@@ -175,7 +182,15 @@ def _shell(touched: BoolArray) -> NDArray[np.int32]:
         walled[ahead] &= touched[behind]
         walled[behind] &= touched[ahead]
         walled[ends] = False
-    return np.argwhere(touched & ~walled).astype(np.int32)
+    return _listed(touched & ~walled)
+
+
+def _listed(marked: BoolArray) -> Places:
+    """(n, 3) the voxels that are marked, in order."""
+    ends = np.cumsum([np.count_nonzero(layer) for layer in marked])
+    firsts, places = np.concatenate([[0], ends]), np.empty((ends[-1], 3), dtype=np.int16)
+    run_chunks(lambda begin, end: list_voxels(marked, firsts, begin, end, places), len(marked))
+    return places
 
 
 def _joined(touched: BoolArray, size: int) -> BoolArray:

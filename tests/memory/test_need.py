@@ -72,6 +72,7 @@ def test_loading_needs_no_less_for_more(vertices, triangles, decoding, more):
 def test_a_hole_a_shrink_and_levels_cost_what_they_hold():
     size, shape = MeshSize(1000, 2000), (256, 256, 256)
     plain = make_options(1.0)
+    plain = replace(plain, solid=replace(plain.solid, fill="flood"))  # as the solids inside are
     for solid in (
         replace(plain.solid, smallest_hole=4.0),
         replace(plain.solid, shrink=2.0, conservative=True),

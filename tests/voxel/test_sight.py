@@ -96,6 +96,18 @@ def test_directions_are_spread_evenly_and_turn_into_one_another():
     assert np.array_equal(frames[:, 9:], np.tile([2.0, 3.0, 4.0], (120, 1)))
 
 
+@pytest.mark.parametrize("count", [0, 1, 1023, 1024, 1025, 9000])
+def test_candidates_are_judged_each_by_itself(count):
+    """However many there are, and so wherever their blocks end."""
+    touched = box(20)
+    touched[4:9, 10, 2:4] = False  # a hole, so that some of the inside is seen
+    first = np.zeros(touched.shape, dtype=np.bool_)
+    first.ravel()[np.flatnonzero(~touched)[:count]] = True
+    among_all = few_see(touched, ~touched, 0.1)
+    assert np.array_equal(few_see(touched, first, 0.1), among_all & first)
+    assert 1000 < np.count_nonzero(among_all) < np.count_nonzero(~touched) - 1000
+
+
 def test_from_above_each_line_is_looked_along_downwards():
     frames, senses = lines_of_sight((4, 4, 4), 1)
     down = np.where(senses[:, 0] == 1, frames[:, 7], -frames[:, 7])
@@ -108,9 +120,9 @@ def test_a_surface_has_no_pinholes():
     touched = box(9)
     frames, _ = lines_of_sight(touched.shape, None)
     size = picture_size(touched.shape)
-    near = np.empty((len(frames), size, size), dtype=np.float32)
-    far = np.empty_like(near)
-    draw_voxels(np.argwhere(touched).astype(np.int32), frames, 0, len(frames), near, far)
+    depths = np.empty((len(frames), size * size, 2), dtype=np.float32)
+    draw_voxels(np.argwhere(touched).astype(np.int16), frames, 0, len(frames), depths)
+    near, far = np.moveaxis(depths.reshape(len(frames), size, size, 2), -1, 0)
     corners = np.array(np.meshgrid(*3 * [[-4.5, 4.5]])).reshape(3, -1).T
     places = np.stack(np.meshgrid(*2 * [np.arange(size) + 0.5 - size / 2], indexing="ij"), axis=-1)
     for line, frame in enumerate(frames):

@@ -5,17 +5,21 @@ in the mean and in the worst view, by preset and by what is asked for (``--prese
 ``--overhangs 0.005,0.05``).  256 views that
 no search has seen, all quads counted, no option but the budget, the up axis and ``--front``;
 seconds and CPU seconds from the mesh in memory to its triangles, kernels warm.  ``--seeds N``: the
-least and the most recall over as many seeds in place of one.
+least and the most recall over as many seeds in place of one.  If no mesh is named, all rows go to
+``bench/results/overhang_SHARES.csv`` as well.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections.abc import Sequence
 
 import simplifier
 from bench.meshes import ASSETS
+from bench.quality import RESULTS
+from bench.record import Row, write_table
 from bench.robustness import from_least_to_most
 from simplifier.geometry.mesh import TriangleMesh
 from tests.extremes.shapes import SHAPES
@@ -44,17 +48,34 @@ def load(name: str) -> TriangleMesh | None:
     return simplifier.load(path) if path.exists() else None
 
 
-def cell(mesh: TriangleMesh, **options: object) -> tuple[float, str]:
-    """The recall, and what a cell of the table says."""
+def measured(mesh: TriangleMesh, **options: object) -> Row:
+    """What an occluder of these options is worth, in percent, and what it took."""
     begin, work = time.perf_counter(), time.process_time()
     made = simplifier.simplify(mesh, **options)
     seconds, work = time.perf_counter() - begin, time.process_time() - work
     found = simplifier.evaluate(mesh, made.occluder, exact=True)
     over, front = found.overhang, found.front
-    return found.recall, (
-        f"{100 * found.recall:.1f} at {100 * over.mean:.2f} ({100 * over.worst:.1f}),"
-        f" front {100 * front.mean:.2f} ({100 * front.worst:.1f}),"
-        f" precision {100 * found.precision:.2f}, {seconds:.1f} s ({work:.1f})"
+    return {
+        "recall": f"{100 * found.recall:.2f}",
+        "beside": f"{100 * over.mean:.2f}",
+        "beside worst": f"{100 * over.worst:.1f}",
+        "front": f"{100 * front.mean:.2f}",
+        "front worst": f"{100 * front.worst:.1f}",
+        "precision": f"{100 * found.precision:.2f}",
+        "seconds": f"{seconds:.1f}",
+        "CPU seconds": f"{work:.1f}",
+    }
+
+
+def cell(runs: Sequence[Row]) -> str:
+    """Of one seed all figures; of several the least and the most recall."""
+    if len(runs) > 1:
+        return from_least_to_most([float(str(run["recall"])) for run in runs])
+    (run,) = runs
+    return (
+        f"{float(str(run['recall'])):.1f} at {run['beside']} ({run['beside worst']}),"
+        f" front {run['front']} ({run['front worst']}),"
+        f" precision {run['precision']}, {run['seconds']} s ({run['CPU seconds']})"
     )
 
 
@@ -74,6 +95,7 @@ def main(words: Sequence[str] | None = None) -> None:
     ]
     print("| mesh, budget | " + " | ".join(f"{one}, {share:g}" for one, share in columns) + " |")
     print("|---" * (len(columns) + 1) + "|")
+    rows: list[Row] = []
     for name, (budget, up) in MESHES.items():
         if given.meshes and not any(part in name for part in given.meshes):
             continue
@@ -82,21 +104,17 @@ def main(words: Sequence[str] | None = None) -> None:
             continue
         cells = []
         for preset, overhang in columns:
+            asked = {"budget": budget, "up": up, "preset": preset, "overhang": overhang}
             runs = [
-                cell(
-                    mesh,
-                    budget=budget,
-                    up=up,
-                    preset=preset,
-                    overhang=overhang,
-                    seed=seed,
-                    front=given.front,
-                )
-                for seed in range(given.seeds)
+                measured(mesh, **asked, front=given.front, seed=seed) for seed in range(given.seeds)
             ]
-            spread = from_least_to_most([100 * recall for recall, _ in runs])
-            cells.append(runs[0][1] if given.seeds == 1 else spread)
+            shared = {"mesh": name.partition(".")[0], **asked}
+            rows += [{**shared, "seed": seed, **run} for seed, run in enumerate(runs)]
+            cells.append(cell(runs))
         print(f"| {name.partition('.')[0]}, {budget} | {' | '.join(cells)} |", flush=True)
+    if not given.meshes:
+        command = " ".join(["python -m bench.overhang", *(words or sys.argv[1:])])
+        write_table(RESULTS / f"overhang_{given.overhangs.replace(',', '_')}.csv", rows, command)
 
 
 if __name__ == "__main__":

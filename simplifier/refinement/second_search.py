@@ -59,6 +59,14 @@ def _best_drawn_in(
     return max(drawn_in, key=lambda start: judge.worth(start[0]))
 
 
+def is_doubtful(found: Sequence[FloatArray], chosen: FloatArray, judge: Judge) -> bool:
+    """Whether fewer triangles may do better than those ``chosen``: no search has found these, or
+    faults have cost much of what was found."""
+    if not any(chosen is one for one in found):
+        return True
+    return max(map(judge.recall, found)) - judge.worth(chosen) >= _DOUBTFUL
+
+
 def search_with_fewer(
     begin: Callable[[int], Sequence[FloatArray]],
     found: Sequence[FloatArray],
@@ -79,10 +87,7 @@ def search_with_fewer(
     a search had found was worth less than with fewer.  So a budget should not be spent for its own
     sake.  Where many parts are to be hidden fewer triangles never do, and are not tried.
     """
-    worth = judge.worth(chosen)
-    lost = max(map(judge.recall, found), default=0.0) - worth
-    searched = any(chosen is one for one in found)
-    if worth < _SUFFICES or (searched and lost < _DOUBTFUL):
+    if judge.worth(chosen) < _SUFFICES or not is_doubtful(found, chosen, judge):
         return None
     few = budget // _PART
     again = refine(begin(few), room, views, few, options, seed, stop, None, judge.views.outlines)

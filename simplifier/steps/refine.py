@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import MUCH, OUTLINE, FineViews, Judge, Outlines
 from simplifier.refinement.search import Stop, pull_into, refine
-from simplifier.refinement.second_search import search_again, search_with_fewer
+from simplifier.refinement.second_search import is_doubtful, search_again, search_with_fewer
 from simplifier.refinement.thin import thin_for_pictures
 from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections, silhouettes
@@ -34,6 +35,10 @@ _SEALING_VIEWS = 4096  # in which nothing may stick out of an open mesh that is 
 _CLEAN_VIEWS = 896  # in a row, after which no others are looked at
 _ALL_AROUND = 110.0  # times the overhang asked for: what the room could have all around
 _MANY, _EACH = 64.0, 0.35  # more triangles reach all of the room sooner, by that power of them
+_PART, _LEAST = 4, 32  # by which a budget of many is divided, and what is left of it at least
+_LARGER = 0.75  # of the time, until the quarter's turn
+_CHANCE = 0.01  # of recall, between two views of the same
+_FAULTS = 0.05  # of recall, that what hides more may lose by them
 _FIRST, _SECOND = 0.5, 0.85  # of the time of three searches, when the first and second end
 _TINY = 1e-9
 _FEW_FINE_VIEWS = 6  # where a time limit is short
@@ -146,7 +151,7 @@ def _moved(
 
         return stop
 
-    aims, budget = options.refine, options.selection.budget
+    aims = options.refine
 
     def depths(lines: FloatArray, size: int) -> Depths:
         if aims.front >= 1.0:
@@ -156,65 +161,145 @@ def _moved(
 
     if aims.front < 1.0:
         views = replace(views, depths=depths(views.projections, SIZE).rows_of_search())
-    wide, room = room, narrowed_room(room, views, aims.overhang, budget)
-    starts = [pull_into(start + margin, room)]
-    several = options.refine.decimated and deadline.left > _SEVERAL_SECONDS
-    if several:
-        starts += _decimated_starts(mesh, solid, budget, room)
-    judged = several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
+    several = aims.decimated and deadline.left > _SEVERAL_SECONDS
     outlines = None
     if solid.reach > 0 and (several or not deadline.limited):
         lines = search_projections(solid, options, _OUTLINES, margin)
         outlines = Outlines.of(*original, lines, drawn, depths(lines, _FRONT))
-    again = several and not deadline.limited
+
+    def judge() -> Judge:
+        count = _FINE_VIEWS if several else _FEW_FINE_VIEWS
+        fine = search_projections(solid, options, count, margin)
+        pictures = FineViews.of(*original, fine, outlines or Outlines.of(*original, fine, drawn))
+        return Judge(pictures, aims.precision, aims.overhang, front=aims.front)
+
+    run = _Run(
+        start + margin, mesh, solid, room, options, views, outlines, judge, several, deadline, tell,
+        lambda: watch.cancelled,
+    )  # fmt: skip
+    found = _never_worse(run, options.selection.budget, 0.0, 1.0)
+    return replace(found, triangles=found.triangles - margin)
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """What all searches of a run share, whatever their budgets.
+
+    ``start``    (m, 3, 3) planar sections, in the room's place.
+    ``room``     as wide as the error bound lets it be.
+    ``several``  whether there is time for more than one start.
+    """
+
+    start: FloatArray
+    mesh: TriangleMesh
+    solid: Solid
+    room: Room
+    options: Options
+    views: RefineViews
+    outlines: Outlines | None
+    make_judge: Callable[[], Judge]
+    several: bool
+    deadline: Deadline
+    tell: Callable[[float, float], Stop]
+    cancelled: Callable[[], bool]
+
+    @cached_property
+    def judge(self) -> Judge:
+        """Only made where there is something to judge: its pictures take time."""
+        return self.make_judge()
+
+    @property
+    def again(self) -> bool:
+        """Whether there is time for further searches."""
+        return self.several and not self.deadline.limited
+
+
+def _never_worse(run: _Run, budget: int, begin: float, end: float) -> Refined:
+    """Of a budget above 64, and of a quarter of it where there is reason to: what hides more.
+
+    Of more triangles each may stick out by a little, and prices that rise with that may leave less
+    than fewer triangles had.  Up to 64 :func:`search_with_fewer` is enough.
+    """
+    if budget <= _MANY or not run.again:
+        return _found(run, budget, begin, end)[0]
+    middle = begin + _LARGER * (end - begin)
+    large, doubtful = _found(run, budget, begin, middle)
+    if run.cancelled() or not doubtful:
+        return large
+    small = _never_worse(run, max(budget // _PART, _LEAST), middle, end)
+    if not _hides_more(small.triangles, large.triangles, run.judge):
+        return large
+    return replace(small, words=f"{small.words}  More triangles than that hid less.")
+
+
+def _hides_more(small: FloatArray, large: FloatArray, judge: Judge) -> bool:
+    """Whether fewer triangles hide more beyond chance, for hardly more of faults; or anything more
+    for fewer of them."""
+    gain = judge.recall(small) - judge.recall(large)
+    worth = judge.worth(small) - judge.worth(large)
+    return gain > 0.0 and worth > (0.0 if gain < _CHANCE else -_FAULTS)
+
+
+def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, bool]:
+    """By searches with so many triangles, in this part of the stage; and whether fewer may do
+    better."""
+    aims, seed, views, deadline = run.options.refine, run.options.seed, run.views, run.deadline
+    room = narrowed_room(run.room, views, aims.overhang, budget)
+    starts = [pull_into(run.start, room)]
+    if run.several:
+        starts += _decimated_starts(run.mesh, run.solid, budget, room)
+    judged = run.several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
+    first, second = (begin + share * (end - begin) for share in (_FIRST, _SECOND))
     found = refine(
-        starts, room, views, budget, aims, options.seed, tell(0.0, _FIRST if again else 1.0),
-        deadline.part(1.0 - _closing_share(several)) if deadline.limited else None, outlines,
+        starts, room, views, budget, aims, seed, run.tell(begin, first if run.again else end),
+        deadline.part(1.0 - _closing_share(run.several)) if deadline.limited else None,
+        run.outlines,
     )  # fmt: skip
     begun = _listed(_STARTS[: len(starts)])
     searched = f"The occluder was found by searches that began with {begun}."
     if not judged:
-        return Refined((found or starts)[0] - margin, room.bound, searched)
-    fine = search_projections(solid, options, _FINE_VIEWS if several else _FEW_FINE_VIEWS, margin)
+        return Refined((found or starts)[0], room.bound, searched), False
 
     def spare() -> list[FloatArray]:
         """What is thin sticks out by little, however far it is moved: all of the room is for it."""
         if deadline.limited:  # which has left no time for it
             return []
-        return _fine_starts(mesh, solid, budget, (room, wide))
+        return _fine_starts(run.mesh, run.solid, budget, (room, run.room))
 
-    pictures = FineViews.of(*original, fine, outlines or Outlines.of(*original, fine, drawn))
-    judge = Judge(pictures, aims.precision, aims.overhang, front=aims.front)
+    judge = run.judge
     # Of many triangles the mesh itself in full detail may be best, which no search has begun with.
-    best = judge.best_of([*found, *starts], spare, MUCH if budget <= _MANY else 1.0)
-    if again and not watch.cancelled:
+    best, better = judge.best_of([*found, *starts], spare, MUCH if budget <= _MANY else 1.0), None
+    if run.again and not run.cancelled():
         better = search_again(
-            found, best, room, views, judge, budget, aims, options.seed, tell(_FIRST, _SECOND)
+            found, best, room, views, judge, budget, aims, seed, run.tell(first, second)
         )
         if better is not None:
             best = better[0]
             found = [*found, best]
+        fewer = None
+        if budget <= _MANY:
 
-        def begin(fewer: int) -> list[FloatArray]:
-            return [starts[0], *_decimated_starts(mesh, solid, fewer, room)]
+            def make(few: int) -> list[FloatArray]:
+                return [starts[0], *_decimated_starts(run.mesh, run.solid, few, room)]
 
-        fewer = search_with_fewer(
-            begin, found, best, room, views, judge, budget, aims, options.seed, tell(_SECOND, 1.0)
-        )
+            fewer = search_with_fewer(
+                make, found, best, room, views, judge, budget, aims, seed, run.tell(second, end)
+            )
         if fewer is not None:
             words = f"{searched[:-1]}, and by another with a quarter of the triangles."
-            return Refined(fewer - margin, room.bound, words)
-        if better is not None:
-            words = f"{searched[:-1]}, and by another in less room."
-            return Refined(best - margin, better[1].bound, words)
+            return Refined(fewer, room.bound, words), False
+    doubtful = is_doubtful(found, best, judge)
+    if better is not None:
+        words = f"{searched[:-1]}, and by another in less room."
+        return Refined(best, better[1].bound, words), doubtful
     if any(best is one for one in found):
-        return Refined(best - margin, room.bound, searched)
+        return Refined(best, room.bound, searched), doubtful
     if len(best) == 0:
         words = "All that was found would hide too much wrongly, so the occluder is empty."
-        return Refined(best, room.bound, words)
+        return Refined(best, room.bound, words), doubtful
     names = [name for one, name in zip(starts, _STARTS, strict=False) if one is best]
     words = f"No search did better than {(*names, _THIN)[0]}, which became the occluder."
-    return Refined(best - margin, room.bound if names else wide.bound, words)
+    return Refined(best, room.bound if names else run.room.bound, words), doubtful
 
 
 def narrowed_room(room: Room, views: RefineViews, overhang: float, budget: int) -> Room:

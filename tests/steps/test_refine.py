@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import simplifier
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.front import measure_front
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
@@ -17,6 +21,8 @@ from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.refinement.search import pull_into
 from simplifier.refinement.second_search import search_again, search_with_fewer
+from simplifier.steps import refine as refine_step
+from simplifier.steps.refine import Refined
 from simplifier.steps.room import open_room
 from tests.solids import blob, box, joined, sphere, torus
 
@@ -262,3 +268,103 @@ def test_asking_for_less_front_gives_less_and_the_same_bytes_each_time():
         shares.append((measure_front(mesh, made, directions).mean, made.vertices.tobytes()))
     assert shares[1] == shares[2]
     assert shares[1][0] < 0.7 * shares[0][0]
+
+
+class OfTwo:
+    """A judge that knows two occluders by their lengths: recall and worth of each."""
+
+    def __init__(self, small, large):
+        self.known = {1: small, 2: large}
+
+    def recall(self, soup):
+        return self.known[len(soup)][0]
+
+    def worth(self, soup):
+        return self.known[len(soup)][1]
+
+
+@pytest.mark.parametrize(
+    ("small", "large", "kept"),
+    [
+        ((0.80, 0.78), (0.75, 0.74), 1),  # hides more, and is worth more
+        ((0.80, 0.72), (0.75, 0.74), 1),  # hides more, for little more of faults
+        ((0.80, 0.60), (0.75, 0.74), 2),  # hides more wrongly and beside
+        ((0.755, 0.73), (0.75, 0.74), 2),  # no more than chance
+        ((0.755, 0.75), (0.75, 0.74), 1),  # a little more, for fewer faults
+        ((0.70, 0.69), (0.75, 0.60), 2),  # cleaner, but hides less
+    ],
+)
+def test_fewer_triangles_are_kept_where_they_hide_more(monkeypatch, small, large, kept):
+    found = {16: Refined(np.ones((1, 3, 3)), 1.0, "S."), 65: Refined(np.ones((2, 3, 3)), 2.0, "L.")}
+    found[32] = found[16]
+    monkeypatch.setattr(
+        refine_step, "_found", lambda run, budget, begin, end: (found[budget], True)
+    )
+    run = SimpleNamespace(again=True, cancelled=lambda: False, judge=OfTwo(small, large))
+    result = refine_step._never_worse(run, 65, 0.0, 1.0)
+    assert len(result.triangles) == kept
+    assert result.bound == kept
+    assert result.words == ("S.  More triangles than that hid less.", "L.")[kept - 1]
+
+
+@pytest.mark.parametrize(
+    ("budget", "again", "asked"),
+    [
+        (64, True, [64]),
+        (100, True, [100, 32]),
+        (256, True, [256, 64]),
+        (1024, True, [1024, 256, 64]),
+        (256, False, [256]),
+    ],
+)
+def test_which_budgets_are_tried(monkeypatch, budget, again, asked):
+    tried, parts = [], []
+
+    def found(run, budget, begin, end):
+        tried.append(budget)
+        parts.append((begin, end))
+        return Refined(np.ones((2, 3, 3)), 1.0, ""), True
+
+    monkeypatch.setattr(refine_step, "_found", found)
+    run = SimpleNamespace(again=again, cancelled=lambda: False, judge=OfTwo((0, 0), (0.5, 0.5)))
+    refine_step._never_worse(run, budget, 0.0, 1.0)
+    assert tried == asked
+    assert parts[0][0] == 0.0
+    assert parts[-1][1] == 1.0
+    assert all(end == begin for (_, end), (begin, _) in pairwise(parts))
+
+
+@pytest.mark.parametrize(("cancelled", "doubtful"), [(True, True), (False, False)])
+def test_no_fewer_are_tried_once_a_run_is_cancelled_or_without_reason(
+    monkeypatch, cancelled, doubtful
+):
+    large = Refined(np.ones((2, 3, 3)), 1.0, "")
+    monkeypatch.setattr(refine_step, "_found", lambda *given: (large, doubtful))
+    run = SimpleNamespace(again=True, cancelled=lambda: cancelled)
+    assert refine_step._never_worse(run, 256, 0.0, 1.0) is large
+
+
+@pytest.mark.slow
+def test_more_triangles_of_a_smooth_sheet_hide_no_less():
+    """Hills, of which each triangle more is one that may stick out."""
+    across = np.arange(40.0)
+    x, y = np.meshgrid(across, across, indexing="ij")
+    heights = 3.0 * np.sin(0.31 * x) * np.cos(0.23 * y) + 0.08 * x
+    corners = (np.arange(39)[:, None] * 40 + np.arange(39)).ravel()
+    halves = (
+        np.stack([corners, corners + 40, corners + 1], 1),
+        np.stack([corners + 40, corners + 41, corners + 1], 1),
+    )
+    mesh = TriangleMesh.from_soup(
+        np.stack([x, y, heights], -1).reshape(-1, 3), np.concatenate(halves)
+    )
+    lines = random_directions(64, 5)
+    recalls = [
+        evaluate_accuracy(
+            mesh, run(mesh, budget=budget, resolution=32, moves=8000).occluder,
+            AccuracyOptions(exact=True), directions=lines,
+        ).recall
+        for budget in (16, 64, 256)
+    ]  # fmt: skip
+    assert recalls[1] > recalls[0] - 0.02
+    assert recalls[2] > recalls[1] - 0.02

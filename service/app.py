@@ -16,6 +16,7 @@ from service.engines.engine import Engine
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import Delivery
+from service.jobs.turns import Shares
 from service.metrics import Metrics
 from service.middleware.bodies import LingeringClose, Turnstile
 from service.middleware.forwarded import ForwardedAddress
@@ -82,7 +83,8 @@ def open_services(settings: Settings) -> Iterator[Services]:
         database = folder.open_database()
         parts.callback(database.close)
         blobs = FileBlobs(folder.blobs, min_free=settings.min_free)
-        jobs, assets = SqlJobStore(database), SqlAssetStore(database)
+        shares = Shares(settings.workers, settings.tenant_waiting, settings.tenant_running)
+        jobs, assets = SqlJobStore(database, shares=shares), SqlAssetStore(database)
         board, metrics = ProgressBoard(), Metrics(jobs, assets)
         tenant_secrets = TenantSecrets.open(folder.path)
         sender = WebhookSender(

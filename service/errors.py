@@ -187,6 +187,20 @@ class QueueFullError(ServiceError):
         )
 
 
+class TenantQueueFullError(QueueFullError):
+    """As many jobs of the tenant wait as may of one."""
+
+    slug, title = "tenant-queue-full", "Too many jobs of yours are waiting"
+
+    def __init__(self, waiting: int, retry_after: int) -> None:
+        ServiceError.__init__(
+            self,
+            f"{waiting} jobs of yours are waiting, and no more of one tenant may",
+            remedy=f"cancel those that are not needed, or try again in {retry_after} seconds",
+            headers={"Retry-After": str(retry_after)},
+        )
+
+
 class HeadersTooLargeError(ServiceError):
     """The request line and the headers have more bytes than they may."""
 

@@ -96,6 +96,18 @@ class Settings(BaseSettings):
     queue_limit: int = Field(
         1000, ge=1, description="Jobs that may wait; further ones are answered 429."
     )
+    tenant_waiting: int | None = Field(
+        None,
+        ge=1,
+        description="Jobs of one tenant that may wait; unset: half of OCCLUDER_QUEUE_LIMIT where "
+        "another tenant has a key, else all of it.",
+    )
+    tenant_running: int | None = Field(
+        None,
+        ge=1,
+        description="Jobs of one tenant done at the same time; unset: where another tenant has a "
+        "key and there are several workers, one fewer than these.",
+    )
 
     max_upload: int = Field(2048 * _MIB, ge=1, description="Largest upload, bytes.")
     max_unpacked: int = Field(

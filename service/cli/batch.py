@@ -15,7 +15,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from service.cli.mesh_submission import MeshOutcome, MeshSubmission, submit_one
-from service.client import Client, ClientError
+from service.client import Client, ClientError, Priority
 from simplifier.cli.plugin import (
     INTERRUPTED,
     interrupts,
@@ -37,7 +37,9 @@ def submit_all(
     """Print what came of each; the exit status."""
     with interrupts() as listening:
         with listening.deferred() as stop, submission_bars() as bars:
-            failed = _Batch(server, key, stop, bars).run(submissions, at_once)
+            # Who sends one waits for it; who sends many lets the others of the tenant go first.
+            priority = Priority.BULK if len(submissions) > 1 else Priority.INTERACTIVE
+            failed = _Batch(server, key, priority, stop, bars).run(submissions, at_once)
         if listening.heard:
             print_line("error: interrupted; what was under way is cancelled, the rest is kept")
             return INTERRUPTED
@@ -50,9 +52,14 @@ class _Batch:
     """The jobs begun here, until they have ended."""
 
     def __init__(
-        self, server: str, key: str | None, stop: threading.Event, bars: SubmissionBars
+        self,
+        server: str,
+        key: str | None,
+        priority: Priority,
+        stop: threading.Event,
+        bars: SubmissionBars,
     ) -> None:
-        self._client = Client(server, key=key, patience=_PATIENCE, stop=stop)
+        self._client = Client(server, key=key, patience=_PATIENCE, priority=priority, stop=stop)
         self._canceller = Client(server, key=key, patience=0.0)
         self._stop, self._bars = stop, bars
         self._lock = threading.Lock()

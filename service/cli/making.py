@@ -31,14 +31,14 @@ def maker(address: str, key: str | None, stop: threading.Event) -> Iterator[Remo
     """An entry point of the group ``occluder.makers``."""
     # Here, not above: without the client installed the message should say so.
     try:
-        from service.client import Client
+        from service.client import Client, Priority
     except ModuleNotFoundError as error:
         raise OccluderError(
             f"the client needs '{error.name}', which is not installed",
             remedy="run: pip install 'planar-occluder[service]'",
         ) from error
     with (
-        Client(address, key=key, patience=_PATIENCE, stop=stop) as client,
+        Client(address, key=key, patience=_PATIENCE, priority=Priority.BULK, stop=stop) as client,
         Client(address, key=key, patience=0.0) as canceller,
     ):
         yield RemoteMaker(client, canceller)

@@ -20,10 +20,12 @@ from service.client.values import (
     RemoteProgress,
     RemoteResult,
 )
+from service.jobs.job import Priority
 
 __all__ = [
     "Client",
     "ClientError",
+    "Priority",
     "Problem",
     "RemoteAsset",
     "RemoteFile",

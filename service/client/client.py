@@ -25,7 +25,7 @@ from service.client.values import (
 )
 from service.client.wire import Wire
 from service.jobs.asset import Thresholds
-from service.jobs.job import JobKind, JobState
+from service.jobs.job import JobKind, JobState, Priority
 
 _GLANCE = 1.0  # seconds between two questions where events do not come
 
@@ -43,6 +43,7 @@ class Client:
     ``server``    its address, as ``http://127.0.0.1:8000``.
     ``key``       an API key, where one is needed.
     ``patience``  seconds for which an answer "later" (429, 503) is followed by another try.
+    ``priority``  of the jobs that it submits: bulk where nobody waits for a single one.
     ``stop``      once set, from any thread, calls end soon by
                   :class:`~service.client.errors.StoppedError`.
 
@@ -57,8 +58,11 @@ class Client:
         *,
         key: str | None = None,
         patience: float = 120.0,
+        priority: Priority = Priority.INTERACTIVE,
         stop: threading.Event | None = None,
     ) -> None:
+        # The default is the server's too, and an older one knows no other.
+        self._priority = None if priority is Priority.INTERACTIVE else priority
         self._wire = Wire(server, key, patience, stop or threading.Event())
 
     def __enter__(self) -> Self:
@@ -97,7 +101,7 @@ class Client:
         upload = Upload.of(mesh, name)
         if overrides is not None:
             uploads = {"mesh": upload, "overrides": _overrides(overrides)}
-            fields = _in_form(options, asset, webhook)
+            fields = self._in_form(options, asset, webhook)
             return _job_in(self._wire.post_parts("/v1/occluders", uploads, fields, tell))
         return self._body_job("/v1/occluders", upload, options, asset, webhook, tell)
 
@@ -143,7 +147,7 @@ class Client:
         uploads = {"mesh": Upload.of(mesh), "occluder": Upload.of(occluder)}
         if overrides is not None:
             uploads["overrides"] = _overrides(overrides)
-        fields = _in_form(options, asset, webhook)
+        fields = self._in_form(options, asset, webhook)
         return _job_in(self._wire.post_parts("/v1/evaluations", uploads, fields, _report_to_nobody))
 
     # Jobs.
@@ -279,8 +283,18 @@ class Client:
         tell: ReportShare,
     ) -> RemoteJob:
         """The job of an upload that is all of a request's body."""
-        query = {**_in_address(options), "asset": asset, "webhook": webhook}
+        query = {**_in_address(options), **self._labels(asset, webhook)}
         return _job_in(self._wire.post_body(path, upload, query, tell))
+
+    def _in_form(
+        self, options: Options | None, asset: str | None, webhook: str | None
+    ) -> dict[str, Any]:
+        """The fields of a form that go along with files."""
+        text = json.dumps(dict(options)) if options else None
+        return {"options": text, **self._labels(asset, webhook)}
+
+    def _labels(self, asset: str | None, webhook: str | None) -> dict[str, Any]:
+        return {"asset": asset, "webhook": webhook, "priority": self._priority}
 
     def _changes(self, job_id: str) -> Iterator[RemoteJob]:
         """The job at each event, as far as they come."""
@@ -300,12 +314,6 @@ def _in_address(options: Options | None) -> dict[str, Any]:
         name: ",".join(map(str, value)) if isinstance(value, (list, tuple)) else value
         for name, value in (options or {}).items()
     }
-
-
-def _in_form(options: Options | None, asset: str | None, webhook: str | None) -> dict[str, Any]:
-    """The fields of a form that go along with files."""
-    text = json.dumps(dict(options)) if options else None
-    return {"options": text, "asset": asset, "webhook": webhook}
 
 
 def _overrides(file: Path) -> Upload:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from service.jobs.asset import Thresholds
-from service.jobs.job import Failure, JobFacts, JobKind, JobState, Summary
+from service.jobs.job import Failure, JobFacts, JobKind, JobState, Priority, Summary
 
 
 @dataclass(frozen=True)
@@ -97,6 +97,7 @@ def job_of(data: Mapping[str, Any]) -> RemoteJob:
             **_known_members(RemoteJob, data),
             "kind": JobKind(data["kind"]),
             "state": JobState(data["state"]),
+            "priority": Priority(data.get("priority", Priority.INTERACTIVE)),
             "asset": asset.get("name"),
             "asset_id": asset.get("id"),
             "progress": progress_of(data.get("progress")),

@@ -26,6 +26,15 @@ class JobKind(StrEnum):
     """What may be seen from each view cell of a scene; no run of its asset either."""
 
 
+class Priority(StrEnum):
+    """Which of a tenant's own jobs go first; between tenants there are turns."""
+
+    INTERACTIVE = "interactive"
+    """Somebody waits for it."""
+    BULK = "bulk"
+    """One of many, as a build sends them: behind the others, yet never for ever."""
+
+
 class JobState(StrEnum):
     """Where a job is.  It enters one of the last three once, and never leaves it."""
 
@@ -133,6 +142,7 @@ class JobTerms:
     ``options``   by keyword, resolved and checked, only what JSON can hold.
     ``asset``     whose run it becomes, if any.
     ``attempts``  how often it may be begun, since its process may die.
+    ``priority``  its place among the jobs of its tenant; the result is the same.
     """
 
     kind: JobKind
@@ -142,6 +152,7 @@ class JobTerms:
     asset: str | None = None
     webhook: str | None = None
     attempts: int = 3
+    priority: Priority = Priority.INTERACTIVE
     retry_of: str | None = None
 
 

@@ -57,7 +57,8 @@ class JobStore(Protocol):
         It has succeeded at once, with the same files, where a result of the same work is stored
         for the same tenant.  Its asset is made when there is none.  Raises
         :class:`~service.errors.ConflictError` for a key used with another request and
-        :class:`~service.errors.QueueFullError`.
+        :class:`~service.errors.QueueFullError` where as many wait as may, of all tenants or of
+        this one; one of whom nothing waits is never refused.
         """
 
     def check_room(self, tenant: str, idempotency_key: str | None, queue_limit: int) -> None:
@@ -74,7 +75,13 @@ class JobStore(Protocol):
     ) -> JobPage: ...
 
     def queue(self, tenant: str | None, limit: int) -> tuple[tuple[int, Job], ...]:
-        """Queued jobs, the next first, each with its place from 1 among those of all tenants."""
+        """Queued jobs, the next first, each with its place from 1 among those of all tenants.
+
+        Places are those of :func:`service.jobs.turns.in_turn`, if no more came.
+        """
+
+    def place(self, number: int) -> int | None:
+        """The place of a job in the queue, as :meth:`queue` has it; None where it does not wait."""
 
     def files(self, job_id: str) -> tuple[JobFile, ...]:
         """The files of a job, what was sent and what was made, by name."""
@@ -97,7 +104,11 @@ class JobStore(Protocol):
     # What engines call.
 
     def claim(self, owner: str, lease_seconds: float) -> Claim | None:
-        """Begin an attempt of the oldest queued job that is not to wait."""
+        """Begin an attempt of the job whose turn it is; see :mod:`service.jobs.turns`.
+
+        None where no job waits, all that wait have a pause, or their tenants have as many running
+        as they may.
+        """
 
     def renew(self, claims: Collection[Claim], lease_seconds: float) -> Mapping[str, bool]:
         """Whether their end was asked for, by job id, of those claims that are still held."""

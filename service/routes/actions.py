@@ -11,7 +11,7 @@ from typing import Any
 
 from service.access.key import Caller
 from service.errors import ConflictError
-from service.jobs.job import Job, JobKind, JobState, Submission, inputs_by_part
+from service.jobs.job import Job, JobKind, JobState, Priority, Submission, inputs_by_part
 from service.routes.services import Services
 
 _SWEPT = ("mesh", "overrides")
@@ -105,6 +105,7 @@ def _once_more(
             webhook=job.webhook if kind is job.kind else None,
             idempotency_key=key,
             attempts=services.settings.attempts,
+            priority=job.priority if retry_of else Priority.INTERACTIVE,
             may_reuse=not sweeps,  # whoever measures again wants the times of today
             retry_of=retry_of,
         )  # fmt: skip

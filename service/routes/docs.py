@@ -13,7 +13,7 @@ from typing import Any
 from service.answers.files import FORMATS
 from service.answers.problems import MEDIA_TYPE
 from service.jobs.asset import LONGEST_NAME
-from service.jobs.job import JobKind
+from service.jobs.job import JobKind, Priority
 from service.jobs.stores import LONGEST_URL
 from service.schemas.job_options import option_tables
 from service.uploads.receiving import Wanted
@@ -94,6 +94,15 @@ _LABELS: list[dict[str, Any]] = [
         "name": "webhook", "in": "query",
         "description": "Who is told when the job ends: an http or https address.",
         "schema": {"type": "string", "format": "uri", "minLength": 1, "maxLength": LONGEST_URL},
+    },
+    {
+        "name": "priority", "in": "query",
+        "description": "Of your own jobs, `interactive` ones go first and `bulk` ones behind them, "
+        "though after three in a row one that waits has its turn.",
+        "schema": {
+            "type": "string", "enum": [str(one) for one in Priority],
+            "default": str(Priority.INTERACTIVE),
+        },
     },
 ]  # fmt: skip
 _FILENAME = {

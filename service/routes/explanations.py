@@ -69,6 +69,8 @@ ADVICE = {
     "service's owner has to add that to OCCLUDER_ALLOWED_HOSTS.",
     "queue-full": "Wait as long as Retry-After says, and send again. The service's owner can raise "
     "OCCLUDER_QUEUE_LIMIT or OCCLUDER_WORKERS.",
+    "tenant-queue-full": "Wait as long as Retry-After says, and send again; or cancel jobs that "
+    "are not needed. The service's owner can raise OCCLUDER_TENANT_WAITING or OCCLUDER_WORKERS.",
     "headers-too-large": "Send fewer or shorter headers: 200 of them and 64 KiB, the address among "
     "them, are the most.",
     "job-failed": "'failure' says why. Out of memory or time: choose a lower resolution, or ask "

@@ -20,7 +20,7 @@ from service.answers.problems import problem_of_job
 from service.errors import FieldError, InvalidOptionsError, QueueFullError
 from service.headers import idempotency_key, wait_seconds
 from service.jobs.asset import asset_name
-from service.jobs.job import Job, JobKind, JobState, Submission
+from service.jobs.job import Job, JobKind, JobState, Priority, Submission
 from service.jobs.stores import LONGEST_URL
 from service.routes.jobs import job_body
 from service.routes.results import result_answer
@@ -29,6 +29,8 @@ from service.schemas.options import OptionTable
 from service.uploads.receiving import Uploads, Wanted, receive
 
 _SHORT = 1 << 20  # bytes
+
+_LONGEST_ECHO = 40  # characters
 
 _FOR_UPLOADS = "filename"  # which says the format of a raw body
 
@@ -40,7 +42,18 @@ def _webhook(text: str) -> str:
     return text
 
 
-_LABELS: Mapping[str, Callable[[str], str]] = {"asset": asset_name, "webhook": _webhook}
+def _priority(text: str) -> Priority:
+    words = [str(one) for one in Priority]
+    if text not in words:
+        raise ValueError(f"it is {text[:_LONGEST_ECHO]!a}, and may be {' or '.join(words)}")
+    return Priority(text)
+
+
+_LABELS: Mapping[str, Callable[[str], str]] = {
+    "asset": asset_name,
+    "webhook": _webhook,
+    "priority": _priority,
+}
 """What comes beside the options; each as it is kept, or a ValueError that says what is wrong."""
 
 
@@ -100,6 +113,7 @@ async def _submission(
         version=services.version,
         asset=form.asset,
         webhook=form.webhook,
+        priority=form.priority,
         idempotency_key=key,
         attempts=services.settings.attempts,
     )
@@ -140,6 +154,7 @@ class Form:
     options: Mapping[str, Any]
     asset: str | None
     webhook: str | None
+    priority: Priority
 
 
 def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) -> Form:
@@ -164,7 +179,8 @@ def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) ->
     resolved = _collect_faults(faults, lambda: table.read({**options, **more}))
     if faults:
         raise InvalidOptionsError(faults)
-    return Form(resolved, said.get("asset"), said.get("webhook"))
+    priority = Priority(said.get("priority", Priority.INTERACTIVE))
+    return Form(resolved, said.get("asset"), said.get("webhook"), priority)
 
 
 def _collect_faults(faults: list[FieldError], read: Callable[[], dict[str, Any]]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 
 from pydantic import AwareDatetime, BaseModel, BeforeValidator, Field
 
-from service.jobs.job import Job, JobKind, JobState, Summary
+from service.jobs.job import Job, JobKind, JobState, Priority, Summary
 from service.jobs.progress import JobProgress
 from simplifier import VerdictWord
 
@@ -137,6 +137,7 @@ class JobBody(BaseModel):
     ended: datetime | None
     attempt: int = Field(description="How often it was begun.")
     attempts: int = Field(description="How often it may be.")
+    priority: Priority = Field(description="Its place among your own jobs.")
     options: dict[str, Any] = Field(description="All of them, defaults included.")
     version: str = Field(description="Of the library that does it.")
     progress: ProgressBody | None = Field(description="While it runs.")

@@ -6,10 +6,10 @@ is there exactly when its job has ended.
 
 from __future__ import annotations
 
-from sqlalchemy import func, select
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from service.errors import ConflictError, QueueFullError
+from service.errors import ConflictError
 from service.jobs.job import Failure, JobState, Submission, Summary
 from service.storage.rows import (
     add_asset,
@@ -20,10 +20,6 @@ from service.storage.rows import (
     summary_columns,
 )
 from service.storage.tables import DeliveryRow, DeliveryState, IdempotencyKeyRow, JobRow
-
-_RETRY_SECONDS = 5
-"""When a queue that is full is worth another try: most jobs take less."""
-
 
 _TRIES_FOR_ROOM = 10
 """With the pauses between them, twenty minutes and more."""
@@ -64,15 +60,6 @@ def same_work(session: Session, submission: Submission) -> JobRow | None:
         .order_by(JobRow.number)
         .limit(1)
     ).first()
-
-
-def check_room(session: Session, queue_limit: int) -> None:
-    """Raises :class:`~service.errors.QueueFullError`."""
-    waiting = session.scalars(
-        select(func.count()).select_from(JobRow).where(JobRow.state == JobState.QUEUED)
-    ).one()
-    if waiting >= queue_limit:
-        raise QueueFullError(waiting, _RETRY_SECONDS)
 
 
 def add_job(session: Session, submission: Submission, now: float) -> JobRow:

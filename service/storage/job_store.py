@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from bisect import bisect_right
 from collections.abc import Callable, Collection, Mapping, Sequence
+from itertools import islice
+from operator import itemgetter
 
 from sqlalchemy import Select, delete, exists, func, not_, or_, select
 from sqlalchemy.orm import Session, aliased
@@ -20,10 +21,10 @@ from service.jobs.job import (
     Summary,
 )
 from service.jobs.stores import JobFilter, JobPage
+from service.jobs.turns import Shares
 from service.storage.database import Database
 from service.storage.job_life import (
     add_job,
-    check_room,
     earlier_job,
     end_attempt,
     end_cancelled,
@@ -40,10 +41,10 @@ from service.storage.rows import (
     is_run,
     job_of,
     list_query,
-    queue_query,
     summary_of,
 )
 from service.storage.tables import JobFileRow, JobRow
+from service.storage.turns import check_room, take_turn, waiting_in_turn
 from service.storage.waits import Waits, pause_after_death, pause_for_room
 
 _EXPIRED_AT_ONCE = 200
@@ -58,6 +59,7 @@ class SqlJobStore:
     ``clock``      the time of day, for what people see and for ages; no decision about a job that
                    has not ended depends on it.
     ``monotonic``  seconds from a clock that is never set, for leases.
+    ``shares``     what one tenant may have of the queue and of the workers.
     """
 
     def __init__(
@@ -65,8 +67,10 @@ class SqlJobStore:
         database: Database,
         clock: Callable[[], float] = time.time,
         monotonic: Callable[[], float] = time.monotonic,
+        shares: Shares = Shares(),  # noqa: B008 - it never changes
     ) -> None:
         self._database = database
+        self._shares = shares
         self._clock = clock
         self._leases = LeaseWatch(monotonic)
         self._waits = Waits(monotonic)
@@ -78,7 +82,7 @@ class SqlJobStore:
                 return job_of(earlier), False
             done = same_work(session, submission) if submission.may_reuse else None
             if done is None:
-                check_room(session, queue_limit)
+                check_room(session, submission.tenant, queue_limit, self._shares)
             row = add_job(session, submission, self._clock())
             add_files(session, row.number, submission.inputs)
             if done is not None:
@@ -89,7 +93,7 @@ class SqlJobStore:
     def check_room(self, tenant: str, idempotency_key: str | None, queue_limit: int) -> None:
         with self._database.reading() as session:
             if idempotency_key is None or not has_key(session, tenant, idempotency_key):
-                check_room(session, queue_limit)
+                check_room(session, tenant, queue_limit, self._shares)
 
     def _reuse(self, session: Session, row: JobRow, done: JobRow) -> None:
         results = [file for file in files_of(session, done.number) if not file.is_input]
@@ -114,11 +118,17 @@ class SqlJobStore:
 
     def queue(self, tenant: str | None, limit: int) -> tuple[tuple[int, Job], ...]:
         with self._database.reading() as session:
-            found = [job_of(row) for row in session.scalars(queue_query(tenant, limit))]
-            line = session.scalars(
-                select(JobRow.number).where(JobRow.state == JobState.QUEUED).order_by(JobRow.number)
-            ).all()
-        return tuple((bisect_right(line, job.number), job) for job in found)
+            line = enumerate(waiting_in_turn(session), 1)
+            mine = ((place, job) for place, job in line if tenant in (None, job.tenant))
+            places = {job.number: place for place, job in islice(mine, limit)}
+            rows = session.scalars(select(JobRow).where(JobRow.number.in_(places)))
+            found = [(places[row.number], job_of(row)) for row in rows]
+        return tuple(sorted(found, key=itemgetter(0)))
+
+    def place(self, number: int) -> int | None:
+        with self._database.reading() as session:
+            line = enumerate(waiting_in_turn(session), 1)
+            return next((place for place, job in line if job.number == number), None)
 
     def files(self, job_id: str) -> tuple[JobFile, ...]:
         with self._database.reading() as session:
@@ -164,12 +174,7 @@ class SqlJobStore:
 
     def claim(self, owner: str, lease_seconds: float) -> Claim | None:
         with self._database.writing() as session:
-            row = session.scalars(
-                select(JobRow)
-                .where(JobRow.state == JobState.QUEUED, JobRow.number.not_in(self._waits.numbers()))
-                .order_by(JobRow.number)
-                .limit(1)
-            ).first()
+            row = take_turn(session, self._shares, self._waits.numbers())
             if row is None:
                 return None
             row.state = JobState.RUNNING

@@ -147,14 +147,6 @@ def list_query(
     return query
 
 
-def queue_query(tenant: str | None, limit: int) -> Select[JobRow]:
-    """The jobs that wait, the next first."""
-    query = (
-        select(JobRow).where(JobRow.state == JobState.QUEUED).order_by(JobRow.number).limit(limit)
-    )
-    return query if tenant is None else query.where(JobRow.tenant == tenant)
-
-
 def _asset_number(tenant: str | None, asset_id: str) -> ScalarSelect[int]:
     """Its jobs are of the same tenant, so that they need not be asked for theirs."""
     query = select(AssetRow.number).where(AssetRow.id == asset_id)

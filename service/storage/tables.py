@@ -28,7 +28,7 @@ from sqlalchemy import (
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
 
 from service.access.key import Scope
-from service.jobs.job import JobKind, JobState
+from service.jobs.job import JobKind, JobState, Priority
 
 
 class DeliveryState(StrEnum):
@@ -71,6 +71,7 @@ class Base(DeclarativeBase):
         dict[str, Any]: JSON(none_as_null=True),
         JobKind: _words(JobKind),
         JobState: _words(JobState),
+        Priority: _words(Priority),
         Scope: _words(Scope),
         DeliveryState: _words(DeliveryState),
     }
@@ -112,6 +113,7 @@ class JobRow(Base):
     __table_args__ = (
         _one_of("kind", JobKind),
         _one_of("state", JobState),
+        _one_of("priority", Priority),
         CheckConstraint("attempt BETWEEN 0 AND attempts", name="attempt"),
         CheckConstraint(
             "(state IN ('succeeded', 'failed', 'cancelled')) = (ended IS NOT NULL)", name="ended"
@@ -122,6 +124,7 @@ class JobRow(Base):
         Index("ix_jobs_tenant", "tenant", "number", "state", "kind", "created"),
         Index("ix_jobs_tenant_state", "tenant", "state", "number"),
         Index("ix_jobs_state", "state", "number"),
+        Index("ix_jobs_line", "state", "tenant", "priority", "number"),
         Index("ix_jobs_asset", "asset_number", "state", "number", "kind"),
         Index("ix_jobs_work", "work_key", "tenant", "state", "number"),
         {"sqlite_autoincrement": True},
@@ -141,6 +144,7 @@ class JobRow(Base):
     ended: Mapped[float | None] = mapped_column(index=True)
     attempt: Mapped[int] = mapped_column(default=0)
     attempts: Mapped[int]
+    priority: Mapped[Priority] = mapped_column(server_default=Priority.INTERACTIVE)
     asset_number: Mapped[int | None] = mapped_column(
         ForeignKey("assets.number", ondelete="CASCADE")
     )
@@ -155,6 +159,19 @@ class JobRow(Base):
     lease_seconds: Mapped[float] = mapped_column(default=0.0)
 
     asset: Mapped[AssetRow | None] = relationship(lazy="joined")
+
+
+class TurnRow(Base):
+    """When a tenant last had its turn at a worker: the one with the lowest ``turn`` is next.
+
+    ``streak``  interactive jobs that it had since, in a row, while a bulk job of its own waited.
+    """
+
+    __tablename__ = "turns"
+
+    tenant: Mapped[str] = mapped_column(primary_key=True)
+    turn: Mapped[int] = mapped_column(index=True)
+    streak: Mapped[int]
 
 
 class JobFileRow(Base):
@@ -193,7 +210,11 @@ class ApiKeyRow(Base):
     """A key, of which only the hash is known; ``digest`` is the SHA-256 of the secret."""
 
     __tablename__ = "api_keys"
-    __table_args__ = (_one_of("scope", Scope), {"sqlite_autoincrement": True})
+    __table_args__ = (
+        _one_of("scope", Scope),
+        Index("ix_api_keys_live", "revoked", "tenant"),
+        {"sqlite_autoincrement": True},
+    )
 
     number: Mapped[int] = mapped_column(primary_key=True)
     id: Mapped[str] = mapped_column(String(32), unique=True)

@@ -11,6 +11,7 @@ import xml.etree.ElementTree as ET
 import pytest
 
 import simplifier
+from service.client import Client, Priority
 from tests import solids
 from tests.acceptance.command import OCCLUDER, ROOT, environment, occluder
 from tests.service.declared import declare
@@ -281,6 +282,8 @@ def test_a_service_makes_the_same_bytes(folder, here, tmp_path_factory):
         assert done.returncode == 1
         assert "4 assets: 3 built, 1 failed" in done.stdout, done.stderr
         assert "error: props/broken.ply: failed: " in done.stderr
+        with Client(server.address) as client:  # a build lets people go first
+            assert {job.priority for job in client.jobs()} == {Priority.BULK}
         (folder / "props/broken.ply").unlink()
         check = occluder("build", "--check", cwd=folder)
         assert check.returncode == 0, check.stderr

@@ -95,8 +95,7 @@ def job_line(visitor: Visitor, job_id: str) -> JobLine:
     job = services.jobs.job(tenant, job_id)
     place = None
     if job.state is JobState.QUEUED:
-        line = services.jobs.queue(tenant, visitor.services.settings.queue_limit)
-        place = next((place for place, one in line if one.id == job_id), None)
+        place = services.jobs.place(job.number)
     return line_of(job, services.board.latest(job_id), place)
 
 

@@ -105,6 +105,8 @@ def test_occluders_come_to_lie_beside_their_meshes(service, mesh, command, tmp_p
     assert (tmp_path / "deeper" / "b_occluder.glb").read_text() == "b.ply occluder.glb"
     assert "a.obj: 15,044 -> 64 triangles, precision 99.80 %, recall 90.00 %" in done.stdout
     assert done.stderr == ""
+    posts = [one for one in service[0].seen if one.path == "/v1/occluders"]
+    assert [one.query["priority"] for one in posts] == [["bulk"]] * 2  # behind what people wait for
 
 
 def test_other_formats_have_a_file_a_level_in_the_folder(service, mesh, here, tmp_path):

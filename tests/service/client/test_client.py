@@ -11,7 +11,7 @@ from itertools import count
 
 import pytest
 
-from service.client import Client, ClientError, StoppedError
+from service.client import Client, ClientError, Priority, StoppedError
 from service.jobs.asset import Thresholds
 from service.jobs.job import Failure, JobState
 from tests.service.client.scripted import (
@@ -67,6 +67,16 @@ def test_a_mesh_goes_as_it_is_with_its_options_in_the_address(talk, tmp_path):
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     assert (told.id, told.state, told.asset_id) == ("j1", JobState.QUEUED, "a1")
+
+
+def test_a_client_says_how_much_its_jobs_hurry(talk, tmp_path):
+    client, seen = talk(Reply(job(priority="bulk"), 202), priority=Priority.BULK)
+    assert client.submit(b"mesh", name="mesh.obj").priority is Priority.BULK
+    by_hand = tmp_path / "mesh.overrides.toml"
+    by_hand.write_text("")
+    client.submit(b"mesh", name="mesh.obj", overrides=by_hand)
+    assert seen[0].query["priority"] == ["bulk"]
+    assert b'name="priority"\r\n\r\nbulk\r\n' in seen[1].body
 
 
 @pytest.mark.parametrize(

@@ -246,6 +246,23 @@ def test_the_same_key_gives_the_same_job_and_another_request_none(service):
         assert "Idempotency-Key" in faults(service.post(headers={"Idempotency-Key": bad}))
 
 
+def test_a_priority_goes_with_the_job_and_its_retry(service):
+    first = service.post("/v1/occluders?filename=a.obj&priority=bulk", OBJ + b"# hurry\n").json()
+    assert first["priority"] == "bulk"
+    assert service.http.get(f"/v1/jobs/{first['id']}").json()["priority"] == "bulk"
+    service.http.post(first["links"]["cancel"])
+    again = service.http.post(first["links"]["retry"]).json()
+    assert again["priority"] == "bulk"
+    other = service.http.post(first["links"]["rerun"], json={"options": {"budget": 9}}).json()
+    assert other["priority"] == "interactive"  # which somebody has asked for by hand
+    form = {"files": {"mesh": ("a.obj", OBJ + b"# parts\n")}, "data": {"priority": "bulk"}}
+    by_parts = service.http.post("/v1/occluders", **form).json()
+    assert by_parts["priority"] == "bulk"
+    for job in (again, other, by_parts):
+        service.http.post(job["links"]["cancel"])
+    assert "priority" in faults(service.post("/v1/occluders?filename=a.obj&priority=soon"))
+
+
 def test_a_result_that_comes_in_time_is_the_answer(service):
     def work():
         until(lambda: service.services.jobs.counts().get("queued", 0) > 0)

@@ -195,7 +195,7 @@ def test_a_full_queue_takes_no_job_but_gives_stored_results(jobs: SqlJobStore) -
     submit(jobs, "waiting")
     with pytest.raises(QueueFullError) as refused:
         jobs.submit(submission("too many"), queue_limit=1)
-    assert refused.value.headers["Retry-After"] == "5"
+    assert refused.value.headers["Retry-After"] == "1"  # as the last one took no time
     assert jobs.submit(submission("done before"), queue_limit=1)[0].state is JobState.SUCCEEDED
     assert sum(jobs.counts().values()) == 3
 
@@ -320,8 +320,11 @@ def test_the_queue_tells_places_among_all_tenants(jobs: SqlJobStore) -> None:
     submit(jobs, "begun")
     claim(jobs)
     mine = [submit(jobs, text) for text in "ab"]
-    theirs = submit(jobs, "c", tenant="rival")
+    theirs = submit(jobs, "c", tenant="rival")  # who had no turn yet
     mine.append(submit(jobs, "d"))
-    assert jobs.queue("studio", 10) == ((1, mine[0]), (2, mine[1]), (4, mine[2]))
-    assert jobs.queue("rival", 10) == ((3, theirs),)
+    assert jobs.queue("studio", 10) == ((2, mine[0]), (3, mine[1]), (4, mine[2]))
+    assert jobs.queue("studio", 2) == ((2, mine[0]), (3, mine[1]))
+    assert jobs.queue("rival", 10) == ((1, theirs),)
     assert [place for place, _ in jobs.queue(None, 2)] == [1, 2]
+    assert [jobs.place(job.number) for job in (*mine, theirs)] == [2, 3, 4, 1]
+    assert jobs.place(mine[0].number - 1) is None  # it runs

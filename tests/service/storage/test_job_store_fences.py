@@ -70,6 +70,7 @@ def test_a_queue_that_is_full_says_so_before_the_body_has_come(jobs: SqlJobStore
             jobs.check_room("studio", key, queue_limit=1)
         jobs.check_room("studio", key, queue_limit=2)
     jobs.check_room("studio", "k1", queue_limit=1)
+    jobs.submit(submission("other", tenant="rival"), queue_limit=1)  # its first is never refused
     with pytest.raises(QueueFullError):
         jobs.check_room("rival", "k1", queue_limit=1)
 

@@ -109,6 +109,7 @@ _SHORT = (
     "CONSTANT ROW",  # the numbers of a list in the statement itself
     "(subquery-1)",
     "USING INDEX ix_assets_name",  # all assets in order, as far as the page goes
+    "turns",  # of a page that shows places: a row for each tenant that ever had a job
 )
 
 

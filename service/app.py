@@ -120,7 +120,7 @@ def open_services(settings: Settings) -> Iterator[Services]:
                 SqlKeyStore(database), sessions, keys_needed=settings.keys_needed
             ),
             check_webhook=check,
-            checks=_checks(settings, database, blobs, engine),
+            checks=_checks(settings, database, blobs, engine, board),
             on_end=on_end,
         )
 
@@ -134,7 +134,7 @@ def _describe_from(jobs: SqlJobStore) -> Describe:
 
 
 def _checks(
-    settings: Settings, database: Database, blobs: FileBlobs, engine: Engine
+    settings: Settings, database: Database, blobs: FileBlobs, engine: Engine, board: ProgressBoard
 ) -> Mapping[str, Check]:
     def of_database() -> str | None:
         return None if database.is_sound() else "it cannot be read"
@@ -145,7 +145,21 @@ def _checks(
             return None
         return f"{free:,} bytes are free, and {settings.min_free:,} are to stay so"
 
-    return {"database": of_database, "disk": of_disk, "engine": lambda: engine.problem}
+    def of_kernels() -> str | None:
+        preparing = board.preparing
+        if preparing is None:
+            return None
+        return (
+            f"they are made ready, for {preparing.seconds:,.0f} seconds so far; the first start on "
+            "a machine compiles for a minute or two, and jobs wait for it"
+        )
+
+    return {
+        "database": of_database,
+        "disk": of_disk,
+        "engine": lambda: engine.problem,
+        "kernels": of_kernels,
+    }
 
 
 def surround(app: ASGIApp, settings: Settings) -> ASGIApp:

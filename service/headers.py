@@ -3,7 +3,7 @@
     Accept           which of some media types to answer in (RFC 9110)
     Idempotency-Key  the same request sent twice is one request
     If-None-Match    answers that spare sending a file (RFC 9110)
-    Prefer: wait=N   a wish, which is never a mistake (RFC 7240)
+    Prefer           wait=N, return=representation: wishes, which are never mistakes (RFC 7240)
     Range, If-Range  parts of a file (RFC 9110)
     Retry-After      a number of seconds, or a date (RFC 9110)
 
@@ -13,7 +13,7 @@ Every file's ETag is strong: the SHA-256 of its bytes.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC
 from email.utils import parsedate_to_datetime
@@ -22,6 +22,7 @@ from service.errors import FieldError, InvalidOptionsError, RangeNotSatisfiableE
 
 _IDEMPOTENCY_KEY = re.compile("[!-~]{1,255}")
 _WAIT = re.compile(r'wait\s*=\s*"?(\d{1,9})"?', re.IGNORECASE)
+_REPRESENTATION = re.compile(r'return\s*=\s*"?representation"?', re.IGNORECASE)
 _RANGE = re.compile(r"bytes\s*=\s*(\d{0,19})\s*-\s*(\d{0,19})\s*", re.IGNORECASE)
 
 
@@ -79,12 +80,23 @@ def wait_seconds(headers: Iterable[str], most: float) -> float:
 
     Of several wishes the first counts; what cannot be understood is passed over.
     """
+    for preference in _preferences(headers):
+        match = _WAIT.fullmatch(preference)
+        if match:
+            return min(float(match[1]), most)
+    return 0.0
+
+
+def wants_result(headers: Iterable[str]) -> bool:
+    """Whether the result is wanted and nothing else will do (``return=representation``)."""
+    return any(map(_REPRESENTATION.fullmatch, _preferences(headers)))
+
+
+def _preferences(headers: Iterable[str]) -> Iterator[str]:
+    """Each wish, without its parameters."""
     for header in headers:
         for preference in header.split(","):
-            match = _WAIT.fullmatch(preference.partition(";")[0].strip())
-            if match:
-                return min(float(match[1]), most)
-    return 0.0
+            yield preference.partition(";")[0].strip()
 
 
 @dataclass(frozen=True)

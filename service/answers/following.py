@@ -5,15 +5,20 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncGenerator, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from typing import Self
 
 from anyio import move_on_after
 from anyio.to_thread import run_sync
 from starlette.requests import Request
+from starlette.responses import Response
 
+from service.headers import wait_seconds, wants_result
 from service.jobs.job import Job
 from service.jobs.progress import JobProgress, ProgressBoard
 from service.jobs.stores import JobStore
 
+_SHORTEST_HOP = 1.0  # seconds that a request waits at least before it is sent on
 _LOOK = 5.0  # seconds after which a job is looked at though nothing was heard
 
 
@@ -87,6 +92,39 @@ async def ended_within(
                 task.cancel()
             await asyncio.gather(waiting, leaving, return_exceptions=True)
     return await look(jobs, job)
+
+
+@dataclass(frozen=True)
+class Patience:
+    """For how long a request waits for a job's end, and what it wants where that does not come.
+
+    ``seconds``  that it waits.
+    ``result``   whether nothing but the result will do: then it is sent on to where that will be,
+                 and waits there again, until there is an answer that is no "later".
+    ``applied``  the preferences that were heard, for the answer.
+    """
+
+    seconds: float
+    result: bool
+
+    @classmethod
+    def of(cls, request: Request, most: float) -> Self:
+        """What the headers ask for, up to ``most`` seconds."""
+        wishes = request.headers.getlist("prefer")
+        seconds, result = wait_seconds(wishes, most), wants_result(wishes)
+        # One that is sent on at once would be sent on again and again.
+        return cls(max(seconds or most, _SHORTEST_HOP) if result else seconds, result)
+
+    @property
+    def applied(self) -> dict[str, str]:
+        told = ["return=representation"] if self.result else []
+        told += [f"wait={self.seconds:.0f}"] if self.seconds > 0.0 else []
+        return {"Preference-Applied": ", ".join(told)} if told else {}
+
+    def send_on(self, job: Job) -> Response:
+        """To the result of a job that has not ended; by GET, whatever was asked (RFC 9110)."""
+        place = f"/v1/jobs/{job.id}/result"
+        return Response(status_code=303, headers={"Location": place, **self.applied})
 
 
 async def _end_of(jobs: JobStore, board: ProgressBoard, job: Job) -> None:

@@ -11,6 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from service.engines.failures import server_ended
+from service.engines.first_start import FirstStart
 from service.engines.signals import Bell, Running
 from service.engines.slot import Shop, Slot
 from service.engines.trouble import StoppedError, Trouble
@@ -54,7 +55,7 @@ class Engine:
         """
         self._shop = Shop(
             f"engine-{secrets.token_hex(8)}", jobs, blobs, board, settings, scratch, work, on_end,
-            Bell(), Running(), Trouble(),
+            Bell(), Running(), Trouble(), FirstStart(board.end_preparing),
         )  # fmt: skip
         self._look = Bell()
         self._recovered = threading.Event()
@@ -67,6 +68,7 @@ class Engine:
 
     def start(self) -> None:
         """Take back what a killed server left, then begin.  Returns at once."""
+        self._shop.board.begin_preparing()
         self._thread("leases", self._keep_leases)
         for number in range(self._shop.settings.workers):
             self._thread(f"worker {number}", self._work)

@@ -13,6 +13,7 @@ from pathlib import Path, PurePosixPath
 
 from service.engines.attempt import AttemptOutcome, NotDone, attempt
 from service.engines.failures import program_fault, upload_gone
+from service.engines.first_start import FirstStart
 from service.engines.life import LifeWatch
 from service.engines.messages import Task
 from service.engines.process import ProcessDiedError, WorkerProcess
@@ -52,6 +53,7 @@ class Shop:
     bell: Bell
     running: Running
     trouble: Trouble
+    first_start: FirstStart
 
     def end(self, job: Job) -> None:
         """Say that a job has ended; whoever listens cannot hurt the engine."""
@@ -112,12 +114,18 @@ class Slot:
             if self._process is not None:
                 return self._process
             try:
-                self._process = WorkerProcess(self._shop.work)
-                self._wait_ready(self._process)
-                self._shop.trouble.born()
+                self._start_process()
             except (ProcessDiedError, OSError) as error:
                 self._discard()
                 self._shop.trouble.stillborn(str(error))
+
+    def _start_process(self) -> None:
+        shop = self._shop
+        with shop.first_start.turn(lambda: shop.trouble.pause(0.0)):
+            self._process = WorkerProcess(shop.work)
+            self._wait_ready(self._process)
+            shop.first_start.end()
+        shop.trouble.born()
 
     def _wait_ready(self, process: WorkerProcess) -> None:
         until, life = time.monotonic() + _START_SECONDS, LifeWatch(process)

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+
+from service.jobs.job import Job, JobState
+
+PREPARING = "preparing"
+"""The stage of jobs that wait until the first worker process has compiled or loaded all kernels."""
 
 LARGEST_PICTURE = 16 << 10
 """Bytes of a picture that is kept; a worker's are half of that."""
@@ -24,7 +30,7 @@ class JobProgress:
     """How far a job is.
 
     ``stage``     of :data:`simplifier.STAGES`, ``occluders`` for a scene, ``runs`` for a trade-off,
-                  ``objects`` and ``sets`` for visible sets.
+                  ``objects`` and ``sets`` for visible sets; :data:`PREPARING` before it is begun.
     ``fraction``  of the whole job, 0 to 1, never falling within an attempt.
     ``measure``   share of the original's occlusion measure that the best so far has; None before.
     ``level``     of detail that is made, from 0; of ``levels``.  Runs, for a trade-off.
@@ -56,6 +62,36 @@ class ProgressBoard:
         self._lock = threading.Lock()
         self._latest: dict[str, JobProgress] = {}
         self._listeners: dict[str, set[OnChange]] = {}
+        self._preparing_since: float | None = None
+
+    def begin_preparing(self) -> None:
+        """From now on jobs wait for the first process that can do any."""
+        with self._lock:
+            self._preparing_since = time.monotonic()
+
+    def end_preparing(self) -> None:
+        """There is a process that can do jobs."""
+        with self._lock:
+            self._preparing_since = None
+
+    @property
+    def preparing(self) -> JobProgress | None:
+        """What jobs that are queued wait for, and for how long already; None where nothing."""
+        with self._lock:
+            since = self._preparing_since
+        if since is None:
+            return None
+        return JobProgress(PREPARING, 0.0, seconds=time.monotonic() - since)
+
+    def how_far(self, job: Job) -> JobProgress | None:
+        """What there is to tell of a job in its present state; None where nothing is."""
+        match job.state:
+            case JobState.QUEUED:
+                return self.preparing
+            case JobState.RUNNING:
+                return self.latest(job.id)
+            case _:
+                return None
 
     def latest(self, job_id: str) -> JobProgress | None:
         with self._lock:

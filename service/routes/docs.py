@@ -77,11 +77,13 @@ IDEMPOTENCY_KEY: dict[str, Any] = {
 }  # fmt: skip
 """A header of requests that make a job."""
 
-_PREFER: dict[str, Any] = {
+PREFER: dict[str, Any] = {
     "name": "Prefer", "in": "header",
-    "description": "`wait=N`: wait up to N seconds for the result.",
+    "description": "`wait=N`: wait up to N seconds for the result. `return=representation`: answer "
+    "with nothing else; as long as there is none, 303 leads to where it is waited for again.",
     "schema": {"type": "string"}, "example": "wait=30",
 }  # fmt: skip
+"""A header of requests that may wait for a result."""
 
 _LABELS: list[dict[str, Any]] = [
     {
@@ -203,6 +205,17 @@ _PLACE = {
 NEW_JOB = {"headers": {"Location": header("The new job.", required=True)}}
 """How a job that a job or an asset has given is sent."""
 
+SENT_ON: Responses = {
+    303: {
+        "description": "There is no result yet: ask for it there, where it is waited for again.",
+        "headers": {
+            "Location": header("The job's result.", required=True),
+            "Preference-Applied": header("How long this one has waited."),
+        },
+    }
+}
+"""A request that wants the result and nothing else, before there is one."""
+
 RESULT_OR_JOB: Responses = {
     200: {**RESULT[200], "headers": {**RESULT[200]["headers"], **_PLACE}},
     202: {
@@ -210,6 +223,7 @@ RESULT_OR_JOB: Responses = {
         "content": json_of("Job"),
         "headers": _PLACE,
     },
+    **SENT_ON,
     **refusals(*EVERYWHERE, 404, 406, 408, 409, 413, 415, 507),
 }
 """What an upload is answered with."""
@@ -241,6 +255,6 @@ def upload_docs(
     }
     named = [_FILENAME] if raw else []
     return {
-        "parameters": [*table.parameters(), *_LABELS, *named, _PREFER, IDEMPOTENCY_KEY],
+        "parameters": [*table.parameters(), *_LABELS, *named, PREFER, IDEMPOTENCY_KEY],
         "requestBody": {"required": True, "content": content},
     }

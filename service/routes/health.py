@@ -28,7 +28,7 @@ class Readiness(BaseModel):
 
     status: Literal["ready"] = "ready"
     checks: list[str] = Field(
-        description="What was looked at.", examples=[["database", "disk", "engine"]]
+        description="What was looked at.", examples=[["database", "disk", "engine", "kernels"]]
     )
 
 
@@ -40,7 +40,7 @@ async def healthz(services: TheServices) -> Health:
 
 @router.get("/readyz", responses=refusals(403, 421, 503), summary="Whether it can take jobs")
 def readyz(services: TheServices) -> Readiness:
-    """Open to all. 503 says in words what is wrong."""
+    """Open to all. 503 says in words what is wrong, or that the first start still compiles."""
     faults = {name: check() for name, check in services.checks.items()}
     said = [f"{name}: {fault}" for name, fault in faults.items() if fault]
     if said:

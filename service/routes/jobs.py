@@ -135,8 +135,7 @@ def rerun_job(
 
 def job_body(services: Services, caller: Caller, job: Job) -> JobBody:
     """A job as it goes over the wire to whoever asks, its progress included."""
-    progress = services.board.latest(job.id)
-    return JobBody.of(job, progress, whole_webhook=caller.may(Scope.WRITE))
+    return JobBody.of(job, services.board.how_far(job), whole_webhook=caller.may(Scope.WRITE))
 
 
 def next_page(path: str, wanted: BaseModel, cursor: int | str | None) -> str | None:

@@ -6,17 +6,29 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
+from anyio.to_thread import run_sync
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
 from service.access.key import Caller
 from service.answers.files import FORMATS, JSON, chosen_format, send_file
+from service.answers.following import Patience, ended_within
 from service.answers.problems import problem_of_state
 from service.errors import NotAcceptableError, NotFoundError
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobFile, JobState
 from service.jobs.stores import BlobStore
-from service.routes.docs import CONDITIONS, EVERYWHERE, FILE, HEAD, PARTS, RESULT, refusals
+from service.routes.docs import (
+    CONDITIONS,
+    EVERYWHERE,
+    FILE,
+    HEAD,
+    PARTS,
+    PREFER,
+    RESULT,
+    SENT_ON,
+    refusals,
+)
 from service.routes.jobs import job_body
 from service.routes.services import KEYED, Reader, Services, TheServices
 from service.schemas.result import FilePage, Result, ResultFile
@@ -27,17 +39,26 @@ router = APIRouter(prefix="/v1", tags=["results"], dependencies=KEYED)
 @router.get(
     "/jobs/{job_id}/result",
     response_class=Response,
-    responses={**RESULT, **PARTS, **refusals(*EVERYWHERE, 404, 406, 409, 416)},
-    openapi_extra=CONDITIONS,
+    responses={**RESULT, **PARTS, **SENT_ON, **refusals(*EVERYWHERE, 404, 406, 409, 416)},
+    openapi_extra={"parameters": [*CONDITIONS["parameters"], PREFER]},
     summary="What a job has made",
 )
-def get_result(job_id: str, request: Request, services: TheServices, caller: Reader) -> Response:
-    """The report with links to all files; or one file, where `Accept` asks for its format."""
-    job = services.jobs.job(caller.tenant, job_id)
+async def get_result(
+    job_id: str, request: Request, services: TheServices, caller: Reader
+) -> Response:
+    """The report with links to all files; or one file, where `Accept` asks for its format.
+
+    409 while the job has not ended, unless `Prefer` says to wait.
+    """
+    job = await run_sync(services.jobs.job, caller.tenant, job_id)
     media_type = chosen_format(request.headers.get("accept", ""), job.kind)
+    patience = Patience.of(request, services.settings.max_wait)
+    job = await ended_within(services.jobs, services.board, request, job, patience.seconds)
+    if patience.result and not job.state.ended:
+        return patience.send_on(job)
     if job.state is not JobState.SUCCEEDED:
         raise problem_of_state(job)
-    return result_answer(request, services, caller, job, media_type)
+    return await run_sync(result_answer, request, services, caller, job, media_type)
 
 
 @router.get(

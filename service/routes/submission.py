@@ -15,10 +15,10 @@ from fastapi.responses import Response
 
 from service.access.key import Caller
 from service.answers.files import chosen_format
-from service.answers.following import ended_within
+from service.answers.following import Patience, ended_within
 from service.answers.problems import problem_of_job
 from service.errors import FieldError, InvalidOptionsError, QueueFullError
-from service.headers import idempotency_key, wait_seconds
+from service.headers import idempotency_key
 from service.jobs.asset import asset_name
 from service.jobs.job import Job, JobKind, JobState, Priority, Submission
 from service.jobs.stores import LONGEST_URL
@@ -63,8 +63,9 @@ async def submit_upload(
     """Make a job of an upload of some parts; a raw body is the first and only part.
 
     200 with the result where it is there within the time that ``Prefer`` says, else 202 with the
-    job.  All that can be refused before the body has come is.  Raises
-    :class:`~service.errors.ServiceError`, also for a job that has failed within that time.
+    job, or 303 to its result where ``Prefer`` asks for nothing else.  All that can be refused
+    before the body has come is.  Raises :class:`~service.errors.ServiceError`, also for a job that
+    has failed within that time.
     """
     media_type = chosen_format(request.headers.get("accept", ""), kind)
     key = idempotency_key(request.headers)
@@ -122,18 +123,19 @@ async def _submission(
 async def _answer(
     request: Request, services: Services, caller: Caller, job: Job, media_type: str
 ) -> Response:
-    seconds = wait_seconds(request.headers.getlist("prefer"), services.settings.max_wait)
-    job = await ended_within(services.jobs, services.board, request, job, seconds)
+    patience = Patience.of(request, services.settings.max_wait)
+    job = await ended_within(services.jobs, services.board, request, job, patience.seconds)
     place = {"Location": f"/v1/jobs/{job.id}"}
-    applied = {"Preference-Applied": f"wait={seconds:.0f}"} if seconds > 0.0 else {}
     if job.state is JobState.SUCCEEDED:
         response = await run_sync(result_answer, request, services, caller, job, media_type)
-        response.headers.update({**place, **applied})
+        response.headers.update({**place, **patience.applied})
         return response
     if job.state.ended:
         raise problem_of_job(job)
+    if patience.result:
+        return patience.send_on(job)
     body = job_body(services, caller, job).model_dump_json()
-    return Response(body, 202, {**place, **applied}, "application/json")
+    return Response(body, 202, {**place, **patience.applied}, "application/json")
 
 
 def _is_short(request: Request) -> bool:

@@ -140,7 +140,10 @@ class JobBody(BaseModel):
     priority: Priority = Field(description="Its place among your own jobs.")
     options: dict[str, Any] = Field(description="All of them, defaults included.")
     version: str = Field(description="Of the library that does it.")
-    progress: ProgressBody | None = Field(description="While it runs.")
+    progress: ProgressBody | None = Field(
+        description="While it runs; and while it waits for the service's first start, by the stage "
+        "`preparing`."
+    )
     failure: FailureBody | None = Field(description="When it has failed.")
     summary: SummaryBody | None = Field(description="When it has succeeded.")
     reused: str | None = Field(description="The job whose stored result it was given.")
@@ -153,8 +156,8 @@ class JobBody(BaseModel):
 
     @classmethod
     def of(cls, job: Job, progress: JobProgress | None = None, *, whole_webhook: bool) -> Self:
-        """``progress`` is left out unless the job runs, the path of the webhook unless told."""
-        running = job.state is JobState.RUNNING and progress is not None
+        """``progress`` is left out of a job that has ended, the path of the webhook unless told."""
+        shown = None if job.state.ended else progress
         named = job.asset_id is not None and job.asset is not None
         failure, summary = job.failure, job.summary
         put_otherwise: dict[str, Any] = {
@@ -163,7 +166,7 @@ class JobBody(BaseModel):
             "started": moment_or_none(job.started),
             "ended": moment_or_none(job.ended),
             "options": dict(job.options),
-            "progress": ProgressBody.of(job.id, progress) if running and progress else None,
+            "progress": ProgressBody.of(job.id, shown) if shown else None,
             "failure": FailureBody.model_validate(failure, from_attributes=True)
             if failure
             else None,

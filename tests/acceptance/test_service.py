@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import shutil
 import signal
 import socket
 import subprocess
@@ -20,8 +19,8 @@ from bench.visibility_city import generated_city
 from service.client import Client, ClientError
 from service.jobs.job import JobState
 from simplifier.io.scene_writer import write_scene
-from tests import solids
 from tests.acceptance.command import ROOT, occluder
+from tests.acceptance.curl import curled, needs_curl
 from tests.faults.serving import LIGHT_WORK, SURROUNDINGS
 from tests.service.declared import declare
 from tests.service.real import BOX, QUICK, running
@@ -78,22 +77,6 @@ def served_here(declared, here, monkeypatch, tmp_path):
         return here(*arguments, cwd=tmp_path)
 
     return run
-
-
-def curled(page, server, folder, more=""):
-    """What the curl of a page fetches, with ``more`` in its query, of a box called castle.glb."""
-    blocks = re.findall(r"```sh\n(.*?)```", (ROOT / page).read_text(), re.DOTALL)
-    block = next(one for one in blocks if "castle_occluder.glb" in one and "curl" in one)
-    curl = block[block.index("curl") :].replace("http://127.0.0.1:8000", server.address)
-    curl = curl.replace("/v1/occluders?", f"/v1/occluders?{more}")
-    mesh = solids.box()
-    simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), folder / "castle.glb")
-    done = subprocess.run(["bash", "-c", curl], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return simplifier.load(folder / "castle_occluder.glb")
-
-
-needs_curl = pytest.mark.skipif(shutil.which("curl") is None, reason="there is no curl")
 
 
 @needs_curl

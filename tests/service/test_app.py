@@ -108,7 +108,8 @@ def test_a_file_that_is_no_mesh_is_refused_with_what_the_reader_found(http):
 
 
 def test_the_service_is_ready_and_shows_its_docs(http):
-    assert http.get("/readyz").json()["checks"] == ["database", "disk", "engine"]
+    until(lambda: http.get("/readyz").status_code == 200)
+    assert http.get("/readyz").json()["checks"] == ["database", "disk", "engine", "kernels"]
     page = http.get("/docs")
     for path in ("/docs/start.js", "/docs/swagger/swagger-ui-bundle.js", "/openapi.json"):
         assert http.get(path).status_code == 200

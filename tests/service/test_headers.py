@@ -9,7 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.errors import RangeNotSatisfiableError
-from service.headers import ByteRange, best_of, is_fresh, retry_after, wait_seconds, wanted_range
+from service.headers import (
+    ByteRange,
+    best_of,
+    is_fresh,
+    retry_after,
+    wait_seconds,
+    wanted_range,
+    wants_result,
+)
 
 OFFERED = ["application/json", "model/gltf-binary", "model/obj", "text/html"]
 
@@ -61,6 +69,20 @@ def test_any_header_has_an_answer(accept):
 )
 def test_a_wish_is_understood_or_passed_over(headers, seconds):
     assert wait_seconds(headers, 60.0) == seconds
+
+
+@pytest.mark.parametrize(
+    ("headers", "alone"),
+    [
+        ([], False),
+        (["return=representation"], True),
+        (["wait=5", 'Return = "representation"; x=1, respond-async'], True),
+        (["return=minimal, wait=5"], False),
+        (["return=representations"], False),
+    ],
+)
+def test_a_result_may_be_wanted_alone(headers, alone):
+    assert wants_result(headers) is alone
 
 
 @given(st.lists(st.text()))

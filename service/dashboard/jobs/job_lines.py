@@ -74,7 +74,7 @@ def jobs_now(visitor: Visitor) -> JobsNow:
         tenant, JobFilter(states=frozenset([JobState.RUNNING])), before=None, limit=SHOWN
     )
     return JobsNow(
-        tuple(line_of(job, services.board.latest(job.id)) for job in reversed(running.jobs)),
+        tuple(line_of(job, services.board.how_far(job)) for job in reversed(running.jobs)),
         tuple(line_of(job, place=place) for place, job in services.jobs.queue(tenant, SHOWN)),
     )
 
@@ -96,19 +96,19 @@ def job_line(visitor: Visitor, job_id: str) -> JobLine:
     place = None
     if job.state is JobState.QUEUED:
         place = services.jobs.place(job.number)
-    return line_of(job, services.board.latest(job_id), place)
+    return line_of(job, services.board.how_far(job), place)
 
 
 def line_of(job: Job, progress: JobProgress | None = None, place: int | None = None) -> JobLine:
     summary, failure = job.summary, job.failure
-    running = progress if job.state is JobState.RUNNING else None
+    told = None if job.state.ended else progress
     return JobLine(
         id=job.id, kind=job.kind, state=job.state, name=job.name, asset=job.asset,
         asset_id=job.asset_id, created=job.created, ended=job.ended, attempt=job.attempt,
         attempts=job.attempts, place=place,
-        stage=progress_words(running) if running else "",
-        fraction=running.fraction if running else 0.0,
-        seconds=running.seconds if running else summary.seconds if summary else 0.0,
+        stage=progress_words(told) if told else "",
+        fraction=told.fraction if told else 0.0,
+        seconds=told.seconds if told else summary.seconds if summary else 0.0,
         precision=summary.precision if summary else None,
         recall=summary.recall if summary else None,
         overhang=summary.overhang if summary else None,

@@ -122,7 +122,9 @@ def _words(line: JobLine) -> str:
     match line.state:
         case JobState.QUEUED:
             tried = f", after {line.attempt} of {line.attempts} attempts" if line.attempt else ""
-            return (f"place {line.place} in the queue" if line.place else "in the queue") + tried
+            place = f"place {line.place} in the queue" if line.place else "in the queue"
+            preparing = f"; {line.stage}, {seconds(line.seconds)}" if line.stage else ""
+            return place + tried + preparing
         case JobState.RUNNING:
             done = f"{percent(line.fraction, 0)}, {line.stage}" if line.stage else "starting"
             tried = f", attempt {line.attempt}" if line.attempt > 1 else ""

@@ -29,6 +29,7 @@ KINDS: Mapping[JobKind, str] = {
 }
 
 _STAGES = {
+    "preparing": "preparing: kernels are made ready, once",
     "load": "reading the mesh",
     "voxelize": "making voxels",
     "fill": "filling the inside",

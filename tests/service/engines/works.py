@@ -34,6 +34,16 @@ def start_at_the_fourth_try():
     return work
 
 
+def start_when_compiled():
+    """As the first process does that has to compile, which takes until the file is there."""
+    with Path(os.environ["STARTS"]).open("a", buffering=1) as file:
+        file.write("begin\n")
+        while not Path(os.environ["COMPILED"]).exists():
+            sum(range(1000))  # a sign of life
+        file.write("end\n")
+    return work
+
+
 def work(task, tell, cancel):
     note = Path(task.options.get("note", os.devnull))
     with note.open("a") as file:

@@ -305,6 +305,35 @@ def test_a_result_that_does_not_come_in_time_leaves_the_job(service):
     service.http.post(response.json()["links"]["cancel"])
 
 
+RESULT_ALONE = {"Prefer": "return=representation, wait=1", "Accept": "model/gltf-binary"}
+
+
+def test_who_wants_the_result_alone_is_sent_on_until_it_is_there(service):
+    first = service.post(body=OBJ + b"# alone\n", headers=RESULT_ALONE)
+    assert (first.status_code, first.content) == (303, b"")
+    assert first.headers["preference-applied"] == "return=representation, wait=1"
+    place = first.headers["location"]
+    again = service.http.get(place, headers=RESULT_ALONE)
+    assert (again.status_code, again.headers["location"]) == (303, place)
+    threading.Timer(0.2, lambda: (service.hand.begin(), service.hand.succeed())).start()
+    result = service.http.get(place, headers=RESULT_ALONE)
+    assert (result.status_code, result.content) == (200, RESULTS["occluder.glb"][0])
+    # Without the wish it is as before.
+    assert service.post(body=OBJ + b"# alone\n", headers=RESULT_ALONE).status_code == 200
+    other = service.queued()
+    problem(service.http.get(f"/v1/jobs/{other}/result"), 409, "conflict")
+    service.http.post(f"/v1/jobs/{other}/cancel")
+
+
+def test_who_wants_the_result_alone_hears_of_a_failure(service):
+    first = service.post(body=OBJ + b"# broken\n", headers=RESULT_ALONE)
+    assert first.status_code == 303
+    service.hand.begin()
+    service.hand.fail()
+    failed = service.http.get(first.headers["location"], headers=RESULT_ALONE)
+    assert problem(failed, 409, "conflict")["failure"]["kind"] == "unreadable-mesh"
+
+
 @pytest.mark.parametrize(
     ("kind", "status", "slug"),
     [

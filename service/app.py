@@ -13,9 +13,9 @@ from starlette.types import ASGIApp
 from service.access.authentication import Authenticator
 from service.access.session import Sessions
 from service.engines.engine import Engine
+from service.jobs.deliveries import Delivery
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
-from service.jobs.stores import Delivery
 from service.jobs.turns import Shares
 from service.metrics import Metrics
 from service.middleware.bodies import LingeringClose, Turnstile
@@ -36,7 +36,9 @@ from service.storage.delivery_store import SqlDeliveryStore
 from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from service.storage.key_store import SqlKeyStore
+from service.storage.secret_ages import SqlSecretAges
 from service.webhooks.address_guard import check_webhook
+from service.webhooks.rotation import CurrentSecrets
 from service.webhooks.sender import Describe, WebhookSender
 from service.webhooks.tenant_secrets import TenantSecrets
 from simplifier import __version__
@@ -87,9 +89,9 @@ def open_services(settings: Settings) -> Iterator[Services]:
         jobs, assets = SqlJobStore(database, shares=shares), SqlAssetStore(database)
         board, metrics = ProgressBoard(), Metrics(jobs, assets)
         tenant_secrets = TenantSecrets.open(folder.path)
-        sender = WebhookSender(
-            SqlDeliveryStore(database), _describe_from(jobs), tenant_secrets, settings
-        )
+        deliveries = SqlDeliveryStore(database)
+        secrets = CurrentSecrets(tenant_secrets, SqlSecretAges(database))
+        sender = WebhookSender(deliveries, _describe_from(jobs), secrets, settings)
         sessions = Sessions(tenant_secrets.signing_key("sessions"))
 
         def on_end(job: Job) -> None:
@@ -120,6 +122,8 @@ def open_services(settings: Settings) -> Iterator[Services]:
                 SqlKeyStore(database), sessions, keys_needed=settings.keys_needed
             ),
             check_webhook=check,
+            deliveries=deliveries,
+            wake_webhooks=sender.wake,
             checks=_checks(settings, database, blobs, engine, board),
             on_end=on_end,
         )

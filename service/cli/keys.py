@@ -6,8 +6,8 @@ What programs may want, the secret of a new key above all, is alone on standard 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -83,12 +83,12 @@ def list_keys(
     """Print what keys there are, without their secrets."""
 
     def run() -> None:
-        with _store(_known_folder(data)) as store:
+        with _store(known_folder(data)) as store:
             found = store.keys(tenant)
         if not found:
             print_line("there are no keys; 'occluder keys create' makes one")
             return
-        for line in _table(found):
+        for line in table([{name: tell(key) for name, tell in _COLUMNS.items()} for key in found]):
             typer.echo(line)  # print_text would close up the columns; all that is here is printable
 
     run_command(run, debug=debug)
@@ -103,7 +103,7 @@ def revoke(
     """End a key: from the next second on nobody comes in by it."""
 
     def run() -> None:
-        with _store(_known_folder(data)) as store:
+        with _store(known_folder(data)) as store:
             ended = store.revoke(key)
         print_line(f"key {ended.id} of {ended.tenant} is revoked")
 
@@ -115,9 +115,10 @@ def secret(tenant: Tenant = LOCAL.tenant, data: Data = None, debug: Debug = Fals
     """Print what a tenant's webhooks are signed with, for their receivers."""
 
     def run() -> None:
+        from service.storage.secret_ages import SqlSecretAges
         from service.webhooks.tenant_secrets import TenantSecrets
 
-        folder = _known_folder(data)
+        folder = known_folder(data)
         with _store(folder) as store:
             known = {LOCAL.tenant, *store.tenants()}
         if tenant not in known:
@@ -126,7 +127,9 @@ def secret(tenant: Tenant = LOCAL.tenant, data: Data = None, debug: Debug = Fals
                 where="tenant",
                 remedy=f"choose one of {', '.join(sorted(known))}",
             )
-        print_text(TenantSecrets.open(folder.path).of(tenant))
+        with closing(folder.open_database()) as database:
+            generation = SqlSecretAges(database).age(tenant).generation
+        print_text(TenantSecrets.open(folder.path).of(tenant, generation))
 
     run_command(run, debug=debug)
 
@@ -148,7 +151,7 @@ def _folder(data: Path | None) -> DataFolder:
     return DataFolder(read_settings({"data": data}).data)
 
 
-def _known_folder(data: Path | None) -> DataFolder:
+def known_folder(data: Path | None) -> DataFolder:
     """The folder, if a key was made or a server has run in it: a slip must not make another."""
     folder = _folder(data)
     if not folder.database.exists():
@@ -183,9 +186,9 @@ _COLUMNS: dict[str, Callable[[ApiKey], str]] = {
 }
 
 
-def _table(found: Sequence[ApiKey]) -> Iterator[str]:
-    """Lines in columns that align, the heads first."""
-    rows = [list(_COLUMNS), *([tell(key) for tell in _COLUMNS.values()] for key in found)]
+def table(found: Sequence[Mapping[str, str]]) -> Iterator[str]:
+    """Lines in columns that align, the heads first; each row has the same names."""
+    rows = [list(found[0]), *(list(one.values()) for one in found)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))

@@ -16,15 +16,18 @@ from service.client.errors import ClientError
 from service.client.transfers import ReportShare, Upload
 from service.client.values import (
     RemoteAsset,
+    RemoteDelivery,
     RemoteJob,
     RemoteResult,
     asset_of,
+    delivery_of,
     job_of,
     progress_of,
     result_of,
 )
 from service.client.wire import Wire
 from service.jobs.asset import Thresholds
+from service.jobs.deliveries import DeliveryState
 from service.jobs.job import JobKind, JobState, Priority
 
 _GLANCE = 1.0  # seconds between two questions where events do not come
@@ -228,6 +231,19 @@ class Client:
         """Fetch a file of a job by its name; it appears whole or not at all."""
         self._wire.download(f"/v1/jobs/{job_id}/files/{name}", target)
         return target
+
+    # Webhooks.
+
+    def deliveries(
+        self, *, state: DeliveryState | None = None, job_id: str | None = None
+    ) -> Iterator[RemoteDelivery]:
+        """What became of webhooks, newest first, asked for a page at a time."""
+        wanted = {"state": state, "job": job_id}
+        return map(delivery_of, self._wire.items("/v1/deliveries", wanted))
+
+    def redeliver(self, delivery_id: str) -> RemoteDelivery:
+        """Have a webhook sent again, at once; its id stays the same."""
+        return delivery_of(self._wire.post(f"/v1/deliveries/{delivery_id}/redeliver"))
 
     # Assets.
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from service.jobs.asset import Thresholds
+from service.jobs.deliveries import DeliveryState
 from service.jobs.job import Failure, JobFacts, JobKind, JobState, Priority, Summary
 
 
@@ -88,6 +89,44 @@ class RemoteAsset:
     thresholds: Thresholds
     holds: bool | None
     latest: RemoteJob | None
+
+
+@dataclass(frozen=True)
+class RemoteAttempt:
+    """What came of a try to send a webhook; :class:`~service.jobs.deliveries.DeliveryAttempt`."""
+
+    at: str
+    milliseconds: float
+    status: int | None
+    reason: str | None
+    excerpt: str | None
+
+
+@dataclass(frozen=True)
+class RemoteDelivery:
+    """A webhook: ``id`` is the event's, ``due`` when it is tried next, ``redelivered`` how often it
+    was asked for by hand.
+    """
+
+    id: str
+    state: DeliveryState
+    url: str
+    created: str
+    due: str | None
+    redelivered: int
+    attempts: tuple[RemoteAttempt, ...]
+
+
+def delivery_of(data: Mapping[str, Any]) -> RemoteDelivery:
+    return RemoteDelivery(
+        **{
+            **_known_members(RemoteDelivery, data),
+            "state": DeliveryState(data["state"]),
+            "attempts": tuple(
+                RemoteAttempt(**_known_members(RemoteAttempt, one)) for one in data["attempts"]
+            ),
+        }
+    )
 
 
 def job_of(data: Mapping[str, Any]) -> RemoteJob:

@@ -1,4 +1,4 @@
-"""What engines, routes and webhooks need of storage: jobs, blobs, and words to others.
+"""What engines, routes and webhooks need of storage: jobs and blobs.
 
 Every method is one transaction, safe to call from any thread, and raises
 :class:`~service.errors.DiskFullError` or :class:`~service.errors.DatabaseDamagedError` when the
@@ -193,33 +193,3 @@ class BlobStore(Protocol):
 
     def free_bytes(self) -> int:
         """What the disk has left."""
-
-
-@dataclass(frozen=True)
-class Delivery:
-    """One webhook of one job.
-
-    ``id``       goes along, so that a receiver can tell a second try from a second event.
-    ``attempt``  how often it was tried; ``due`` when it is next, Unix seconds.
-    """
-
-    id: str
-    tenant: str
-    job_id: str
-    url: str
-    attempt: int
-    due: float
-
-
-class DeliveryStore(Protocol):
-    """Deliveries that wait.  They are made in the transaction that ends their job."""
-
-    def due(self, limit: int) -> Sequence[Delivery]:
-        """The deliveries whose time has come, oldest first."""
-
-    def confirm(self, delivery: Delivery) -> None: ...
-
-    def postpone(self, delivery: Delivery, seconds: float, reason: str) -> None:
-        """Count the attempt and try again later."""
-
-    def give_up(self, delivery: Delivery, reason: str) -> None: ...

@@ -14,6 +14,7 @@ from starlette.types import Lifespan
 from service.answers.problems import MEDIA_TYPE, Problem, handle_failures
 from service.routes import (
     assets,
+    deliveries,
     explanations,
     health,
     jobs,
@@ -32,6 +33,7 @@ _TAGS = [
     {"name": "jobs", "description": "Follow jobs, end them, do them again."},
     {"name": "results", "description": "What jobs have made."},
     {"name": "assets", "description": "Names with their runs, and what is demanded of them."},
+    {"name": "webhooks", "description": "Who was told that a job has ended, and who was not."},
     {"name": "service", "description": "How the service itself is."},
 ]
 _DESCRIPTION = (
@@ -42,7 +44,7 @@ _DESCRIPTION = (
     "to do. A key is needed as soon as others than the service's own machine can reach it."
 )
 
-_ROUTES = (submit, jobs, progress, results, assets, health, explanations)
+_ROUTES = (submit, jobs, progress, results, assets, deliveries, health, explanations)
 
 _WRITTEN_BY_ROUTES = (JobBody, Result, AssetBody, Problem)
 _OF_FASTAPI = "HTTPValidationError"

@@ -14,6 +14,7 @@ from fastapi.security import APIKeyHeader, HTTPBearer
 from service.access.authentication import Authenticator, demand
 from service.access.key import Caller, Scope
 from service.jobs.asset import AssetStore
+from service.jobs.deliveries import DeliveryLog
 from service.jobs.job import Job, JobKind, Submission
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
@@ -48,6 +49,7 @@ class Services:
 
     ``check_webhook``  raises :class:`~service.errors.ServiceError` for an address that no webhook
                        may go to.
+    ``wake_webhooks``  called when a webhook is to be sent at once.
     ``checks``         by name, what has to be well for the service to be ready.
     ``submitting``     limits the threads that submit, so that others need not wait for one.
     ``on_end``         called once for each job that a route, and no runner, has brought to its end.
@@ -64,6 +66,8 @@ class Services:
     metrics: Metrics
     authenticator: Authenticator
     check_webhook: Callable[[str], Awaitable[None]]
+    deliveries: DeliveryLog
+    wake_webhooks: Callable[[], None]
     checks: Mapping[str, Check]
     on_end: Callable[[Job], None]
     submitting: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(_SUBMITTING))

@@ -171,7 +171,11 @@ class JobBody(BaseModel):
             if failure
             else None,
             "summary": SummaryBody.of(summary) if summary else None,
-            "webhook": job.webhook if whole_webhook else _origin(job.webhook),
+            "webhook": job.webhook
+            if whole_webhook
+            else origin(job.webhook)
+            if job.webhook
+            else None,
             "links": JobLinks.of(job.id),
         }
         by_name = {
@@ -180,10 +184,8 @@ class JobBody(BaseModel):
         return cls(**by_name, **put_otherwise)
 
 
-def _origin(url: str | None) -> str | None:
+def origin(url: str) -> str:
     """Scheme and host of an address, whose path may be what its owner lets others in by."""
-    if url is None:
-        return None
     parts = urlsplit(url)
     return f"{parts.scheme}://{parts.netloc}"
 

@@ -10,6 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from service.errors import ConflictError
+from service.jobs.deliveries import DeliveryState
 from service.jobs.job import Failure, JobState, Submission, Summary
 from service.storage.rows import (
     add_asset,
@@ -19,7 +20,7 @@ from service.storage.rows import (
     submitted_columns,
     summary_columns,
 )
-from service.storage.tables import DeliveryRow, DeliveryState, IdempotencyKeyRow, JobRow
+from service.storage.tables import DeliveryRow, IdempotencyKeyRow, JobRow
 
 _TRIES_FOR_ROOM = 10
 """With the pauses between them, twenty minutes and more."""

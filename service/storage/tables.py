@@ -28,15 +28,8 @@ from sqlalchemy import (
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
 
 from service.access.key import Scope
+from service.jobs.deliveries import DeliveryState
 from service.jobs.job import JobKind, JobState, Priority
-
-
-class DeliveryState(StrEnum):
-    """Whether a webhook has still to be sent."""
-
-    WAITING = "waiting"
-    DELIVERED = "delivered"
-    GIVEN_UP = "given_up"
 
 
 def _words(enum: type[StrEnum]) -> Enum:
@@ -258,5 +251,36 @@ class DeliveryRow(Base):
     since: Mapped[float]
     due: Mapped[float]
     reason: Mapped[str | None]
+    redelivered: Mapped[int] = mapped_column(default=0, server_default="0")
 
     job: Mapped[JobRow] = relationship(lazy="joined", innerjoin=True)
+
+
+class DeliveryAttemptRow(Base):
+    """What came of one try to deliver a webhook."""
+
+    __tablename__ = "delivery_attempts"
+    __table_args__ = ({"sqlite_autoincrement": True},)
+
+    number: Mapped[int] = mapped_column(primary_key=True)
+    delivery_number: Mapped[int] = mapped_column(
+        ForeignKey("deliveries.number", ondelete="CASCADE"), index=True
+    )
+    at: Mapped[float]
+    milliseconds: Mapped[float]
+    status: Mapped[int | None]
+    reason: Mapped[str]
+    excerpt: Mapped[str | None]
+
+
+class WebhookSecretRow(Base):
+    """How often a tenant's secret of webhooks was rotated; none is kept here.
+
+    ``overlap_ends``  until when the one before is good as well.
+    """
+
+    __tablename__ = "webhook_secrets"
+
+    tenant: Mapped[str] = mapped_column(primary_key=True)
+    generation: Mapped[int]
+    overlap_ends: Mapped[float]

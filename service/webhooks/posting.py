@@ -11,11 +11,19 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from ipaddress import ip_address
 
 import httpx
 
 from service.headers import retry_after
-from service.webhooks.address_guard import Resolve, UnsafeAddressError, safe_addresses, target_of
+from service.webhooks.address_guard import (
+    Resolve,
+    UnsafeAddressError,
+    fault_of,
+    safe_addresses,
+    target_of,
+)
+from service.webhooks.excerpt import MAY_BE_SHOWN, excerpt_of
 
 _READ_BYTES = 4096
 _READ_SECONDS = 1.0
@@ -35,11 +43,14 @@ class PostOutcome:
     ``reason``  why it was not heard; empty when it was.
     ``gone``    the receiver wants no more of it.
     ``wait``    seconds that the receiver asks for before the next try.
+    ``status``  that it answered with; ``excerpt`` of its answer, where that may be shown.
     """
 
     reason: str = ""
     gone: bool = False
     wait: float | None = None
+    status: int | None = None
+    excerpt: str | None = None
 
     @property
     def heard(self) -> bool:
@@ -67,10 +78,10 @@ async def post_webhook(
         # By its kind alone: the words of the system may name addresses.
         return PostOutcome(f"the receiver could not be told ({type(error).__name__})")
     try:
-        await _read_a_little(response)
+        beginning = await _read_a_little(response)
     finally:
         await response.aclose()
-    return _outcome_of(response)
+    return _outcome_of(response, excerpt_of(response, beginning))
 
 
 async def _post(
@@ -87,25 +98,28 @@ async def _post(
     return await transport.handle_async_request(request)
 
 
-async def _read_a_little(response: httpx.Response) -> None:
-    """Read on, so that a receiver that still writes a short answer meets no closed connection.
+async def _read_a_little(response: httpx.Response) -> bytes:
+    """The beginning; read also so that a receiver that still writes meets no closed connection.
 
     The status has said all that counts, so it does not matter how this ends.
     """
-    size = 0
+    beginning = b""
     with suppress(TimeoutError, httpx.HTTPError):
         async with asyncio.timeout(_READ_SECONDS):
             async for piece in response.aiter_raw():
-                size += len(piece)
-                if size > _READ_BYTES:
-                    return
+                beginning += piece
+                if len(beginning) > _READ_BYTES:
+                    break
+    return beginning[:_READ_BYTES]
 
 
-def _outcome_of(response: httpx.Response) -> PostOutcome:
+def _outcome_of(response: httpx.Response, excerpt: str | None) -> PostOutcome:
     if response.is_success:
-        return PostOutcome()
+        return PostOutcome(status=response.status_code, excerpt=excerpt)
     return PostOutcome(
         f"the receiver answered {response.status_code}",
+        status=response.status_code,
+        excerpt=excerpt,
         gone=response.status_code == httpx.codes.GONE,
         wait=retry_after(response.headers.get("retry-after"), time.time()),
     )
@@ -160,7 +174,10 @@ class PinnedTransport(httpx.AsyncBaseTransport):
             stream=request.stream,
             extensions={**request.extensions, "sni_hostname": host},
         )
-        return await self._transport.handle_async_request(pinned)
+        response = await self._transport.handle_async_request(pinned)
+        fault = fault_of(ip_address(address), allow_private=False)
+        response.extensions = {**response.extensions, MAY_BE_SHOWN: fault is None}
+        return response
 
     async def aclose(self) -> None:
         await self._transport.aclose()

@@ -13,25 +13,25 @@ import re
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
 import httpx
 
 from service.errors import NotFoundError, ServiceError
-from service.jobs.stores import Delivery, DeliveryStore
+from service.jobs.deliveries import Delivery, DeliveryAttempt, DeliveryStore
 from service.settings import Settings
 from service.webhooks.address_guard import Resolve
 from service.webhooks.posting import PinnedTransport, PostOutcome, post_webhook, seconds_until_retry
+from service.webhooks.rotation import CurrentSecrets
 from service.webhooks.signing import (
     DELIVERY_HEADER,
     EVENT_HEADER,
     SIGNATURE_HEADER,
     TIMESTAMP_HEADER,
-    sign,
+    signatures,
 )
-from service.webhooks.tenant_secrets import TenantSecrets
 
 Describe = Callable[[Delivery], Mapping[str, Any]]
 """The job of a delivery as the API shows it, with ``ended``.
@@ -60,7 +60,7 @@ class WebhookSender:
         self,
         deliveries: DeliveryStore,
         describe: Describe,
-        secrets: TenantSecrets,
+        secrets: CurrentSecrets,
         settings: Settings,
         *,
         resolve: Resolve | None = None,
@@ -145,9 +145,17 @@ class WebhookSender:
 
     async def _deliver(self, transport: httpx.AsyncBaseTransport, delivery: Delivery) -> None:
         try:
+            began, since = time.time(), time.perf_counter()
             outcome = await self._tell(transport, delivery)
+            attempt = DeliveryAttempt(
+                at=began,
+                milliseconds=1000.0 * (time.perf_counter() - since),
+                status=outcome.status,
+                reason=outcome.reason,
+                excerpt=outcome.excerpt,
+            )
             # What was heard must not be told again because the disk is full.
-            while not self._try_to_settle(delivery, outcome):
+            while not self._try_to_settle(delivery, outcome, attempt):
                 await asyncio.sleep(_STORE_PAUSE)
         finally:
             del self._under_way[delivery.id]
@@ -165,27 +173,29 @@ class WebhookSender:
             _complain(error)
             return PostOutcome(f"unexpected {type(error).__name__}")
 
-    def _try_to_settle(self, delivery: Delivery, outcome: PostOutcome) -> bool:
+    def _try_to_settle(
+        self, delivery: Delivery, outcome: PostOutcome, attempt: DeliveryAttempt
+    ) -> bool:
         try:
-            self._settle(delivery, outcome)
+            self._settle(delivery, outcome, attempt)
         except Exception as error:
             _complain(error)
             return False
         return True
 
-    def _settle(self, delivery: Delivery, outcome: PostOutcome) -> None:
+    def _settle(self, delivery: Delivery, outcome: PostOutcome, attempt: DeliveryAttempt) -> None:
         tried = delivery.attempt + 1
         # The URL is the receiver's secret, but for the host.
         about = f"webhook {delivery.id} of job {delivery.job_id} to {_host(delivery)}"
         if outcome.heard:
-            self._deliveries.confirm(delivery)
+            self._deliveries.confirm(delivery, attempt)
             _log.info("%s was heard", about)
         elif outcome.gone or tried >= self._settings.webhook_attempts:
-            self._deliveries.give_up(delivery, outcome.reason)
+            self._deliveries.give_up(delivery, attempt)
             _log.warning("%s was given up after %d tries: %s", about, tried, outcome.reason)
         else:
             seconds = seconds_until_retry(tried, outcome.wait)
-            self._deliveries.postpone(delivery, seconds, outcome.reason)
+            self._deliveries.postpone(delivery, attempt, seconds)
             _log.info("%s is tried again in %.0f seconds: %s", about, seconds, outcome.reason)
 
 
@@ -200,7 +210,7 @@ def _body(delivery: Delivery, job: Mapping[str, Any]) -> bytes:
     return json.dumps(word, allow_nan=False).encode()
 
 
-def _headers(delivery: Delivery, secret: str, body: bytes) -> dict[str, str]:
+def _headers(delivery: Delivery, secrets: Sequence[str], body: bytes) -> dict[str, str]:
     timestamp = int(time.time())
     return {
         "Content-Type": "application/json",
@@ -208,7 +218,7 @@ def _headers(delivery: Delivery, secret: str, body: bytes) -> dict[str, str]:
         EVENT_HEADER: EVENT,
         DELIVERY_HEADER: delivery.id,
         TIMESTAMP_HEADER: str(timestamp),
-        SIGNATURE_HEADER: sign(secret, timestamp, body),
+        SIGNATURE_HEADER: signatures(secrets, timestamp, body),
     }
 
 

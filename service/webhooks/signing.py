@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import hmac
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 EVENT_HEADER = "Occluder-Event"
 DELIVERY_HEADER = "Occluder-Delivery"
@@ -25,9 +25,14 @@ class SignatureError(Exception):
 
 
 def sign(secret: str, timestamp: int, body: bytes) -> str:
-    """The value of the signature's header."""
+    """The value of the signature's header where one secret is good."""
     signed = f"{timestamp}.".encode() + body
     return f"{_VERSION}={hmac.new(secret.encode(), signed, hashlib.sha256).hexdigest()}"
+
+
+def signatures(secrets: Iterable[str], timestamp: int, body: bytes) -> str:
+    """The value of the signature's header where several secrets are good, one by each of them."""
+    return ",".join(sign(secret, timestamp, body) for secret in secrets)
 
 
 def verify(
@@ -51,7 +56,7 @@ def verify(
     except (KeyError, ValueError):
         raise SignatureError("the timestamp or the signature is missing") from None
     expected = sign(secret, timestamp, body).encode()
-    # Several may stand there, with commas between, for a later version of this.
+    # Several stand there, with commas between, while a secret is rotated.
     if not any(
         hmac.compare_digest(one.strip().encode(), expected) for one in signatures.split(",")
     ):

@@ -56,9 +56,11 @@ class TenantSecrets:
         """32 bytes for what this service signs for itself, others for each purpose."""
         return hmac.new(self._master, f"key for {purpose}".encode(), hashlib.sha256).digest()
 
-    def of(self, tenant: str) -> str:
-        """The secret that a tenant's receivers verify with."""
-        derived = hmac.new(self._master, f"webhooks of {tenant}".encode(), hashlib.sha256).digest()
+    def of(self, tenant: str, generation: int = 0) -> str:
+        """The secret that a tenant's receivers verify with, after so many rotations."""
+        # No tenant has a space in its name, so that none has the secret of another's generation.
+        purpose = f"webhooks of {tenant}" + (f" {generation}" if generation else "")
+        derived = hmac.new(self._master, purpose.encode(), hashlib.sha256).digest()
         return _PREFIX + urlsafe_b64encode(derived).decode().rstrip("=")
 
 

@@ -15,6 +15,7 @@ import pytest
 from service.app import create_app
 from service.settings import Settings
 from tests.service.routes.serving import listening, problem
+from tests.service.webhooks.receivers import receiving
 from tests.waiting import until
 
 HOUSE = (
@@ -94,6 +95,29 @@ def test_a_receiver_is_told_when_the_job_has_ended(http):
     assert (headers["Occluder-Event"], word["event"]) == ("job.ended", "job.ended")
     assert word["id"] == headers["Occluder-Delivery"]
     assert word["job"] == http.get(response.headers["location"]).json()
+
+
+def test_a_webhook_is_logged_and_sent_again_by_hand_under_its_id(http):
+    with receiving((500, {})) as receiver:
+        job = http.post(
+            "/v1/occluders",
+            params={**QUICK, "seed": 2, "filename": "a.obj", "webhook": receiver.url},
+            content=HOUSE,
+        ).json()
+
+        def of_job():
+            return next(iter(http.get(f"/v1/deliveries?job={job['id']}").json()["items"]), None)
+
+        tried = until(lambda: (one := of_job()) and one["attempts"] and one)
+        assert (tried["state"], tried["attempts"][0]["status"]) == ("waiting", 500)
+        assert http.post(tried["redeliver"]).status_code == 202
+        heard = until(lambda: (one := of_job())["state"] == "delivered" and one)
+        assert [one["status"] for one in heard["attempts"]] == [500, 204]
+        assert http.post(tried["redeliver"]).status_code == 202
+        until(lambda: len(receiver.heard) == 3)
+        until(lambda: len(of_job()["attempts"]) == 3)
+    assert {json.loads(one.body)["id"] for one in receiver.heard} == {tried["id"]}
+    assert {one.headers["occluder-delivery"] for one in receiver.heard} == {tried["id"]}
 
 
 def test_a_file_that_is_no_mesh_is_refused_with_what_the_reader_found(http):

@@ -27,6 +27,7 @@ from service.schemas.job_options import option_tables
 from service.settings import Settings
 from service.storage.asset_store import SqlAssetStore
 from service.storage.database import Database
+from service.storage.delivery_store import SqlDeliveryStore
 from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from service.storage.key_store import SqlKeyStore
@@ -123,6 +124,8 @@ class Served:
     services: Services
     keys: SqlKeyStore
     faults: dict[str, str]
+    deliveries: SqlDeliveryStore
+    webhooks_woken: threading.Event
 
     def post(self, path: str = "/v1/occluders?filename=a.obj", body: bytes = OBJ, **more):
         return self.http.post(path, content=body, **more)
@@ -150,6 +153,7 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
     board, metrics = ProgressBoard(), Metrics(jobs, assets)
     hand = ByHand(jobs, blobs, board, metrics.count)
     faults: dict[str, str] = {}
+    deliveries, webhooks_woken = SqlDeliveryStore(database), threading.Event()
 
     async def check_webhook(address: str) -> None:
         if "private" in address:
@@ -161,7 +165,8 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
         tables=option_tables(settings.job_seconds, settings.job_memory), jobs=jobs,
         assets=assets, blobs=blobs, board=board, runner=hand, metrics=metrics,
         authenticator=Authenticator(keys, sessions, keys_needed=settings.keys_needed),
-        check_webhook=check_webhook, checks={"engine": lambda: faults.get("engine")},
+        check_webhook=check_webhook, deliveries=deliveries, wake_webhooks=webhooks_woken.set,
+        checks={"engine": lambda: faults.get("engine")},
         on_end=metrics.count,
     )  # fmt: skip
 
@@ -174,7 +179,7 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
         listening(RequestLog(make_api(lifespan))) as address,
         httpx.Client(base_url=address, timeout=20.0) as http,
     ):
-        yield Served(http, hand, services, keys, faults)
+        yield Served(http, hand, services, keys, faults, deliveries, webhooks_woken)
     database.close()
 
 

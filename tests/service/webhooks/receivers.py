@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from ipaddress import ip_address
 
-from service.jobs.stores import Delivery
+from service.jobs.deliveries import Delivery, DeliveryAttempt, SecretAge
 from service.webhooks.address_guard import Address
 
 
@@ -94,6 +94,7 @@ class Deliveries:
         self.now = 1000.0
         self.notes: list[tuple[str, str, str]] = []  # what became of which delivery, and why
         self.waits: list[float] = []
+        self.attempts: list[DeliveryAttempt] = []
         self.looks = 0  # at what is due
         self.faults = 0
         self.fault: Exception | None = None
@@ -111,24 +112,27 @@ class Deliveries:
             waiting = sorted(self._waiting.values(), key=lambda one: one.due)
             return [one for one in waiting if one.due <= self.now][:limit]
 
-    def confirm(self, delivery: Delivery) -> None:
+    def confirm(self, delivery: Delivery, attempt: DeliveryAttempt) -> None:
         with self._lock:
             self._fail()
+            self.attempts.append(attempt)
             del self._waiting[delivery.id]
             self.notes.append(("delivered", delivery.id, ""))
 
-    def postpone(self, delivery: Delivery, seconds: float, reason: str) -> None:
+    def postpone(self, delivery: Delivery, attempt: DeliveryAttempt, seconds: float) -> None:
         with self._lock:
             self._fail()
+            self.attempts.append(attempt)
             later = replace(delivery, attempt=delivery.attempt + 1, due=self.now + seconds)
             self._waiting[delivery.id] = later
             self.waits.append(seconds)
-            self.notes.append(("postponed", delivery.id, reason))
+            self.notes.append(("postponed", delivery.id, attempt.reason))
 
-    def give_up(self, delivery: Delivery, reason: str) -> None:
+    def give_up(self, delivery: Delivery, attempt: DeliveryAttempt) -> None:
         with self._lock:
+            self.attempts.append(attempt)
             del self._waiting[delivery.id]
-            self.notes.append(("given up", delivery.id, reason))
+            self.notes.append(("given up", delivery.id, attempt.reason))
 
     def _fail(self) -> None:
         if self.fault is not None:
@@ -137,6 +141,21 @@ class Deliveries:
 
     def of(self, kind: str) -> list[str]:
         return [delivery for noted, delivery, _ in self.notes if noted == kind]
+
+
+class Ages:
+    """Ages of secrets in memory: of those that were rotated."""
+
+    def __init__(self) -> None:
+        self.of: dict[str, SecretAge] = {}
+
+    def age(self, tenant: str) -> SecretAge:
+        return self.of.get(tenant, SecretAge())
+
+    def rotate(self, tenant: str, overlap_seconds: float) -> SecretAge:
+        generation = self.age(tenant).generation + 1
+        self.of[tenant] = SecretAge(generation, time.time() + overlap_seconds)
+        return self.of[tenant]
 
 
 class Names:

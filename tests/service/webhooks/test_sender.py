@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import threading
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
@@ -12,15 +13,19 @@ from typing import Any
 import pytest
 
 from service.errors import DiskFullError, NotFoundError
-from service.jobs.stores import Delivery
+from service.jobs.deliveries import Delivery, SecretAge
 from service.settings import Settings
+from service.webhooks.rotation import CurrentSecrets
 from service.webhooks.sender import WebhookSender
 from service.webhooks.signing import SignatureError, verify
 from service.webhooks.tenant_secrets import TenantSecrets
-from tests.service.webhooks.receivers import Deliveries, Names, receiving
+from tests.service.storage.samples import Clock
+from tests.service.webhooks.receivers import Ages, Deliveries, Names, receiving
 from tests.waiting import until
 
 SECRETS = TenantSecrets(b"m" * 32)
+AGES = Ages()
+CURRENT = CurrentSecrets(SECRETS, AGES)
 ENDED = "2024-05-01T12:00:00Z"
 
 
@@ -37,7 +42,7 @@ def sending(
     **settings: Any,
 ) -> Iterator[WebhookSender]:
     chosen = Settings(**{"webhook_private": True, **settings})
-    sender = WebhookSender(deliveries, tell, SECRETS, chosen, resolve=names)
+    sender = WebhookSender(deliveries, tell, CURRENT, chosen, resolve=names)
     sender.start()
     try:
         yield sender
@@ -233,7 +238,7 @@ def test_a_stop_does_not_wait_for_receivers() -> None:
 
 
 def test_it_may_be_woken_and_stopped_at_any_time() -> None:
-    sender = WebhookSender(Deliveries(), describe, SECRETS, Settings())
+    sender = WebhookSender(Deliveries(), describe, CURRENT, Settings())
     sender.wake()
     sender.stop()
     sender.start()
@@ -302,3 +307,49 @@ def test_the_log_holds_no_url(caplog: pytest.LogCaptureFixture) -> None:
             until(lambda: deliveries.notes)
     assert f"127.0.0.1:{receiver.port}" in caplog.text
     assert "hush" not in caplog.text
+
+
+def test_both_secrets_sign_while_one_is_rotated() -> None:
+    ages, deliveries = Ages(), Deliveries()
+    clock = Clock()
+    secrets = CurrentSecrets(SECRETS, ages, clock)
+    before, other = secrets.of("studio"), secrets.of("other")
+    ages.of["studio"] = SecretAge(1, clock.now + 60.0)
+    with receiving() as receiver:
+        sender = WebhookSender(deliveries, describe, secrets, Settings(webhook_private=True))
+        sender.start()
+        deliveries.add(receiver.url, "during")
+        sender.wake()
+        until(lambda: len(receiver.heard) == 1)
+        clock.now += 60.0
+        deliveries.add(receiver.url, "after")
+        sender.wake()
+        until(lambda: len(receiver.heard) == 2)
+        sender.stop()
+    during, after = receiver.heard
+    (new,) = secrets.of("studio")
+    assert new != before[0]
+    for secret in (*before, new):
+        verify(secret, during.headers, during.body)
+    assert during.headers["occluder-signature"].count("v1=") == 2
+    verify(new, after.headers, after.body)
+    with pytest.raises(SignatureError):
+        verify(before[0], after.headers, after.body)
+    assert secrets.of("other") == other
+
+
+def test_a_try_is_noted_with_its_time_and_status() -> None:
+    deliveries = Deliveries()
+    with receiving((500, {"Content-Type": "text/plain"})) as receiver:
+        deliveries.add(receiver.url)
+        with sending(deliveries) as sender:
+            until(lambda: len(deliveries.notes) == 1)
+            deliveries.now += 3600.0
+            sender.wake()
+            until(lambda: len(deliveries.notes) == 2)
+    first, second = deliveries.attempts
+    assert (first.status, first.reason) == (500, "the receiver answered 500")
+    assert (second.status, second.reason) == (204, "")
+    assert first.at <= second.at <= time.time()
+    assert 0.0 < first.milliseconds < 20_000.0
+    assert first.excerpt is None  # of loopback nothing is shown

@@ -1,0 +1,148 @@
+"""The commands on webhooks.  They work on the data folder itself, also while a server runs on it.
+
+What programs may want, a secret above all, is alone on standard output.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.access.key import LOCAL
+from service.cli.command import run_command
+from service.cli.keys import Data, Tenant, known_folder, table
+from service.jobs.deliveries import DeliveryRecord, DeliveryState
+from simplifier import OptionError
+from simplifier.cli.plugin import Debug, print_line, print_text
+
+if TYPE_CHECKING:
+    from service.storage.data_folder import DataFolder
+    from service.storage.database import Database
+
+webhooks = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="List and send again the webhooks of a service, and rotate their secrets.",
+)
+
+_HOUR = 3600.0
+
+
+@webhooks.command("list")
+def list_webhooks(
+    tenant: Annotated[str | None, typer.Option(help="Only this one's.", show_default="all")] = None,
+    state: Annotated[
+        DeliveryState | None, typer.Option(help="Only those.", show_default="all")
+    ] = None,
+    limit: Annotated[int, typer.Option(min=1, max=10_000, help="The newest so many.")] = 50,
+    data: Data = None,
+    debug: Debug = False,
+) -> None:
+    """Print what became of webhooks, the newest first."""
+
+    def run() -> None:
+        from service.jobs.deliveries import DeliveryFilter
+        from service.storage.delivery_store import SqlDeliveryStore
+
+        with _database(known_folder(data)) as database:
+            page = SqlDeliveryStore(database).page(
+                tenant, DeliveryFilter(state=state), before=None, limit=limit
+            )
+        if not page.records:
+            print_line("there are no such webhooks")
+            return
+        for line in table([_cells(record) for record in page.records]):
+            typer.echo(line)
+
+    run_command(run, debug=debug)
+
+
+@webhooks.command()
+def redeliver(
+    webhook: Annotated[str, typer.Argument(metavar="ID", help="Its id, as listed.")],
+    data: Data = None,
+    debug: Debug = False,
+) -> None:
+    """Send a webhook again: a server that runs does within a second, others when they start."""
+
+    def run() -> None:
+        from service.storage.delivery_store import SqlDeliveryStore
+
+        with _database(known_folder(data)) as database:
+            record = SqlDeliveryStore(database).redeliver(None, webhook)
+        print_line(f"webhook {record.delivery.id} of job {record.delivery.job_id} is due now")
+
+    run_command(run, debug=debug)
+
+
+@webhooks.command("rotate-secret")
+def rotate_secret(
+    tenant: Tenant = LOCAL.tenant,
+    overlap_hours: Annotated[
+        float,
+        typer.Option(
+            min=0.0, max=24.0 * 365.0,
+            help="For how long the old secret is good as well; 0 where it has leaked.",
+        ),
+    ] = 24.0,
+    data: Data = None,
+    debug: Debug = False,
+) -> None:  # fmt: skip
+    """Sign a tenant's webhooks with a new secret, and print it; for a while with both."""
+
+    def run() -> None:
+        from service.storage.key_store import SqlKeyStore
+        from service.storage.secret_ages import SqlSecretAges
+        from service.webhooks.tenant_secrets import TenantSecrets
+
+        folder = known_folder(data)
+        with _database(folder) as database:
+            known = {LOCAL.tenant, *SqlKeyStore(database).tenants()}
+            if tenant not in known:
+                raise OptionError(
+                    f"no key is of {tenant!r}",
+                    where="tenant",
+                    remedy=f"choose one of {', '.join(sorted(known))}",
+                )
+            age = SqlSecretAges(database).rotate(tenant, overlap_hours * _HOUR)
+        print_text(TenantSecrets.open(folder.path).of(tenant, age.generation))
+        until = f"is good until {_time(age.overlap_ends)}" if overlap_hours else "is good no more"
+        print_line(f"webhooks of {tenant} are signed with it from now on; the one before {until}")
+
+    run_command(run, debug=debug)
+
+
+@contextmanager
+def _database(folder: DataFolder) -> Iterator[Database]:
+    database = folder.open_database()
+    try:
+        yield database
+    finally:
+        database.close()
+
+
+def _cells(record: DeliveryRecord) -> dict[str, str]:
+    """A row of the list; of the address the host, as its path may be the receiver's secret."""
+    from service.schemas.job import origin
+
+    last = record.attempts[-1] if record.attempts else None
+    return {
+        "id": record.delivery.id,
+        "tenant": record.delivery.tenant,
+        "state": record.state,
+        "tries": str(len(record.attempts)),
+        "last": _time(last.at) if last else "-",
+        "ms": f"{last.milliseconds:.0f}" if last else "-",
+        "status": str(last.status) if last and last.status else "-",
+        "to": origin(record.delivery.url),
+        "why": (last.reason or "-") if last else "-",
+    }
+
+
+def _time(seconds: float) -> str:
+    return f"{datetime.fromtimestamp(seconds, UTC):%Y-%m-%d %H:%M}"

@@ -22,13 +22,14 @@ from examples.webhook_receiver.writing import Writer
 from service.app import create_app
 from service.client import Client
 from service.settings import Settings
+from service.webhooks.rotation import CurrentSecrets
 from service.webhooks.sender import WebhookSender
 from service.webhooks.signing import sign
 from service.webhooks.tenant_secrets import TenantSecrets
 from tests.acceptance.command import ROOT, environment
 from tests.service.real import BOX, QUICK
 from tests.service.routes.serving import listening
-from tests.service.webhooks.receivers import Deliveries
+from tests.service.webhooks.receivers import Ages, Deliveries
 from tests.waiting import until
 
 COMMIT = ROOT / "examples" / "webhook_receiver" / "commit.sh"
@@ -47,7 +48,7 @@ def service(tmp_path_factory):
             address=address,
             client=client,
             settings=settings,
-            secrets=secrets,
+            secrets=CurrentSecrets(secrets, Ages()),
             secret=secrets.of("local"),
         )
 

@@ -55,7 +55,7 @@ class JobStore(Protocol):
         """Take a job in; whether it is new, or the one that its idempotency key gave before.
 
         It has succeeded at once, with the same files, where a result of the same work is stored
-        for the same tenant.  Its asset is made when there is none.  Raises
+        for the same tenant, with all of its files. Its asset is made when there is none.  Raises
         :class:`~service.errors.ConflictError` for a key used with another request and
         :class:`~service.errors.QueueFullError` where as many wait as may, of all tenants or of
         this one; one of whom nothing waits is never refused.
@@ -175,6 +175,9 @@ class BlobStore(Protocol):
 
     def open(self, blob: Blob) -> BinaryIO:
         """A seekable file.  Raises KeyError when it is not there."""
+
+    def has(self, blob: Blob) -> bool:
+        """Whether it is there, as far as its file tells without being read."""
 
     def path(self, blob: Blob) -> Path:
         """A file to be read by another process of this machine.  Raises KeyError."""

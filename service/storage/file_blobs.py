@@ -74,6 +74,9 @@ class FileBlobs:
         except FileNotFoundError:  # swept since, for no row names it
             raise KeyError(blob.digest) from None
 
+    def has(self, blob: Blob) -> bool:
+        return _is_whole(self._place(blob.digest), blob.size)
+
     def path(self, blob: Blob) -> Path:
         place = self._place(blob.digest)
         if not _is_whole(place, blob.size):

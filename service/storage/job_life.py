@@ -6,6 +6,8 @@ is there exactly when its job has ended.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -49,18 +51,28 @@ def has_key(session: Session, tenant: str, key: str) -> bool:
     return session.get(IdempotencyKeyRow, (tenant, key)) is not None
 
 
-def same_work(session: Session, submission: Submission) -> JobRow | None:
-    """The first job of the tenant that has done the same work with success."""
-    return session.scalars(
-        select(JobRow)
-        .where(
-            JobRow.work_key == submission.work_key,
-            JobRow.tenant == submission.tenant,
-            JobRow.state == JobState.SUCCEEDED,
-        )
-        .order_by(JobRow.number)
-        .limit(1)
-    ).first()
+def same_work(session: Session, submission: Submission) -> Iterator[JobRow]:
+    """Jobs of the tenant that have done the same work with success: the first, then the latest on.
+
+    Nearly always the first one will do.  Where it does not, all that were given its result do not
+    either, and there may be thousands of those: they are passed over.
+    """
+    query = select(JobRow).where(
+        JobRow.work_key == submission.work_key,
+        JobRow.tenant == submission.tenant,
+        JobRow.state == JobState.SUCCEEDED,
+    )
+    first = session.scalars(query.order_by(JobRow.number).limit(1)).first()
+    if first is None:
+        return
+    yield first
+    seen = {first.reused or first.id, first.id}
+    for row in session.scalars(
+        query.order_by(JobRow.number.desc()).execution_options(yield_per=50)
+    ):
+        if seen.isdisjoint((row.reused, row.id)):
+            yield row
+        seen.update(one for one in (row.reused, row.id) if one is not None)
 
 
 def add_job(session: Session, submission: Submission, now: float) -> JobRow:

@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session, aliased
 
 from service.errors import ConflictError, NotFoundError
 from service.jobs.job import (
+    Blob,
     Claim,
     Failure,
     Job,
@@ -60,6 +61,7 @@ class SqlJobStore:
                    has not ended depends on it.
     ``monotonic``  seconds from a clock that is never set, for leases.
     ``shares``     what one tenant may have of the queue and of the workers.
+    ``is_stored``  whether the bytes of a blob are there: a result that has lost one is no result.
     """
 
     def __init__(
@@ -68,9 +70,10 @@ class SqlJobStore:
         clock: Callable[[], float] = time.time,
         monotonic: Callable[[], float] = time.monotonic,
         shares: Shares = Shares(),  # noqa: B008 - it never changes
+        is_stored: Callable[[Blob], bool] = lambda blob: True,
     ) -> None:
         self._database = database
-        self._shares = shares
+        self._shares, self._is_stored = shares, is_stored
         self._clock = clock
         self._leases = LeaseWatch(monotonic)
         self._waits = Waits(monotonic)
@@ -80,7 +83,7 @@ class SqlJobStore:
             earlier = earlier_job(session, submission)
             if earlier is not None:
                 return job_of(earlier), False
-            done = same_work(session, submission) if submission.may_reuse else None
+            done = self._stored_result(session, submission) if submission.may_reuse else None
             if done is None:
                 check_room(session, submission.tenant, queue_limit, self._shares)
             row = add_job(session, submission, self._clock())
@@ -94,6 +97,15 @@ class SqlJobStore:
         with self._database.reading() as session:
             if idempotency_key is None or not has_key(session, tenant, idempotency_key):
                 check_room(session, tenant, queue_limit, self._shares)
+
+    def _stored_result(self, session: Session, submission: Submission) -> JobRow | None:
+        """The first job of the same work whose results are all there."""
+
+        def is_whole(row: JobRow) -> bool:
+            files = files_of(session, row.number)
+            return all(self._is_stored(file.blob) for file in files if not file.is_input)
+
+        return next(filter(is_whole, same_work(session, submission)), None)
 
     def _reuse(self, session: Session, row: JobRow, done: JobRow) -> None:
         results = [file for file in files_of(session, done.number) if not file.is_input]

@@ -204,6 +204,9 @@ class FolderBlobs:
     def adopt(self, blob):
         self.path(blob)
 
+    def has(self, blob):
+        return (self.folder / blob.digest).exists()
+
     def path(self, blob):
         path = self.folder / blob.digest
         if not path.exists():

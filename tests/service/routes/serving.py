@@ -149,7 +149,8 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
     database = Database.open(folder / "occluder.db")
     (folder / "blobs").mkdir()
     blobs = FileBlobs(folder / "blobs")
-    jobs, assets, keys = SqlJobStore(database), SqlAssetStore(database), SqlKeyStore(database)
+    jobs = SqlJobStore(database, is_stored=blobs.has)
+    assets, keys = SqlAssetStore(database), SqlKeyStore(database)
     board, metrics = ProgressBoard(), Metrics(jobs, assets)
     hand = ByHand(jobs, blobs, board, metrics.count)
     faults: dict[str, str] = {}

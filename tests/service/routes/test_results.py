@@ -6,7 +6,7 @@ import hashlib
 
 import pytest
 
-from tests.service.routes.serving import OBJ, RESULTS, problem
+from tests.service.routes.serving import OBJ, RESULTS, problem, served
 
 GLB = RESULTS["occluder.glb"][0]
 
@@ -107,6 +107,25 @@ def test_there_is_no_result_before_the_job_has_succeeded(service):
     service.hand.fail("out-of-time")
     told = problem(service.http.get(f"/v1/jobs/{job_id}/result"), 409, "conflict")
     assert told["failure"]["kind"] == "out-of-time"
+
+
+@pytest.mark.parametrize("lost", ["report.json", "occluder.glb"])
+def test_a_result_that_has_lost_a_file_is_made_again(tmp_path, lost):
+    with served(tmp_path) as fresh:
+        first = fresh.post().json()["id"]
+        fresh.hand.begin()
+        fresh.hand.succeed()
+        assert fresh.post().json()["job"]["reused"] == first
+        files = {one.name: one for one in fresh.services.jobs.files(first)}
+        fresh.hand.blobs.path(files[lost].blob).unlink()
+        again = fresh.post()
+        assert (again.status_code, again.json()["state"]) == (202, "queued")
+        fresh.hand.begin()
+        fresh.hand.succeed()
+        stored = fresh.post()
+        assert stored.status_code == 200
+        glb = fresh.post(headers={"Accept": "model/gltf-binary"})
+        assert glb.content == GLB
 
 
 def test_a_blob_that_is_gone_is_told(service):

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from service.errors import ConflictError, NotFoundError, QueueFullError
-from service.jobs.job import Claim, Failure, Job, JobKind, JobState
+from service.jobs.job import Blob, Claim, Failure, Job, JobKind, JobState
 from service.jobs.stores import JobFilter
+from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
 from tests.service.storage.samples import DIED, Clock, blob, mesh, results, submission, summary
 
@@ -207,6 +208,51 @@ def test_the_same_work_is_not_done_twice(jobs: SqlJobStore) -> None:
     assert job.summary == done.summary
     assert jobs.files(job.id) == jobs.files(done.id)
     assert jobs.claim("one", 30.0) is None
+
+
+def test_a_result_that_has_lost_a_file_is_made_again(database: Database) -> None:
+    lost: set[Blob] = set()
+    jobs = SqlJobStore(database, is_stored=lambda blob: blob not in lost)
+    first = finish(jobs)
+    copies = [submit(jobs) for _ in range(3)]
+    assert {copy.reused for copy in copies} == {first.id}
+
+    report = results()[1].blob
+    lost.add(report)
+    again = submit(jobs)
+    assert (again.state, again.reused) == (JobState.QUEUED, None)
+    jobs.succeed(claim(jobs), results("made again"), summary())
+    later = submit(jobs)
+    assert (later.state, later.reused) == (JobState.SUCCEEDED, again.id)
+    assert [one.blob for one in jobs.files(later.id) if not one.is_input] == [
+        one.blob for one in results("made again")
+    ]
+
+    lost.clear()  # as where a backup was put back
+    assert submit(jobs).reused == first.id
+
+
+def test_a_lost_result_is_looked_at_once_however_often_it_was_given(database: Database) -> None:
+    asked: list[Blob] = []
+
+    def is_stored(blob: Blob) -> bool:
+        asked.append(blob)
+        return len(asked) <= 200
+
+    jobs = SqlJobStore(database, is_stored=is_stored)
+    finish(jobs)
+    for _ in range(100):
+        submit(jobs)
+    assert len(asked) == 200
+    assert submit(jobs).state is JobState.QUEUED
+    assert len(asked) == 201
+
+
+def test_an_input_that_is_lost_does_not_spoil_a_result(database: Database) -> None:
+    """It has just been sent again."""
+    jobs = SqlJobStore(database, is_stored=lambda blob: blob != mesh().blob)
+    done = finish(jobs)
+    assert submit(jobs).reused == done.id
 
 
 @pytest.mark.parametrize(

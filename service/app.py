@@ -88,7 +88,7 @@ def open_services(settings: Settings) -> Iterator[Services]:
         shares = Shares(settings.workers, settings.tenant_waiting, settings.tenant_running)
         jobs = SqlJobStore(database, shares=shares, is_stored=blobs.has)
         assets = SqlAssetStore(database)
-        board, metrics = ProgressBoard(), Metrics(jobs, assets)
+        board, metrics = ProgressBoard(), Metrics(jobs, assets, blobs)
         tenant_secrets = TenantSecrets.open(folder.path)
         deliveries = SqlDeliveryStore(database)
         secrets = CurrentSecrets(tenant_secrets, SqlSecretAges(database))

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Iterator
 
 from prometheus_client import CollectorRegistry, Counter, Histogram, ProcessCollector
 from prometheus_client.exposition import generate_latest
-from prometheus_client.metrics_core import GaugeMetricFamily, Metric
+from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamily, Metric
 from prometheus_client.registry import Collector
 
 from service.jobs.asset import Asset, AssetStore
 from service.jobs.job import Job, JobState
-from service.jobs.stores import JobStore
+from service.jobs.stores import BlobStore, JobStore
 
 _SECONDS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
 _PAGE = 500
@@ -20,11 +20,12 @@ _PAGE = 500
 class Metrics:
     """Counters of one application, beginning at 0 with it.  Safe from any thread."""
 
-    def __init__(self, jobs: JobStore, assets: AssetStore) -> None:
+    def __init__(self, jobs: JobStore, assets: AssetStore, blobs: BlobStore) -> None:
         self._assets = assets
         self._registry = CollectorRegistry()
         ProcessCollector(registry=self._registry)
         self._registry.register(_Queue(jobs))
+        self._registry.register(_Blobs(blobs))
         self._ended = Counter(
             "occluder_jobs_ended", "Jobs that ended, by kind and state.", ["kind", "state"],
             registry=self._registry,
@@ -81,6 +82,29 @@ class _Queue(Collector):
         yield jobs
         yield GaugeMetricFamily(
             "occluder_queue_depth", "Jobs that wait.", value=counts.get(JobState.QUEUED, 0)
+        )
+
+
+class _Blobs(Collector):
+    """What is known of damage on the disk."""
+
+    def __init__(self, blobs: BlobStore) -> None:
+        self._blobs = blobs
+
+    def describe(self) -> Iterable[Metric]:
+        """As for the queue."""
+        return ()
+
+    def collect(self) -> Iterator[Metric]:
+        yield CounterMetricFamily(
+            "occluder_broken_reads",
+            "Reads, for downloads and jobs, that found a damaged blob.",
+            value=self._blobs.broken_reads,
+        )
+        yield GaugeMetricFamily(
+            "occluder_corrupt_blobs",
+            "Blobs that are damaged and that nobody has sent or made again yet.",
+            value=self._blobs.corrupt,
         )
 
 

@@ -4,17 +4,20 @@ asker has it.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import AsyncIterator, Mapping
-from typing import BinaryIO
 
 from anyio.to_thread import run_sync
 from fastapi import Request
 from fastapi.responses import Response, StreamingResponse
+from starlette.types import Send
 
 from service.errors import NotAcceptableError, NotFoundError
 from service.headers import ByteRange, best_of, is_fresh, wanted_range
 from service.jobs.job import JobFile, JobKind
-from service.jobs.stores import BlobStore
+from service.jobs.stores import BlobStore, DamagedBlobError, Reader
+
+_log = logging.getLogger(__name__)
 
 _CHUNK = 1 << 16
 """Bytes that are read and sent at once.  Each slow reader holds twice as many."""
@@ -84,30 +87,48 @@ def send_file(
     status = 206 if part else 200
     if request.method == "HEAD":
         return Response(status_code=status, headers=headers, media_type=file.media_type)
-    return StreamingResponse(
-        _chunks_of(_open_blob(blobs, file), sent), status, headers, media_type=file.media_type
-    )
+    chunks = _chunks_of(_open_blob(blobs, file, sent))
+    return CheckedResponse(chunks, status, headers, media_type=file.media_type)
 
 
-def _open_blob(blobs: BlobStore, file: JobFile) -> BinaryIO:
+class CheckedResponse(StreamingResponse):
+    """Ends without its last bytes where they turn out to be damaged: the server then breaks the
+    connection off, and the client sees that less came than was announced.
+    """
+
+    async def stream_response(self, send: Send) -> None:
+        try:
+            await super().stream_response(send)
+        except DamagedBlobError as error:
+            _log.error("an answer was broken off: %s", error)
+
+
+def read_file(blobs: BlobStore, file: JobFile) -> bytes:
+    """All bytes of a small file of a job, known to be right.  Call it in a thread.
+
+    Raises :class:`~service.errors.NotFoundError` where they are gone, or damaged.
+    """
     try:
-        return blobs.open(file.blob)
+        with blobs.open(file.blob) as source:
+            return source.read()
+    except (KeyError, DamagedBlobError):
+        raise _lost(file) from None
+
+
+def _open_blob(blobs: BlobStore, file: JobFile, part: ByteRange) -> Reader:
+    try:
+        return blobs.open(file.blob, part.start, part.stop)
     except KeyError:
-        raise NotFoundError(
-            f"'{file.name}' is stored no more", remedy="make it again by a new job"
-        ) from None
+        raise _lost(file) from None
 
 
-async def _chunks_of(source: BinaryIO, part: ByteRange) -> AsyncIterator[bytes]:
+def _lost(file: JobFile) -> NotFoundError:
+    return NotFoundError(f"'{file.name}' is stored no more", remedy="make it again by a new job")
+
+
+async def _chunks_of(source: Reader) -> AsyncIterator[bytes]:
     with source:
-        source.seek(part.start)
-        left = part.stop - part.start
-        while left > 0:
-            chunk = await run_sync(source.read, min(left, _CHUNK))
-            if not chunk:
-                # Rather a broken connection than a file that looks whole.
-                raise OSError(f"{left} bytes are missing of a blob")
-            left -= len(chunk)
+        while chunk := await run_sync(source.read, _CHUNK):
             yield chunk
 
 

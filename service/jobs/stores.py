@@ -11,6 +11,7 @@ from collections.abc import AsyncIterator, Callable, Collection, Iterator, Mappi
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
+from types import TracebackType
 from typing import BinaryIO, Protocol
 
 from service.jobs.job import (
@@ -152,6 +153,7 @@ class JobStore(Protocol):
 class Keeping(Protocol):
     """A block within which nothing that was put or found is swept away, until rows name it.
 
+    What is put takes the place of an equal blob, whose bytes may have rotted.
     All methods are safe from any thread until the block ends.
     """
 
@@ -168,19 +170,60 @@ class Keeping(Protocol):
         """Keep what is stored already.  Raises KeyError when it is not."""
 
 
+class DamagedBlobError(Exception):
+    """The bytes of a blob are no longer those that were stored; by now it is stored no more."""
+
+
+class Reader(Protocol):
+    """Bytes of a blob as they are read, for one thread at a time; to be closed, by ``with``."""
+
+    def __enter__(self) -> Reader: ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None: ...
+
+    def close(self) -> None: ...
+
+    def read(self, size: int = -1) -> bytes:
+        """The next ``size`` bytes, or all; none at the end.
+
+        The last of them are given once the digest of the whole blob was found right.  Else raises
+        :class:`DamagedBlobError`.
+        """
+
+
 class BlobStore(Protocol):
     """Bytes by their SHA-256.  One server a store; all methods are safe from any thread."""
 
     def keeping(self) -> AbstractContextManager[Keeping]: ...
 
-    def open(self, blob: Blob) -> BinaryIO:
-        """A seekable file.  Raises KeyError when it is not there."""
+    def open(self, blob: Blob, start: int = 0, stop: int | None = None) -> Reader:
+        """Its bytes, or those from ``start`` to before ``stop``.  Raises KeyError when it is not
+        there."""
 
     def has(self, blob: Blob) -> bool:
         """Whether it is there, as far as its file tells without being read."""
 
     def path(self, blob: Blob) -> Path:
-        """A file to be read by another process of this machine.  Raises KeyError."""
+        """A file to be read by another process of this machine.  Raises KeyError.
+
+        Its bytes are not looked at; who reads it has to.
+        """
+
+    def check(self, blob: Blob) -> bool:
+        """Read all of it; whether it is there and right.  It is stored no more where it is not."""
+
+    @property
+    def broken_reads(self) -> int:
+        """How often what was read for somebody turned out to be damaged, since the start."""
+
+    @property
+    def corrupt(self) -> int:
+        """Blobs that are stored no more since they were damaged, until they come again."""
 
     def digests(self) -> Iterator[str]:
         """The digests of all that is stored, in no order."""

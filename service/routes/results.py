@@ -11,7 +11,7 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
 from service.access.key import Caller
-from service.answers.files import FORMATS, JSON, chosen_format, send_file
+from service.answers.files import FORMATS, JSON, chosen_format, read_file, send_file
 from service.answers.following import Patience, ended_within
 from service.answers.problems import problem_of_state
 from service.errors import NotAcceptableError, NotFoundError
@@ -142,9 +142,5 @@ def read_document(blobs: BlobStore, files: Sequence[JobFile], name: str) -> dict
     file = _find_file(files, name)
     if file is None:
         return None
-    try:
-        with blobs.open(file.blob) as source:
-            document: dict[str, Any] = json.load(source)
-    except KeyError:
-        raise NotFoundError("the report is stored no more", remedy="make a new job") from None
+    document: dict[str, Any] = json.loads(read_file(blobs, file))
     return document

@@ -3,19 +3,21 @@
 A blob is written to ``drafts/``, made last by fsync, and renamed.  What a killed server leaves are
 drafts, which the next one removes, and blobs that no row names, which a sweep does.  What a sweep
 must leave alone though no row names it yet is held.
+
+Bytes may rot once they are there.  So an equal blob that comes later takes the place of the one
+that was there, which costs nothing, as it is on the disk already; and all reading is checked.
 """
 
 from __future__ import annotations
 
 import asyncio
-import hashlib
+import logging
 import os
-import re
 import stat
 import threading
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Collection, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -24,8 +26,9 @@ from typing import BinaryIO, TypeVar
 from service.errors import SettingsError
 from service.jobs.job import Blob
 from service.storage.blob_drafts import Draft, free_bytes, raising_disk_full, sync_folder
+from service.storage.blob_places import BlobPlaces, BlobState, digest_of
+from service.storage.blob_reading import BlobReader, Trusted
 
-_DIGEST = re.compile(r"[0-9a-f]{64}")
 _BLOCK = 1 << 18
 """Bytes that go to a thread at once.  More is hardly faster, and each slow upload holds as many."""
 
@@ -33,6 +36,8 @@ _BATCH = 1000
 """Digests that a sweep asks after at once."""
 
 T = TypeVar("T")
+
+_log = logging.getLogger(__name__)
 
 
 class FileBlobs:
@@ -43,16 +48,16 @@ class FileBlobs:
 
     def __init__(self, folder: Path, *, min_free: int = 0) -> None:
         """Make the folder where there is none.  Raises :class:`~service.errors.SettingsError`."""
-        self._folder = folder
-        self._drafts = folder / "drafts"
+        self.places = BlobPlaces(folder)
         self._min_free = min_free
         self._holds = Holds()
+        self._trusted = Trusted()
+        self._lock = threading.Lock()
+        self._broken_reads = 0
         try:
-            # All are made now, so that who stores a blob need not make the name of its folder last.
-            for name in ["drafts", *(f"{first:02x}" for first in range(256))]:
-                (folder / name).mkdir(parents=True, exist_ok=True)
+            self.places.make()
             sync_folder(folder)
-            for draft in self._drafts.iterdir():
+            for draft in self.places.drafts.iterdir():
                 draft.unlink()
         except OSError as error:
             raise SettingsError(
@@ -68,68 +73,93 @@ class FileBlobs:
         finally:
             keeping.end()
 
-    def open(self, blob: Blob) -> BinaryIO:
+    def open(self, blob: Blob, start: int = 0, stop: int | None = None) -> BlobReader:
         try:
-            return self.path(blob).open("rb")
+            file = self.path(blob).open("rb", buffering=0)
         except FileNotFoundError:  # swept since, for no row names it
             raise KeyError(blob.digest) from None
+        part = start, blob.size if stop is None else stop
+        return BlobReader(file, blob, *part, self._trusted, partial(self._broke, blob.digest))
 
     def has(self, blob: Blob) -> bool:
-        return _is_whole(self._place(blob.digest), blob.size)
+        return self.places.has(blob)
 
     def path(self, blob: Blob) -> Path:
-        place = self._place(blob.digest)
-        if not _is_whole(place, blob.size):
-            raise KeyError(blob.digest)
-        return place
+        return self.places.find(blob)
+
+    def check(self, blob: Blob) -> bool:
+        state = self.places.examine(blob.digest, aside=True)
+        if state is BlobState.DAMAGED:
+            self._count_broken_read()
+            log_damage(blob.digest)
+        return state is BlobState.WHOLE
+
+    @property
+    def broken_reads(self) -> int:
+        with self._lock:
+            return self._broken_reads
+
+    @property
+    def corrupt(self) -> int:
+        return len(self.places.digests_aside())
+
+    def _broke(self, digest: str, seen: os.stat_result) -> None:
+        self._count_broken_read()
+        try:
+            if self.places.put_aside(digest, seen):
+                log_damage(digest)
+        except OSError as error:
+            _log.error("the blob %s is damaged, and cannot be put aside: %s", digest, error)
+
+    def _count_broken_read(self) -> None:
+        with self._lock:
+            self._broken_reads += 1
 
     def digests(self) -> Iterator[str]:
-        for first in range(256):
-            for name in os.listdir(self._folder / f"{first:02x}"):  # noqa: PTH208 (half the time)
-                digest = f"{first:02x}{name}"
-                if _DIGEST.fullmatch(digest):
-                    yield digest
+        return self.places.digests()
 
     def sweep(self, unnamed: Callable[[Collection[str]], Collection[str]]) -> int:
         with self._holds.noting():
             digests = self.digests()
             batches = iter(lambda: list(islice(digests, _BATCH)), [])
-            return sum(self._remove(digest) for batch in batches for digest in unnamed(batch))
+            removed = sum(self._remove(digest) for batch in batches for digest in unnamed(batch))
+            if aside := self.places.digests_aside():
+                for digest in unnamed(aside):
+                    self.places.place_aside(digest).unlink(missing_ok=True)
+            return removed
 
     def _remove(self, digest: str) -> bool:
         """Within a sweep; whether it was not held."""
         # Out of its place at once; taking long to free the disk then keeps nobody waiting.
-        draft = self._drafts / f"{digest}.tmp"
+        draft = self.places.drafts / f"{digest}.tmp"
         removed = self._holds.remove_unless_noted(
-            digest, partial(self._place(digest).replace, draft)
+            digest, partial(self.places.place(digest).replace, draft)
         )
         if removed:
             draft.unlink()
         return removed
 
     def free_bytes(self) -> int:
-        return free_bytes(self._folder)
+        return free_bytes(self.places.folder)
 
     def draft(self) -> Draft:
         """A file to be filled and then published."""
-        return Draft(self._drafts, self._min_free)
+        return Draft(self.places.drafts, self._min_free)
 
     def publish(self, path: Path, blob: Blob) -> None:
-        """Move a whole, lasting file to its place, or remove it where an equal one is there."""
-        place = self._place(blob.digest)
+        """Move a whole, lasting file to its place, where it takes that of an equal one."""
+        place = self.places.place(blob.digest)
         with raising_disk_full():
-            if _is_whole(place, blob.size):
-                path.unlink()
-            else:
-                path.replace(place)
-            # In either case: whoever moved the equal one may not have come this far yet.
+            path.replace(place)
             sync_folder(place.parent)
+        with suppress(FileNotFoundError):
+            self.places.place_aside(blob.digest).unlink()
+            _log.info("the blob %s, which was damaged, is whole again", blob.digest)
 
-    def _place(self, digest: str) -> Path:
-        """Raises KeyError for what is no digest, which might lead out of the folder."""
-        if not _DIGEST.fullmatch(digest):
-            raise KeyError(digest)
-        return self._folder / digest[:2] / digest[2:]
+
+def log_damage(digest: str) -> None:
+    """Say it where whoever runs the service looks."""
+    _log.error("the blob %s is damaged on the disk, and was put aside; see docs/service.md", digest)
 
 
 class FileKeeping:
@@ -217,21 +247,13 @@ def _in_thread(work: Callable[..., T], *args: object) -> asyncio.Future[T]:
     return asyncio.get_running_loop().run_in_executor(None, work, *args)
 
 
-def _is_whole(path: Path, size: int) -> bool:
-    try:
-        found = path.stat()
-    except FileNotFoundError:
-        return False
-    return stat.S_ISREG(found.st_mode) and found.st_size == size
-
-
 def _seal(path: Path) -> Blob:
     """Make a file last as it is, for nobody to write to."""
     handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     with os.fdopen(handle, "rb") as file:
         if not stat.S_ISREG(os.fstat(handle).st_mode):
             raise ValueError(f"{path} is no file")
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
+        digest = digest_of(file.read)
         os.fchmod(handle, 0o400)
         os.fsync(handle)
         return Blob(digest, file.tell())

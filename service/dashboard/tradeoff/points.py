@@ -7,7 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from service.answers.files import read_file
 from service.dashboard.visitor import Visitor
+from service.errors import NotFoundError
 from service.jobs.asset import Asset
 from service.jobs.job import Job, JobKind, JobState, Summary
 from service.jobs.stores import JobFilter
@@ -152,9 +154,8 @@ def _document(visitor: Visitor, sweep: Job) -> Mapping[str, Any]:
     for file in services.jobs.files(sweep.id):
         if file.name == "tradeoff.json":
             try:
-                with services.blobs.open(file.blob) as source:
-                    document: Mapping[str, Any] = json.load(source)
-            except KeyError:
+                document: Mapping[str, Any] = json.loads(read_file(services.blobs, file))
+            except NotFoundError:
                 return {}
             return document
     return {}

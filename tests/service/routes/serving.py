@@ -151,7 +151,7 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
     blobs = FileBlobs(folder / "blobs")
     jobs = SqlJobStore(database, is_stored=blobs.has)
     assets, keys = SqlAssetStore(database), SqlKeyStore(database)
-    board, metrics = ProgressBoard(), Metrics(jobs, assets)
+    board, metrics = ProgressBoard(), Metrics(jobs, assets, blobs)
     hand = ByHand(jobs, blobs, board, metrics.count)
     faults: dict[str, str] = {}
     deliveries, webhooks_woken = SqlDeliveryStore(database), threading.Event()

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import hashlib
 
+import httpx
 import pytest
 
 from tests.service.routes.serving import OBJ, RESULTS, problem, served
+from tests.service.storage.rot import flip
 
 GLB = RESULTS["occluder.glb"][0]
 
@@ -126,6 +128,49 @@ def test_a_result_that_has_lost_a_file_is_made_again(tmp_path, lost):
         assert stored.status_code == 200
         glb = fresh.post(headers={"Accept": "model/gltf-binary"})
         assert glb.content == GLB
+
+
+@pytest.mark.parametrize("ranged", [False, True])
+@pytest.mark.parametrize("name", ["occluder.glb", "input/mesh.obj"])
+def test_a_damaged_file_breaks_the_connection_and_is_then_gone(tmp_path, caplog, name, ranged):
+    with served(tmp_path) as fresh:
+        large = b"# " + b"x" * 300_000 + b"\n" + OBJ
+        job_id = fresh.post(body=large).json()["id"]
+        fresh.hand.begin()
+        fresh.hand.succeed()
+        files = {one.name: one for one in fresh.services.jobs.files(job_id)}
+        flip(fresh.hand.blobs.path(files[name].blob))
+        address = f"/v1/jobs/{job_id}/files/{name}"
+        part = {"Range": "bytes=-5"} if ranged else {}
+        with pytest.raises(httpx.RemoteProtocolError):
+            fresh.http.get(address, headers=part)
+        assert "broken off" in caplog.text
+        assert "Traceback" not in caplog.text
+        problem(fresh.http.get(address), 404, "not-found")
+        text = fresh.http.get("/metrics").text
+        assert "occluder_broken_reads_total 1.0" in text
+        assert "occluder_corrupt_blobs 1.0" in text
+        # Whoever sends it again has it done again, or done at all.
+        again = fresh.post(body=large)
+        if name.startswith("input"):
+            assert again.status_code == 200
+        else:
+            fresh.hand.begin()
+            fresh.hand.succeed()
+        assert fresh.http.get(address).status_code == 200
+        assert "occluder_corrupt_blobs 0.0" in fresh.http.get("/metrics").text
+
+
+def test_a_damaged_report_is_not_told(tmp_path):
+    with served(tmp_path) as fresh:
+        first = fresh.post().json()["id"]
+        fresh.hand.begin()
+        fresh.hand.succeed()
+        files = {one.name: one for one in fresh.services.jobs.files(first)}
+        flip(fresh.hand.blobs.path(files["report.json"].blob), 5)
+        told = problem(fresh.http.get(f"/v1/jobs/{first}/result"), 404, "not-found")
+        assert "report.json" in told["detail"]
+        assert fresh.post().status_code == 202
 
 
 def test_a_blob_that_is_gone_is_told(service):

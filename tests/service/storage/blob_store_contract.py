@@ -55,10 +55,17 @@ class BlobStoreContract:
             assert blob == blob_of(data)
             assert keeping.put_file(file) == blob
             assert put_stream(keeping, data[:7], b"", data[7:]) == blob
+        assert store.check(blob)
+        assert store.has(blob)
         with store.open(blob) as opened:
             assert opened.read() == data
-            opened.seek(size // 2)
-            assert opened.read(10) == data[size // 2 :][:10]
+            assert opened.read() == b""
+        with store.open(blob) as opened:
+            pieces = list(iter(lambda: opened.read(100_003), b""))
+            assert b"".join(pieces) == data
+        for start, stop in ((0, size // 2), (size // 2, None), (size // 3, size // 2)):
+            with store.open(blob, start, stop) as opened:
+                assert opened.read() == data[start:stop]
         assert store.path(blob).read_bytes() == data
         assert set(store.digests()) == {blob.digest}
 
@@ -92,6 +99,8 @@ class BlobStoreContract:
                 look(blob)
         with store.keeping() as keeping, pytest.raises(KeyError):
             keeping.adopt(blob)
+        with suppress(KeyError):  # of what is no digest
+            assert not store.has(blob)
 
     def test_a_broken_stream_stores_nothing_and_its_error_passes_through(self, store):
         async def broken() -> AsyncIterator[bytes]:

@@ -14,7 +14,7 @@ from service.engines.failures import (
     process_silent,
 )
 from service.engines.life import LifeWatch
-from service.engines.messages import Answer, Cancelled, Done, Failed, Task, TaskProgress
+from service.engines.messages import Answer, Cancelled, Damaged, Done, Failed, Task, TaskProgress
 from service.engines.process import ProcessDiedError, WorkerProcess
 from service.engines.signals import Orders
 from service.jobs.job import Failure, Summary
@@ -47,6 +47,13 @@ class Hindered:
 
 
 @dataclass(frozen=True)
+class InputsDamaged:
+    """Inputs, by name, that the process read otherwise than they were stored."""
+
+    inputs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class GivenUp:
     """It was told to end: the orders say why."""
 
@@ -61,7 +68,7 @@ def attempt(
     silence: float,
     orders: Orders,
     tell: Callable[[JobProgress], None],
-) -> AttemptOutcome:
+) -> AttemptOutcome | InputsDamaged:
     """Have a task done within some seconds and the memory that it says.
 
     A process without a sign of life for ``silence`` seconds is taken for lost.
@@ -86,8 +93,12 @@ def attempt(
         return NotDone(process_died(str(death)), final=False)
 
 
-def _outcome(process: WorkerProcess, answer: Answer, orders: Orders) -> AttemptOutcome:
+def _outcome(
+    process: WorkerProcess, answer: Answer, orders: Orders
+) -> AttemptOutcome | InputsDamaged:
     match answer:
+        case Damaged():
+            return InputsDamaged(answer.inputs)
         case Done():
             return Succeeded(answer.summary)
         case Failed():

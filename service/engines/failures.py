@@ -71,7 +71,17 @@ def is_disk_full(failure: Failure) -> bool:
 
 def upload_gone() -> Failure:
     """A blob that a row names is not there."""
-    return Failure("internal-error", "the upload is no longer stored", "upload it again")
+    return Failure("upload-lost", "the upload is no longer stored", "upload it again")
+
+
+def upload_damaged() -> Failure:
+    """A blob that a row names has other bytes than were sent."""
+    return Failure("upload-lost", "the upload was damaged on the service's disk", "upload it again")
+
+
+def misread() -> Failure:
+    """The process read other bytes than the server did right after it."""
+    return process_died("read the upload otherwise than it is stored")
 
 
 def program_fault(error: BaseException) -> Failure:

@@ -29,6 +29,7 @@ class Task:
     ``threads``  to be used; ``memory`` bytes that it may take beside what the process has.
     ``unpacked``  bytes that an archive may hold.
     ``labels``   what its owner calls an input, by the input's name, where that is known.
+    ``digests``  SHA-256 in hex by the input's name: what its file has to be, or nothing is done.
     """
 
     kind: JobKind
@@ -41,6 +42,7 @@ class Task:
     memory: int
     unpacked: int
     labels: Mapping[str, str] = field(default_factory=dict)
+    digests: Mapping[str, str] = field(default_factory=dict)
     type: Literal["task"] = "task"
 
 
@@ -87,6 +89,14 @@ class Failed:
 
 
 @dataclass(frozen=True)
+class Damaged:
+    """Nothing was done, for these inputs have other bytes than they should."""
+
+    inputs: tuple[str, ...]
+    type: Literal["damaged"] = "damaged"
+
+
+@dataclass(frozen=True)
 class Cancelled:
     """The task has ended because it was told to."""
 
@@ -94,7 +104,7 @@ class Cancelled:
 
 
 Instruction = Task | CancelTask
-Answer = Ready | TaskProgress | Done | Failed | Cancelled
+Answer = Ready | TaskProgress | Done | Failed | Damaged | Cancelled
 
 _INSTRUCTIONS: TypeAdapter[Instruction] = TypeAdapter(
     Annotated[Instruction, Field(discriminator="type")]

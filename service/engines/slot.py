@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
 
-from service.engines.attempt import AttemptOutcome, NotDone, attempt
-from service.engines.failures import program_fault, upload_gone
+from service.engines.attempt import AttemptOutcome, InputsDamaged, NotDone, attempt
+from service.engines.failures import misread, program_fault, upload_damaged, upload_gone
 from service.engines.first_start import FirstStart
 from service.engines.life import LifeWatch
 from service.engines.messages import Task
@@ -21,7 +21,7 @@ from service.engines.recording import Recorder
 from service.engines.signals import Bell, Orders, Running
 from service.engines.trouble import StoppedError, Trouble
 from service.errors import DiskFullError, NotFoundError, ServiceError
-from service.jobs.job import Claim, Job
+from service.jobs.job import Claim, Job, inputs_by_part
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
 from service.settings import Settings, processors
@@ -189,7 +189,18 @@ class Slot:
             return NotDone(upload_gone(), final=True)
         tell = partial(shop.board.tell, claim.job.id)
         limits = shop.settings.job_seconds, shop.settings.lease_seconds
-        return attempt(process, task, *limits, orders, tell)
+        outcome = attempt(process, task, *limits, orders, tell)
+        if isinstance(outcome, InputsDamaged):
+            return self._judge_inputs(claim, outcome)
+        return outcome
+
+    def _judge_inputs(self, claim: Claim, told: InputsDamaged) -> NotDone:
+        """The process is not taken at its word: its memory may be what is bad."""
+        inputs = inputs_by_part(claim.inputs)
+        right = [self._shop.blobs.check(inputs[name].blob) for name in told.inputs]
+        if all(right):
+            return NotDone(misread(), final=False)
+        return NotDone(upload_damaged(), final=True)
 
     def _task(self, claim: Claim, folder: Path) -> Task:
         """Everything that the process needs, in an empty folder.
@@ -199,6 +210,7 @@ class Slot:
         shop, job = self._shop, claim.job
         inputs: dict[str, str] = {}
         labels: dict[str, str] = {}
+        digests: dict[str, str] = {}
         with _raising_disk_full():
             shutil.rmtree(folder, ignore_errors=True)
             for place in ("results", "scratch", "input"):
@@ -208,12 +220,13 @@ class Slot:
                 link = folder / "input" / name.name  # readers go by the suffix; blobs have none
                 link.symlink_to(shop.blobs.path(one.blob).resolve())
                 inputs[name.stem] = str(link)
+                digests[name.stem] = one.blob.digest
                 if one.label is not None:
                     labels[name.stem] = one.label
         return Task(
             job.kind, job.name, job.options, inputs, str(folder / "results"),
             str(folder / "scratch"), self._threads(), shop.settings.job_memory,
-            shop.settings.max_unpacked, labels,
+            shop.settings.max_unpacked, labels, digests,
         )  # fmt: skip
 
     def _threads(self) -> int:

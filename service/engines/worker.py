@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import ctypes
 import gc
+import hashlib
 import importlib
 import logging
 import os
@@ -33,6 +34,7 @@ from service.engines.messages import (
     LARGEST,
     Answer,
     Cancelled,
+    Damaged,
     Done,
     Failed,
     Ready,
@@ -139,6 +141,9 @@ def _answer(work: DoTask, task: Task, wire: _Wire) -> Answer:
     os.environ["OCCLUDER_THREADS"] = str(task.threads)  # the library reads it at each call
     tempfile.tempdir = task.scratch
     allow_memory(task.memory)
+    damaged = tuple(name for name in task.digests if not _is_right(task, name))
+    if damaged:
+        return Damaged(damaged)
     try:
         return Done(work(task, wire.tell, wire.cancel))
     except TaskFailedError as error:
@@ -150,6 +155,15 @@ def _answer(work: DoTask, task: Task, wire: _Wire) -> Answer:
     except Exception as error:
         logger.exception("a task failed by a fault of the program")
         return Failed(program_fault(error), odd=True)
+
+
+def _is_right(task: Task, name: str) -> bool:
+    """Whether an input has the bytes that were sent; the work then finds them in memory."""
+    try:
+        with Path(task.inputs[name]).open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest() == task.digests[name]
+    except OSError:  # the disk itself tells that it cannot read it
+        return False
 
 
 def main() -> None:

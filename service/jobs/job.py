@@ -55,7 +55,7 @@ class Failure:
 
     ``kind`` is stable, for programs: ``unreadable-mesh``, ``invalid-options``,
     ``invalid-overrides``, ``out-of-memory``, ``out-of-time``, ``process-died``, ``disk-full``,
-    ``unavailable`` or ``internal-error``.
+    ``upload-lost``, ``unavailable`` or ``internal-error``.
     ``detail`` and ``remedy`` are sentences without a full stop.
     """
 

@@ -54,6 +54,7 @@ _FAILURES = {
     "out-of-time": "It took longer than it may",
     "process-died": "Its process died at every attempt",
     "disk-full": "The disk is full",
+    "upload-lost": "What was sent is stored no more",
     "unavailable": "What it needs is not there",
     "internal-error": "The program failed",
 }

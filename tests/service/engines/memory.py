@@ -193,7 +193,9 @@ class FolderBlobs:
     def put(self, source):
         data = source.read()
         blob = Blob(hashlib.sha256(data).hexdigest(), len(data))
-        (self.folder / blob.digest).write_bytes(data)
+        draft = self.folder / secrets.token_hex(8)
+        draft.write_bytes(data)
+        draft.replace(self.folder / blob.digest)
         return blob
 
     def put_file(self, path):
@@ -208,13 +210,18 @@ class FolderBlobs:
     def has(self, blob):
         return (self.folder / blob.digest).exists()
 
-    def path(self, blob):
+    def path(self, blob, must_exist=True):
         path = self.folder / blob.digest
-        if not path.exists():
+        if must_exist and not path.exists():
             raise KeyError(blob.digest)
         return path
 
     def check(self, blob):
+        if not self.has(blob):
+            return False
+        if self.path(blob).is_dir():  # stands for what cannot be read
+            self.path(blob).rmdir()
+            return False
         found = hashlib.sha256(self.path(blob).read_bytes()).hexdigest()
         if found != blob.digest:
             self.path(blob).unlink()

@@ -11,6 +11,7 @@ import pytest
 from service.errors import DatabaseDamagedError, DiskFullError, NotReadyError
 from service.jobs.job import Claim, JobState, Summary
 from tests.service.engines.workplace import Workplace
+from tests.service.storage.rot import flip
 from tests.waiting import until
 
 MIB = 1 << 20
@@ -350,7 +351,49 @@ def test_a_result_waits_for_room_and_a_lost_upload_is_told(tmp_path, monkeypatch
     with place.open():
         assert place.end_of(waiting).state is JobState.SUCCEEDED
         job = place.end_of(id_)
-        assert (job.failure.kind, job.failure.remedy) == ("internal-error", "upload it again")
+        assert (job.failure.kind, job.failure.remedy) == ("upload-lost", "upload it again")
+
+
+@pytest.mark.parametrize("way", ["rot", "unreadable"])
+def test_a_damaged_upload_is_not_worked_at_and_the_process_goes_on(tmp_path, way):
+    place = Workplace(tmp_path / "place", workers=1)
+    note = tmp_path / "note"
+    id_ = place.submit(text="rotten", note=str(note), wake=False)
+    blob = place.jobs.files(id_)[0].blob
+    if way == "rot":
+        flip(place.blobs.path(blob))
+    else:  # what the system says of it is no more than that it cannot be read
+        place.blobs.path(blob).unlink()
+        place.blobs.path(blob, must_exist=False).mkdir()
+    with place.open():
+        job = place.end_of(id_)
+        assert (job.state, job.attempt) == (JobState.FAILED, 1)
+        assert (job.failure.kind, job.failure.remedy) == ("upload-lost", "upload it again")
+        assert not place.blobs.has(blob)
+        assert pids(note) == []  # the work never began
+        for number in range(2):
+            place.end_of(place.submit(text=str(number), note=str(note)))
+        assert len(set(pids(note))) == 1
+        again = place.end_of(place.submit(text="rotten"))
+    assert again.state is JobState.SUCCEEDED
+
+
+def test_a_process_that_misreads_is_not_believed(tmp_path, monkeypatch):
+    """The blob is right by then: the attempt counts, and the upload stays."""
+    place = Workplace(tmp_path / "place", workers=1)
+    id_ = place.submit(text="right", wake=False)
+    blob = place.jobs.files(id_)[0].blob
+    flip(place.blobs.path(blob))
+    well = place.blobs.check
+
+    def heal(found):
+        flip(place.blobs.path(found))
+        return well(found)
+
+    monkeypatch.setattr(place.blobs, "check", heal)
+    with place.open():
+        job = place.end_of(id_)
+    assert (job.state, job.attempt) == (JobState.SUCCEEDED, 2)
 
 
 def test_nothing_that_a_listener_or_store_raises_ends_the_engine(tmp_path, monkeypatch, caplog):

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from ipaddress import IPv6Address, IPv6Network, ip_address
 
-from service.access.key import LOCAL, ApiKey, Caller, KeyStore, Scope, hash_of, hint_of
+from service.access.key import LOCAL, ApiKey, Caller, KeyStore, Scope, hash_of, hint_of, may_be_key
 from service.access.session import Session, Sessions, token_in
 from service.errors import ForbiddenError, TooManyAttemptsError, UnauthenticatedError
 
@@ -37,6 +37,7 @@ class Authenticator:
     a second.  Unknown keys are counted by address, and by address and beginning.  Too many of one
     beginning are put off without a look-up; too many of an address are put off once the look-up has
     shown them to be unknown, so that no known key is locked out by others at the same address.
+    What has not the form of a key is refused without a look-up, and is no attempt.
 
     ``time_of_day``  Unix seconds, for the end of sessions.
     """
@@ -132,6 +133,11 @@ class Authenticator:
         known, now = self._good_key(digest), self._clock()
         if known is not None and self._is_trusted(known):
             return known.caller
+        if not may_be_key(secret):
+            raise UnauthenticatedError(
+                "what was sent is no API key: its form or its checksum is wrong",
+                remedy="copy the key whole, as it was shown when it was made",
+            )
         hint = hint_of(secret)
         if known is None and (wait := self._failures.seconds_to_wait(address, hint)):
             raise TooManyAttemptsError(wait)

@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 import pytest
 
 from service.access.authentication import Authenticator, demand
-from service.access.key import LOCAL, ApiKey, Caller, Scope, hint_of, new_secret
+from service.access.key import (
+    LOCAL,
+    ApiKey,
+    Caller,
+    Scope,
+    hint_of,
+    new_secret,
+    with_checksum,
+)
 from service.access.session import COOKIE, SESSION_SECONDS, Session, Sessions
 from service.errors import (
     ForbiddenError,
@@ -98,6 +106,11 @@ class Door:
             self.caller({"x-api-key": secret}, address)
 
 
+def unknown(beginning: str) -> str:
+    """What has the form of a key and is none of anybody's."""
+    return with_checksum(f"occ_{beginning:0<43}")
+
+
 def bearer(secret: str) -> dict[str, str]:
     return {"authorization": f"Bearer {secret}"}
 
@@ -110,7 +123,7 @@ def test_a_key_that_is_sent_is_judged_even_where_none_is_needed() -> None:
     door = Door(keys_needed=False)
     key, secret = door.keys.create("studio", "ci", Scope.READ)
     assert door.caller(bearer(secret)) == Caller("studio", Scope.READ, key.id)
-    door.refuse("occ_of_nobody")
+    door.refuse(unknown("ofNobody"))
 
 
 @pytest.mark.parametrize(
@@ -171,26 +184,24 @@ def test_a_revoked_key_ends_within_a_second_and_is_then_as_any_unknown_one() -> 
 def test_an_unknown_key_may_be_made_known_at_once() -> None:
     """Nothing remembers what was not there."""
     door = Door()
-    door.refuse("occ_a")
+    door.refuse(unknown("a"))
     _, secret = door.keys.create("studio", "ci", Scope.READ)
     assert door.caller(bearer(secret)).tenant == "studio"
 
 
-@pytest.mark.parametrize(
-    ("form", "looked_up"), [pytest.param("occ_same{}", 0, id="alike"), ("occ_{}", 1)]
-)
+@pytest.mark.parametrize(("form", "looked_up"), [pytest.param("same{}", 0, id="alike"), ("{}x", 1)])
 def test_the_twenty_first_unknown_key_of_a_minute_is_put_off(form: str, looked_up: int) -> None:
     """Without a look-up where all begin alike."""
     door = Door()
     for number in range(20):
-        door.refuse(form.format(number))
+        door.refuse(unknown(form.format(number)))
     asked = door.keys.asked
     with pytest.raises(TooManyAttemptsError) as refusal:
-        door.caller(bearer(form.format(20)))
+        door.caller(bearer(unknown(form.format(20))))
     assert refusal.value.status == 429
     assert refusal.value.headers == {"Retry-After": "3"}
     assert door.keys.asked == asked + looked_up
-    door.refuse(form.format(21), "192.0.2.8")
+    door.refuse(unknown(form.format(21)), "192.0.2.8")
 
 
 def test_a_key_that_was_never_used_gets_in_beside_any_number_of_unknown_ones() -> None:
@@ -198,7 +209,7 @@ def test_a_key_that_was_never_used_gets_in_beside_any_number_of_unknown_ones() -
     door = Door()
     for number in range(200):
         with pytest.raises((UnauthenticatedError, TooManyAttemptsError)):
-            door.caller(bearer(f"occ_{number}"))
+            door.caller(bearer(unknown(f"{number}x")))
     _, secret = door.keys.create("studio", "ci", Scope.READ)
     assert door.caller(bearer(secret)).tenant == "studio"
 
@@ -208,7 +219,7 @@ def test_a_key_in_use_is_not_locked_out_by_others_behind_its_proxy() -> None:
     _, secret = door.keys.create("studio", "ci", Scope.READ)
     door.caller(bearer(secret))
     for number in range(20):
-        door.refuse(f"occ_{number}")
+        door.refuse(unknown(f"{number}x"))
     door.clock.now += 1.5
     assert door.caller(bearer(secret)).tenant == "studio"
 
@@ -222,6 +233,30 @@ def test_a_request_without_a_key_counts_as_no_attempt() -> None:
     assert door.caller(bearer(secret)).tenant == "studio"
 
 
+@pytest.mark.parametrize(
+    "slip",
+    [
+        lambda key: key[:-1] + ("0" if key[-1] != "0" else "1"),
+        lambda key: key[:5] + key[6] + key[5] + key[7:],
+        lambda key: key[:-1],
+        lambda key: key + "0",
+        lambda key: key.swapcase(),
+        lambda key: "password",
+    ],
+)
+def test_a_slip_in_a_key_costs_no_look_up_and_no_attempt(slip: Callable[[str], str]) -> None:
+    door = Door()
+    secret = with_checksum(f"occ_{'aB3':x<43}")
+    for _ in range(50):
+        door.refuse(slip(secret))
+    assert door.keys.asked == 0
+    with pytest.raises(UnauthenticatedError, match="checksum"):
+        door.authenticator.sign_in(slip(secret), HERE)
+    with pytest.raises(UnauthenticatedError, match="not known"):
+        door.caller(bearer(secret))
+    assert door.keys.asked == 1
+
+
 def test_keys_not_used_for_long_are_forgotten() -> None:
     door = Door()
     key, secret = door.keys.create("studio", "ci", Scope.READ)
@@ -231,7 +266,7 @@ def test_keys_not_used_for_long_are_forgotten() -> None:
         door.clock.now += wait
         door.caller(bearer(other))
         for number in range(20):
-            door.refuse(f"{key.hint}{number}")
+            door.refuse(unknown(f"{key.hint.removeprefix('occ_')}{number}"))
         if lets_in:
             door.caller(bearer(secret))
         else:

@@ -187,6 +187,7 @@ def _helps(folder: Path) -> Iterator[tuple[str, Any]]:
         "simplify", "evaluate", "tradeoff", "path", "scene", "cull", "pvs", "pvs-show", "pvs-check",
         "build", "watch", "warmup",
         "serve", "submit", "keys", "keys create", "keys list", "keys revoke", "keys secret",
+        "keys rotate", "keys journal",
     ):  # fmt: skip
         yield name, _run(folder, *name.split(), "--help").out
 

@@ -35,6 +35,7 @@ from service.storage.database import Database
 from service.storage.delivery_store import SqlDeliveryStore
 from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
+from service.storage.journal_store import SqlJournal
 from service.storage.key_store import SqlKeyStore
 from service.storage.secret_ages import SqlSecretAges
 from service.webhooks.address_guard import check_webhook
@@ -88,6 +89,7 @@ def open_services(settings: Settings) -> Iterator[Services]:
         shares = Shares(settings.workers, settings.tenant_waiting, settings.tenant_running)
         jobs = SqlJobStore(database, shares=shares, is_stored=blobs.has)
         assets = SqlAssetStore(database)
+        journal = SqlJournal(database)
         board, metrics = ProgressBoard(), Metrics(jobs, assets, blobs)
         tenant_secrets = TenantSecrets.open(folder.path)
         deliveries = SqlDeliveryStore(database)
@@ -103,7 +105,9 @@ def open_services(settings: Settings) -> Iterator[Services]:
             await check_webhook(address, allow_private=settings.webhook_private)
 
         engine = Engine(jobs, blobs, board, settings, folder.scratch, on_end)
-        cleaner = Cleaner(jobs, blobs, settings.keep_days, settings.clean_seconds)
+        cleaner = Cleaner(
+            jobs, blobs, journal, settings.keep_days, settings.journal_days, settings.clean_seconds
+        )
         parts.enter_context(cleaner.running())
         sender.start()
         parts.callback(sender.stop)

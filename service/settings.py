@@ -135,6 +135,9 @@ class Settings(BaseSettings):
         90.0, ge=0.0, description="Days that ended jobs are kept, 0 for ever; the latest run of an "
         "asset always stays."
     )  # fmt: skip
+    journal_days: float = Field(
+        365.0, ge=0.0, description="Days that the journal of who did what is kept, 0 for ever."
+    )
     clean_seconds: float = Field(
         3600.0, gt=0.0, description="Time between two rounds of removing what is old, seconds."
     )

@@ -33,11 +33,12 @@ class _GoodKey:
 class Authenticator:
     """Tells callers by their keys.  Safe from any thread; ``clock`` is monotonic, in seconds.
 
-    A key that was good within the last second is not looked up again, so a revoked one ends within
-    a second.  Unknown keys are counted by address, and by address and beginning.  Too many of one
-    beginning are put off without a look-up; too many of an address are put off once the look-up has
-    shown them to be unknown, so that no known key is locked out by others at the same address.
-    What has not the form of a key is refused without a look-up, and is no attempt.
+    A key that was good within the last second is not looked up again, so one that is revoked or
+    expires ends within a second.  Unknown keys are counted by address, and by address and
+    beginning.  Too many of one beginning are put off without a look-up; too many of an address are
+    put off once the look-up has shown them to be unknown, so that no known key is locked out by
+    others at the same address.  What has not the form of a key is refused without a look-up, and is
+    no attempt.
 
     ``time_of_day``  Unix seconds, for the end of sessions.
     """
@@ -90,11 +91,12 @@ class Authenticator:
 
     def sign_in(self, secret: str, address: str) -> str:
         """The value of a session's cookie.  Raises as :meth:`caller` does."""
-        key_id = self._of_key(secret, address).key_id
-        assert key_id is not None  # only LOCAL has none
-        return self._sessions.token(key_id, self._time_of_day())
+        caller = self._of_key(secret, address)
+        assert caller.key_id is not None  # only LOCAL has none
+        self._keys.begin_session(caller, address)
+        return self._sessions.token(caller.key_id, self._time_of_day())
 
-    def sign_out(self, headers: Mapping[str, str]) -> None:
+    def sign_out(self, headers: Mapping[str, str], address: str) -> None:
         """End the session of a request, if it has one, here and after any restart.
 
         Waits for the database.  Raises :class:`~service.errors.DiskFullError`.
@@ -107,7 +109,7 @@ class Authenticator:
             self._ended[session.name] = float(session.expires)
             for name in [name for name, expires in self._ended.items() if expires <= now]:
                 del self._ended[name]
-        self._keys.end_session(session)
+        self._keys.end_session(session, address)
 
     def _session_key(self, headers: Mapping[str, str]) -> str | None:
         """The id of the key that a session stands for."""
@@ -149,7 +151,7 @@ class Authenticator:
             if wait:
                 raise TooManyAttemptsError(wait)
             raise UnauthenticatedError(
-                "the API key is not known, or was revoked",
+                "the API key is not known, was revoked or has expired",
                 remedy="check the key; 'occluder keys list' shows those that there are",
             )
         return caller
@@ -160,7 +162,7 @@ class Authenticator:
             with self._lock:
                 self._good_keys.pop(name, None)
             return None
-        caller = Caller(key.tenant, key.scope, key.id)
+        caller = Caller(key.tenant, key.scope, key.id, key.curates)
         self._remember(name, _GoodKey(caller, now))
         return caller
 

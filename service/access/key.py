@@ -21,6 +21,7 @@ from enum import StrEnum
 from typing import Protocol
 
 from service.access.session import Session
+from service.journal import COMMAND_LINE, NO_KEY, Actor
 
 _PREFIX = "occ_"
 _DIGITS = string.digits + string.ascii_uppercase + string.ascii_lowercase
@@ -42,7 +43,13 @@ class Scope(StrEnum):
 class ApiKey:
     """A key as it is stored; times are Unix seconds.
 
-    ``hint`` is the beginning of the key, for people to tell keys apart.
+    ``hint``      the beginning of the key, for people to tell keys apart.
+    ``last_used`` to the minute.
+    ``expires``   when it ends by itself.
+    ``revoked``   when it was ended; ahead of now where another replaces it and both still count.
+    ``replaces``  id of the key in whose place it was made.
+    ``curates``   whether it may set thresholds and remove assets although it is no admin's: as all
+                  keys to write could that were made before this was asked for.
     """
 
     id: str
@@ -52,20 +59,46 @@ class ApiKey:
     hint: str
     created: float
     last_used: float | None = None
+    expires: float | None = None
     revoked: float | None = None
+    replaces: str | None = None
+    curates: bool = False
+
+    def counts_at(self, now: float) -> bool:
+        """Whether it lets anybody in."""
+        return all(end is None or now < end for end in (self.expires, self.revoked))
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """A key of before, which ends, the key in its place, and that one's secret."""
+
+    old: ApiKey
+    new: ApiKey
+    secret: str
 
 
 @dataclass(frozen=True)
 class Caller:
-    """On whose behalf a request is done, and what it may do."""
+    """On whose behalf a request is done, and what it may do; ``curates`` as :class:`ApiKey`."""
 
     tenant: str
     scope: Scope
     key_id: str | None = None
+    curates: bool = False
 
     def may(self, scope: Scope) -> bool:
         order = list(Scope)
         return order.index(self.scope) >= order.index(scope)
+
+    @property
+    def may_curate(self) -> bool:
+        """Whether it may set thresholds and remove assets."""
+        return self.may(Scope.ADMIN) or self.curates
+
+    def at(self, address: str | None) -> Actor:
+        """Who the journal says it was."""
+        return Actor(self.key_id or NO_KEY, address)
 
 
 LOCAL = Caller("local", Scope.ADMIN)
@@ -101,26 +134,63 @@ def hint_of(secret: str) -> str:
     return secret[: len(_PREFIX) + 4]
 
 
-class KeyStore(Protocol):
-    """API keys."""
+LONGEST_OVERLAP = 90 * 86_400.0
+"""Seconds for which a key may go on beside the one that replaces it."""
 
-    def create(self, tenant: str, name: str, scope: Scope) -> tuple[ApiKey, str]:
-        """The key, and the secret that is shown this once."""
+
+class KeyStore(Protocol):
+    """API keys.  What changes them, or begins or ends a session, is in the journal.
+
+    ``tenant``  whose keys are looked at; None for all.
+    """
+
+    def create(
+        self,
+        tenant: str,
+        name: str,
+        scope: Scope,
+        *,
+        expires: float | None = None,
+        by: Actor = COMMAND_LINE,
+    ) -> tuple[ApiKey, str]:
+        """The key, and the secret that is shown this once; ``expires`` in Unix seconds.
+
+        Raises :class:`~service.errors.InvalidOptionsError` where that is over.
+        """
 
     def keys(self, tenant: str | None = None) -> Sequence[ApiKey]: ...
 
-    def revoke(self, key_id: str) -> ApiKey:
+    def rotate(
+        self,
+        key_id: str,
+        *,
+        overlap: float,
+        expires: float | None = None,
+        tenant: str | None = None,
+        by: Actor = COMMAND_LINE,
+    ) -> Rotation:
+        """A key in the place of that of an id or a hint, which goes on for ``overlap`` seconds.
+
+        It may what that one may, and lives as long from now on, unless ``expires`` says otherwise.
+        Raises as :meth:`create` and :meth:`revoke` do, and
+        :class:`~service.errors.ConflictError` for a key that has ended or was rotated.
+        """
+
+    def revoke(self, key_id: str, *, tenant: str | None = None, by: Actor = COMMAND_LINE) -> ApiKey:
         """End the key of an id or a hint.  Raises :class:`~service.errors.NotFoundError`."""
 
     def find(self, secret: str) -> ApiKey | None:
-        """The key of this secret, unless revoked; noted as used (at most once a minute)."""
+        """The key of this secret, unless it has ended; noted as used, at most once a minute."""
 
     def key(self, key_id: str) -> ApiKey | None:
-        """The key of an id, unless it is revoked."""
+        """The key of an id, as :meth:`find` finds it: one comes by a session of it."""
 
     def tenants(self) -> Collection[str]: ...
 
-    def end_session(self, session: Session) -> None:
+    def begin_session(self, key: Caller, address: str) -> None:
+        """Note that somebody signed in; with a full disk nobody is kept out, and nothing noted."""
+
+    def end_session(self, session: Session, address: str) -> None:
         """Note that a session was signed out; those that are over by themselves are forgotten."""
 
     def ended_sessions(self, now: float) -> Mapping[str, float]:

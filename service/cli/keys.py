@@ -5,29 +5,35 @@ What programs may want, the secret of a new key above all, is alone on standard 
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from service.access.key import LOCAL, ApiKey, Scope
 from service.cli.command import run_command
+from service.cli.moments import read_duration, read_moment
+from service.cli.table import aligned
+from service.journal import COMMAND_LINE, Action, Entry
 from simplifier import OptionError
 from simplifier.cli.plugin import Debug, print_line, print_text
 
 if TYPE_CHECKING:
     from service.access.key import KeyStore
     from service.storage.data_folder import DataFolder
+    from service.storage.database import Database
 
 keys = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    help="Make, list and revoke the API keys of a service, beside it or while it runs.",
+    help="Make, list, rotate and revoke the API keys of a service, beside it or while it runs.",
 )
 
 Data = Annotated[
@@ -39,6 +45,15 @@ Data = Annotated[
     ),
 ]
 Tenant = Annotated[str, typer.Option(help="Whose: tenants do not see each other's jobs.")]
+Key = Annotated[str, typer.Argument(help="Its id, or its first characters as listed.")]
+Expires = Annotated[
+    str | None,
+    typer.Option(
+        help="When it ends by itself: after a time, as 12h, 90d, 52w, or on a date, as 2027-01-31 "
+        "(UTC).",
+        show_default="never; for rotate, as long as the old one lived",
+    ),
+]
 
 _TENANT = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}", re.ASCII)
 _LONGEST_NAME = 100
@@ -49,8 +64,10 @@ def create(
     tenant: Tenant = LOCAL.tenant,
     name: Annotated[str, typer.Option(help="What it is for, for people.")] = "",
     scope: Annotated[
-        Scope, typer.Option(help="read; write: jobs and assets too; admin: all.")
+        Scope,
+        typer.Option(help="read; write: jobs and assets too; admin: keys, thresholds, removal."),
     ] = Scope.WRITE,
+    expires: Expires = None,
     data: Data = None,
     debug: Debug = False,
 ) -> None:
@@ -64,12 +81,16 @@ def create(
                 where="name",
                 remedy="choose another one",
             )
+        end = _end(expires)
         folder = _folder(data)
         folder.make()
         with _store(folder) as store:
-            key, secret = store.create(tenant, name, scope)
+            key, secret = store.create(tenant, name, scope, expires=end)
         print_text(secret)
-        print_line(f"key {key.id} of {tenant} may {scope}; it is shown only now, so keep it safe")
+        until = "" if key.expires is None else f" until {_moment(key.expires)}"
+        print_line(
+            f"key {key.id} of {tenant} may {scope}{until}; it is shown only now, so keep it safe"
+        )
 
     run_command(run, debug=debug)
 
@@ -88,15 +109,44 @@ def list_keys(
         if not found:
             print_line("there are no keys; 'occluder keys create' makes one")
             return
-        for line in table([{name: tell(key) for name, tell in _COLUMNS.items()} for key in found]):
+        for line in _table(_COLUMNS, found):
             typer.echo(line)  # print_text would close up the columns; all that is here is printable
 
     run_command(run, debug=debug)
 
 
 @keys.command()
+def rotate(
+    key: Key,
+    overlap: Annotated[
+        str, typer.Option(help="How long the old one goes on, as 30m, 24h, 7d; 0h for not at all.")
+    ] = "24h",
+    expires: Expires = None,
+    data: Data = None,
+    debug: Debug = False,
+) -> None:
+    """Print a new key in place of one, which goes on until the overlap ends.
+
+    The new one may what the old one may, and lives as long.
+    """
+
+    def run() -> None:
+        seconds, end = read_duration(overlap, "overlap"), _end(expires)
+        with _store(known_folder(data)) as store:
+            done = store.rotate(key, overlap=seconds, expires=end)
+        old, new = done.old, done.new
+        print_text(done.secret)
+        print_line(
+            f"key {new.id} of {new.tenant} replaces {old.id}, which ends {_moment(old.revoked)}; "
+            "it is shown only now, so keep it safe"
+        )
+
+    run_command(run, debug=debug)
+
+
+@keys.command()
 def revoke(
-    key: Annotated[str, typer.Argument(help="Its id, or its first characters as listed.")],
+    key: Key,
     data: Data = None,
     debug: Debug = False,
 ) -> None:
@@ -111,24 +161,56 @@ def revoke(
 
 
 @keys.command()
+def journal(
+    tenant: Annotated[str | None, typer.Option(help="Only this one's.", show_default="all")] = None,
+    since: Annotated[
+        str | None,
+        typer.Option(help="A date, or how long back, as 12h, 7d, 4w.", show_default="all"),
+    ] = None,
+    limit: Annotated[int, typer.Option(min=1, max=100_000, help="Most lines.")] = 100,
+    data: Data = None,
+    debug: Debug = False,
+) -> None:
+    """Print who did what, the newest first: keys, sign-ins, thresholds, what was removed."""
+
+    def run() -> None:
+        from service.storage.journal_store import SqlJournal
+
+        begin = None if since is None else read_moment(since, "since", time.time(), back=True)
+        with open_database(known_folder(data)) as database:
+            found = SqlJournal(database).entries(tenant, since=begin, limit=limit).entries
+        if not found:
+            print_line("the journal has no such entries")
+            return
+        for line in _table(_ENTRY, found):
+            typer.echo(line)
+
+    run_command(run, debug=debug)
+
+
+@keys.command()
 def secret(tenant: Tenant = LOCAL.tenant, data: Data = None, debug: Debug = False) -> None:
     """Print what a tenant's webhooks are signed with, for their receivers."""
 
     def run() -> None:
+        from service.storage.journal_store import SqlJournal
+        from service.storage.key_store import SqlKeyStore
         from service.storage.secret_ages import SqlSecretAges
         from service.webhooks.tenant_secrets import TenantSecrets
 
         folder = known_folder(data)
-        with _store(folder) as store:
-            known = {LOCAL.tenant, *store.tenants()}
+        with open_database(folder) as database:
+            known = {LOCAL.tenant, *SqlKeyStore(database).tenants()}
+            if tenant in known:
+                action = Action.WEBHOOK_SECRET_SHOWN
+                SqlJournal(database).note(tenant, COMMAND_LINE, action, tenant)
+            generation = SqlSecretAges(database).age(tenant).generation
         if tenant not in known:
             raise OptionError(
                 f"no key is of {tenant!r}",
                 where="tenant",
                 remedy=f"choose one of {', '.join(sorted(known))}",
             )
-        with closing(folder.open_database()) as database:
-            generation = SqlSecretAges(database).age(tenant).generation
         print_text(TenantSecrets.open(folder.path).of(tenant, generation))
 
     run_command(run, debug=debug)
@@ -164,36 +246,58 @@ def known_folder(data: Path | None) -> DataFolder:
 
 
 @contextmanager
+def open_database(folder: DataFolder) -> Iterator[Database]:
+    database = folder.open_database()
+    try:
+        yield database
+    finally:
+        database.close()
+
+
+@contextmanager
 def _store(folder: DataFolder) -> Iterator[KeyStore]:
     from service.storage.key_store import SqlKeyStore
 
-    database = folder.open_database()
-    try:
+    with open_database(folder) as database:
         yield SqlKeyStore(database)
-    finally:
-        database.close()
+
+
+def _end(expires: str | None) -> float | None:
+    return None if expires is None else read_moment(expires, "expires", time.time())
+
+
+def _table(columns: Mapping[str, Callable[[Any], str]], rows: Iterable[object]) -> Iterator[str]:
+    """Lines in columns that align, the heads first."""
+    return aligned([list(columns), *([tell(row) for tell in columns.values()] for row in rows)])
+
+
+def _rights(key: ApiKey) -> str:
+    """``write*`` may what a key to write could before rights to remove were asked for."""
+    return f"{key.scope}{'*' if key.curates else ''}"
 
 
 _COLUMNS: dict[str, Callable[[ApiKey], str]] = {
     "id": lambda key: key.id,
     "begins": lambda key: key.hint,
     "tenant": lambda key: key.tenant,
-    "scope": lambda key: key.scope,
-    "created": lambda key: _day(key.created),
-    "last used": lambda key: _day(key.last_used),
-    "revoked": lambda key: _day(key.revoked),
+    "scope": _rights,
+    "created": lambda key: _moment(key.created),
+    "last used": lambda key: _moment(key.last_used),
+    "expires": lambda key: _moment(key.expires),
+    "revoked": lambda key: _moment(key.revoked),
     "name": lambda key: key.name,
 }
 
+_ENTRY: dict[str, Callable[[Entry], str]] = {
+    "when": lambda entry: _moment(entry.at),
+    "tenant": lambda entry: entry.tenant,
+    "who": lambda entry: entry.actor,
+    "from": lambda entry: entry.address or "-",
+    "what": lambda entry: entry.action,
+    "of": lambda entry: entry.subject,
+    "more": lambda entry: json.dumps(entry.details) if entry.details else "",
+}
 
-def table(found: Sequence[Mapping[str, str]]) -> Iterator[str]:
-    """Lines in columns that align, the heads first; each row has the same names."""
-    rows = [list(found[0]), *(list(one.values()) for one in found)]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        yield "  ".join(cells).rstrip()
 
-
-def _day(seconds: float | None) -> str:
+def _moment(seconds: float | None) -> str:
     return "-" if seconds is None else f"{datetime.fromtimestamp(seconds, UTC):%Y-%m-%d %H:%M}"

@@ -8,6 +8,7 @@ import os
 import resource
 import signal
 import socket
+import time
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from functools import partial
@@ -122,7 +123,8 @@ def _check_keys(settings: Settings) -> None:
     folder.make()
     with closing(folder.open_database()) as database:
         known = SqlKeyStore(database).keys()
-        if all(key.revoked is not None for key in known):
+        now = time.time()
+        if not any(key.counts_at(now) for key in known):
             raise SettingsError(
                 f"on {settings.host} an API key is needed, and '{settings.data}' has none; "
                 "make one: occluder keys create --name NAME --scope write"

@@ -5,8 +5,6 @@ What programs may want, a secret above all, is alone on standard output.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,14 +12,15 @@ import typer
 
 from service.access.key import LOCAL
 from service.cli.command import run_command
-from service.cli.keys import Data, Tenant, known_folder, table
+from service.cli.keys import Data, Tenant, known_folder, open_database
+from service.cli.table import aligned
 from service.jobs.deliveries import DeliveryRecord, DeliveryState
+from service.journal import COMMAND_LINE, Action
 from simplifier import OptionError
 from simplifier.cli.plugin import Debug, print_line, print_text
 
 if TYPE_CHECKING:
-    from service.storage.data_folder import DataFolder
-    from service.storage.database import Database
+    pass
 
 webhooks = typer.Typer(
     add_completion=False,
@@ -49,14 +48,15 @@ def list_webhooks(
         from service.jobs.deliveries import DeliveryFilter
         from service.storage.delivery_store import SqlDeliveryStore
 
-        with _database(known_folder(data)) as database:
+        with open_database(known_folder(data)) as database:
             page = SqlDeliveryStore(database).page(
                 tenant, DeliveryFilter(state=state), before=None, limit=limit
             )
         if not page.records:
             print_line("there are no such webhooks")
             return
-        for line in table([_cells(record) for record in page.records]):
+        cells = [_cells(record) for record in page.records]
+        for line in aligned([list(cells[0]), *(list(one.values()) for one in cells)]):
             typer.echo(line)
 
     run_command(run, debug=debug)
@@ -73,7 +73,7 @@ def redeliver(
     def run() -> None:
         from service.storage.delivery_store import SqlDeliveryStore
 
-        with _database(known_folder(data)) as database:
+        with open_database(known_folder(data)) as database:
             record = SqlDeliveryStore(database).redeliver(None, webhook)
         print_line(f"webhook {record.delivery.id} of job {record.delivery.job_id} is due now")
 
@@ -96,12 +96,13 @@ def rotate_secret(
     """Sign a tenant's webhooks with a new secret, and print it; for a while with both."""
 
     def run() -> None:
+        from service.storage.journal_store import SqlJournal
         from service.storage.key_store import SqlKeyStore
         from service.storage.secret_ages import SqlSecretAges
         from service.webhooks.tenant_secrets import TenantSecrets
 
         folder = known_folder(data)
-        with _database(folder) as database:
+        with open_database(folder) as database:
             known = {LOCAL.tenant, *SqlKeyStore(database).tenants()}
             if tenant not in known:
                 raise OptionError(
@@ -110,20 +111,13 @@ def rotate_secret(
                     remedy=f"choose one of {', '.join(sorted(known))}",
                 )
             age = SqlSecretAges(database).rotate(tenant, overlap_hours * _HOUR)
+            action = Action.WEBHOOK_SECRET_ROTATED
+            SqlJournal(database).note(tenant, COMMAND_LINE, action, tenant)
         print_text(TenantSecrets.open(folder.path).of(tenant, age.generation))
         until = f"is good until {_time(age.overlap_ends)}" if overlap_hours else "is good no more"
         print_line(f"webhooks of {tenant} are signed with it from now on; the one before {until}")
 
     run_command(run, debug=debug)
-
-
-@contextmanager
-def _database(folder: DataFolder) -> Iterator[Database]:
-    database = folder.open_database()
-    try:
-        yield database
-    finally:
-        database.close()
 
 
 def _cells(record: DeliveryRecord) -> dict[str, str]:

@@ -78,13 +78,12 @@ def sign_in(
     next: Annotated[str, Form()] = "/",
 ) -> Response:
     """Give the cookie of a session and go on to the page that was asked for."""
-    address = request.client.host if request.client else ""
     try:
-        token = services.authenticator.sign_in(key.strip(), address)
+        token = services.authenticator.sign_in(key.strip(), _address_of(request))
     except TooManyAttemptsError as refusal:
         return _form(next, f"Too many keys were tried. {_sentence(refusal.remedy)}", refusal)
     except ServiceError as refusal:
-        return _form(next, "This key is not known, or was revoked.", refusal)
+        return _form(next, "This key is not known, was revoked or has expired.", refusal)
     answer = RedirectResponse(_within(next), 303, headers=_HEADERS)
     answer.set_cookie(
         COOKIE,
@@ -101,10 +100,14 @@ def sign_in(
 @router.post("/sign-out")
 def sign_out(request: Request, services: TheServices) -> Response:
     """End the session: the cookie opens nothing from now on, whoever has a copy of it."""
-    services.authenticator.sign_out(request.headers)
+    services.authenticator.sign_out(request.headers, _address_of(request))
     answer = RedirectResponse("/sign-in", 303, headers=_HEADERS)
     answer.delete_cookie(COOKIE, httponly=True, samesite="strict")
     return answer
+
+
+def _address_of(request: Request) -> str:
+    return request.client.host if request.client else ""
 
 
 def _form(wanted: str, message: str = "", refusal: ServiceError | None = None) -> HTMLResponse:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from service.errors import ServiceError
 from service.jobs.stores import BlobStore, JobStore
+from service.journal import Journal
 
 _DAY = 86_400.0
 _log = logging.getLogger(__name__)
@@ -18,29 +19,34 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Cleaned:
-    """What one round freed: jobs that were forgotten, and blobs that were removed."""
+    """What one round freed: jobs and entries of the journal that were forgotten, and blobs."""
 
     jobs: int
     blobs: int
+    entries: int = 0
 
 
 @dataclass(frozen=True)
 class Cleaner:
     """Removes what is old.
 
-    ``keep_days``  that ended jobs are kept, 0 for ever.
-    ``seconds``    between two rounds.
+    ``keep_days``     that ended jobs are kept, 0 for ever.
+    ``journal_days``  that entries of the journal are, likewise.
+    ``seconds``       between two rounds.
     """
 
     jobs: JobStore
     blobs: BlobStore
+    journal: Journal
     keep_days: float
+    journal_days: float
     seconds: float
 
     def clean(self, now: float) -> Cleaned:
         """Do one round; ``now`` in Unix seconds.  Raises what the stores raise."""
         forgotten = self.jobs.expire(now - self.keep_days * _DAY) if self.keep_days else 0
-        return Cleaned(forgotten, self.blobs.sweep(self.jobs.unnamed))
+        entries = self.journal.expire(now - self.journal_days * _DAY) if self.journal_days else 0
+        return Cleaned(forgotten, self.blobs.sweep(self.jobs.unnamed), entries)
 
     @contextmanager
     def running(self) -> Iterator[None]:
@@ -68,6 +74,9 @@ class Cleaner:
                     self.seconds, error, exc_info=ours,
                 )  # fmt: skip
             else:
-                _log.info("cleaning freed %d jobs and %d blobs", cleaned.jobs, cleaned.blobs)
+                _log.info(
+                    "cleaning freed %d jobs, %d blobs and %d entries of the journal",
+                    cleaned.jobs, cleaned.blobs, cleaned.entries,
+                )  # fmt: skip
             if stop.wait(self.seconds):
                 return

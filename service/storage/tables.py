@@ -24,6 +24,7 @@ from sqlalchemy import (
     MetaData,
     String,
     UniqueConstraint,
+    text,
 )
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
 
@@ -200,7 +201,10 @@ class IdempotencyKeyRow(Base):
 
 
 class ApiKeyRow(Base):
-    """A key, of which only the hash is known; ``digest`` is the SHA-256 of the secret."""
+    """A key, of which only the hash is known; ``digest`` is the SHA-256 of the secret.
+
+    The other columns are as :class:`~service.access.key.ApiKey` has them.
+    """
 
     __tablename__ = "api_keys"
     __table_args__ = (
@@ -218,7 +222,29 @@ class ApiKeyRow(Base):
     digest: Mapped[str] = mapped_column(String(64), unique=True)
     created: Mapped[float]
     last_used: Mapped[float | None]
+    expires: Mapped[float | None]
     revoked: Mapped[float | None]
+    replaces: Mapped[str | None] = mapped_column(String(32))
+    curates: Mapped[bool] = mapped_column(default=False, server_default=text("0"))
+
+
+class JournalRow(Base):
+    """Who did what; the columns are as :class:`~service.journal.Entry` has them."""
+
+    __tablename__ = "journal"
+    __table_args__ = (
+        Index("ix_journal_tenant", "tenant", "number", "at"),
+        {"sqlite_autoincrement": True},
+    )
+
+    number: Mapped[int] = mapped_column(primary_key=True)
+    at: Mapped[float] = mapped_column(index=True)
+    tenant: Mapped[str]
+    actor: Mapped[str]
+    address: Mapped[str | None]
+    action: Mapped[str]
+    subject: Mapped[str]
+    details: Mapped[dict[str, Any]]
 
 
 class EndedSessionRow(Base):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import pytest
@@ -21,7 +21,6 @@ from service.access.key import (
 from service.access.session import COOKIE, SESSION_SECONDS, Session, Sessions
 from service.errors import (
     ForbiddenError,
-    NotFoundError,
     TooManyAttemptsError,
     UnauthenticatedError,
 )
@@ -36,37 +35,37 @@ class Keys:
         self._keys: dict[str, ApiKey] = {}
         self.asked = 0
         self.ended: dict[str, float] = {}
+        self.signed_in: list[tuple[str | None, str]] = []
+        self.now = 0.0
 
-    def create(self, tenant: str, name: str, scope: Scope) -> tuple[ApiKey, str]:
+    def create(
+        self, tenant: str, name: str, scope: Scope, *, expires: float | None = None
+    ) -> tuple[ApiKey, str]:
         secret = new_secret()
-        key = ApiKey(f"{len(self._keys):032x}", tenant, name, scope, hint_of(secret), 0.0)
+        number = f"{len(self._keys):032x}"
+        key = ApiKey(number, tenant, name, scope, hint_of(secret), 0.0, expires=expires)
         self._keys[secret] = key
         return key, secret
 
-    def keys(self, tenant: str | None = None) -> Sequence[ApiKey]:
-        return [key for key in self._keys.values() if tenant in (None, key.tenant)]
-
-    def revoke(self, key_id: str) -> ApiKey:
+    def revoke(self, key_id: str) -> None:
         for secret, key in self._keys.items():
             if key.id == key_id:
-                self._keys[secret] = replace(key, revoked=1.0)
-                return self._keys[secret]
-        raise NotFoundError(key_id)
+                self._keys[secret] = replace(key, revoked=0.0)
 
     def find(self, secret: str) -> ApiKey | None:
         self.asked += 1
         key = self._keys.get(secret)
-        return None if key is None or key.revoked is not None else key
+        return key if key is not None and key.counts_at(self.now) else None
 
     def key(self, key_id: str) -> ApiKey | None:
         self.asked += 1
-        found = (key for key in self._keys.values() if key.id == key_id and key.revoked is None)
-        return next(found, None)
+        found = (key for key in self._keys.values() if key.id == key_id)
+        return next((key for key in found if key.counts_at(self.now)), None)
 
-    def tenants(self) -> Collection[str]:
-        return {key.tenant for key in self._keys.values()}
+    def begin_session(self, key: Caller, address: str) -> None:
+        self.signed_in.append((key.key_id, address))
 
-    def end_session(self, session: Session) -> None:
+    def end_session(self, session: Session, address: str) -> None:
         self.ended[session.name] = float(session.expires)
 
     def ended_sessions(self, now: float) -> Mapping[str, float]:
@@ -179,6 +178,18 @@ def test_a_revoked_key_ends_within_a_second_and_is_then_as_any_unknown_one() -> 
         door.refuse(secret)
     with pytest.raises(TooManyAttemptsError):
         door.caller(bearer(secret))
+
+
+def test_a_key_that_expires_ends_within_a_second_and_its_session_too() -> None:
+    door = Door()
+    _, secret = door.keys.create("studio", "ci", Scope.READ, expires=60.0)
+    session = in_cookie(door.authenticator.sign_in(secret, HERE))
+    for headers in (bearer(secret), session):
+        door.clock.now, door.keys.now = 59.0, 59.0
+        assert door.caller(headers).tenant == "studio"
+        door.clock.now, door.keys.now = 60.01, 60.01
+        with pytest.raises(UnauthenticatedError):
+            door.caller(headers)
 
 
 def test_an_unknown_key_may_be_made_known_at_once() -> None:
@@ -314,6 +325,7 @@ def test_a_session_stands_for_its_key() -> None:
     key, secret = door.keys.create("studio", "desk", Scope.WRITE)
     token = door.authenticator.sign_in(secret, HERE)
     assert secret not in token
+    assert door.keys.signed_in == [(key.id, HERE)]
     assert door.caller(in_cookie(token)) == Caller("studio", Scope.WRITE, key.id)
 
 
@@ -333,15 +345,15 @@ def test_a_session_that_was_signed_out_ends_at_once_and_for_good() -> None:
     _, secret = door.keys.create("studio", "desk", Scope.READ)
     copied, other = (in_cookie(door.authenticator.sign_in(secret, HERE)) for _ in range(2))
     door.caller(copied)
-    door.authenticator.sign_out(copied)
+    door.authenticator.sign_out(copied, HERE)
     for _ in range(2):
         assert door.authenticator.caller_at_once(copied) is None
         with pytest.raises(UnauthenticatedError):
             door.caller(copied)
         assert door.caller(other).tenant == "studio"
         door.restart()
-    door.authenticator.sign_out({"cookie": f"{COOKIE}=nonsense"})
-    door.authenticator.sign_out({})
+    door.authenticator.sign_out({"cookie": f"{COOKIE}=nonsense"}, HERE)
+    door.authenticator.sign_out({}, HERE)
 
 
 def test_a_session_runs_out() -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sqlite3
+import time
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,21 @@ from service.access.key import Scope
 from service.storage.database import Database
 from service.storage.key_store import SqlKeyStore
 from service.webhooks.tenant_secrets import TenantSecrets
+
+
+@pytest.fixture
+def keys(tmp_path):
+    """``keys()``: the keys of the folder, as a service that runs would see them."""
+    opened = []
+
+    def look():
+        if not opened:
+            opened.append(Database.open(tmp_path / "occluder_data" / "occluder.db"))
+        return SqlKeyStore(opened[0])
+
+    yield look
+    for database in opened:
+        database.close()
 
 
 def test_a_key_is_made_listed_and_revoked_while_a_service_uses_the_folder(command, tmp_path):
@@ -64,9 +81,68 @@ def test_the_secret_of_webhooks_is_what_they_are_signed_with(here, tmp_path):
     assert "choose one of local, studio" in slip.stderr
 
 
+def test_a_key_ends_at_a_time_or_on_a_date(here, keys):
+    begin = time.time()
+    made = here("keys", "create", "--expires", "90d")
+    assert made.returncode == 0, made.stderr
+    assert " until 20" in made.stderr
+    key = keys().find(made.stdout.strip())
+    assert 90 * 86_400.0 <= key.expires - begin <= 90 * 86_400.0 + 60.0
+    here("keys", "create", "--expires", "2999-01-31")
+    store = keys()
+    dates = [datetime(2999, 1, 31, hour, tzinfo=UTC).timestamp() for hour in (0, 11)]
+    here("keys", "create", "--expires", "2999-01-31T12:00+01:00")
+    listed = store.keys()
+    assert [key.expires for key in listed][1:] == dates
+    head, *rows = here("keys", "list").stdout.splitlines()
+    assert rows[1][head.index("expires") :].startswith("2999-01-31 00:00")
+
+
+def test_a_key_is_rotated_and_both_work_for_a_time(here, keys):
+    old = here("keys", "create", "--tenant", "studio", "--scope", "read").stdout.strip()
+    turned = here("keys", "rotate", old[:8], "--overlap", "24h")
+    assert turned.returncode == 0, turned.stderr
+    new = turned.stdout.strip()
+    assert keys().find(old).tenant == keys().find(new).tenant == "studio"
+    day = datetime.fromtimestamp(keys().find(old).revoked, UTC)
+    assert f"which ends {day:%Y-%m-%d %H:%M}" in turned.stderr
+    assert 0.0 <= time.time() + 86_400.0 - day.timestamp() < 60.0
+    again = here("keys", "rotate", old[:8])
+    assert again.returncode == 1
+    assert keys().find(new).id in again.stderr
+    at_once = here("keys", "rotate", new[:8], "--overlap", "0h", "--expires", "1h")
+    assert keys().find(new) is None
+    assert keys().find(at_once.stdout.strip()).expires < time.time() + 3601.0
+
+
+def test_the_journal_tells_who_did_what(here, keys):
+    secret = here("keys", "create", "--tenant", "studio", "--name", "ci").stdout.strip()
+    here("keys", "create", "--tenant", "rival")
+    here("keys", "secret", "--tenant", "studio")
+    here("keys", "revoke", secret[:8])
+    told = here("keys", "journal", "--tenant", "studio")
+    assert told.returncode == 0
+    head, *rows = told.stdout.splitlines()
+    assert head.split() == ["when", "tenant", "who", "from", "what", "of", "more"]
+    what = [row.split()[5] for row in rows]
+    assert what == ["key-revoked", "webhook-secret-shown", "key-made"]
+    assert all(row.split()[2:5] == ["studio", "command-line", "-"] for row in rows)
+    assert rows[-1].endswith('{"name": "ci", "scope": "write", "expires": null}')
+    assert secret not in told.stdout
+    assert len(here("keys", "journal").stdout.splitlines()) == 5
+    assert len(here("keys", "journal", "--limit", "1").stdout.splitlines()) == 2
+    assert len(here("keys", "journal", "--since", "1h").stdout.splitlines()) == 5
+    later = here("keys", "journal", "--since", "2999-01-01")
+    assert (later.stdout, later.returncode) == ("", 0)
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
+        (("create", "--expires", "soon"), "expires"),
+        (("create", "--expires", "2027-13-01"), "expires"),
+        (("create", "--expires", "-1d"), "expires"),
+        (("rotate", "occ_Ab3d", "--overlap", "24"), "overlap"),
         (("create", "--tenant", "two words"), "tenant"),
         (("create", "--name", "a\nb"), "name"),
     ],

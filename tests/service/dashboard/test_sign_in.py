@@ -73,7 +73,7 @@ def test_the_cookie_is_kept_from_scripts_and_other_sites_and_holds_no_key(keyed:
 def test_a_wrong_key_is_told_plainly_and_gives_no_cookie(keyed: Keyed) -> None:
     answer = sign_in(keyed, "occ_<b>wrong</b>", next='/"><script>')
     assert answer.status_code == 401
-    assert "This key is not known, or was revoked." in answer.text
+    assert "This key is not known, was revoked or has expired." in answer.text
     assert "set-cookie" not in answer.headers
     assert "<script" not in answer.text
     assert "script-src" not in answer.headers["content-security-policy"]
@@ -155,7 +155,8 @@ def test_one_signs_in_works_and_signs_out(keyed: Keyed, page: Page, watch: Watch
     page.goto(f"{keyed.address}/")
     page.get_by_label("API key").fill("occ_nobody")
     page.get_by_role("button", name="Sign in").click()
-    expect(page.get_by_role("alert")).to_have_text("This key is not known, or was revoked.")
+    told = "This key is not known, was revoked or has expired."
+    expect(page.get_by_role("alert")).to_have_text(told)
     page.get_by_label("API key").fill(keyed.artist)
     page.keyboard.press("Enter")
     expect(page.get_by_role("heading", name="Overview")).to_be_visible()

@@ -11,6 +11,7 @@ from service.storage.asset_store import SqlAssetStore
 from service.storage.database import Database
 from service.storage.delivery_store import SqlDeliveryStore
 from service.storage.job_store import SqlJobStore
+from service.storage.journal_store import SqlJournal
 from service.storage.key_store import SqlKeyStore
 from tests.service.storage.samples import Clock
 
@@ -51,6 +52,11 @@ def assets(database: Database, clock: Clock) -> SqlAssetStore:
 @pytest.fixture
 def keys(database: Database, clock: Clock) -> SqlKeyStore:
     return SqlKeyStore(database, clock)
+
+
+@pytest.fixture
+def journal(database: Database, clock: Clock) -> SqlJournal:
+    return SqlJournal(database, clock)
 
 
 @pytest.fixture

@@ -50,8 +50,20 @@ def put(blobs, *contents):
         return [keeping.put(io.BytesIO(data)).digest for data in contents]
 
 
-def cleaner(rows, blobs, keep_days=10.0, seconds=1000.0):
-    return Cleaner(rows, blobs, keep_days, seconds)
+class Entries:
+    """A journal of which only the ages are known."""
+
+    def __init__(self, *ages: float) -> None:
+        self.ages = list(ages)
+
+    def expire(self, before: float) -> int:
+        old = [age for age in self.ages if age < before]
+        self.ages = [age for age in self.ages if age >= before]
+        return len(old)
+
+
+def cleaner(rows, blobs, keep_days=10.0, seconds=1000.0, journal=None, journal_days=30.0):
+    return Cleaner(rows, blobs, journal or Entries(), keep_days, journal_days, seconds)
 
 
 def wait_for(rows):
@@ -72,6 +84,14 @@ def test_zero_days_keep_for_ever(blobs):
     assert rows.asked == []
 
 
+def test_the_journal_is_kept_for_days_of_its_own(blobs):
+    journal, rows = Entries(0.0, 5 * DAY, 20 * DAY), Rows({})
+    assert cleaner(rows, blobs, journal=journal).clean(now=40 * DAY) == Cleaned(0, 0, entries=2)
+    assert journal.ages == [20 * DAY]
+    kept = cleaner(rows, blobs, journal=journal, journal_days=0.0).clean(now=1e12)
+    assert (kept.entries, journal.ages) == (0, [20 * DAY])
+
+
 def test_rounds_go_on_after_a_failure(blobs, caplog):
     rows = Rows({})
     rows.faults = [DatabaseDamagedError("a page cannot be read"), OSError("disk")]
@@ -81,7 +101,7 @@ def test_rounds_go_on_after_a_failure(blobs, caplog):
             wait_for(rows)
     assert list(blobs.digests()) == []
     assert sum("cleaning failed" in record.message for record in caplog.records) == 2
-    assert "0 jobs and 1 blobs" in caplog.text
+    assert "0 jobs, 1 blobs and 0 entries" in caplog.text
 
 
 def test_the_first_round_is_at_once_and_the_end_too(blobs):

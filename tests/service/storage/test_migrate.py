@@ -12,9 +12,11 @@ import pytest
 from alembic import command
 from sqlalchemy import Connection, create_engine, inspect
 
+from service.access.key import Scope, hash_of
 from service.jobs.asset import Thresholds
 from service.storage.asset_store import SqlAssetStore
 from service.storage.database import Database, alembic_config, migrate
+from service.storage.key_store import SqlKeyStore
 from service.storage.tables import Base
 
 
@@ -140,6 +142,27 @@ def test_names_of_before_are_composed_where_that_takes_no_other(tmp_path: Path) 
         ("a1", "No\u0308", "no\u0308"),
         ("a2", "N\u00f6", "n\u00f6"),
     ]
+
+
+def test_keys_of_before_go_on_and_those_to_write_keep_what_they_could(tmp_path: Path) -> None:
+    file = tmp_path / "occluder.db"
+    with create_engine(f"sqlite:///{file}").begin() as connection:
+        command.upgrade(alembic_config(connection), "0006")
+    of_before = "occ_k3J-_9fQ2mZ1x0YbLw8Vt6RsPqOnMlKjIhGfEdCbA-4"
+    with sqlite3.connect(file) as old:
+        for scope in ("read", "write", "admin"):
+            old.execute(
+                "INSERT INTO api_keys (id, tenant, name, scope, hint, digest, created)"
+                " VALUES (?, 'studio', 'ci', ?, 'occ_k3J-', ?, 1.0)",
+                (scope, scope, hash_of(of_before + scope)),
+            )
+    keys = SqlKeyStore(Database.open(file))
+    found = [keys.find(of_before + scope) for scope in ("read", "write", "admin")]
+    assert [(key.scope, key.curates) for key in found if key] == [
+        ("read", False), ("write", True), ("admin", False),
+    ]  # fmt: skip
+    assert keys.create("studio", "new", Scope.WRITE)[0].curates is False
+    assert keys.rotate("write", overlap=0.0).new.curates is True
 
 
 def test_a_migration_that_fails_leaves_nothing(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from service.storage.asset_store import SqlAssetStore
 from service.storage.database import Database
 from service.storage.delivery_store import SqlDeliveryStore
 from service.storage.job_store import SqlJobStore
+from service.storage.journal_store import SqlJournal
 from service.storage.key_store import SqlKeyStore
 from tests.service.storage.samples import DIED, Clock, submission
 
@@ -28,6 +29,7 @@ class Stores:
         self.jobs = SqlJobStore(database, Clock())
         self.assets = SqlAssetStore(database)
         self.keys = SqlKeyStore(database)
+        self.journal = SqlJournal(database)
         self.deliveries = SqlDeliveryStore(database)
         job, _ = self.jobs.submit(submission(asset="castle"), 10)
         claim = self.jobs.claim("one", 30.0)
@@ -68,6 +70,10 @@ CALLS: dict[str, Callable[[Stores], object]] = {
     "queue": lambda all_: all_.jobs.queue("studio", 10),
     "runs at a time": lambda all_: all_.assets.runs_at("studio", 5.0),
     "key": lambda all_: all_.keys.find("occ_none"),
+    "journal": lambda all_: all_.journal.entries("studio", before=500),
+    "journal since a time": lambda all_: all_.journal.entries("studio", since=5.0),
+    "journal of all": lambda all_: all_.journal.entries(None, before=500),
+    "journal that is old": lambda all_: all_.journal.expire(5.0),
     "due": lambda all_: all_.deliveries.due(10),
 }
 

@@ -20,7 +20,7 @@ from simplifier.visibility.cull_maps.cull_map import CullMaps, see_by_cull_maps
 from simplifier.visibility.cull_maps.cull_map_gl import OpenGLCullMaps, check_opengl
 from simplifier.visibility.cull_maps.memory import check_memory
 from simplifier.visibility.cull_maps.object_slices import slices_by_cull_maps
-from simplifier.visibility.method import Seen, Sight, Task, better, without_buried
+from simplifier.visibility.method import Seen, Sight, Task, without_buried
 from simplifier.visibility.solid.height_field import HeightField, height_field
 from simplifier.visibility.solid.terrain import terrain_field
 from simplifier.visibility.solid.viewer_fill import Filled, fill_by_viewers, fill_warnings
@@ -180,7 +180,7 @@ def _warnings(field: HeightField, task: Task) -> list[str]:
     if field.lost > _LOST:
         told.append(
             f"{100.0 * field.lost:.0f} % of what stands in the scene is not solid from the ground"
-            " up, and hides nothing" + (better(task) if options.ground else "; try --ground")
+            f" up, and hides nothing{_remedy(options)}"
         )
     thin = _thin_share(field, options.reach)
     if thin > _LOST:
@@ -190,6 +190,13 @@ def _warnings(field: HeightField, task: Task) -> list[str]:
             f" {options.reach:g}, and hides less; try --epsilon {kept:g}"
         )
     return told
+
+
+def _remedy(options: PvsOptions) -> str:
+    """What to try where much does not stand on the ground; auto has looked at slices itself."""
+    tried = [] if options.ground else ["--ground"]
+    tried += [] if options.method == "auto" else ["--method slice-wise"]
+    return f"; try {', or '.join(tried)}" if tried else ""
 
 
 def _reason(field: HeightField, options: PvsOptions) -> str:

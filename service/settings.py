@@ -18,6 +18,7 @@ from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 from pydantic_settings import SettingsError as SourceError
 
 from service.errors import SettingsError
+from service.logs import LogForm
 
 _MIB = 1 << 20
 
@@ -55,6 +56,11 @@ class Settings(BaseSettings):
     )
 
     dashboard: bool = Field(True, description="Whether to show the pages for people, beside /v1.")
+
+    log: LogForm = Field(
+        LogForm.TEXT,
+        description="How the log is written: text, a line for people; json, an object a line.",
+    )
 
     require_keys: bool | None = Field(
         None, description="Whether an API key is needed; unset: as soon as one beyond loopback is."

@@ -21,6 +21,7 @@ from fastapi import FastAPI
 from service.app import create_app
 from service.cli.protocol import ConnectionLimits, Hangup, HttpProtocol
 from service.errors import SettingsError
+from service.logs import log_as
 from service.settings import Settings
 from service.storage.data_folder import DataFolder
 from service.storage.key_store import SqlKeyStore
@@ -40,7 +41,7 @@ def run_server(settings: Settings) -> None:
     be used.
     """
     _check_keys(settings)
-    _log_plainly()
+    _begin_log(settings)
     _allow_files()
     listener = _bind(settings)
     try:
@@ -153,9 +154,9 @@ def _address(host: str, listener: socket.socket) -> str:
     return f"http://{shown}:{listener.getsockname()[1]}"
 
 
-def _log_plainly() -> None:
+def _begin_log(settings: Settings) -> None:
     """A line an event on standard error; of uvicorn only what goes wrong."""
-    logging.basicConfig(format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    log_as(settings.log)
     logging.getLogger("service").setLevel(logging.INFO)
     logging.getLogger("uvicorn").setLevel(logging.WARNING)
 

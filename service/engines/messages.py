@@ -30,6 +30,7 @@ class Task:
     ``unpacked``  bytes that an archive may hold.
     ``labels``   what its owner calls an input, by the input's name, where that is known.
     ``digests``  SHA-256 in hex by the input's name: what its file has to be, or nothing is done.
+    ``request_id``  of the request that it is done for, for the log.
     """
 
     kind: JobKind
@@ -43,6 +44,7 @@ class Task:
     unpacked: int
     labels: Mapping[str, str] = field(default_factory=dict)
     digests: Mapping[str, str] = field(default_factory=dict)
+    request_id: str | None = None
     type: Literal["task"] = "task"
 
 

@@ -24,6 +24,7 @@ from service.errors import DiskFullError, NotFoundError, ServiceError
 from service.jobs.job import Claim, Job, inputs_by_part
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
+from service.logs import serving_request
 from service.settings import Settings, processors
 
 logger = logging.getLogger(__name__)
@@ -103,7 +104,8 @@ class Slot:
         )
         if claim is not None:
             shop.bell.ring()  # there may be more
-            self._do(claim, process)
+            with serving_request(claim.job.request_id):
+                self._do(claim, process)
             shop.bell.ring()
 
     def _ready_process(self) -> WorkerProcess:
@@ -159,6 +161,7 @@ class Slot:
         recorder = Recorder(shop.jobs, shop.blobs, shop.trouble)
         folder = shop.scratch / f"{job.id}-{job.attempt}"
         results = folder / "results"
+        _tell(job, "job %s is begun, attempt %d of %d", job.id, job.attempt, job.attempts)
         with shop.running.at(claim) as orders, _removing(folder):
             try:
                 outcome = self._attempt(claim, process, folder, orders)
@@ -176,6 +179,7 @@ class Slot:
         if heard:
             with suppress(NotFoundError):  # it may be removed as soon as it has ended
                 now = shop.jobs.job(None, job.id)
+                _tell(now, "job %s is %s after attempt %d", job.id, now.state, job.attempt)
                 if now.state.ended:
                     shop.end(now)
 
@@ -226,7 +230,7 @@ class Slot:
         return Task(
             job.kind, job.name, job.options, inputs, str(folder / "results"),
             str(folder / "scratch"), self._threads(), shop.settings.job_memory,
-            shop.settings.max_unpacked, labels, digests,
+            shop.settings.max_unpacked, labels, digests, job.request_id,
         )  # fmt: skip
 
     def _threads(self) -> int:
@@ -234,6 +238,13 @@ class Slot:
         if self._shop.running.count == 1:
             return processors()
         return max(1, processors() // self._shop.settings.workers)
+
+
+def _tell(job: Job, message: str, *values: object) -> None:
+    fields = {"job": job.id, "kind": job.kind, "state": job.state, "attempt": job.attempt}
+    if job.failure is not None:
+        fields["failure"] = job.failure.kind
+    logger.info(message, *values, extra={"fields": fields})
 
 
 @contextmanager

@@ -45,6 +45,7 @@ from service.engines.messages import (
 )
 from service.jobs.job import Failure, Summary
 from service.jobs.progress import JobProgress
+from service.logs import LogForm, log_as, serving_request
 
 logger = logging.getLogger(__name__)
 
@@ -132,7 +133,9 @@ def serve(connection: Connection, start: LoadWork) -> None:
     wire.say(Ready())
     while True:
         task = wire.next_task()
-        wire.say(_answer(work, task, wire))
+        with serving_request(task.request_id):
+            answer = _answer(work, task, wire)
+        wire.say(answer)
         gc.collect()  # now, while nobody waits for it
 
 
@@ -169,9 +172,12 @@ def _is_right(task: Task, name: str) -> bool:
 def main() -> None:
     """The entry point of the process."""
     confine()
-    logging.basicConfig(
-        level=logging.INFO, format=f"%(levelname)s worker {os.getpid()}: %(message)s"
+    form = os.environ.get("OCCLUDER_LOG", LogForm.TEXT).lower()
+    log_as(
+        LogForm(form) if form in set(LogForm) else LogForm.TEXT,
+        text=f"%(levelname)s worker {os.getpid()}: %(message)s",
     )
+    logging.getLogger().setLevel(logging.INFO)
     module, _, function = sys.argv[2].partition(":")
     start: LoadWork = getattr(importlib.import_module(module), function)
     serve(Connection(int(sys.argv[1])), start)

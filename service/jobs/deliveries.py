@@ -29,6 +29,7 @@ class Delivery:
     ``attempt``  how often it was tried since it was made, or since it was asked for by hand.
     ``due``      when it is next, Unix seconds.
     ``redelivered``  how often it was asked for by hand.
+    ``request_id``  of the request that the job came by.
     """
 
     id: str
@@ -38,6 +39,7 @@ class Delivery:
     attempt: int
     due: float
     redelivered: int = 0
+    request_id: str | None = None
 
 
 @dataclass(frozen=True)

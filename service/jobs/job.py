@@ -143,6 +143,7 @@ class JobTerms:
     ``asset``     whose run it becomes, if any.
     ``attempts``  how often it may be begun, since its process may die.
     ``priority``  its place among the jobs of its tenant; the result is the same.
+    ``request_id``  of the request that asked for it, by which logs and webhooks name it.
     """
 
     kind: JobKind
@@ -154,6 +155,7 @@ class JobTerms:
     attempts: int = 3
     priority: Priority = Priority.INTERACTIVE
     retry_of: str | None = None
+    request_id: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

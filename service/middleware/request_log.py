@@ -9,13 +9,16 @@ import logging
 import re
 import secrets
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 from urllib.parse import quote
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.access.key import Caller
+from service.logs import begin_request, request_id
 
 _log = logging.getLogger("service.requests")
 
@@ -43,6 +46,7 @@ class RequestLog:
             return
         name = _name_of(scope)
         scope.setdefault("state", {})["request_id"] = name
+        begin_request(name)
         answer = _Answer()
 
         async def noting(message: Message) -> None:
@@ -58,7 +62,8 @@ class RequestLog:
         try:
             await self._app(scope, receive, noting)
         finally:
-            _log.info(_line(scope, answer, time.perf_counter() - began))
+            told = _fields(scope, answer, time.perf_counter() - began)
+            _log.info(_line(told, answer), extra={"fields": told})
 
 
 def _name_of(scope: Scope) -> str:
@@ -67,13 +72,25 @@ def _name_of(scope: Scope) -> str:
     return told if _NAME.fullmatch(told) else secrets.token_hex(8)
 
 
-def _line(scope: Scope, answer: _Answer, seconds: float) -> str:
-    state = scope["state"]
-    address = scope["client"][0] if scope.get("client") else "-"
-    caller = state.get("caller")
-    key = caller.key_id if isinstance(caller, Caller) and caller.key_id else "-"
+def _fields(scope: Scope, answer: _Answer, seconds: float) -> dict[str, Any]:
+    """What the line tells, by name."""
+    caller = scope["state"].get("caller")
+    return {
+        "client": scope["client"][0] if scope.get("client") else None,
+        "method": scope["method"],
+        "path": quote(scope["path"]),
+        "status": answer.status,
+        "bytes": answer.size,
+        "milliseconds": round(1000.0 * seconds, 1),
+        "key": caller.key_id if isinstance(caller, Caller) else None,
+        "whole": answer.whole,
+    }
+
+
+def _line(told: Mapping[str, Any], answer: _Answer) -> str:
     end = "" if answer.whole else " broken off"
     return (
-        f"{address} {scope['method']} {quote(scope['path'])} {answer.status or '-'} "
-        f"{answer.size} bytes {1000.0 * seconds:.1f} ms key={key} id={state['request_id']}{end}"
+        f"{told['client'] or '-'} {told['method']} {told['path']} {answer.status or '-'} "
+        f"{answer.size} bytes {told['milliseconds']:.1f} ms key={told['key'] or '-'} "
+        f"id={request_id()}{end}"
     )

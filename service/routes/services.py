@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Protocol
 
 from anyio import CapacityLimiter
@@ -18,6 +18,7 @@ from service.jobs.deliveries import DeliveryLog
 from service.jobs.job import Job, JobKind, Submission
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
+from service.logs import request_id
 from service.metrics import Metrics
 from service.schemas.options import OptionTable
 from service.settings import Settings
@@ -78,6 +79,7 @@ class Services:
         Waits for the database.  Raises :class:`~service.errors.ServiceError` as
         :meth:`JobStore.submit <service.jobs.stores.JobStore.submit>` does.
         """
+        submission = replace(submission, request_id=request_id())
         job, new = self.jobs.submit(submission, self.settings.queue_limit)
         if new and job.state.ended:
             self.on_end(job)

@@ -148,6 +148,9 @@ class JobBody(BaseModel):
     summary: SummaryBody | None = Field(description="When it has succeeded.")
     reused: str | None = Field(description="The job whose stored result it was given.")
     retry_of: str | None = Field(description="The job that it does again.")
+    request_id: str | None = Field(
+        description="`X-Request-Id` of the request that made it; its webhook has it too."
+    )
     webhook: str | None = Field(
         description="Who is told when it ends; keys that only read see no more than the host.",
         examples=["https://ci.example.org/hooks/7f3a"],

@@ -151,5 +151,9 @@ def _record_of(session: Session, row: DeliveryRow) -> DeliveryRecord:
 
 
 def _delivery_of(row: DeliveryRow) -> Delivery:
-    kept_otherwise: dict[str, Any] = {"tenant": row.job.tenant, "job_id": row.job.id}
+    kept_otherwise: dict[str, Any] = {
+        "tenant": row.job.tenant,
+        "job_id": row.job.id,
+        "request_id": row.job.request_id,
+    }
     return Delivery(**by_name(row, Delivery, but=kept_otherwise), **kept_otherwise)

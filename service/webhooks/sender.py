@@ -21,6 +21,7 @@ import httpx
 
 from service.errors import NotFoundError, ServiceError
 from service.jobs.deliveries import Delivery, DeliveryAttempt, DeliveryStore
+from service.logs import begin_request
 from service.settings import Settings
 from service.webhooks.address_guard import Resolve
 from service.webhooks.posting import PinnedTransport, PostOutcome, post_webhook, seconds_until_retry
@@ -28,6 +29,7 @@ from service.webhooks.rotation import CurrentSecrets
 from service.webhooks.signing import (
     DELIVERY_HEADER,
     EVENT_HEADER,
+    REQUEST_HEADER,
     SIGNATURE_HEADER,
     TIMESTAMP_HEADER,
     signatures,
@@ -144,6 +146,8 @@ class WebhookSender:
                 yield delivery
 
     async def _deliver(self, transport: httpx.AsyncBaseTransport, delivery: Delivery) -> None:
+        if delivery.request_id:
+            begin_request(delivery.request_id)
         try:
             began, since = time.time(), time.perf_counter()
             outcome = await self._tell(transport, delivery)
@@ -187,16 +191,23 @@ class WebhookSender:
         tried = delivery.attempt + 1
         # The URL is the receiver's secret, but for the host.
         about = f"webhook {delivery.id} of job {delivery.job_id} to {_host(delivery)}"
+        fields = {"job": delivery.job_id, "webhook": delivery.id, "status": outcome.status}
+        extra = {"fields": fields | {"milliseconds": round(attempt.milliseconds, 1)}}
         if outcome.heard:
             self._deliveries.confirm(delivery, attempt)
-            _log.info("%s was heard", about)
+            _log.info("%s was heard", about, extra=extra)
         elif outcome.gone or tried >= self._settings.webhook_attempts:
             self._deliveries.give_up(delivery, attempt)
-            _log.warning("%s was given up after %d tries: %s", about, tried, outcome.reason)
+            _log.warning(
+                "%s was given up after %d tries: %s", about, tried, outcome.reason, extra=extra
+            )
         else:
             seconds = seconds_until_retry(tried, outcome.wait)
             self._deliveries.postpone(delivery, attempt, seconds)
-            _log.info("%s is tried again in %.0f seconds: %s", about, seconds, outcome.reason)
+            _log.info(
+                "%s is tried again in %.0f seconds: %s",
+                about, seconds, outcome.reason, extra=extra,
+            )  # fmt: skip
 
 
 def _complain(error: Exception) -> None:
@@ -219,6 +230,7 @@ def _headers(delivery: Delivery, secrets: Sequence[str], body: bytes) -> dict[st
         DELIVERY_HEADER: delivery.id,
         TIMESTAMP_HEADER: str(timestamp),
         SIGNATURE_HEADER: signatures(secrets, timestamp, body),
+        **({REQUEST_HEADER: delivery.request_id} if delivery.request_id else {}),
     }
 
 

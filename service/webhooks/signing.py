@@ -16,6 +16,7 @@ EVENT_HEADER = "Occluder-Event"
 DELIVERY_HEADER = "Occluder-Delivery"
 TIMESTAMP_HEADER = "Occluder-Timestamp"
 SIGNATURE_HEADER = "Occluder-Signature"
+REQUEST_HEADER = "X-Request-Id"  # not signed: for logs
 
 _VERSION = "v1"
 

@@ -46,6 +46,7 @@ class MemoryJobs:
                 options=submission.options, version=submission.version, created=time.time(),
                 attempt=0, attempts=submission.attempts, asset=submission.asset,
                 webhook=submission.webhook, retry_of=submission.retry_of,
+                request_id=submission.request_id,
             )  # fmt: skip
             self.rows[job.id] = Row(job, submission.inputs)
             return job, True

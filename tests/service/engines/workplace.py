@@ -41,13 +41,15 @@ class Workplace:
         finally:
             self.engine.stop()
 
-    def submit(self, do="copy", *, text="mesh", wake=True, attempts=3, **options):
+    def submit(self, do="copy", *, text="mesh", wake=True, attempts=3, request_id=None, **options):
         return self.submit_files(
             JobKind.OCCLUDER, {"input/mesh.obj": text.encode()}, {"do": do, **options},
-            name="cat.obj", wake=wake, attempts=attempts,
+            name="cat.obj", wake=wake, attempts=attempts, request_id=request_id,
         )  # fmt: skip
 
-    def submit_files(self, kind, files, options, *, name, labels=(), wake=True, attempts=3):
+    def submit_files(
+        self, kind, files, options, *, name, labels=(), wake=True, attempts=3, request_id=None
+    ):
         called = dict(labels)
         inputs = tuple(
             JobFile(path, self.blobs.put(io.BytesIO(data)), "x/y", True, called.get(path))
@@ -55,7 +57,7 @@ class Workplace:
         )
         submission = Submission(
             tenant="me", kind=kind, name=name, options=options, inputs=inputs, version="1",
-            attempts=attempts,
+            attempts=attempts, request_id=request_id,
         )  # fmt: skip
         job, _ = self.jobs.submit(submission, 1000)
         if wake:

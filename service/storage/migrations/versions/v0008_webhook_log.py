@@ -1,4 +1,4 @@
-"""What came of each try to deliver a webhook, and secrets of webhooks that were rotated."""
+"""The log of webhooks, secrets of webhooks that were rotated, and by which request a job came."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ depends_on = None
 
 
 def upgrade() -> None:
+    op.add_column("jobs", sa.Column("request_id", sa.String(64)))
     op.add_column(
         "deliveries", sa.Column("redelivered", sa.Integer, nullable=False, server_default="0")
     )
@@ -47,3 +48,4 @@ def downgrade() -> None:
     for table in ("webhook_secrets", "delivery_attempts"):
         op.drop_table(table)
     op.drop_column("deliveries", "redelivered")
+    op.drop_column("jobs", "request_id")

@@ -3,7 +3,7 @@
 It uses of the library only what :mod:`simplifier` exports.  Layers, high to low, as the import
 contracts in ``pyproject.toml`` say:
 
-    cli          the commands ``occluder serve``, ``keys`` and ``submit``
+    cli          the commands ``occluder serve``, ``keys``, ``submit`` and ``webhooks``
     openapi      writes openapi.yaml
     app, client  everything put together; the other end of the wire
     middleware   what surrounds every request
@@ -19,5 +19,5 @@ contracts in ``pyproject.toml`` say:
     headers      what headers say, each as its standard has it
     jobs         what a job is, and what storage and engines promise each other
     settings     what the service is told by its surroundings
-    errors       every refusal
+    errors, logs every refusal; how lines of the log are written
 """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator, Iterator, Mapping
 from contextlib import ExitStack, asynccontextmanager, contextmanager
+from functools import partial
 from typing import Any
 
 from anyio.to_thread import current_default_thread_limiter, run_sync
@@ -17,11 +18,11 @@ from service.jobs.deliveries import Delivery
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
 from service.jobs.turns import Shares
-from service.metrics import Metrics
+from service.metrics import Metrics, Readings
 from service.middleware.bodies import LingeringClose, Turnstile
 from service.middleware.forwarded import ForwardedAddress
 from service.middleware.host_guard import HostGuard
-from service.middleware.request_log import RequestLog
+from service.middleware.request_log import Observe, RequestLog, SentAnswer
 from service.middleware.security_headers import SecurityHeaders
 from service.routes.api import make_api
 from service.routes.services import Check, Services
@@ -70,8 +71,17 @@ def create_app(settings: Settings) -> FastAPI:
         add_dashboard(app)
     inside = app.build_middleware_stack
     # Around all of it: no answer may come without its headers, not even that to a fault of ours.
-    app.build_middleware_stack = lambda: surround(inside(), settings)  # type: ignore[method-assign]
+    app.build_middleware_stack = lambda: surround(  # type: ignore[method-assign]
+        inside(), settings, observe=partial(_count_answer, app)
+    )
     return app
+
+
+def _count_answer(app: FastAPI, answer: SentAnswer) -> None:
+    metrics: Metrics = app.state.services.metrics
+    metrics.count_answer(
+        answer.method, answer.route, answer.status, answer.seconds, waited=answer.waited
+    )
 
 
 @contextmanager
@@ -94,7 +104,9 @@ def open_services(settings: Settings) -> Iterator[Services]:
         tenant_secrets = TenantSecrets.open(folder.path)
         deliveries = SqlDeliveryStore(database)
         secrets = CurrentSecrets(tenant_secrets, SqlSecretAges(database))
-        sender = WebhookSender(deliveries, _describe_from(jobs), secrets, settings)
+        sender = WebhookSender(
+            deliveries, _describe_from(jobs), secrets, settings, count=metrics.count_webhook
+        )
         sessions = Sessions(tenant_secrets.signing_key("sessions"))
 
         def on_end(job: Job) -> None:
@@ -105,6 +117,7 @@ def open_services(settings: Settings) -> Iterator[Services]:
             await check_webhook(address, allow_private=settings.webhook_private)
 
         engine = Engine(jobs, blobs, board, settings, folder.scratch, on_end)
+        metrics.watch(_readings(settings, blobs, engine))
         cleaner = Cleaner(
             jobs, blobs, journal, settings.keep_days, settings.journal_days, settings.clean_seconds
         )
@@ -132,6 +145,24 @@ def open_services(settings: Settings) -> Iterator[Services]:
             checks=_checks(settings, database, blobs, engine, board),
             on_end=on_end,
         )
+
+
+def _readings(settings: Settings, blobs: FileBlobs, engine: Engine) -> Readings:
+    return {
+        "occluder_workers_configured": (
+            "Worker processes that there are to be.", lambda: settings.workers,
+        ),
+        "occluder_workers_live": (
+            "Worker processes that can do a job or do one.", lambda: engine.live,
+        ),
+        "occluder_workers_busy": ("Jobs that are done just now.", lambda: engine.busy),
+        "occluder_disk_free_bytes": (
+            "What the disk of OCCLUDER_DATA has left.", blobs.free_bytes,
+        ),
+        "occluder_disk_reserve_bytes": (
+            "What is left free of it: below that uploads are refused.", lambda: settings.min_free,
+        ),
+    }  # fmt: skip
 
 
 def _describe_from(jobs: SqlJobStore) -> Describe:
@@ -171,12 +202,14 @@ def _checks(
     }
 
 
-def surround(app: ASGIApp, settings: Settings) -> ASGIApp:
+def surround(
+    app: ASGIApp, settings: Settings, *, observe: Observe = lambda answer: None
+) -> ASGIApp:
     """The application within its surroundings.
 
     It goes around the whole of it, the handler of unexpected errors included, so that no answer
     comes without its headers.
     """
     guarded = SecurityHeaders(HostGuard(app, settings), settings)
-    logged = RequestLog(guarded)
+    logged = RequestLog(guarded, observe)
     return ForwardedAddress(Turnstile(LingeringClose(logged)), settings.trusted_proxies)

@@ -1,8 +1,9 @@
-"""What is counted as jobs end, and what is read when Prometheus asks."""
+"""What is counted as requests and jobs end, and what is read when Prometheus asks."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from prometheus_client import CollectorRegistry, Counter, Histogram, ProcessCollector
 from prometheus_client.exposition import generate_latest
@@ -10,11 +11,20 @@ from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamil
 from prometheus_client.registry import Collector
 
 from service.jobs.asset import Asset, AssetStore
+from service.jobs.deliveries import WebhookOutcome
 from service.jobs.job import Job, JobState
 from service.jobs.stores import BlobStore, JobStore
 
 _SECONDS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
+_LATENCIES = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0)
+_METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
 _PAGE = 500
+
+OTHER = "other"
+"""The route of requests that none of ours is for, and the method of those that no route has."""
+
+Readings = Mapping[str, tuple[str, Callable[[], float | None]]]
+"""Gauges by name: what each says, and how it is read; None where it cannot be just now."""
 
 
 class Metrics:
@@ -38,6 +48,22 @@ class Metrics:
             "occluder_job_seconds", "Seconds of jobs that succeeded, by kind and stage.",
             ["kind", "stage"], buckets=_SECONDS, registry=self._registry,
         )  # fmt: skip
+        self._latency = Histogram(
+            "occluder_http_request_seconds",
+            "Seconds until an answer began, by route; without those that were to wait for a job.",
+            ["method", "route"], buckets=_LATENCIES, registry=self._registry,
+        )  # fmt: skip
+        self._responses = Counter(
+            "occluder_http_responses", "Answers, by route and status.",
+            ["method", "route", "status"], registry=self._registry,
+        )  # fmt: skip
+        self._webhooks = Counter(
+            "occluder_webhook_attempts",
+            "Tries to deliver webhooks: heard, failed (and tried again), or given up.",
+            ["outcome"], registry=self._registry,
+        )  # fmt: skip
+        for outcome in WebhookOutcome:
+            self._webhooks.labels(outcome)  # so that the first one is an increase
         self._hangups = Counter(
             "occluder_connections_ended", "Connections that the server ended, by reason.",
             ["reason"], registry=self._registry,
@@ -53,6 +79,27 @@ class Metrics:
             for stage, seconds in {**job.summary.timings, "all": job.summary.seconds}.items():
                 self._seconds.labels(job.kind, stage).observe(seconds)
 
+    def count_answer(
+        self, method: str, route: str | None, status: int, seconds: float, *, waited: bool
+    ) -> None:
+        """Count an answer that began after some seconds.
+
+        ``route``   its template, which has no ids in it; None where no route was for it.
+        ``waited``  whether it was to wait, so that the time says nothing of the service.
+        """
+        named = method if method in _METHODS else OTHER, route or OTHER
+        self._responses.labels(*named, status).inc()
+        if not waited:
+            self._latency.labels(*named).observe(seconds)
+
+    def count_webhook(self, outcome: WebhookOutcome) -> None:
+        """Count a try to deliver a webhook."""
+        self._webhooks.labels(outcome).inc()
+
+    def watch(self, readings: Readings) -> None:
+        """Read these as well whenever somebody asks."""
+        self._registry.register(_Readings(readings))
+
     def count_hangup(self, reason: str) -> None:
         """Count a connection that went beyond its limits."""
         self._hangups.labels(reason).inc()
@@ -62,6 +109,26 @@ class Metrics:
         assets = CollectorRegistry()
         assets.register(_Assets(self._assets, tenant))
         return generate_latest(self._registry) + generate_latest(assets)
+
+
+class _Readings(Collector):
+    """Gauges that are read when somebody asks."""
+
+    def __init__(self, readings: Readings) -> None:
+        self._readings = readings
+
+    def describe(self) -> Iterable[Metric]:
+        """As for the queue."""
+        return ()
+
+    def collect(self) -> Iterator[Metric]:
+        for name, (what, read) in self._readings.items():
+            try:
+                value = read()
+            except OSError:
+                value = None  # the others are told nevertheless
+            if value is not None:
+                yield GaugeMetricFamily(name, what, value=value)
 
 
 class _Queue(Collector):
@@ -82,6 +149,12 @@ class _Queue(Collector):
         yield jobs
         yield GaugeMetricFamily(
             "occluder_queue_depth", "Jobs that wait.", value=counts.get(JobState.QUEUED, 0)
+        )
+        oldest = self._jobs.oldest_queued()
+        yield GaugeMetricFamily(
+            "occluder_queue_oldest_seconds",
+            "Since the oldest job that waits was submitted; 0 where none does.",
+            value=0.0 if oldest is None else max(time.time() - oldest, 0.0),
         )
 
 

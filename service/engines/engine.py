@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 from service.engines.failures import server_ended
@@ -60,18 +61,29 @@ class Engine:
         self._look = Bell()
         self._recovered = threading.Event()
         self._threads: list[threading.Thread] = []
+        self._slots = [Slot(self._shop) for _ in range(settings.workers)]
 
     @property
     def problem(self) -> str | None:
         """What keeps it from working, in words; None while it works."""
         return self._shop.trouble.in_words
 
+    @property
+    def live(self) -> int:
+        """Processes that can do a job or do one."""
+        return sum(slot.live for slot in self._slots)
+
+    @property
+    def busy(self) -> int:
+        """Jobs that are done just now."""
+        return self._shop.running.count
+
     def start(self) -> None:
         """Take back what a killed server left, then begin.  Returns at once."""
         self._shop.board.begin_preparing()
         self._thread("leases", self._keep_leases)
-        for number in range(self._shop.settings.workers):
-            self._thread(f"worker {number}", self._work)
+        for number, slot in enumerate(self._slots):
+            self._thread(f"worker {number}", partial(self._work, slot))
 
     def wake(self) -> None:
         """A job waits, or is to end: look now rather than later.  From any thread."""
@@ -93,9 +105,9 @@ class Engine:
         self._threads.append(thread)
         thread.start()
 
-    def _work(self) -> None:
+    def _work(self, slot: Slot) -> None:
         self._recovered.wait()
-        Slot(self._shop).run()
+        slot.run()
 
     def _keep_leases(self) -> None:
         """Renew leases, hear of jobs that are to end, and ring for those that wait."""

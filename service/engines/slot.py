@@ -75,6 +75,14 @@ class Slot:
         self._shop = shop
         self._process: WorkerProcess | None = None
 
+    @property
+    def live(self) -> bool:
+        """Whether its process can do a job or does one.  From any thread."""
+        process = self._process
+        with suppress(ChildProcessError):  # it was just reaped
+            return process is not None and process.ready and process.alive
+        return False
+
     def run(self) -> None:
         """Returns when the engine stops; nothing is raised."""
         trouble = self._shop.trouble

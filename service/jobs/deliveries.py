@@ -20,6 +20,14 @@ class DeliveryState(StrEnum):
     GIVEN_UP = "given_up"
 
 
+class WebhookOutcome(StrEnum):
+    """What a try came to."""
+
+    HEARD = "heard"
+    FAILED = "failed"
+    GIVEN_UP = "given_up"
+
+
 @dataclass(frozen=True)
 class Delivery:
     """One webhook of one job.

@@ -102,6 +102,9 @@ class JobStore(Protocol):
 
     def counts(self) -> Mapping[JobState, int]: ...
 
+    def oldest_queued(self) -> float | None:
+        """When the oldest job that waits was submitted, Unix seconds; None where none does."""
+
     # What engines call.
 
     def claim(self, owner: str, lease_seconds: float) -> Claim | None:

@@ -9,7 +9,7 @@ import logging
 import re
 import secrets
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 from urllib.parse import quote
@@ -18,6 +18,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.access.key import Caller
+from service.headers import wait_seconds, wants_result
 from service.logs import begin_request, request_id
 
 _log = logging.getLogger("service.requests")
@@ -30,15 +31,37 @@ class _Answer:
     """What has been sent of an answer."""
 
     status: int | None = None
+    seconds: float = 0.0
     size: int = 0
     whole: bool = False
 
 
-class RequestLog:
-    """Reads ``X-Request-Id`` or makes one, for the answer, the log and ``request.state``."""
+@dataclass(frozen=True)
+class SentAnswer:
+    """An answer as it is counted.
 
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
+    ``route``    its template; None where no route was for it.
+    ``seconds``  until it began; ``waited`` whether it was asked to wait for a job.
+    """
+
+    method: str
+    route: str | None
+    status: int
+    seconds: float
+    waited: bool
+
+
+Observe = Callable[[SentAnswer], None]
+
+
+class RequestLog:
+    """Reads ``X-Request-Id`` or makes one, for the answer, the log and ``request.state``.
+
+    ``observe``  hears of each answer that was begun.
+    """
+
+    def __init__(self, app: ASGIApp, observe: Observe = lambda answer: None) -> None:
+        self._app, self._observe = app, observe
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
@@ -51,7 +74,7 @@ class RequestLog:
 
         async def noting(message: Message) -> None:
             if message["type"] == "http.response.start":
-                answer.status = message["status"]
+                answer.status, answer.seconds = message["status"], time.perf_counter() - began
                 MutableHeaders(scope=message)["X-Request-Id"] = name
             elif message["type"] == "http.response.body":
                 answer.size += len(message.get("body", b""))
@@ -64,12 +87,30 @@ class RequestLog:
         finally:
             told = _fields(scope, answer, time.perf_counter() - began)
             _log.info(_line(told, answer), extra={"fields": told})
+            if answer.status is not None:
+                self._observe(
+                    SentAnswer(
+                        scope["method"], _route_of(scope), answer.status, answer.seconds,
+                        _may_wait(scope),
+                    )
+                )  # fmt: skip
 
 
 def _name_of(scope: Scope) -> str:
     """The caller's own name for it, unless it could break a line of the log."""
     told = Headers(scope=scope).get("x-request-id", "")
     return told if _NAME.fullmatch(told) else secrets.token_hex(8)
+
+
+def _route_of(scope: Scope) -> str | None:
+    """The template of the route that answered, known once it has."""
+    path = getattr(scope.get("route"), "path", None)
+    return path if isinstance(path, str) else None
+
+
+def _may_wait(scope: Scope) -> bool:
+    wishes = Headers(scope=scope).getlist("prefer")
+    return wants_result(wishes) or wait_seconds(wishes, 1.0) > 0.0
 
 
 def _fields(scope: Scope, answer: _Answer, seconds: float) -> dict[str, Any]:

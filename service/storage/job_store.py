@@ -184,6 +184,11 @@ class SqlJobStore:
         counts.update((state, count) for state, count in rows)
         return counts
 
+    def oldest_queued(self) -> float | None:
+        query = select(func.min(JobRow.created)).where(JobRow.state == JobState.QUEUED)
+        with self._database.reading() as session:
+            return session.scalars(query).one()
+
     def claim(self, owner: str, lease_seconds: float) -> Claim | None:
         with self._database.writing() as session:
             row = take_turn(session, self._shares, self._waits.numbers())

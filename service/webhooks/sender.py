@@ -20,7 +20,7 @@ from typing import Any
 import httpx
 
 from service.errors import NotFoundError, ServiceError
-from service.jobs.deliveries import Delivery, DeliveryAttempt, DeliveryStore
+from service.jobs.deliveries import Delivery, DeliveryAttempt, DeliveryStore, WebhookOutcome
 from service.logs import begin_request
 from service.settings import Settings
 from service.webhooks.address_guard import Resolve
@@ -66,7 +66,9 @@ class WebhookSender:
         settings: Settings,
         *,
         resolve: Resolve | None = None,
+        count: Callable[[WebhookOutcome], None] = lambda outcome: None,
     ) -> None:
+        self._count = count
         self._deliveries = deliveries
         self._describe = describe
         self._secrets = secrets
@@ -195,15 +197,18 @@ class WebhookSender:
         extra = {"fields": fields | {"milliseconds": round(attempt.milliseconds, 1)}}
         if outcome.heard:
             self._deliveries.confirm(delivery, attempt)
+            self._count(WebhookOutcome.HEARD)
             _log.info("%s was heard", about, extra=extra)
         elif outcome.gone or tried >= self._settings.webhook_attempts:
             self._deliveries.give_up(delivery, attempt)
+            self._count(WebhookOutcome.GIVEN_UP)
             _log.warning(
                 "%s was given up after %d tries: %s", about, tried, outcome.reason, extra=extra
             )
         else:
             seconds = seconds_until_retry(tried, outcome.wait)
             self._deliveries.postpone(delivery, attempt, seconds)
+            self._count(WebhookOutcome.FAILED)
             _log.info(
                 "%s is tried again in %.0f seconds: %s",
                 about, seconds, outcome.reason, extra=extra,

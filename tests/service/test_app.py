@@ -11,6 +11,7 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import httpx
 import pytest
+from prometheus_client.parser import text_string_to_metric_families
 
 from service.app import create_app
 from service.settings import Settings
@@ -129,6 +130,21 @@ def test_a_file_that_is_no_mesh_is_refused_with_what_the_reader_found(http):
     failures = 'occluder_job_failures_total{failure="unreadable-mesh"} 1.0'
     # Counted by a thread of the engine, which may come after the answer.
     assert until(lambda: failures in http.get("/metrics").text)
+
+
+def test_workers_disk_and_webhooks_are_told_to_prometheus(http):
+    until(lambda: http.get("/readyz").status_code == 200)
+    told = {
+        (sample.name, *sample.labels.values()): sample.value
+        for family in text_string_to_metric_families(http.get("/metrics").text)
+        for sample in family.samples
+    }
+    workers = [told[f"occluder_workers_{one}",] for one in ("configured", "live", "busy")]
+    assert workers == [1.0, 1.0, 0.0]
+    assert told["occluder_disk_free_bytes",] > told["occluder_disk_reserve_bytes",] == 0.0
+    assert told["occluder_webhook_attempts_total", "heard"] >= 2
+    assert told["occluder_webhook_attempts_total", "failed"] >= 1
+    assert told["occluder_http_responses_total", "GET", "/readyz", "200"] >= 1
 
 
 def test_the_service_is_ready_and_shows_its_docs(http):

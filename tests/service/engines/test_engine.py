@@ -146,6 +146,26 @@ def test_memory_within_the_limit_is_there(shared):
     assert shared.end_of(shared.submit("allocate", bytes=200 * MIB)).state is JobState.SUCCEEDED
 
 
+def test_workers_are_counted(tmp_path):
+    note = tmp_path / "note"
+    place = Workplace(tmp_path / "place")
+    with place.open():
+        assert place.engine.busy == 0
+        until(lambda: place.engine.live == 2)
+        id_ = place.submit("wait", note=str(note))
+        until(lambda: pids(note))
+        assert (place.engine.live, place.engine.busy) == (2, 1)
+        os.kill(pids(note)[0], signal.SIGSTOP)
+        assert place.engine.live == 1  # it is there, and does nothing
+        os.kill(pids(note)[0], signal.SIGKILL)
+        until(lambda: place.engine.live == 2)
+        place.jobs.cancel(None, id_)
+        place.engine.wake()
+        place.end_of(id_)
+        until(lambda: place.engine.busy == 0)
+    assert place.engine.live == 0
+
+
 def test_progress_is_told_while_a_job_runs(shared):
     id_ = shared.submit("wait")
     progress = until(lambda: shared.board.latest(id_))

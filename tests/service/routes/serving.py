@@ -20,7 +20,7 @@ from service.errors import FieldError, InvalidOptionsError
 from service.jobs.job import Failure, Job, JobFile, Summary
 from service.jobs.progress import ProgressBoard
 from service.metrics import Metrics
-from service.middleware.request_log import RequestLog
+from service.middleware.request_log import RequestLog, SentAnswer
 from service.routes.api import make_api
 from service.routes.services import Services
 from service.schemas.job_options import option_tables
@@ -171,13 +171,18 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
         on_end=metrics.count,
     )  # fmt: skip
 
+    def count(answer: SentAnswer) -> None:
+        metrics.count_answer(
+            answer.method, answer.route, answer.status, answer.seconds, waited=answer.waited
+        )
+
     @asynccontextmanager
     async def lifespan(app):
         app.state.services = services
         yield
 
     with (
-        listening(RequestLog(make_api(lifespan))) as address,
+        listening(RequestLog(make_api(lifespan), count)) as address,
         httpx.Client(base_url=address, timeout=20.0) as http,
     ):
         yield Served(http, hand, services, keys, faults, deliveries, webhooks_woken)

@@ -188,7 +188,8 @@ class Slot:
             with suppress(NotFoundError):  # it may be removed as soon as it has ended
                 now = shop.jobs.job(None, job.id)
                 _tell(now, "job %s is %s after attempt %d", job.id, now.state, job.attempt)
-                if now.state.ended:
+                # Queued again, it may have been done by another attempt by now, which tells of it.
+                if now.state.ended and now.attempt == job.attempt:
                     shop.end(now)
 
     def _attempt(
@@ -238,7 +239,7 @@ class Slot:
         return Task(
             job.kind, job.name, job.options, inputs, str(folder / "results"),
             str(folder / "scratch"), self._threads(), shop.settings.job_memory,
-            shop.settings.max_unpacked, labels, digests, job.request_id,
+            shop.settings.max_unpacked, labels, digests, shop.settings.read_seconds, job.request_id,
         )  # fmt: skip
 
     def _threads(self) -> int:

@@ -87,6 +87,10 @@ class Settings(BaseSettings):
     job_seconds: float = Field(
         1800.0, gt=0.0, description="Time that a job may take, seconds; then it fails."
     )
+    read_seconds: float = Field(
+        300.0, gt=0.0, description="Time that reading the files of a job may take, seconds; then "
+        "it fails."
+    )  # fmt: skip
     job_memory: int = Field(
         4096 * _MIB,
         ge=256 * _MIB,

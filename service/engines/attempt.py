@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from service.engines.failures import (
     is_disk_full,
     out_of_memory,
+    out_of_reading_time,
     out_of_time,
     process_died,
     process_silent,
@@ -18,10 +19,11 @@ from service.engines.messages import Answer, Cancelled, Damaged, Done, Failed, T
 from service.engines.process import ProcessDiedError, WorkerProcess
 from service.engines.signals import Orders
 from service.jobs.job import Failure, Summary
-from service.jobs.progress import JobProgress
+from service.jobs.progress import READING, JobProgress
 
 _GLANCE = 0.05  # seconds between looks at orders and limits
 _PATIENCE = 0.5  # seconds that a process has to end its task when it is told to
+_READING_PATIENCE = 1.0  # seconds that it has to end reading by itself, before it is ended
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,7 @@ def attempt(
         while True:
             answer = process.receive(_GLANCE)
             if isinstance(answer, TaskProgress):
+                watch.note(answer.progress.stage)
                 tell(answer.progress)
             elif answer is not None:
                 return _outcome(process, answer, orders)
@@ -129,6 +132,14 @@ class _Watch:
         self._life, self._silence = LifeWatch(process), silence
         self._up = time.monotonic() + seconds
         self._patient_until: float | None = None
+        self._reading_since: float | None = None
+
+    def note(self, stage: str) -> None:
+        """The process has come to a stage, or is at it still."""
+        if stage != READING:
+            self._reading_since = None
+        elif self._reading_since is None:
+            self._reading_since = time.monotonic()
 
     def glance(self) -> AttemptOutcome | None:
         """What the attempt ends with here and now; None while it may go on."""
@@ -142,8 +153,16 @@ class _Watch:
             return GivenUp() if now >= self._patient_until else None
         if now >= self._up:
             return NotDone(out_of_time(self._seconds), final=True)
+        if self._reads_too_long(now):
+            return NotDone(out_of_reading_time(self._task.reading or 0.0), final=True)
         if self._life.silence() >= self._silence:
             return NotDone(process_silent(self._silence), final=False)
         if self._process.grown > self._task.memory:
             return NotDone(out_of_memory(self._task.memory), final=True)
         return None
+
+    def _reads_too_long(self, now: float) -> bool:
+        """It ends that itself, but within a long call of a library it hears of nothing."""
+        if self._reading_since is None or self._task.reading is None:
+            return False
+        return now >= self._reading_since + self._task.reading + _READING_PATIENCE

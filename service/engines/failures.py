@@ -36,6 +36,16 @@ def out_of_time(seconds: float) -> Failure:
     )
 
 
+def out_of_reading_time(seconds: float) -> Failure:
+    """What was sent wanted more than so many seconds to be read."""
+    return Failure(
+        "out-of-time",
+        f"reading takes longer than the {seconds:,.6g} seconds that reading may take",
+        "send a smaller file, or a binary format in place of a textual one, or raise "
+        "OCCLUDER_READ_SECONDS",
+    )
+
+
 def process_died(how: str) -> Failure:
     """The process that did it is gone; ``how`` continues "its process"."""
     return Failure(

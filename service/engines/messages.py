@@ -29,6 +29,7 @@ class Task:
     ``threads``  to be used; ``memory`` bytes that it may take beside what the process has.
     ``unpacked``  bytes that an archive may hold.
     ``labels``   what its owner calls an input, by the input's name, where that is known.
+    ``reading``  seconds that it may take over its inputs before it begins with them; None for any.
     ``digests``  SHA-256 in hex by the input's name: what its file has to be, or nothing is done.
     ``request_id``  of the request that it is done for, for the log.
     """
@@ -44,6 +45,7 @@ class Task:
     unpacked: int
     labels: Mapping[str, str] = field(default_factory=dict)
     digests: Mapping[str, str] = field(default_factory=dict)
+    reading: float | None = None
     request_id: str | None = None
     type: Literal["task"] = "task"
 

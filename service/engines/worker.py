@@ -28,8 +28,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
+from types import FrameType, TracebackType
+from typing import Self
 
-from service.engines.failures import out_of_memory, program_fault
+from service.engines.failures import out_of_memory, out_of_reading_time, program_fault
 from service.engines.messages import (
     LARGEST,
     Answer,
@@ -44,7 +46,7 @@ from service.engines.messages import (
     instruction_of,
 )
 from service.jobs.job import Failure, Summary
-from service.jobs.progress import JobProgress
+from service.jobs.progress import READING, JobProgress
 from service.logs import LogForm, log_as, serving_request
 
 logger = logging.getLogger(__name__)
@@ -79,6 +81,52 @@ class TaskCancelledError(Exception):
     """The task was told to end."""
 
 
+class ReadingTimeError(BaseException):
+    """Reading takes too long.  No Exception: readers turn those into words on the file."""
+
+
+class ReadingLimit:
+    """Ends reading after some seconds, by a signal that raises :class:`ReadingTimeError`.
+
+    It ends what Python runs, and leaves the process as good as before.  A call that never comes
+    back to Python does not hear of it; then the server ends the process, a moment later.
+    """
+
+    def __init__(self, seconds: float | None, tell: ReportProgress) -> None:
+        """``tell`` is told all progress, by which the limit knows what is read when."""
+        self.passed = False
+        # Signals are for the main thread alone, which is where tasks are done.
+        here = threading.current_thread() is threading.main_thread()
+        self._seconds, self._tell = seconds if here else None, tell
+        self._reading = False
+
+    def tell(self, progress: JobProgress) -> None:
+        reading = progress.stage == READING
+        if self._seconds is not None and reading != self._reading:
+            self._reading = reading
+            signal.setitimer(signal.ITIMER_REAL, self._seconds if reading else 0.0)
+        self._tell(progress)
+
+    def __enter__(self) -> Self:
+        if self._seconds is not None:
+            signal.signal(signal.SIGALRM, self._raise)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._seconds is not None:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, signal.SIG_IGN)
+
+    def _raise(self, number: int, frame: FrameType | None) -> None:
+        self.passed = True
+        raise ReadingTimeError
+
+
 class _Wire:
     """This end of the pair: a thread reads it, and whoever has something to say writes to it."""
 
@@ -86,7 +134,7 @@ class _Wire:
         self._tasks: queue.SimpleQueue[Task] = queue.SimpleQueue()
         self.cancel = threading.Event()
         self._connection = connection
-        self._told = float("-inf")
+        self._told, self._stage = float("-inf"), ""
         threading.Thread(target=self._read, name="orders", daemon=True).start()
 
     def _read(self) -> None:
@@ -104,7 +152,7 @@ class _Wire:
     def next_task(self) -> Task:
         """Waits for it; the first that it tells goes at once, however late the last one spoke."""
         task = self._tasks.get()
-        self._told = float("-inf")
+        self._told, self._stage = float("-inf"), ""
         return task
 
     def say(self, answer: Answer) -> None:
@@ -117,11 +165,13 @@ class _Wire:
     def tell(self, progress: JobProgress) -> None:
         """Send progress some times a second at most: kernels report more often than anyone can see.
 
-        What has a picture goes always, as the next one has it no more.
+        What has a picture goes always, as the next one has it no more; and so do begin and
+        end of reading, on which the server has a limit.
         """
         now = time.monotonic()
-        if progress.picture is not None or now - self._told >= _TELL_SECONDS:
-            self._told = now
+        turns = (self._stage == READING) != (progress.stage == READING)
+        if turns or progress.picture is not None or now - self._told >= _TELL_SECONDS:
+            self._told, self._stage = now, progress.stage
             self.say(TaskProgress(progress))
 
 
@@ -144,11 +194,24 @@ def _answer(work: DoTask, task: Task, wire: _Wire) -> Answer:
     os.environ["OCCLUDER_THREADS"] = str(task.threads)  # the library reads it at each call
     tempfile.tempdir = task.scratch
     allow_memory(task.memory)
+    threads = threading.active_count()
     damaged = tuple(name for name in task.digests if not _is_right(task, name))
     if damaged:
         return Damaged(damaged)
+    limit = ReadingLimit(task.reading, wire.tell)
+    answer: Answer | None = None
+    with suppress(ReadingTimeError), limit:
+        answer = _try(work, task, limit.tell, wire.cancel)
+    if answer is None or (limit.passed and not isinstance(answer, Done)):
+        # Whatever has become of the error on its way.
+        left_behind = threading.active_count() > threads
+        return Failed(out_of_reading_time(task.reading or 0.0), odd=left_behind)
+    return answer
+
+
+def _try(work: DoTask, task: Task, tell: ReportProgress, cancel: Cancel) -> Answer:
     try:
-        return Done(work(task, wire.tell, wire.cancel))
+        return Done(work(task, tell, cancel))
     except TaskFailedError as error:
         return Failed(error.failure, odd=False)
     except TaskCancelledError:

@@ -16,6 +16,9 @@ PREPARING = "preparing"
 LARGEST_PICTURE = 16 << 10
 """Bytes of a picture that is kept; a worker's are half of that."""
 
+READING = "load"
+"""The stage at which a job reads what it was given, before all work on it."""
+
 
 @dataclass(frozen=True)
 class Snapshot:

@@ -77,8 +77,8 @@ def find_visible_sets(
 
     ``options``  as :class:`VisibilityOptions` says, or its fields as ``changes``.
     ``allow_external``  whether a file may refer to others.
-    ``tell_objects``, ``tell``  called with how many objects are read, then how many cells are done,
-                 and of how many.
+    ``tell_objects``, ``tell``  called with how many objects are read, 0 once the file is in memory,
+                 then how many cells are done, and of how many.
     ``cancel``   once set, ends the call soon: cells that are left count as seeing everything;
                  without any that is done :class:`~simplifier.errors.CancelledError` is raised.
 
@@ -98,6 +98,7 @@ def find_visible_sets(
     given = read_input(
         place, chosen.transparent, chosen, chosen.memory_limit, allow_external=allow_external
     )
+    tell_objects(0, len(given.scene))
     asked = given.with_cells(chosen.cells, chosen)
     found = find_pvs(
         asked.upright, asked.cells, asked.options, None,

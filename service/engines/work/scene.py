@@ -31,6 +31,7 @@ def make_scene(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     options = simplifier.SceneOptions.of({**options_within_memory(task), "preview": True})
     meter.at("load", 0.0)
     scene = _load(task)
+    meter.at("occluders", 0.1)
 
     def report_objects(done: int, total: int) -> None:
         meter.at("occluders", 0.1 + 0.8 * done / max(total, 1))

@@ -23,6 +23,7 @@ def measure_tradeoff(task: Task, tell: ReportProgress, cancel: Cancel) -> Summar
     options = simplifier.TradeoffOptions.of(options_within_memory(task))
     meter.at("load", 0.0)
     mesh, overrides = read_mesh(task, options)
+    meter.at("runs", 0.0)
 
     def report_runs(done: int, runs: int, now: str) -> None:
         meter.at_count("runs", _MEASURED * done / runs, done, runs)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 from pathlib import Path
 
 import pytest
@@ -209,6 +210,37 @@ def test_time_is_limited(tmp_path):
         job = place.end_of(place.submit("hang"))
     assert (job.state, job.failure.kind, job.attempt) == (JobState.FAILED, "out-of-time", 1)
     assert "0.3 seconds" in job.failure.detail
+
+
+@pytest.mark.parametrize(
+    ("deed", "kept"),
+    [("read_for_ever", True), ("read_in_one_call", False), ("read_by_threads", False)],
+)
+def test_reading_has_a_limit_of_its_own_and_the_worker_is_free_at_once(tmp_path, deed, kept):
+    """``kept``: the process goes on where its reading could be ended, else another takes over."""
+    place = Workplace(tmp_path / "place", workers=1, read_seconds=0.3)
+    note = tmp_path / "note"
+    with place.open():
+        place.end_of(place.submit(note=str(note)))  # warm
+        begin = time.monotonic()
+        job = place.end_of(place.submit(deed, note=str(note)))
+        taken = time.monotonic() - begin
+        after = place.end_of(place.submit(note=str(note)))
+    assert (job.state, job.attempt) == (JobState.FAILED, 1)
+    assert job.failure.kind == "out-of-time"
+    assert "reading takes longer than the 0.3 seconds" in job.failure.detail
+    assert "OCCLUDER_READ_SECONDS" in job.failure.remedy
+    assert taken < 5.0
+    assert after.state is JobState.SUCCEEDED
+    first, second, third = pids(note)
+    assert (first == second, second == third) == (True, kept)
+
+
+def test_work_after_reading_may_take_longer_than_reading(tmp_path):
+    place = Workplace(tmp_path / "place", workers=1, read_seconds=0.2)
+    with place.open():
+        job = place.end_of(place.submit("read_then_work", seconds=1.6))
+    assert job.state is JobState.SUCCEEDED
 
 
 def test_a_stopped_process_is_lost_within_a_lease_and_its_job_begun_again(tmp_path):

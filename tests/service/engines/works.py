@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import signal
 import sys
@@ -100,6 +101,40 @@ def compute(task, tell, cancel):
     copy(task, tell, cancel)
 
 
+def read_for_ever(task, tell, cancel):
+    """A reader in Python that has met its worst case, and words for whatever is raised in it."""
+    tell(JobProgress("load", 0.0))
+    try:
+        while True:
+            sum(range(1000))
+    except Exception as error:
+        raise TaskFailedError(Failure("unreadable-mesh", "it is a cat", "")) from error
+
+
+def read_in_one_call(task, tell, cancel):
+    """A reader that never comes back to Python, but works."""
+    tell(JobProgress("load", 0.0))
+    hashlib.pbkdf2_hmac("sha256", b"", b"", 1 << 30)
+
+
+def read_by_threads(task, tell, cancel):
+    """What it has begun goes on without it."""
+    tell(JobProgress("load", 0.0))
+    threading.Thread(target=time.sleep, args=(60.0,), daemon=True).start()
+    while True:
+        time.sleep(0.01)
+
+
+def read_then_work(task, tell, cancel):
+    """Short reading, long work."""
+    tell(JobProgress("load", 0.0))
+    tell(JobProgress("voxelize", 0.1))
+    end = time.monotonic() + task.options["seconds"]
+    while time.monotonic() < end:
+        time.sleep(0.01)
+    copy(task, tell, cancel)
+
+
 def fill_once(task, tell, cancel):
     if not Path(task.options["note"]).read_text().count("\n") > 1:
         raise TaskFailedError(disk_full("the work"))
@@ -155,6 +190,7 @@ DEEDS = {
     one.__name__: one
     for one in (
         copy, die, exit_quietly, wait, hang, fail, fault, allocate, keep, allocate_in_children,
-        report_surroundings, stop_once, lock_up, compute, fill_once,
+        report_surroundings, stop_once, lock_up, compute, fill_once, read_for_ever,
+        read_in_one_call, read_by_threads, read_then_work,
     )
 }  # fmt: skip

@@ -30,6 +30,7 @@ from service.schemas.job import JobBody
 from service.schemas.job_options import option_tables
 from service.settings import Settings
 from service.storage.asset_store import SqlAssetStore
+from service.storage.check_store import SqlCheckStore
 from service.storage.cleaning import Cleaner
 from service.storage.data_folder import DataFolder
 from service.storage.database import Database
@@ -38,6 +39,7 @@ from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from service.storage.journal_store import SqlJournal
 from service.storage.key_store import SqlKeyStore
+from service.storage.scrubbing import Scrubber
 from service.storage.secret_ages import SqlSecretAges
 from service.webhooks.address_guard import check_webhook
 from service.webhooks.rotation import CurrentSecrets
@@ -100,7 +102,10 @@ def open_services(settings: Settings) -> Iterator[Services]:
         jobs = SqlJobStore(database, shares=shares, is_stored=blobs.has)
         assets = SqlAssetStore(database)
         journal = SqlJournal(database)
-        board, metrics = ProgressBoard(), Metrics(jobs, assets, blobs)
+        scrubber = Scrubber(
+            blobs.places, SqlCheckStore(database), settings.scrub_days, settings.scrub_rate
+        )
+        board, metrics = ProgressBoard(), Metrics(jobs, assets, blobs, scrubber)
         tenant_secrets = TenantSecrets.open(folder.path)
         deliveries = SqlDeliveryStore(database)
         secrets = CurrentSecrets(tenant_secrets, SqlSecretAges(database))
@@ -122,6 +127,7 @@ def open_services(settings: Settings) -> Iterator[Services]:
             jobs, blobs, journal, settings.keep_days, settings.journal_days, settings.clean_seconds
         )
         parts.enter_context(cleaner.running())
+        parts.enter_context(scrubber.running())
         sender.start()
         parts.callback(sender.stop)
         engine.start()

@@ -13,7 +13,7 @@ from prometheus_client.registry import Collector
 from service.jobs.asset import Asset, AssetStore
 from service.jobs.deliveries import WebhookOutcome
 from service.jobs.job import Job, JobState
-from service.jobs.stores import BlobStore, JobStore
+from service.jobs.stores import BlobStore, JobStore, Scrub
 
 _SECONDS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
 _LATENCIES = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0)
@@ -30,12 +30,12 @@ Readings = Mapping[str, tuple[str, Callable[[], float | None]]]
 class Metrics:
     """Counters of one application, beginning at 0 with it.  Safe from any thread."""
 
-    def __init__(self, jobs: JobStore, assets: AssetStore, blobs: BlobStore) -> None:
+    def __init__(self, jobs: JobStore, assets: AssetStore, blobs: BlobStore, scrub: Scrub) -> None:
         self._assets = assets
         self._registry = CollectorRegistry()
         ProcessCollector(registry=self._registry)
         self._registry.register(_Queue(jobs))
-        self._registry.register(_Blobs(blobs))
+        self._registry.register(_Blobs(blobs, scrub))
         self._ended = Counter(
             "occluder_jobs_ended", "Jobs that ended, by kind and state.", ["kind", "state"],
             registry=self._registry,
@@ -161,8 +161,8 @@ class _Queue(Collector):
 class _Blobs(Collector):
     """What is known of damage on the disk."""
 
-    def __init__(self, blobs: BlobStore) -> None:
-        self._blobs = blobs
+    def __init__(self, blobs: BlobStore, scrub: Scrub) -> None:
+        self._blobs, self._scrub = blobs, scrub
 
     def describe(self) -> Iterable[Metric]:
         """As for the queue."""
@@ -179,6 +179,27 @@ class _Blobs(Collector):
             "Blobs that are damaged and that nobody has sent or made again yet.",
             value=self._blobs.corrupt,
         )
+        found = self._scrub.figures()
+        yield CounterMetricFamily(
+            "occluder_scrubbed_blobs", "Blobs that were read anew.", value=found.checked
+        )
+        yield CounterMetricFamily(
+            "occluder_scrubbed_bytes", "Bytes that were read anew.", value=found.size
+        )
+        yield CounterMetricFamily(
+            "occluder_scrub_damage", "Blobs that reading anew found damaged.", value=found.damaged
+        )
+        yield GaugeMetricFamily(
+            "occluder_lost_blobs",
+            "Blobs that jobs name and that are gone, when it was last looked for them.",
+            value=found.lost,
+        )
+        if found.oldest_age is not None:
+            yield GaugeMetricFamily(
+                "occluder_oldest_blob_check_seconds",
+                "Age of the oldest check of a stored blob.",
+                value=found.oldest_age,
+            )
 
 
 class _Assets(Collector):

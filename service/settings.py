@@ -152,6 +152,14 @@ class Settings(BaseSettings):
         3600.0, gt=0.0, description="Time between two rounds of removing what is old, seconds."
     )
 
+    scrub_days: float = Field(
+        30.0, ge=0.0, description="Days within which all stored files are read anew and checked, 0 "
+        "for never."
+    )  # fmt: skip
+    scrub_rate: int = Field(
+        16 * _MIB, ge=1024, description="Bytes a second that are read for that at most."
+    )
+
     webhook_private: bool = Field(
         False, description="Whether webhooks may go to private and loopback addresses."
     )

@@ -242,3 +242,26 @@ class BlobStore(Protocol):
 
     def free_bytes(self) -> int:
         """What the disk has left."""
+
+
+@dataclass(frozen=True)
+class ScrubFigures:
+    """What reading all blobs anew has shown since the start.
+
+    ``checked``     blobs that were read; ``size`` bytes of these.
+    ``damaged``     blobs that were found damaged.
+    ``lost``        blobs that are gone and that jobs name, when it was last looked for them.
+    ``oldest_age``  seconds since the oldest check; None where nothing is checked.
+    """
+
+    checked: int = 0
+    size: int = 0
+    damaged: int = 0
+    lost: int = 0
+    oldest_age: float | None = None
+
+
+class Scrub(Protocol):
+    """Reads all blobs anew, now and then."""
+
+    def figures(self) -> ScrubFigures: ...

@@ -188,6 +188,16 @@ class JobFileRow(Base):
     label: Mapped[str | None]
 
 
+class BlobCheckRow(Base):
+    """When all blobs of a folder were last read to see whether they are right; by its number."""
+
+    __tablename__ = "blob_checks"
+    __table_args__ = (CheckConstraint("folder BETWEEN 0 AND 255", name="folder"),)
+
+    folder: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    checked: Mapped[float]
+
+
 class IdempotencyKeyRow(Base):
     """Which job a tenant's key gave, and a hash of the request; it goes with the job."""
 

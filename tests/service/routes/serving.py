@@ -26,11 +26,13 @@ from service.routes.services import Services
 from service.schemas.job_options import option_tables
 from service.settings import Settings
 from service.storage.asset_store import SqlAssetStore
+from service.storage.check_store import SqlCheckStore
 from service.storage.database import Database
 from service.storage.delivery_store import SqlDeliveryStore
 from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from service.storage.key_store import SqlKeyStore
+from service.storage.scrubbing import Scrubber
 from tests.waiting import until
 
 OBJ = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -151,7 +153,8 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
     blobs = FileBlobs(folder / "blobs")
     jobs = SqlJobStore(database, is_stored=blobs.has)
     assets, keys = SqlAssetStore(database), SqlKeyStore(database)
-    board, metrics = ProgressBoard(), Metrics(jobs, assets, blobs)
+    scrubber = Scrubber(blobs.places, SqlCheckStore(database), 30.0, 1 << 30)
+    board, metrics = ProgressBoard(), Metrics(jobs, assets, blobs, scrubber)
     hand = ByHand(jobs, blobs, board, metrics.count)
     faults: dict[str, str] = {}
     deliveries, webhooks_woken = SqlDeliveryStore(database), threading.Event()

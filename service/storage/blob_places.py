@@ -110,8 +110,17 @@ class BlobPlaces:
         ``on_read``  is told how many bytes were read, now and then; what it raises passes through.
         ``aside``    whether to put it aside where it is damaged.
         """
+        return self._examine(self.place(digest), digest, on_read, aside=aside)
+
+    def examine_aside(self, digest: str) -> BlobState:
+        """Read one that was put aside, which changes nothing."""
+        return self._examine(self.place_aside(digest), digest, lambda size: None, aside=False)
+
+    def _examine(
+        self, path: Path, digest: str, on_read: Callable[[int], object], *, aside: bool
+    ) -> BlobState:
         try:
-            file = self.place(digest).open("rb", buffering=0)
+            file = path.open("rb", buffering=0)
         except FileNotFoundError:
             return BlobState.GONE
         with file:

@@ -56,10 +56,11 @@ class SqlCheckStore:
             )
             return [FolderCheck(row.folder, row.checked) for row in rows]
 
-    def note(self, check: FolderCheck) -> None:
-        """The whole of a folder was checked."""
+    def note(self, *checks: FolderCheck) -> None:
+        """The whole of these folders was checked."""
         with self._database.writing() as session:
-            session.merge(BlobCheckRow(folder=check.folder, checked=check.checked))
+            for check in checks:
+                session.merge(BlobCheckRow(folder=check.folder, checked=check.checked))
 
     def named(self, folder: int) -> frozenset[str]:
         """Digests of a folder that files of jobs have."""

@@ -3,6 +3,7 @@
 :data:`Debug`          the type of its ``--debug``, which it hands to :func:`run_guarded`
 :func:`run_guarded`    does its work; an error is one line on standard error and an exit status
 :func:`print_line`     a line on standard error; :func:`print_text` one on standard output
+:func:`count_bar`      how many of some things are done, where somebody looks
 :func:`with_options`   gives it the options of a table, such as ``SimplifyOptions.fields()``
 :func:`percent`        a share of 0 to 1 as all commands write it
 :func:`percent_at_most`  one that is to be small
@@ -15,7 +16,7 @@
 
 from __future__ import annotations
 
-from simplifier.cli.console import print_line, print_text
+from simplifier.cli.console import count_bar, print_line, print_text
 from simplifier.cli.options import read_values, with_options
 from simplifier.cli.running import INTERRUPTED, Debug, interrupts, run_guarded
 from simplifier.io.suffixes import overrides_beside
@@ -24,6 +25,7 @@ from simplifier.wording import percent, percent_at_most
 __all__ = [
     "INTERRUPTED",
     "Debug",
+    "count_bar",
     "interrupts",
     "overrides_beside",
     "percent",

@@ -1,0 +1,61 @@
+"""Putting damaged and lost blobs right from a copy of the folder, such as a backup."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from service.errors import SettingsError
+from service.storage.blob_drafts import Draft, raising_disk_full, sync_folder
+from service.storage.blob_places import BlobPlaces, BlobState
+
+_BLOCK = 1 << 20
+
+
+@dataclass(frozen=True)
+class Backup:
+    """The blobs of a copy, of which only bytes of the right digest are taken."""
+
+    places: BlobPlaces
+
+    @classmethod
+    def of(cls, folder: Path) -> Backup:
+        """A copy of the folder of blobs, or of the data folder that it is in.
+
+        Raises :class:`~service.errors.SettingsError` where there are no blobs.
+        """
+        inner = folder / "blobs"
+        places = BlobPlaces(inner if inner.is_dir() else folder)
+        if next(places.digests(), None) is None:
+            raise SettingsError(f"'{folder}' has no blobs; name a copy of the data folder")
+        return cls(places)
+
+    def restore(self, target: BlobPlaces, digest: str) -> bool:
+        """Copy a blob to its place; whether the copy had it, with the right bytes.
+
+        Raises :class:`~service.errors.DiskFullError`.
+        """
+        draft = Draft(target.drafts, 0)
+        try:
+            with self.places.place(digest).open("rb", buffering=0) as source:
+                while block := source.read(_BLOCK):
+                    draft.write(block)
+            if draft.seal().digest != digest:
+                return False
+            with raising_disk_full():
+                draft.path.replace(target.place(digest))
+                sync_folder(target.place(digest).parent)
+        except FileNotFoundError:
+            return False
+        finally:
+            draft.discard()
+        target.place_aside(digest).unlink(missing_ok=True)
+        return True
+
+
+def restore_from_aside(target: BlobPlaces, digest: str) -> bool:
+    """Put back what was put aside if its bytes are right after all: memory or a cable was bad."""
+    if target.examine_aside(digest) is not BlobState.WHOLE:
+        return False
+    target.put_back(digest)
+    return True

@@ -101,7 +101,7 @@ def open_services(settings: Settings) -> Iterator[Services]:
         shares = Shares(settings.workers, settings.tenant_waiting, settings.tenant_running)
         jobs = SqlJobStore(database, shares=shares, is_stored=blobs.has)
         assets = SqlAssetStore(database)
-        journal = SqlJournal(database)
+        keys, journal = SqlKeyStore(database), SqlJournal(database)
         scrubber = Scrubber(
             blobs.places, SqlCheckStore(database), settings.scrub_days, settings.scrub_rate
         )
@@ -142,9 +142,9 @@ def open_services(settings: Settings) -> Iterator[Services]:
             board=board,
             runner=engine,
             metrics=metrics,
-            authenticator=Authenticator(
-                SqlKeyStore(database), sessions, keys_needed=settings.keys_needed
-            ),
+            authenticator=Authenticator(keys, sessions, keys_needed=settings.keys_needed),
+            keys=keys,
+            journal=journal,
             check_webhook=check,
             deliveries=deliveries,
             wake_webhooks=sender.wake,

@@ -190,7 +190,15 @@ def demand(caller: Caller, scope: Scope) -> None:
         raise ForbiddenError(
             f"the API key allows to {caller.scope}, and this needs {scope}",
             remedy=f"use a key made with --scope {scope}",
+            extra={"scope": caller.scope, "needed": scope},
         )
+
+
+def demand_curator(caller: Caller) -> None:
+    """As :func:`demand` for an admin's key, which sets thresholds and removes assets; some keys
+    of before may that too (:class:`~service.access.key.ApiKey`)."""
+    if not caller.may_curate:
+        demand(caller, Scope.ADMIN)
 
 
 def _sent_key(headers: Mapping[str, str]) -> str | None:

@@ -134,6 +134,18 @@ def hint_of(secret: str) -> str:
     return secret[: len(_PREFIX) + 4]
 
 
+LONGEST_NAME = 100
+
+
+def key_name(text: str) -> str:
+    """What a key is for, for people.  Raises ValueError that says what is wrong."""
+    if len(text) > LONGEST_NAME or not text.isprintable():
+        raise ValueError(
+            f"a name has at most {LONGEST_NAME} characters, and none that cannot be printed"
+        )
+    return text
+
+
 LONGEST_OVERLAP = 90 * 86_400.0
 """Seconds for which a key may go on beside the one that replaces it."""
 

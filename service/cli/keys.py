@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from service.access.key import LOCAL, ApiKey, Scope
+from service.access.key import LOCAL, ApiKey, Scope, key_name
 from service.cli.command import run_command
 from service.cli.moments import read_duration, read_moment
 from service.cli.table import aligned
@@ -56,7 +56,6 @@ Expires = Annotated[
 ]
 
 _TENANT = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}", re.ASCII)
-_LONGEST_NAME = 100
 
 
 @keys.command()
@@ -75,12 +74,10 @@ def create(
 
     def run() -> None:
         _check_tenant(tenant)
-        if len(name) > _LONGEST_NAME or not name.isprintable():
-            raise OptionError(
-                "a name has at most 100 characters, and none that cannot be printed",
-                where="name",
-                remedy="choose another one",
-            )
+        try:
+            key_name(name)
+        except ValueError as error:
+            raise OptionError(str(error), where="name", remedy="choose another one") from None
         end = _end(expires)
         folder = _folder(data)
         folder.make()

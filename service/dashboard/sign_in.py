@@ -15,7 +15,7 @@ from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse, Resp
 
 from service.access.session import COOKIE, SESSION_SECONDS
 from service.errors import ServiceError, TooManyAttemptsError
-from service.routes.services import TheServices
+from service.routes.services import TheServices, address_of
 from service.uploads.body import SmallBodyRoute
 
 STYLE = "/dashboard/style.css"
@@ -79,7 +79,7 @@ def sign_in(
 ) -> Response:
     """Give the cookie of a session and go on to the page that was asked for."""
     try:
-        token = services.authenticator.sign_in(key.strip(), _address_of(request))
+        token = services.authenticator.sign_in(key.strip(), address_of(request))
     except TooManyAttemptsError as refusal:
         return _form(next, f"Too many keys were tried. {_sentence(refusal.remedy)}", refusal)
     except ServiceError as refusal:
@@ -100,14 +100,10 @@ def sign_in(
 @router.post("/sign-out")
 def sign_out(request: Request, services: TheServices) -> Response:
     """End the session: the cookie opens nothing from now on, whoever has a copy of it."""
-    services.authenticator.sign_out(request.headers, _address_of(request))
+    services.authenticator.sign_out(request.headers, address_of(request))
     answer = RedirectResponse("/sign-in", 303, headers=_HEADERS)
     answer.delete_cookie(COOKIE, httponly=True, samesite="strict")
     return answer
-
-
-def _address_of(request: Request) -> str:
-    return request.client.host if request.client else ""
 
 
 def _form(wanted: str, message: str = "", refusal: ServiceError | None = None) -> HTMLResponse:

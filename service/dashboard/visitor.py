@@ -8,7 +8,7 @@ from typing import cast
 
 from nicegui import ui
 
-from service.access.authentication import demand
+from service.access.authentication import demand, demand_curator
 from service.access.key import Caller, Scope
 from service.routes.services import Services
 
@@ -38,6 +38,12 @@ class Visitor:
         :class:`~service.errors.ForbiddenError`."""
         caller = self.services.authenticator.caller(self.headers, self.address)
         demand(caller, scope)
+        return caller
+
+    def curator(self) -> Caller:
+        """As :meth:`caller`, for who may set thresholds and remove assets."""
+        caller = self.caller()
+        demand_curator(caller)
         return caller
 
 

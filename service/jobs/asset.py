@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 from service.jobs.job import Job, Summary
+from service.journal import COMMAND_LINE, Actor
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,8 +125,9 @@ class Standing:
 class AssetStore(Protocol):
     """Assets and their runs: jobs that succeeded, but for trade-offs, which make no occluder.
 
-    A tenant of None sees all.  Methods raise :class:`~service.errors.NotFoundError` for an asset
-    that is not there or another's.
+    A tenant of None sees all.  The journal says ``by`` whom thresholds were changed, or an asset
+    was removed.  Methods raise :class:`~service.errors.NotFoundError` for an asset that is not
+    there or another's.
     """
 
     def assets(
@@ -145,14 +147,31 @@ class AssetStore(Protocol):
         self, tenant: str | None, asset_id: str, *, before: int | None = None, limit: int = 100
     ) -> RunPage: ...
 
-    def put(self, tenant: str, name: str, thresholds: Thresholds) -> tuple[Asset, bool]:
-        """Make the asset, or change what is demanded of it; whether it was made."""
+    def put(
+        self,
+        tenant: str,
+        name: str,
+        thresholds: Thresholds,
+        *,
+        by: Actor = COMMAND_LINE,
+        before_change: Callable[[], None] = lambda: None,
+    ) -> tuple[Asset, bool]:
+        """Make the asset, or change what is demanded of it; whether it was made.
+
+        ``before_change`` is called before what is demanded becomes another; what it raises undoes
+        all.
+        """
 
     def set_thresholds(
-        self, tenant: str | None, asset_id: str, thresholds: Thresholds
+        self,
+        tenant: str | None,
+        asset_id: str,
+        thresholds: Thresholds,
+        *,
+        by: Actor = COMMAND_LINE,
     ) -> Asset: ...
 
-    def remove(self, tenant: str | None, asset_id: str) -> None:
+    def remove(self, tenant: str | None, asset_id: str, *, by: Actor = COMMAND_LINE) -> None:
         """Remove it with its jobs.
 
         Raises :class:`~service.errors.ConflictError` while one has not ended.

@@ -18,6 +18,7 @@ from service.routes import (
     explanations,
     health,
     jobs,
+    keys,
     progress,
     results,
     submit,
@@ -34,6 +35,7 @@ _TAGS = [
     {"name": "results", "description": "What jobs have made."},
     {"name": "assets", "description": "Names with their runs, and what is demanded of them."},
     {"name": "webhooks", "description": "Who was told that a job has ended, and who was not."},
+    {"name": "keys", "description": "Who may do what, and who did: for admins."},
     {"name": "service", "description": "How the service itself is."},
 ]
 _DESCRIPTION = (
@@ -44,7 +46,7 @@ _DESCRIPTION = (
     "to do. A key is needed as soon as others than the service's own machine can reach it."
 )
 
-_ROUTES = (submit, jobs, progress, results, assets, deliveries, health, explanations)
+_ROUTES = (submit, jobs, progress, results, assets, deliveries, keys, health, explanations)
 
 _WRITTEN_BY_ROUTES = (JobBody, Result, AssetBody, Problem)
 _OF_FASTAPI = "HTTPValidationError"

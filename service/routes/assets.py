@@ -4,16 +4,25 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Query, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
+from service.access.authentication import demand_curator
 from service.access.key import Caller, Scope
 from service.errors import NotFoundError
 from service.jobs.asset import Asset
 from service.jobs.job import Job, JobKind
 from service.routes.docs import EVERYWHERE, header, json_of, refusals
 from service.routes.jobs import LARGEST_NUMBER, next_page
-from service.routes.services import KEYED, Reader, Services, TheServices, Writer
+from service.routes.services import (
+    KEYED,
+    Curator,
+    Reader,
+    Services,
+    TheServices,
+    Writer,
+    address_of,
+)
 from service.schemas.asset import (
     AssetBody,
     AssetPageBody,
@@ -85,10 +94,19 @@ def list_assets(
     summary="Make an asset, or set its thresholds",
 )
 def put_asset(
-    new: NewAsset, response: Response, services: TheServices, caller: Writer
+    new: NewAsset, request: Request, response: Response, services: TheServices, caller: Writer
 ) -> AssetBody:
-    """By name. Submitting with a new `asset` makes it too, without thresholds."""
-    asset, made = services.assets.put(caller.tenant, new.name, new.demands)
+    """By name. Submitting with a new `asset` makes it too, without thresholds.
+
+    What is demanded changes only by an admin's key.
+    """
+    asset, made = services.assets.put(
+        caller.tenant,
+        new.name,
+        new.demands,
+        by=caller.at(address_of(request)),
+        before_change=lambda: demand_curator(caller),
+    )
     if made:
         response.status_code = 201
         response.headers["Location"] = f"/v1/assets/{asset.id}"
@@ -108,9 +126,9 @@ def get_asset(asset_id: str, services: TheServices, caller: Reader) -> AssetBody
     responses=refusals(*EVERYWHERE, 404, 409),
     summary="Remove an asset",
 )
-def delete_asset(asset_id: str, services: TheServices, caller: Writer) -> None:
-    """With all its jobs. 409 while one of them has not ended."""
-    services.assets.remove(caller.tenant, asset_id)
+def delete_asset(asset_id: str, request: Request, services: TheServices, caller: Curator) -> None:
+    """With all its jobs, by an admin's key. 409 while one of them has not ended."""
+    services.assets.remove(caller.tenant, asset_id, by=caller.at(address_of(request)))
 
 
 @router.put(
@@ -119,10 +137,16 @@ def delete_asset(asset_id: str, services: TheServices, caller: Writer) -> None:
     summary="Set an asset's thresholds",
 )
 def put_thresholds(
-    asset_id: str, thresholds: ThresholdsBody, services: TheServices, caller: Writer
+    asset_id: str,
+    thresholds: ThresholdsBody,
+    request: Request,
+    services: TheServices,
+    caller: Curator,
 ) -> AssetBody:
-    """What is demanded from now on; what is left out or null is not."""
-    asset = services.assets.set_thresholds(caller.tenant, asset_id, thresholds.demands)
+    """What is demanded from now on, by an admin's key; what is left out or null is not."""
+    asset = services.assets.set_thresholds(
+        caller.tenant, asset_id, thresholds.demands, by=caller.at(address_of(request))
+    )
     return _asset_body(caller, asset)
 
 

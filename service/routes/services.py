@@ -11,13 +11,14 @@ from anyio.to_thread import run_sync
 from fastapi import Depends, Request
 from fastapi.security import APIKeyHeader, HTTPBearer
 
-from service.access.authentication import Authenticator, demand
-from service.access.key import Caller, Scope
+from service.access.authentication import Authenticator, demand, demand_curator
+from service.access.key import Caller, KeyStore, Scope
 from service.jobs.asset import AssetStore
 from service.jobs.deliveries import DeliveryLog
 from service.jobs.job import Job, JobKind, Submission
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
+from service.journal import Journal
 from service.logs import request_id
 from service.metrics import Metrics
 from service.schemas.options import OptionTable
@@ -66,6 +67,8 @@ class Services:
     runner: JobRunner
     metrics: Metrics
     authenticator: Authenticator
+    keys: KeyStore
+    journal: Journal
     check_webhook: Callable[[str], Awaitable[None]]
     deliveries: DeliveryLog
     wake_webhooks: Callable[[], None]
@@ -96,20 +99,32 @@ def _services(request: Request) -> Services:
 TheServices = Annotated[Services, Depends(_services)]
 
 
-def _caller_with(scope: Scope) -> Callable[..., Awaitable[Caller]]:
+def _caller_whom(judge: Callable[[Caller], None]) -> Callable[..., Awaitable[Caller]]:
+    """Whoever asks, where ``judge`` raises nothing."""
+
     async def caller(request: Request, services: TheServices) -> Caller:
         authenticator, headers = services.authenticator, request.headers
         # A thread only where the database has to be asked: status calls are many.
         one = authenticator.caller_at_once(headers)
         if one is None:
-            address = request.client.host if request.client else ""
-            one = await run_sync(authenticator.caller, headers, address)
+            one = await run_sync(authenticator.caller, headers, address_of(request))
         request.state.caller = one  # for the log
-        demand(one, scope)
+        judge(one)
         return one
 
     return caller
 
 
-Reader = Annotated[Caller, Depends(_caller_with(Scope.READ))]
-Writer = Annotated[Caller, Depends(_caller_with(Scope.WRITE))]
+def _with(scope: Scope) -> Callable[[Caller], None]:
+    return lambda caller: demand(caller, scope)
+
+
+Reader = Annotated[Caller, Depends(_caller_whom(_with(Scope.READ)))]
+Writer = Annotated[Caller, Depends(_caller_whom(_with(Scope.WRITE)))]
+Curator = Annotated[Caller, Depends(_caller_whom(demand_curator))]
+Admin = Annotated[Caller, Depends(_caller_whom(_with(Scope.ADMIN)))]
+
+
+def address_of(request: Request) -> str:
+    """From where a request comes; empty for a socket without addresses."""
+    return request.client.host if request.client else ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Hashable, Mapping
+from dataclasses import asdict
 from unicodedata import normalize
 
 from sqlalchemy import delete, func, select, tuple_
@@ -12,6 +13,7 @@ from sqlalchemy.orm import Session
 from service.errors import BadRequestError, ConflictError, NotFoundError
 from service.jobs.asset import Asset, AssetPage, RunNumbers, RunPage, Standing, Thresholds
 from service.jobs.job import JobState
+from service.journal import COMMAND_LINE, Action, Actor
 from service.storage.asset_standings import (
     all_runs_at,
     all_standings,
@@ -20,7 +22,16 @@ from service.storage.asset_standings import (
     standing_of,
 )
 from service.storage.database import Database
-from service.storage.rows import add_asset, asset_of, find_asset, is_run, job_of, with_runs
+from service.storage.journal_store import note
+from service.storage.rows import (
+    add_asset,
+    asset_of,
+    find_asset,
+    is_run,
+    job_of,
+    thresholds_of,
+    with_runs,
+)
 from service.storage.tables import AssetRow, JobRow
 
 
@@ -78,22 +89,50 @@ class SqlAssetStore:
         page = tuple(found[:limit])
         return RunPage(page, page[-1].number if len(found) > limit else None)
 
-    def put(self, tenant: str, name: str, thresholds: Thresholds) -> tuple[Asset, bool]:
+    def put(
+        self,
+        tenant: str,
+        name: str,
+        thresholds: Thresholds,
+        *,
+        by: Actor = COMMAND_LINE,
+        before_change: Callable[[], None] = lambda: None,
+    ) -> tuple[Asset, bool]:
         with self._database.writing() as session:
             row = find_asset(session, tenant, name)
             made = row is None
             if row is None:
                 row = add_asset(session, tenant, name, self._clock())
-            _demand(row, thresholds)
+            if thresholds_of(row) != thresholds:
+                before_change()
+                self._demand(session, row, thresholds, by)
             return _read_asset(session, row), made
 
-    def set_thresholds(self, tenant: str | None, asset_id: str, thresholds: Thresholds) -> Asset:
+    def set_thresholds(
+        self,
+        tenant: str | None,
+        asset_id: str,
+        thresholds: Thresholds,
+        *,
+        by: Actor = COMMAND_LINE,
+    ) -> Asset:
         with self._database.writing() as session:
             row = _find(session, tenant, asset_id)
-            _demand(row, thresholds)
+            if thresholds_of(row) != thresholds:
+                self._demand(session, row, thresholds, by)
             return _read_asset(session, row)
 
-    def remove(self, tenant: str | None, asset_id: str) -> None:
+    def _demand(self, session: Session, row: AssetRow, thresholds: Thresholds, by: Actor) -> None:
+        before = asdict(thresholds_of(row))
+        for name, value in asdict(thresholds).items():
+            setattr(row, name, value)
+        session.flush()
+        note(
+            session, self._clock(), row.tenant, by, Action.THRESHOLDS_SET, row.id,
+            {"name": row.name, "before": before, "after": asdict(thresholds)},
+        )  # fmt: skip
+
+    def remove(self, tenant: str | None, asset_id: str, *, by: Actor = COMMAND_LINE) -> None:
         with self._database.writing() as session:
             row = _find(session, tenant, asset_id)
             busy = session.scalars(
@@ -109,6 +148,8 @@ class SqlAssetStore:
                     f"the job '{busy}' of the asset has not ended",
                     remedy="cancel its jobs or wait for them, then remove it",
                 )
+            action, told = Action.ASSET_REMOVED, {"name": row.name}
+            note(session, self._clock(), row.tenant, by, action, row.id, told)
             session.execute(delete(AssetRow).where(AssetRow.number == row.number))
 
     def standings(self, tenant: str, *, recalls: int = 20) -> tuple[Standing, ...]:
@@ -139,12 +180,6 @@ def _read_asset(session: Session, row: AssetRow) -> Asset:
     """An asset with what its runs say of it."""
     query = with_runs(None).where(AssetRow.number == row.number)
     return asset_of(*session.execute(query).one())
-
-
-def _demand(row: AssetRow, thresholds: Thresholds) -> None:
-    row.min_precision = thresholds.min_precision
-    row.min_recall = thresholds.min_recall
-    row.max_overhang = thresholds.max_overhang
 
 
 def _cursor(row: AssetRow) -> str:

@@ -110,13 +110,17 @@ def with_runs(tenant: str | None) -> Select[AssetRow, JobRow | None, int]:
     return query if tenant is None else query.where(AssetRow.tenant == tenant)
 
 
+def thresholds_of(row: AssetRow) -> Thresholds:
+    return Thresholds(**by_name(row, Thresholds))
+
+
 def asset_of(row: AssetRow, latest: JobRow | None, runs: int) -> Asset:
     return Asset(
         id=row.id,
         tenant=row.tenant,
         name=row.name,
         created=row.created,
-        thresholds=Thresholds(**by_name(row, Thresholds)),
+        thresholds=thresholds_of(row),
         runs=runs,
         latest=None if latest is None else job_of(latest),
     )

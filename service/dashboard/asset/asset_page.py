@@ -9,7 +9,6 @@ from urllib.parse import urlencode
 from anyio.to_thread import run_sync
 from nicegui import ui
 
-from service.access.key import Scope
 from service.dashboard.asset.details import AssetDetail, RunLine, read_asset
 from service.dashboard.asset.panels import run_panels
 from service.dashboard.frame import page_frame, panel
@@ -79,7 +78,7 @@ def _demand(visitor: Visitor, asset: Asset, job_id: str | None = None) -> None:
     """What is demanded, a way to change it for those who may, and where to go on from a run."""
     with ui.element("div").classes("row-of-controls"):
         ui.label(_words(asset.thresholds)).classes("quiet")
-        if current_caller().may(Scope.WRITE):
+        if current_caller().may_curate:
             ui.button("Thresholds", on_click=lambda: open_demand(visitor, asset, _reload)).props(
                 "no-caps outline dense"
             )

@@ -12,7 +12,6 @@ from urllib.parse import urlencode
 from nicegui import run, ui
 from nicegui.events import ValueChangeEventArguments
 
-from service.access.key import Scope
 from service.dashboard.frame import page_frame, panel
 from service.dashboard.overview.asset_lines import (
     AssetLine,
@@ -60,7 +59,7 @@ class _Page:
         with self._panels:
             with panel("Assets", titled=False):
                 self._table = AssetsTable(
-                    editable=current_caller().may(Scope.WRITE),
+                    editable=current_caller().may_curate,
                     on_demand=self._demand,
                     on_export=self._export,
                 )

@@ -6,7 +6,6 @@ from collections.abc import Awaitable, Callable
 
 from nicegui import run, ui
 
-from service.access.key import Scope
 from service.dashboard.notices import showing_refusals, tell
 from service.dashboard.overview.asset_lines import AssetLine
 from service.dashboard.visitor import Visitor
@@ -33,8 +32,10 @@ def open_demand(
             demanded = Thresholds(*(_of_percent(one.value) for one in fields))
 
             def store() -> None:
-                caller = visitor.caller(Scope.WRITE)
-                visitor.services.assets.set_thresholds(caller.tenant, line.id, demanded)
+                caller = visitor.curator()
+                visitor.services.assets.set_thresholds(
+                    caller.tenant, line.id, demanded, by=caller.at(visitor.address)
+                )
 
             with showing_refusals():
                 await run.io_bound(store)

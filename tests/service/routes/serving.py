@@ -31,6 +31,7 @@ from service.storage.database import Database
 from service.storage.delivery_store import SqlDeliveryStore
 from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
+from service.storage.journal_store import SqlJournal
 from service.storage.key_store import SqlKeyStore
 from service.storage.scrubbing import Scrubber
 from tests.waiting import until
@@ -169,6 +170,7 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
         tables=option_tables(settings.job_seconds, settings.job_memory), jobs=jobs,
         assets=assets, blobs=blobs, board=board, runner=hand, metrics=metrics,
         authenticator=Authenticator(keys, sessions, keys_needed=settings.keys_needed),
+        keys=keys, journal=SqlJournal(database),
         check_webhook=check_webhook, deliveries=deliveries, wake_webhooks=webhooks_woken.set,
         checks={"engine": lambda: faults.get("engine")},
         on_end=metrics.count,

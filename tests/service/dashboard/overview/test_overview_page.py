@@ -8,7 +8,7 @@ import re
 import time
 from collections.abc import Iterator
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -76,7 +76,7 @@ def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
         ]  # fmt: skip
         seed_assets(database, judged, now, "limits")
         keys = {
-            tenant: store.create(tenant, "artist", Scope.WRITE)[1]
+            tenant: store.create(tenant, "artist", Scope.ADMIN)[1]
             for tenant in ("many", "pictured", "hostile", "few", "none", "limits")
         }
         keys["guest"] = store.create("guest", "reader", Scope.READ)[1]
@@ -217,6 +217,13 @@ def test_names_that_mean_harm_stay_names(studio: Studio, page: Page) -> None:
     page.locator(".distribution canvas").hover(position={"x": 300, "y": 150})
     assert page.evaluate("window.harmed") is None
     assert page.locator("main script, main img").count() == 0
+
+
+def test_a_key_to_write_is_offered_no_thresholds(studio: Studio, page: Page) -> None:
+    _, secret = SqlKeyStore(studio.database).create("few", "build farm", Scope.WRITE)
+    replace(studio, keys={**studio.keys, "few": secret}).open(page, "few")
+    expect(page.get_by_text("3 shown")).to_be_visible()
+    assert page.get_by_label("Set the thresholds of props/tower").count() == 0
 
 
 def test_a_stricter_threshold_turns_an_asset_red(studio: Studio, page: Page) -> None:

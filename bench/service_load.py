@@ -1,10 +1,11 @@
-"""The service under load: ``python -m bench.service_load [--only PART] [--jobs N] [--gib N]``.
+"""The service under load: ``python -m bench.service_load [--only PART]``.
 
     load         64 clients post small meshes while a large one is worked on: errors, status calls
     memory       the server's memory over many tiny jobs
     upload       a large upload against a plain write to the same disk
     overhead     a result by HTTP against the same calls of the library, both warm
     connections  a thousand open connections beside those that ask
+    throughput   jobs a second of 32 clients, against two processes that call the library
 
 A real server in a temporary folder, clients on the same machine: they share its processors.
 ``service_PART.csv`` hold the figures, ``service.md`` shows them all.
@@ -13,6 +14,7 @@ A real server in a temporary folder, clients on the same machine: they share its
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import statistics
 import sys
@@ -22,7 +24,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, contextmanager
 from http.client import HTTPConnection
 from itertools import count
 from multiprocessing import get_context
@@ -30,11 +32,12 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 import simplifier
-from bench.meshes import bumpy_sphere
+from bench.meshes import ASSETS, bumpy_sphere
 from bench.record import Row, told, write_page, write_table
 from bench.service_process import Served, served
 from bench.times import met
 from service.client import Client, ClientError
+from service.settings import processors
 
 RESULTS = Path("bench/results")
 CLIENTS = 64
@@ -43,10 +46,14 @@ STATUS_TARGET_MS = 50.0
 OVERHEAD_TARGET_MS = 50.0
 UPLOAD_MIB_TARGET = 200.0
 CONNECTIONS = 1000
+PROCESSES = 2
+POSTERS = 32
+THROUGHPUT_TARGET = 0.9
 _REPEATS = 11
 _BLOCK = 1 << 20
 _PAUSE = 1.0  # seconds that a client waits where the queue is full
 _TINY = {"resolution": 8, "moves": 0, "views": 4, "image": 32, "quads": 64, "lods": 1}
+_QUICK = {"preset": "draft", "lods": 1}
 _LARGE = {"preset": "best", "time_limit": 2.0 * LOAD_SECONDS}
 
 _TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 {} 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
@@ -172,12 +179,43 @@ def connection_rows(arguments: argparse.Namespace) -> Iterator[Row]:
         }  # fmt: skip
 
 
+def throughput_rows(arguments: argparse.Namespace) -> Iterator[Row]:
+    """Small bunnies, no two of them alike, in turns by HTTP and by the library.
+
+    Both give a GLB and the report; the library's processes are as warm as the service's workers, and
+    as many, with as many threads.
+    """
+    numbers = count(1)
+    bunny = simplifier.load(ASSETS / "bunny_4968.ply")
+
+    def meshes() -> list[bytes]:
+        return [_obj(bunny, 1.0 + next(numbers) / 1e5) for _ in range(POSTERS)]
+
+    with ExitStack() as opened:
+        server = opened.enter_context(served(workers=PROCESSES))
+        callers = [opened.enter_context(_calling()) for _ in range(PROCESSES)]
+        _all_by_http(server, meshes()[: 2 * PROCESSES])  # which loads and draws for the first time
+        shares, by_http, by_library = [], [], []
+        for _ in range(arguments.rounds):
+            by_http.append(POSTERS / _all_by_http(server, meshes()))
+            by_library.append(POSTERS / _all_by_library(callers, meshes()))
+            shares.append(by_http[-1] / by_library[-1])
+    share = statistics.median(shares)
+    yield {
+        "clients": POSTERS, "rounds": arguments.rounds,
+        "library_jobs_s": statistics.median(by_library), "http_jobs_s": statistics.median(by_http),
+        "share": share, "least": min(shares), "most": max(shares),
+        "target_share": THROUGHPUT_TARGET, "target": met(share >= THROUGHPUT_TARGET),
+    }  # fmt: skip
+
+
 PARTS: dict[str, Callable[[argparse.Namespace], Iterator[Row]]] = {
     "load": load_rows,
     "memory": memory_rows,
     "upload": upload_rows,
     "overhead": overhead_rows,
     "connections": connection_rows,
+    "throughput": throughput_rows,
 }
 
 
@@ -255,6 +293,62 @@ def _by_library(data: bytes, preset: str) -> float:
     return time.perf_counter() - begin
 
 
+def _all_by_http(server: Served, meshes: Sequence[bytes]) -> float:
+    """A client each; the seconds until the last one has its occluder and its report."""
+
+    def one(number: int) -> None:
+        with Client(server.address) as client:
+            job = client.wait(client.submit(meshes[number], name="bunny.obj", options=_QUICK).id)
+            target = server.folder / f"{number}.glb"
+            client.download(job.id, target)
+            if not target.stat().st_size or client.result(job.id).report is None:
+                raise RuntimeError("a result is not whole")
+
+    begin = time.perf_counter()
+    with ThreadPoolExecutor(POSTERS) as pool:
+        list(pool.map(one, range(len(meshes))))
+    return time.perf_counter() - begin
+
+
+def _all_by_library(callers: Sequence[Connection], meshes: Sequence[bytes]) -> float:
+    begin = time.perf_counter()
+    for number, caller in enumerate(callers):
+        caller.send(meshes[number :: len(callers)])
+    for caller in callers:
+        caller.recv()
+    return time.perf_counter() - begin
+
+
+@contextmanager
+def _calling() -> Iterator[Connection]:
+    """A process that makes occluders of the meshes that it is sent, with its share of threads."""
+    context = get_context("spawn")
+    here, there = context.Pipe()
+    process = context.Process(target=_call, args=(there,))
+    process.start()
+    try:
+        here.recv()  # it is warm
+        yield here
+    finally:
+        process.terminate()
+        process.join()
+
+
+def _call(pipe: Connection) -> None:
+    os.environ["OCCLUDER_THREADS"] = str(max(1, processors() // PROCESSES))
+    simplifier.warm_up()
+    options = simplifier.SimplifyOptions.of(_QUICK)
+    while True:
+        pipe.send(None)
+        for data in pipe.recv():
+            with tempfile.TemporaryDirectory() as place:
+                file = Path(place) / "bunny.obj"
+                file.write_bytes(data)
+                made = simplifier.simplify(simplifier.load(file), options)
+                made.save(file.with_suffix(".glb"))
+                file.with_suffix(".json").write_text(json.dumps(made.measure().report()))
+
+
 def _written(path: Path, size: int) -> float:
     """Write random bytes to a file and to the disk; the seconds that writing took."""
     block = os.urandom(_BLOCK)
@@ -282,8 +376,8 @@ def _is_well(line: HTTPConnection) -> bool:
     return answer.status == 200
 
 
-def _obj(mesh: simplifier.TriangleMesh) -> bytes:
-    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in mesh.vertices]
+def _obj(mesh: simplifier.TriangleMesh, size: float = 1.0) -> bytes:
+    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in size * mesh.vertices]
     lines += [f"f {a} {b} {c}" for a, b, c in mesh.faces + 1]
     return "\n".join(lines).encode()
 
@@ -305,6 +399,7 @@ def main() -> None:
     parser.add_argument("--only", choices=PARTS, action="append")
     parser.add_argument("--jobs", type=int, default=2000)
     parser.add_argument("--gib", type=float, default=1.0)
+    parser.add_argument("--rounds", type=int, default=3)
     arguments = parser.parse_args()
     command = "python -m bench.service_load " + " ".join(sys.argv[1:])
     for name in arguments.only or PARTS:

@@ -56,6 +56,7 @@ from .options.simplify import EvaluateOptions as EvaluateOptions
 from .options.simplify import SimplifyOptions as SimplifyOptions
 from .options.tradeoff import TradeoffOptions as TradeoffOptions
 from .options.visibility import VisibilityOptions as VisibilityOptions
+from .production.drawing import draw_report as draw_report
 from .production.estimate import check_file as check_file
 from .production.estimate import estimate_memory as estimate_memory
 from .production.evaluation import EvaluateResult as EvaluateResult

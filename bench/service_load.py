@@ -182,8 +182,9 @@ def connection_rows(arguments: argparse.Namespace) -> Iterator[Row]:
 def throughput_rows(arguments: argparse.Namespace) -> Iterator[Row]:
     """Small bunnies, no two of them alike, in turns by HTTP and by the library.
 
-    Both give a GLB and the report; the library's processes are as warm as the service's workers, and
-    as many, with as many threads.
+    Both give a GLB and the report; the library's processes are as warm as the service's workers,
+    and as many, with as many threads.  ``share`` is of jobs a second; ``processor_share`` compares
+    the processor time of a job, which tells the same where other work slows the machine.
     """
     numbers = count(1)
     bunny = simplifier.load(ASSETS / "bunny_4968.ply")
@@ -192,21 +193,33 @@ def throughput_rows(arguments: argparse.Namespace) -> Iterator[Row]:
         return [_obj(bunny, 1.0 + next(numbers) / 1e5) for _ in range(POSTERS)]
 
     with ExitStack() as opened:
-        server = opened.enter_context(served(workers=PROCESSES))
+        servers = {
+            pages: opened.enter_context(served(workers=PROCESSES, draw_at_once=at_once))
+            for pages, at_once in (("with each job", True), ("when asked for", False))
+        }
         callers = [opened.enter_context(_calling()) for _ in range(PROCESSES)]
-        _all_by_http(server, meshes()[: 2 * PROCESSES])  # which loads and draws for the first time
-        shares, by_http, by_library = [], [], []
+        for server in servers.values():
+            _all_by_http(server, meshes()[: 2 * PROCESSES])  # the first of each loads
+        library: list[tuple[float, float]] = []
+        service: dict[str, list[tuple[float, float]]] = {pages: [] for pages in servers}
         for _ in range(arguments.rounds):
-            by_http.append(POSTERS / _all_by_http(server, meshes()))
-            by_library.append(POSTERS / _all_by_library(callers, meshes()))
-            shares.append(by_http[-1] / by_library[-1])
-    share = statistics.median(shares)
-    yield {
-        "clients": POSTERS, "rounds": arguments.rounds,
-        "library_jobs_s": statistics.median(by_library), "http_jobs_s": statistics.median(by_http),
-        "share": share, "least": min(shares), "most": max(shares),
-        "target_share": THROUGHPUT_TARGET, "target": met(share >= THROUGHPUT_TARGET),
-    }  # fmt: skip
+            for pages, server in servers.items():
+                before = server.processor_seconds
+                seconds = _all_by_http(server, meshes())
+                service[pages].append((seconds, server.processor_seconds - before))
+            library.append(_all_by_library(callers, meshes()))
+    by_library, library_cost = _rate_and_cost(library)
+    for pages, measured in service.items():
+        by_http, http_cost = _rate_and_cost(measured)
+        shares = [library[number][0] / one[0] for number, one in enumerate(measured)]
+        share = statistics.median(shares)
+        yield {
+            "pages": pages, "clients": POSTERS, "rounds": arguments.rounds,
+            "library_jobs_s": by_library, "http_jobs_s": by_http, "share": share,
+            "least": min(shares), "most": max(shares), "library_processor_s": library_cost,
+            "http_processor_s": http_cost, "processor_share": library_cost / http_cost,
+            "target_share": THROUGHPUT_TARGET, "target": met(share >= THROUGHPUT_TARGET),
+        }  # fmt: skip
 
 
 PARTS: dict[str, Callable[[argparse.Namespace], Iterator[Row]]] = {
@@ -310,13 +323,19 @@ def _all_by_http(server: Served, meshes: Sequence[bytes]) -> float:
     return time.perf_counter() - begin
 
 
-def _all_by_library(callers: Sequence[Connection], meshes: Sequence[bytes]) -> float:
+def _rate_and_cost(measured: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Jobs a second and processor seconds a job, of rounds that each took so much of both."""
+    seconds, costs = zip(*measured, strict=True)
+    return POSTERS / statistics.median(seconds), statistics.median(costs) / POSTERS
+
+
+def _all_by_library(callers: Sequence[Connection], meshes: Sequence[bytes]) -> tuple[float, float]:
+    """The seconds until the last process is done, and the processor seconds of all."""
     begin = time.perf_counter()
     for number, caller in enumerate(callers):
         caller.send(meshes[number :: len(callers)])
-    for caller in callers:
-        caller.recv()
-    return time.perf_counter() - begin
+    costs = [caller.recv() for caller in callers]
+    return time.perf_counter() - begin, sum(costs)
 
 
 @contextmanager
@@ -338,15 +357,17 @@ def _call(pipe: Connection) -> None:
     os.environ["OCCLUDER_THREADS"] = str(max(1, processors() // PROCESSES))
     simplifier.warm_up()
     options = simplifier.SimplifyOptions.of(_QUICK)
+    pipe.send(None)
     while True:
-        pipe.send(None)
-        for data in pipe.recv():
+        meshes, before = pipe.recv(), time.process_time()
+        for data in meshes:
             with tempfile.TemporaryDirectory() as place:
                 file = Path(place) / "bunny.obj"
                 file.write_bytes(data)
                 made = simplifier.simplify(simplifier.load(file), options)
                 made.save(file.with_suffix(".glb"))
                 file.with_suffix(".json").write_text(json.dumps(made.measure().report()))
+        pipe.send(time.process_time() - before)
 
 
 def _written(path: Path, size: int) -> float:

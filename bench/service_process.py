@@ -35,6 +35,11 @@ class Served:
     def peak_mib(self) -> float:
         return self._status("VmHWM")
 
+    @property
+    def processor_seconds(self) -> float:
+        """That it and its workers have taken."""
+        return sum(map(_processor_seconds, _tree(self.process.pid)))
+
     def _status(self, name: str) -> float:
         lines = Path(f"/proc/{self.process.pid}/status").read_text().splitlines()
         return next(int(line.split()[1]) for line in lines if line.startswith(name)) / 1024.0
@@ -68,6 +73,19 @@ def served(**settings: object) -> Iterator[Served]:
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
+
+
+def _tree(pid: int) -> Iterator[int]:
+    """A process and those that its threads, and theirs, have started."""
+    yield pid
+    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+        for child in task.read_text().split():
+            yield from _tree(int(child))
+
+
+def _processor_seconds(pid: int) -> float:
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _paths() -> dict[str, str]:

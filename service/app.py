@@ -13,6 +13,7 @@ from starlette.types import ASGIApp
 
 from service.access.authentication import Authenticator
 from service.access.session import Sessions
+from service.engines.drawing import Drawer
 from service.engines.engine import Engine
 from service.jobs.deliveries import Delivery
 from service.jobs.job import Job
@@ -132,6 +133,9 @@ def open_services(settings: Settings) -> Iterator[Services]:
         parts.callback(sender.stop)
         engine.start()
         parts.callback(engine.stop)
+        drawer = Drawer(jobs, blobs, settings, folder.scratch)
+        drawer.start()
+        parts.callback(drawer.stop)
         yield Services(
             settings=settings,
             version=__version__,
@@ -150,6 +154,7 @@ def open_services(settings: Settings) -> Iterator[Services]:
             wake_webhooks=sender.wake,
             checks=_checks(settings, database, blobs, engine, board),
             on_end=on_end,
+            pages=drawer,
         )
 
 

@@ -100,6 +100,11 @@ class Settings(BaseSettings):
     jobs_per_process: int = Field(
         500, ge=1, description="Jobs after which a warm process is replaced by a fresh one."
     )
+    draw_at_once: bool = Field(
+        False,
+        description="Whether the pages and pictures of reports are drawn with each job; else when "
+        "somebody first asks for them.",
+    )
     lease_seconds: float = Field(
         30.0, ge=1.0, description="Time after which a silent server's jobs are taken over, seconds."
     )

@@ -7,7 +7,7 @@ they came, ISO 8601 in UTC.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from service.jobs.asset import Thresholds
@@ -70,12 +70,17 @@ class RemoteLevel:
 
 @dataclass(frozen=True)
 class RemoteResult:
-    """What a job that succeeded has made; ``report`` as ``docs/report.schema.json`` says."""
+    """What a job that succeeded has made; ``report`` as ``docs/report.schema.json`` says.
+
+    ``pages``  names of files that show the report to people, by what they show; they are drawn when
+    they are first fetched, and among ``files`` from then on.
+    """
 
     job: RemoteJob
     report: Mapping[str, Any] | None
     levels: tuple[RemoteLevel, ...]
     files: tuple[RemoteFile, ...]
+    pages: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -158,6 +163,9 @@ def result_of(data: Mapping[str, Any]) -> RemoteResult:
         report=data.get("report"),
         levels=tuple(_level_of(level) for level in data["levels"]),
         files=tuple(RemoteFile(**_known_members(RemoteFile, file)) for file in data["files"]),
+        pages={
+            shown: link.rpartition("/files/")[2] for shown, link in data.get("pages", {}).items()
+        },
     )
 
 

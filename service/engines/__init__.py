@@ -3,6 +3,7 @@
     engine     jobs claimed, leases renewed, everything started and stopped
     slot       one place for one job at a time: a warm process and the claims it works at
     attempt    one try at a job, from handing over to what came of it
+    drawing    the pages of jobs, when somebody asks for them
     recording  what came of it, written to the stores
     signals    how its threads reach each other: a bell, and orders for attempts
     trouble    what keeps it from working, and for how long it waits

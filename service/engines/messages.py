@@ -32,6 +32,7 @@ class Task:
     ``reading``  seconds that it may take over its inputs before it begins with them; None for any.
     ``digests``  SHA-256 in hex by the input's name: what its file has to be, or nothing is done.
     ``request_id``  of the request that it is done for, for the log.
+    ``pages``    whether the pages of its report are drawn now; else when somebody asks for them.
     """
 
     kind: JobKind
@@ -47,6 +48,7 @@ class Task:
     digests: Mapping[str, str] = field(default_factory=dict)
     reading: float | None = None
     request_id: str | None = None
+    pages: bool = True
     type: Literal["task"] = "task"
 
 

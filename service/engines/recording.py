@@ -56,7 +56,7 @@ class Recorder:
     ) -> bool:
         with self.blobs.keeping() as keeping:
             try:
-                files = self._store_files(keeping, results)
+                files = self.store_files(keeping, results)
             except DiskFullError:
                 hindrance = Hindered(disk_full("the result"))
                 return self._record_hindrance(claim, hindrance, results)
@@ -79,7 +79,7 @@ class Recorder:
         state = self.trouble.insist(lambda: self.jobs.put_off(claim, outcome.failure))
         return state is not None
 
-    def _store_files(self, keeping: Keeping, results: Path) -> list[JobFile]:
+    def store_files(self, keeping: Keeping, results: Path) -> list[JobFile]:
         """Store all files of a folder side by side: most of the time goes to waiting for the disk.
 
         Raises :class:`DiskFullError` when there was no room for a minute.

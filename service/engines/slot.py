@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -21,7 +21,7 @@ from service.engines.recording import Recorder
 from service.engines.signals import Bell, Orders, Running
 from service.engines.trouble import StoppedError, Trouble
 from service.errors import DiskFullError, NotFoundError, ServiceError
-from service.jobs.job import Claim, Job, inputs_by_part
+from service.jobs.job import Claim, Job, JobFile, inputs_by_part
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
 from service.logs import serving_request
@@ -170,7 +170,7 @@ class Slot:
         folder = shop.scratch / f"{job.id}-{job.attempt}"
         results = folder / "results"
         _tell(job, "job %s is begun, attempt %d of %d", job.id, job.attempt, job.attempts)
-        with shop.running.at(claim) as orders, _removing(folder):
+        with shop.running.at(claim) as orders, removing(folder):
             try:
                 outcome = self._attempt(claim, process, folder, orders)
                 heard = recorder.record(claim, outcome, results, orders)
@@ -221,25 +221,16 @@ class Slot:
         Raises KeyError when an input is no longer stored, and :class:`DiskFullError`.
         """
         shop, job = self._shop, claim.job
-        inputs: dict[str, str] = {}
-        labels: dict[str, str] = {}
-        digests: dict[str, str] = {}
-        with _raising_disk_full():
-            shutil.rmtree(folder, ignore_errors=True)
-            for place in ("results", "scratch", "input"):
-                (folder / place).mkdir(mode=0o700, parents=True)
-            for one in claim.inputs:
-                name = PurePosixPath(one.name)
-                link = folder / "input" / name.name  # readers go by the suffix; blobs have none
-                link.symlink_to(shop.blobs.path(one.blob).resolve())
-                inputs[name.stem] = str(link)
-                digests[name.stem] = one.blob.digest
-                if one.label is not None:
-                    labels[name.stem] = one.label
+        inputs = laid_out(folder, claim.inputs, shop.blobs)
+        digests = {PurePosixPath(one.name).stem: one.blob.digest for one in claim.inputs}
+        labels = {
+            PurePosixPath(one.name).stem: one.label for one in claim.inputs if one.label is not None
+        }
         return Task(
             job.kind, job.name, job.options, inputs, str(folder / "results"),
             str(folder / "scratch"), self._threads(), shop.settings.job_memory,
             shop.settings.max_unpacked, labels, digests, shop.settings.read_seconds, job.request_id,
+            shop.settings.draw_at_once,
         )  # fmt: skip
 
     def _threads(self) -> int:
@@ -256,8 +247,26 @@ def _tell(job: Job, message: str, *values: object) -> None:
     logger.info(message, *values, extra={"fields": fields})
 
 
+def laid_out(folder: Path, files: Iterable[JobFile], blobs: BlobStore) -> dict[str, str]:
+    """An empty folder for a task, and in it links to files, by the stems of their names.
+
+    Raises KeyError when one is no longer stored, and :class:`DiskFullError`.
+    """
+    paths: dict[str, str] = {}
+    with _raising_disk_full():
+        shutil.rmtree(folder, ignore_errors=True)
+        for place in ("results", "scratch", "input"):
+            (folder / place).mkdir(mode=0o700, parents=True)
+        for one in files:
+            name = PurePosixPath(one.name)
+            link = folder / "input" / name.name  # readers go by the suffix; blobs have none
+            link.symlink_to(blobs.path(one.blob).resolve())
+            paths[name.stem] = str(link)
+    return paths
+
+
 @contextmanager
-def _removing(folder: Path) -> Iterator[None]:
+def removing(folder: Path) -> Iterator[None]:
     """The folder goes at the end, with all that is in it."""
     try:
         yield

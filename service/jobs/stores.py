@@ -139,6 +139,12 @@ class JobStore(Protocol):
     def end_cancelled(self, claim: Claim) -> bool:
         """Whether the claim still held."""
 
+    def add_pages(self, job_id: str, files: Sequence[JobFile]) -> bool:
+        """Add files to a job that has succeeded; whether it is still there.
+
+        Those that it has by the same names stay.
+        """
+
     def release(self, claim: Claim) -> bool:
         """Queue the job again where its attempt is not to count; whether the claim still held.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from collections.abc import Sequence
 from typing import Any
@@ -17,6 +18,7 @@ from service.answers.problems import problem_of_state
 from service.errors import NotAcceptableError, NotFoundError
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobFile, JobState
+from service.jobs.pages import is_page, is_undrawn
 from service.jobs.stores import BlobStore
 from service.routes.docs import (
     CONDITIONS,
@@ -39,7 +41,7 @@ router = APIRouter(prefix="/v1", tags=["results"], dependencies=KEYED)
 @router.get(
     "/jobs/{job_id}/result",
     response_class=Response,
-    responses={**RESULT, **PARTS, **SENT_ON, **refusals(*EVERYWHERE, 404, 406, 409, 416)},
+    responses={**RESULT, **PARTS, **SENT_ON, **refusals(*EVERYWHERE, 404, 406, 409, 416, 507)},
     openapi_extra={"parameters": [*CONDITIONS["parameters"], PREFER]},
     summary="What a job has made",
 )
@@ -58,7 +60,7 @@ async def get_result(
         return patience.send_on(job)
     if job.state is not JobState.SUCCEEDED:
         raise problem_of_state(job)
-    return await run_sync(result_answer, request, services, caller, job, media_type)
+    return await answer_with_result(request, services, caller, job, media_type)
 
 
 @router.get(
@@ -73,16 +75,21 @@ def list_files(job_id: str, services: TheServices, caller: Reader) -> FilePage:
 @router.get(
     "/jobs/{job_id}/files/{name:path}",
     response_class=Response,
-    responses={**FILE, **PARTS, **refusals(*EVERYWHERE, 404, 416)},
+    responses={**FILE, **PARTS, **refusals(*EVERYWHERE, 404, 416, 507)},
     openapi_extra=CONDITIONS,
     summary="A file of a job",
 )
-def get_file(
+async def get_file(
     job_id: str, name: str, request: Request, services: TheServices, caller: Reader
 ) -> Response:
     """Its bytes, whole or, by `Range` and `If-Range`, in part. It never changes; its ETag is the
-    SHA-256 of it."""
-    job = services.jobs.job(caller.tenant, job_id)
+    SHA-256 of it. Pages and pictures of a report are drawn when they are first asked for."""
+    job = await run_sync(services.jobs.job, caller.tenant, job_id)
+    await _see_to_pages(services, job, name)
+    return await run_sync(_file_answer, request, services, job, name)
+
+
+def _file_answer(request: Request, services: Services, job: StoredJob, name: str) -> Response:
     file = _find_file(services.jobs.files(job.id), name)
     if file is None:
         raise NotFoundError(
@@ -95,20 +102,37 @@ def get_file(
 @router.head(
     "/jobs/{job_id}/files/{name:path}",
     response_class=Response,
-    responses={**HEAD, **refusals(*EVERYWHERE, 404)},
+    responses={**HEAD, **refusals(*EVERYWHERE, 404, 507)},
     summary="Whether a file is there",
 )
-def head_file(
+async def head_file(
     job_id: str, name: str, request: Request, services: TheServices, caller: Reader
 ) -> Response:
     """As GET, without the bytes."""
-    return get_file(job_id, name, request, services, caller)
+    return await get_file(job_id, name, request, services, caller)
 
 
-def result_answer(
+async def answer_with_result(
     request: Request, services: Services, caller: Caller, job: StoredJob, media_type: str
 ) -> Response:
-    """The result of a job that has succeeded, as JSON or as a file.  Call it in a thread."""
+    """The result of a job that has succeeded, as JSON or as a file."""
+    await _see_to_pages(services, job, FORMATS[job.kind].get(media_type, ""))
+    return await run_sync(_result_answer, request, services, caller, job, media_type)
+
+
+async def _see_to_pages(services: Services, job: StoredJob, name: str) -> None:
+    """Wait until a page is drawn, if the name is one that is not there yet."""
+    if services.pages is None or not is_page(name):
+        return
+    files = await run_sync(services.jobs.files, job.id)
+    if is_undrawn(job, {file.name for file in files}, name):
+        # Others may wait for the same: who leaves must not cancel it.
+        await asyncio.shield(asyncio.wrap_future(services.pages.draw(job)))
+
+
+def _result_answer(
+    request: Request, services: Services, caller: Caller, job: StoredJob, media_type: str
+) -> Response:
     files = services.jobs.files(job.id)
     if media_type == JSON:
         report = read_report(services.blobs, files)

@@ -23,7 +23,7 @@ from service.jobs.asset import asset_name
 from service.jobs.job import Job, JobKind, JobState, Priority, Submission
 from service.jobs.stores import LONGEST_URL
 from service.routes.jobs import job_body
-from service.routes.results import result_answer
+from service.routes.results import answer_with_result
 from service.routes.services import Services
 from service.schemas.options import OptionTable
 from service.uploads.receiving import Uploads, Wanted, receive
@@ -127,7 +127,7 @@ async def _answer(
     job = await ended_within(services.jobs, services.board, request, job, patience.seconds)
     place = {"Location": f"/v1/jobs/{job.id}"}
     if job.state is JobState.SUCCEEDED:
-        response = await run_sync(result_answer, request, services, caller, job, media_type)
+        response = await answer_with_result(request, services, caller, job, media_type)
         response.headers.update({**place, **patience.applied})
         return response
     if job.state.ended:

@@ -10,6 +10,7 @@ from urllib.parse import quote
 from pydantic import BaseModel, Field
 
 from service.jobs.job import JobFile
+from service.jobs.pages import PAGES, has_pages
 from service.schemas.job import JobBody
 from simplifier import VerdictWord
 
@@ -72,11 +73,21 @@ class Result(BaseModel):
     )
     levels: list[Level] = Field(description="Finest first; none for a scene or visible sets.")
     files: list[ResultFile] = Field(description="All results, and what was sent.")
+    pages: dict[str, str] = Field(
+        description="What shows the report to people, by what it shows: drawn when it is first "
+        "asked for, and among `files` from then on.",
+        examples=[{"report": "/v1/jobs/j_7Qk2/files/report.html"}],
+    )
 
     @classmethod
     def of(cls, job: JobBody, report: dict[str, Any] | None, files: Sequence[JobFile]) -> Self:
         listed = [ResultFile.of(job.id, file) for file in files]
-        return cls(job=job, report=report, levels=_levels(report or {}, listed), files=listed)
+        drawn = has_pages(job.kind, job.state, {file.name for file in files})
+        return cls(
+            job=job, report=report, levels=_levels(report or {}, listed), files=listed,
+            pages={shown: f"/v1/jobs/{job.id}/files/{name}" for shown, name in PAGES.items()}
+            if drawn else {},
+        )  # fmt: skip
 
 
 def _levels(report: Mapping[str, Any], files: Iterable[ResultFile]) -> list[Level]:

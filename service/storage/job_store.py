@@ -248,6 +248,15 @@ class SqlJobStore:
                 self._waits.put_off(row.number, pause_for_room(row.attempt))
             return row.state
 
+    def add_pages(self, job_id: str, files: Sequence[JobFile]) -> bool:
+        with self._database.writing() as session:
+            row = session.scalars(select(JobRow).where(JobRow.id == job_id)).first()
+            if row is None or row.state is not JobState.SUCCEEDED:
+                return False
+            there = {file.name for file in files_of(session, row.number)}
+            add_files(session, row.number, [file for file in files if file.name not in there])
+            return True
+
     def end_cancelled(self, claim: Claim) -> bool:
         with self._database.writing() as session:
             row = _claimed_row(session, claim)

@@ -1,7 +1,7 @@
-"""The pictures and the page of a report that was written before, drawn when somebody asks for them.
+"""The pictures and the page of a report that was written before.
 
-They are those that ``write_pictures`` of a result draws, as far as a file keeps an occluder: formats
-round its corners to 32 bits, which moves no pixel but by chance.
+They are those that ``write_pictures`` of a result draws, as far as a file keeps an occluder:
+formats round its corners to 32 bits, which moves a pixel at most by chance.
 """
 
 from __future__ import annotations

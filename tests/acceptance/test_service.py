@@ -165,7 +165,9 @@ def test_every_format_comes_as_it_is_asked_for(client, tmp_path):
     for form, name in result.levels[0].files.items():
         simplifier.load(client.fetch(job.id, name, tmp_path / f"box.{form}"))
     assert result.levels[0].recall == pytest.approx(job.summary.recall)
-    assert {"report.json", "report.html", "input/mesh.obj"} <= {file.name for file in result.files}
+    assert {"report.json", "input/mesh.obj"} <= {file.name for file in result.files}
+    page = client.fetch(job.id, result.pages["report"], tmp_path / "report.html")
+    assert "<title>Occluder of box.obj" in page.read_text()
 
 
 def test_progress_is_told_and_a_cancelled_job_ends_soon(client):

@@ -7,6 +7,7 @@ import queue
 import subprocess
 import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import httpx
@@ -68,6 +69,60 @@ def test_a_mesh_goes_in_and_occluders_come_out(http):
     metrics = http.get("/metrics").text
     assert 'occluder_asset_precision{asset="house"' in metrics
     assert 'occluder_job_seconds_count{kind="occluder",stage="refine"} 1.0' in metrics
+
+
+def test_pages_are_drawn_when_somebody_asks_for_them_and_kept(http):
+    done = http.post(
+        "/v1/occluders", params={**QUICK, "filename": "drawn.obj", "asset": "drawn"},
+        content=HOUSE + b"# drawn\n", headers={"Prefer": "wait=60"},
+    ).json()  # fmt: skip
+    job, pages = done["job"], done["pages"]
+    place = f"/v1/jobs/{job['id']}/files"
+    assert pages == {
+        "report": f"{place}/report.html", "silhouettes": f"{place}/pictures/silhouettes.png",
+        "recall": f"{place}/pictures/recall.png", "precision": f"{place}/pictures/precision.png",
+    }  # fmt: skip
+    before = {file["name"] for file in done["files"]}
+    assert not any(name.startswith("pictures/") or name == "report.html" for name in before)
+    assert {"original.glb", "lod0.glb", "report.json"} <= before
+    with ThreadPoolExecutor(4) as pool:  # who asks at once is answered by one drawing
+        page, *pictures = pool.map(http.get, pages.values())
+    assert page.status_code == 200, page.text
+    assert page.headers["content-type"] == "text/html; charset=utf-8"
+    assert "<title>Occluder of drawn.obj" in page.text
+    for picture in pictures:
+        assert picture.content.startswith(b"\x89PNG")
+    listed = {file["name"]: file for file in http.get(place).json()["items"]}
+    made = set(listed) - before
+    assert {"report.html", "pictures/silhouettes.png"} < made
+    assert sum(name.startswith("pictures/view_") for name in made) == 6
+    assert listed["report.html"]["sha256"] == page.headers["etag"].strip('"')
+    again = http.get(pages["report"], headers={"If-None-Match": page.headers["etag"]})
+    assert again.status_code == 304
+    assert http.get(job["links"]["result"], headers={"Accept": "text/html"}).text == page.text
+    problem(http.get(f"{place}/pictures/view_99_of_nothing.png"), 404, "not-found")
+    problem(http.get(f"{place}/pictures/other.png"), 404, "not-found")
+    copy = http.post(
+        "/v1/occluders", params={**QUICK, "filename": "copy.obj"}, content=HOUSE + b"# drawn\n",
+        headers={"Accept": "text/html", "Prefer": "wait=60"},
+    )  # fmt: skip
+    assert copy.text == page.text  # of the stored result, with its pages
+
+
+def test_a_result_is_read_as_a_page_at_once(http):
+    answer = http.post(
+        "/v1/occluders", params={**QUICK, "filename": "page.obj"}, content=HOUSE + b"# page\n",
+        headers={"Accept": "text/html", "Prefer": "wait=60"},
+    )  # fmt: skip
+    assert answer.status_code == 200
+    assert "<title>Occluder of page.obj" in answer.text
+    assert answer.text.count("data:image/png") >= 8
+    head = http.head(f"{answer.headers['location']}/files/pictures/recall.png")
+    assert (head.status_code, head.headers["content-type"]) == (200, "image/png")
+
+
+def test_pages_of_another_are_not_drawn(http):
+    problem(http.get("/v1/jobs/none/files/report.html"), 404, "not-found")
 
 
 def test_a_receiver_is_told_when_the_job_has_ended(http):

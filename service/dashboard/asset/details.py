@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any, Protocol, cast
 
@@ -69,6 +69,7 @@ class RunDetail:
 
     ``original``  address of the mesh to look at; ``sheet`` of the picture of its silhouettes;
     ``overrides`` of the file of overrides that came with it.
+    ``pages``     addresses of what shows the report, by what it shows.
     ``left_out``  why levels that were asked for are not there, a sentence each.
     ``deviation``  the largest distance that the occluder was found to have, mesh's units.
     """
@@ -77,6 +78,7 @@ class RunDetail:
     levels: tuple[Level, ...] = ()
     views: tuple[View, ...] = ()
     files: tuple[ResultFile, ...] = ()
+    pages: Mapping[str, str] = field(default_factory=dict)
     solid: Solid | None = None
     deviation: float | None = None
     left_out: tuple[str, ...] = ()
@@ -91,7 +93,14 @@ class RunDetail:
 
     @property
     def sheet(self) -> str | None:
-        return self._link(_SHEET)
+        return self.pages.get("silhouettes") or self._link(_SHEET)
+
+    @property
+    def undrawn(self) -> tuple[tuple[str, str], ...]:
+        """Names and links of pages that are drawn when somebody first asks for them."""
+        there = {file.link for file in self.files}
+        links = (link for link in self.pages.values() if link not in there)
+        return tuple((link.partition("/files/")[2], link) for link in links)
 
     @property
     def overrides(self) -> str | None:
@@ -158,6 +167,7 @@ def read_run(stores: Stores, tenant: str, job_id: str) -> RunDetail:
         levels=tuple(result.levels),
         views=views_of(judged) if judged else (),
         files=tuple(result.files),
+        pages=result.pages,
         solid=Solid.of(judged) if judged else None,
         deviation=judged["deviation"] if judged else None,
         left_out=tuple(_left_out(judged["left_out"])) if judged else (),

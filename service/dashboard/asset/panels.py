@@ -67,7 +67,7 @@ def run_panels(
             solid_panel(run.solid, run.deviation, summary.error_bound)
         if run.sheet:
             pictures_panel(run.sheet)
-        downloads_panel(run.files)
+        downloads_panel(run.files, run.undrawn)
 
 
 def numbers_panel(summary: Summary, holds: bool | None) -> None:
@@ -252,7 +252,8 @@ def pictures_panel(sheet: str) -> None:
         )
 
 
-def downloads_panel(files: Sequence[ResultFile]) -> None:
+def downloads_panel(files: Sequence[ResultFile], undrawn: Sequence[tuple[str, str]] = ()) -> None:
+    """``undrawn``  names and links of files that are made when somebody asks for them."""
     with panel("Downloads"), ui.element("div").classes("scrolled"):
         table = PlainTable("Files of the job", ["File", "#Size"])
         for file in files:
@@ -262,6 +263,11 @@ def downloads_panel(files: Sequence[ResultFile]) -> None:
                     if not file.name.endswith(_SHOWN):
                         link.props["download"] = True
                 table.number(file_size(file.size))
+        for name, address in undrawn:
+            with table.row():
+                with table.cell():
+                    ui.link(name, address, new_tab=True)
+                table.number("drawn when opened")
 
 
 def file_size(count: int) -> str:

@@ -8,13 +8,13 @@ import simplifier
 from service.engines.messages import Task
 from service.engines.work.inputs import input_path, options_within_memory, read_mesh
 from service.engines.work.meter import JUDGING, Meter
-from service.engines.work.report_files import command_names, summary_of, write_pages
+from service.engines.work.report_files import command_names, summary_of, write_report
 from service.engines.worker import Cancel, ReportProgress, TaskCancelledError
 from service.jobs.job import Summary
 
 
 def evaluate_mesh(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
-    """Results: a report, its page and pictures; both meshes to look at, ``original.glb`` and
+    """Results: a report; both meshes to look at, ``original.glb`` and
     ``lod0.glb``.
 
     Raises as :data:`~service.engines.worker.DoTask` says, and :class:`simplifier.OccluderError`.
@@ -37,7 +37,7 @@ def evaluate_mesh(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     meter.at("write", 0.8)
     report = found.report(load_seconds=load_seconds, names=command_names(task.name))
     results = Path(task.results)
-    write_pages(found, report, task.name, results)
+    write_report(found, report, task)
     simplifier.save_for_viewing(mesh, results / "original.glb")
     simplifier.save(occluder, results / "lod0.glb")
     return summary_of(report, 1, meter.seconds)

@@ -12,7 +12,7 @@ import simplifier
 from service.engines.messages import Task
 from service.engines.work.inputs import input_path, options_within_memory, read_mesh
 from service.engines.work.meter import MAKING, Meter
-from service.engines.work.report_files import command_names, summary_of, write_pages
+from service.engines.work.report_files import command_names, summary_of, write_report
 from service.engines.worker import Cancel, ReportProgress, TaskCancelledError
 from service.jobs.job import Summary
 from service.jobs.progress import Snapshot
@@ -53,7 +53,7 @@ def make_occluder(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
         load_seconds=load_seconds, write_seconds=write_seconds, files=files,
         names=command_names(task.name),
     )  # fmt: skip
-    write_pages(product, report, task.name, results)
+    write_report(product, report, task)
     return summary_of(report, len(product.levels), meter.seconds)
 
 

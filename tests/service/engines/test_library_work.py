@@ -34,7 +34,8 @@ DRAFT = {"preset": "draft", "resolution": 24, "moves": 200, "views": 8, "image":
 def place(tmp_path_factory):
     """An engine with one warm process, as it takes seconds to get ready."""
     folder = tmp_path_factory.mktemp("place")
-    with Workplace(folder, LIBRARY_WORK, workers=1, job_memory=256 * MIB).open() as place:
+    settings = {"workers": 1, "job_memory": 256 * MIB, "draw_at_once": True}
+    with Workplace(folder, LIBRARY_WORK, **settings).open() as place:
         yield place
 
 

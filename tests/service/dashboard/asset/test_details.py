@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,20 @@ def test_a_run_has_everything_that_its_job_has_made(stock: Stock, castle: JobRes
     assert run.solid is not None
     assert run.solid.closed_by[0][0] == "ground"
     assert 0.0 < (run.deviation or 0.0) <= (castle.summary.error_bound or 0.0)
+
+
+def test_pages_that_nobody_has_asked_for_are_shown_too(stock: Stock, castle: JobResult) -> None:
+    run = read_run(stock, TENANT, stock.run(castle).id)
+    assert run.undrawn == ()
+    drawn = ("report.html", "pictures/")
+    undrawn = replace(run, files=tuple(f for f in run.files if not f.name.startswith(drawn)))
+    assert undrawn.sheet == run.sheet
+    place = f"/v1/jobs/{run.job.id}/files"
+    assert dict(undrawn.undrawn) == {
+        name: f"{place}/{name}"
+        for name in ("report.html", "pictures/silhouettes.png", "pictures/recall.png",
+                     "pictures/precision.png")
+    }  # fmt: skip
 
 
 def test_a_job_that_failed_has_nothing_but_its_inputs(stock: Stock, castle: JobResult) -> None:

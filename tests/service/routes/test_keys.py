@@ -45,7 +45,14 @@ def every_route(keyed):
         for method in operations:
             yield (
                 method.upper(),
-                path.format(job_id="x", asset_id="x", name="x", key_id="x", slug="not-found"),
+                path.format(
+                    job_id="x",
+                    asset_id="x",
+                    name="x",
+                    key_id="x",
+                    delivery_id="x",
+                    slug="not-found",
+                ),
             )
 
 

@@ -1,4 +1,4 @@
-"""Whether slices close all shafts between view cells and objects.
+"""Whether slices and sheets close all shafts between view cells and objects.
 
 All boxes are rows (x0, y0, z0, x1, y1, z1) in voxels.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.sheets import CLEAR, SHUT, close, is_line_clear
 
 FREE, CROSSED, CLOSED = 0, 1, 2
 """A shaft whose middle line meets nothing solid, one whose does, and one that a layer closes."""
@@ -151,8 +152,9 @@ def _random(state):
 
 @inline_kernel
 def _is_glimpsed(
-    cell, boxes, leaves, tries, seed, free, ats, firsts, edges, sums, a, b, closing, share
-):
+    cell, boxes, leaves, tries, seed, free, ats, firsts, edges, sums, points, faces, normals,
+    sheet_boxes, sheet_children, a, b, closing, share,
+):  # fmt: skip
     """Whether one of some random lines from a cell to the target meets nothing solid."""
     state = np.uint64(seed * 2654435761 + 88172645463325252)
     for _ in range(tries):
@@ -165,7 +167,10 @@ def _is_glimpsed(
             b[axis] = b[axis + 3] = boxes[leaf, axis] + part * (
                 boxes[leaf, axis + 3] - boxes[leaf, axis]
             )
-        if shaft(a, b, False, free, ats, firsts, edges, sums, closing, share) == FREE:
+        if shaft(a, b, False, free, ats, firsts, edges, sums, closing, share) == FREE and (
+            len(faces) == 0
+            or is_line_clear(a[:3], b[:3], points, faces, normals, sheet_boxes, sheet_children)
+        ):
             return True
     return False
 
@@ -213,22 +218,23 @@ def _is_closed_by_recent(a, b, ats, edges, sums, recent):
 
 @kernel
 def _may_see(
-    cell, root, boxes, children, limit, free, ats, firsts, edges, sums, stack, nodes, faces,
-    waits, b, closing, recent, share, work,
+    cell, root, boxes, children, limit, sheet_limit, free, ats, firsts, edges, sums, points, faces,
+    normals, beside, sheet_boxes, sheet_children, known, stack, nodes, sides, waits, b, closing,
+    recent, share, work,
 ):  # fmt: skip
     """Whether some shaft between a cell and a target stays open; also when there is no telling
     within ``limit`` shafts.
 
-    Pairs of boxes are divided until a layer closes each.  A line leaves the cell through a face, on
-    which all its way to the target begins anew: so of the cell only faces are divided, which are
-    flat, and each looks only at what is on its outer side.
+    Pairs of boxes are divided until a layer or a sheet closes each.  A line leaves the cell through
+    a face, on which all its way to the target begins anew: so of the cell only faces are divided,
+    which are flat, and each looks only at what is on its outer side.
     """
     _copy(cell, stack[0])
-    nodes[0], faces[0], waits[0] = root, _WHOLE, 0
-    count = 1
+    nodes[0], sides[0], waits[0] = root, _WHOLE, 0
+    count, sheets_left = 1, sheet_limit if len(faces) > 0 else 0
     while count > 0:
         count -= 1
-        a, node, face, wait = stack[count], nodes[count], faces[count], waits[count]
+        a, node, face, wait = stack[count], nodes[count], sides[count], waits[count]
         _copy(boxes[node], b)
         if face != _WHOLE:
             axis = face % 3
@@ -250,6 +256,15 @@ def _may_see(
             if found == CLOSED:
                 _to_front(recent, RECENT - 1, closing[0], closing[1])
                 continue
+            if sheets_left > 0:
+                sheets_left -= 1
+                met = close(
+                    a, b, points, faces, normals, beside, sheet_boxes, sheet_children, known, share
+                )
+                if met == SHUT:
+                    continue
+                if met != CLEAR:
+                    found = CROSSED
             if found == FREE or limit < 0:
                 return True
             wait = wait - 1 if wait > 0 else _WAIT
@@ -262,7 +277,7 @@ def _may_see(
             for child in range(first, last):
                 if child > first:
                     _copy(a, stack[count])
-                nodes[count], faces[count], waits[count] = child, face, wait
+                nodes[count], sides[count], waits[count] = child, face, wait
                 count += 1
         elif face == _WHOLE:
             for side in range(6):
@@ -273,14 +288,14 @@ def _may_see(
                     continue
                 _copy(cell, stack[count])
                 stack[count, axis] = stack[count, axis + 3] = cell[side]
-                nodes[count], faces[count], waits[count] = node, side, wait
+                nodes[count], sides[count], waits[count] = node, side, wait
                 count += 1
         elif length > _FINEST:
             middle = 0.5 * (a[axis] + a[axis + 3])
             _copy(a, stack[count + 1])
             stack[count, axis + 3] = middle
             stack[count + 1, axis] = middle
-            nodes[count + 1], faces[count + 1] = node, face
+            nodes[count + 1], sides[count + 1] = node, face
             waits[count], waits[count + 1] = wait, wait
             count += 2
         else:
@@ -290,8 +305,8 @@ def _may_see(
 
 @kernel
 def see(
-    begin, end, cells, roots, leaves, boxes, children, tries, limit, free, ats, firsts, edges, sums,
-    seen, work,
+    begin, end, cells, roots, leaves, boxes, children, tries, limit, sheet_limit, free, ats, firsts,
+    edges, sums, points, faces, normals, beside, sheet_boxes, sheet_children, seen, work,
 ):  # fmt: skip
     """Set ``seen`` (c, n) bool for the cells ``begin`` to ``end``: which objects they may see.
 
@@ -299,7 +314,8 @@ def see(
     ``boxes``     (k, 6) float64 of all objects' trees, ``children`` (k, 2) int64 first and one past
                   the last of each; none of a leaf.
     ``roots``     (n,) int64, -1 for an object without a box; ``leaves`` (n, 2) int64, its range.
-    ``tries``     random lines that are looked along first; ``limit`` shafts at most.
+    ``tries``     random lines that are looked along first; ``limit`` shafts at most, and in the
+                  first ``sheet_limit`` of each object sheets are looked for as well.
     ``free``      (nx, ny, nz) uint8: 0 in voxels that a slice covers some of, else steps to the
                   nearest one across faces, edges or corners, or fewer.
     ``ats``       for each axis (m,) float64: where its slices are, ascending; ``firsts`` (layers +
@@ -309,10 +325,14 @@ def see(
     ``sums``      for each axis (nv + 1, nw + 1, m) int32: covered pixels below each corner of a
                   slice, where v and w are the next axes in turn.  Slices come last: a line passes
                   many in much the same place.
+    ``points``, ``faces``, ``normals``, ``beside``, ``sheet_boxes``, ``sheet_children``  triangles
+                  that close shafts by themselves, as :func:`simplifier.kernels.sheets.close` has
+                  them.
     ``work``      (c, 1) int64: adds up the shafts.
     """
     stack = np.empty((_DEPTH, 6))
-    nodes, faces = np.empty(_DEPTH, np.int64), np.empty(_DEPTH, np.int64)
+    nodes, sides = np.empty(_DEPTH, np.int64), np.empty(_DEPTH, np.int64)
+    known = np.full(len(faces), -1, np.int32)
     waits = np.empty(_DEPTH, np.int64)
     a, b, closing = np.empty(6), np.empty(6), np.zeros(2, np.int64)
     recent, share = np.zeros((RECENT, 2), np.int64), np.zeros(1)
@@ -324,8 +344,10 @@ def see(
                 continue
             seen[cell, target] = _is_glimpsed(
                 cells[cell], boxes, leaves[target], tries, cell * len(roots) + target, free, ats,
-                firsts, edges, sums, a, b, closing, share,
+                firsts, edges, sums, points, faces, normals, sheet_boxes, sheet_children, a, b,
+                closing, share,
             ) or _may_see(
-                cells[cell], root, boxes, children, limit, free, ats, firsts, edges, sums, stack,
-                nodes, faces, waits, b, closing, recent, share, work[cell],
+                cells[cell], root, boxes, children, limit, sheet_limit, free, ats, firsts, edges,
+                sums, points, faces, normals, beside, sheet_boxes, sheet_children, known, stack,
+                nodes, sides, waits, b, closing, recent, share, work[cell],
             )  # fmt: skip

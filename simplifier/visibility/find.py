@@ -44,7 +44,7 @@ from simplifier.visibility.strong.by_strong_occluders import by_strong_occluders
 from simplifier.visibility.strong.strong_occluders import StrongOccluders
 
 _FORMAT = 4  # raised when the same input is to give other sets
-_SHAFTS = 3  # the same, of slices alone
+_SHAFTS = 4  # the same, of slices alone
 _BODIES = 1  # the same, of strong occluders alone
 
 METHODS: dict[str, Method] = {

@@ -5,7 +5,8 @@ Schaufler, Dorsey, Decoret and Sillion, "Conservative Volumetric Visibility with
 round, for a box of viewers and a box of targets at once: their *shaft* (Haines and Wallace, "Shaft
 Culling for Efficient Ray-Traced Radiosity", 1991), the hull of both, holds all lines of sight
 between them.  If a slice between the boxes covers its whole section, none gets through.  That takes
-no erosion across the slice, so that a pane hides all that is behind it.
+no erosion across the slice, so that a pane hides all that is behind it.  What is in no slice, being
+open and curved or slanted, closes shafts as a sheet of triangles (``kernels/sheets.py``).
 
 Boxes are divided until all shafts are closed, or one is found that stays open.  What lies in a cell
 is always visible from it.  Viewers are in free space: what one would see from within a wall is not
@@ -28,10 +29,12 @@ from simplifier.kernels.shafts import see
 from simplifier.kernels.threads import run_chunks
 from simplifier.kernels.voxelize import mark_triangles
 from simplifier.progress import TellCount, TellShare, silent
+from simplifier.visibility.slices.box_tree import tree_over
 from simplifier.visibility.slices.slices import AXES, Grid, Slices
 
 _TRIES = 16  # random lines to each object, which find most of what is visible
 _LIMIT = 2000  # shafts between a cell and an object; beyond them it counts as visible
+_SHEET_LIMIT = 8  # of these that sheets are looked for in
 _FAR = 255
 
 Ids = NDArray[np.int64]
@@ -59,9 +62,10 @@ class Targets:
         leaves = np.zeros((len(upright.scene), 2), dtype=np.int64)
         for index in range(len(upright.scene)):
             tell(index, len(upright.scene))
-            own, below = _tree(_touched(upright, grid, index))
-            if len(own) == 0:
+            voxels = _touched(upright, grid, index).astype(np.float64)
+            if len(voxels) == 0:
                 continue
+            own, below, _ = tree_over(voxels, voxels + 1)
             # The object itself is no larger than its box, which may end within a voxel.
             low, high = grid.to_grid(upright.boxes[index])
             own[:, :3] = np.clip(own[:, :3], low, high)
@@ -88,34 +92,6 @@ def _touched(upright: UprightScene, grid: Grid, index: int) -> Ids:
     origin = low * grid.cell + grid.origin
     mark_triangles(vertices, mesh.faces, origin, 1.0 / grid.cell, 0, len(mesh.faces), touched)
     return np.argwhere(touched) + low
-
-
-def _tree(voxels: Ids) -> tuple[FloatArray, Ids]:
-    """Boxes (k, 6) and children (k, 2), leaves first and the root last."""
-    voxels = voxels[_morton_order(voxels)] if len(voxels) else voxels
-    level = np.concatenate([voxels, voxels + 1], axis=1).astype(np.float64)
-    boxes, children = [level], [np.zeros((len(level), 2), dtype=np.int64)]
-    begin = 0
-    while len(level) > 1:
-        firsts = np.arange(0, len(level), 2)
-        low = np.minimum.reduceat(level[:, :3], firsts)
-        high = np.maximum.reduceat(level[:, 3:], firsts)
-        ends = np.minimum(firsts + 2, len(level))
-        children.append(begin + np.column_stack([firsts, ends]))
-        begin += len(level)
-        level = np.concatenate([low, high], axis=1)
-        boxes.append(level)
-    return np.concatenate(boxes), np.concatenate(children)
-
-
-def _morton_order(voxels: Ids) -> Ids:
-    """The order along a Z-curve."""
-    places = (voxels - voxels.min(axis=0)).astype(np.uint64)
-    code = np.zeros(len(voxels), dtype=np.uint64)
-    for bit in range(int(places.max()).bit_length()):
-        for axis in range(3):
-            code |= (places[:, axis] >> np.uint64(bit) & np.uint64(1)) << np.uint64(3 * bit + axis)
-    return np.argsort(code, kind="stable")
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +150,7 @@ def see_by_shafts(
 
     A prism counts as the box around it.
     """
-    targets, grid = shafts.targets, shafts.slices.grid
+    targets, grid, sheets = shafts.targets, shafts.slices.grid, shafts.slices.sheets
     seen = np.zeros((len(cells), len(targets.roots)), dtype=np.bool_)
     work = np.zeros((len(cells), 1), dtype=np.int64)
     places = np.concatenate([grid.to_grid(cells.low), grid.to_grid(cells.high)], axis=1)
@@ -182,8 +158,9 @@ def see_by_shafts(
     def look(begin: int, end: int) -> None:
         see(
             begin, end, places, targets.roots, targets.leaves, targets.boxes, targets.children,
-            _TRIES, _LIMIT, shafts.free, shafts.slices.ats, shafts.firsts, shafts.slices.edges,
-            shafts.sums, seen, work,
+            _TRIES, _LIMIT, _SHEET_LIMIT, shafts.free, shafts.slices.ats, shafts.firsts,
+            shafts.slices.edges, shafts.sums, sheets.points, sheets.faces, sheets.normals,
+            sheets.beside, sheets.boxes, sheets.children, seen, work,
         )  # fmt: skip
 
     run_chunks(look, len(cells), chunks_per_thread=max(4, len(cells)), tell=tell)

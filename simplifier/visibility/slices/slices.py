@@ -24,6 +24,7 @@ from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.kernels.slices import cover_slices
 from simplifier.kernels.threads import run_chunks
+from simplifier.visibility.slices.sheets import Sheets
 from simplifier.visibility.solid.closed_pieces import closed_pieces, floor_of, without_halls
 
 AXES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
@@ -75,6 +76,7 @@ class Slices:
     edges: tuple[FloatArray, FloatArray, FloatArray]
     lost: float
     halls: int
+    sheets: Sheets
 
 
 def slices_of(opaque: UprightScene, grid: Grid, viewers: ViewCells) -> Slices:
@@ -92,6 +94,7 @@ def slices_of(opaque: UprightScene, grid: Grid, viewers: ViewCells) -> Slices:
     faces, pieces = _with_bases(points, faces, pieces)
     areas = _areas(points, faces)
     scaled = grid.to_grid(points)
+    sheets = Sheets.of(scaled, faces[pieces < 0])
     flat = [_Flat.of(scaled[faces, axis], pieces, areas / grid.cell**2) for axis in range(3)]
     edges = [_edges(one, int(count)) for one, count in zip(flat, grid.shape, strict=True)]
     ats, covered = [], []
@@ -101,7 +104,7 @@ def slices_of(opaque: UprightScene, grid: Grid, viewers: ViewCells) -> Slices:
         covered.append(mask)
     return Slices(
         grid, (ats[0], ats[1], ats[2]), (covered[0], covered[1], covered[2]),
-        (edges[0], edges[1], edges[2]), lost, halls,
+        (edges[0], edges[1], edges[2]), lost, halls, sheets,
     )  # fmt: skip
 
 

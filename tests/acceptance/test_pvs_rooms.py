@@ -8,7 +8,10 @@ import pytest
 
 import simplifier
 from simplifier.io.scene_writer import write_scene
+from tests.solids import box
 from tests.visibility.rooms import bent_hall, scene_of, two_rooms
+from tests.visibility.sheets import quad
+from tests.visibility.sheets import scene_of as scene_of_sheets
 
 
 @pytest.fixture(scope="module")
@@ -65,6 +68,20 @@ def test_a_hall_that_is_one_closed_sheet_is_not_solid(command, tmp_path, base):
         names = {name for name, one in zip(held.names, held.visible(point), strict=True) if one}
         assert seen <= names
         assert not {"lamp", "chest"} - seen & names
+
+
+def test_a_slanted_open_sheet_hides_what_is_behind_it(command, tmp_path):
+    """It is in no slice, being neither closed nor flat across an axis: it hid nothing."""
+    path, file, cells = tmp_path / "wall.glb", tmp_path / "wall.pvs", tmp_path / "cells.json"
+    wall = quad((5.0, -10.0, -6.0), (9.0, 10.0, -6.0), (11.0, 10.0, 8.0), (7.0, -10.0, 8.0))
+    lamp, post = box((0.4, 0.4, 0.4), (14.0, 0.0, 1.5)), box((1.0, 1.0, 4.0), (20.0, 30.0, 0.0))
+    write_scene(scene_of_sheets({"wall": wall, "lamp": lamp, "post": post}), path)
+    cells.write_text(json.dumps({"cells": [{"low": [0, -0.5, 1], "high": [1, 0.5, 2]}]}))
+    assert command("pvs", path, "-o", file, *ARGUMENTS, "--cells", cells)[0] == 0
+    held = simplifier.load_pvs(file)
+    seen = {name for name, one in zip(held.names, held.visible(0), strict=True) if one}
+    assert seen == {"wall", "post"}
+    assert command("pvs-check", path, file, "--views", "24", "--pictures", "24")[0] == 0
 
 
 def test_what_it_has_not(command, rooms, tmp_path):

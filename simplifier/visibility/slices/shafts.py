@@ -34,7 +34,7 @@ from simplifier.visibility.slices.slices import AXES, Grid, Slices
 
 _TRIES = 16  # random lines to each object, which find most of what is visible
 _LIMIT = 2000  # shafts between a cell and an object; beyond them it counts as visible
-_SHEET_LIMIT = 8  # of these that sheets are looked for in
+_SHEET_LIMIT = 2  # of these that sheets are looked for in
 _FAR = 255
 
 Ids = NDArray[np.int64]

@@ -15,12 +15,12 @@ from simplifier.visibility.slices.slices import Grid, open_share, slices_of
 _BATCH = 2  # cells between two looks at the clock
 _FINE = 0.2  # of epsilon: a voxel
 _MOST_VOXELS = 120_000_000  # three GiB of slices
-_LOST = 0.2  # share of the surface that may hide nothing without a word
+_LOST = 0.2  # share of the surface that may be in no slice without a word
 
 
 @contextmanager
 def by_slices(task: Task) -> Iterator[Sight]:
-    """Shafts between cells and objects, closed by slices through what hides.
+    """Shafts between cells and objects, closed by slices through what hides, and by open sheets.
 
     Raises :class:`OptionError` for terrains and options that only cull maps have, and for an
     epsilon that would take too many voxels.
@@ -41,12 +41,12 @@ def by_slices(task: Task) -> Iterator[Sight]:
     if slices.halls:
         told.append(
             f"viewers are in {slices.halls:,} of the closed surfaces: of these only what is flat"
-            " across an axis hides anything"
+            " across an axis is in a slice"
         )
     if slices.lost > _LOST:
         told.append(
             f"{100.0 * slices.lost:.0f} % of the surface is neither that of closed objects nor flat"
-            f" across an axis, and hides nothing{better(task)}"
+            f" across an axis, and hides only what it parts from the cell by itself{better(task)}"
         )
     yield Sight(
         "slice-wise",

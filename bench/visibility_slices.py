@@ -71,6 +71,56 @@ def slices_rows(
         }
 
 
+def scene_slices_row(
+    upright: UprightScene, places: ViewCells, options: PvsOptions, checked: int = 10
+) -> Row:
+    """What sets of a scene take with its own triangles, as the rows of the generated city have it.
+
+    The options are those of cull maps with slices.  ``checked`` of the cells are looked at.
+    """
+    found, seconds = _timed(upright, places, options)
+    pvs, count = found.pvs, len(places)
+    whole, drawn = scene_triangles(upright, pvs)
+    assert pvs.slices is not None
+    pairs = len(pvs.slices.values)
+    check = check_pvs(upright.scene, pvs, CheckOptions(checked, 60))
+    return {
+        "epsilon": options.reach,
+        "cells": count,
+        "objects": len(upright.scene),
+        "visible": pairs / count,
+        "triangles_whole": whole / count,
+        "triangles_sliced": drawn / count,
+        "drawn": drawn / whole,
+        "processor_ms_a_cell": 1e3 * seconds / count,
+        "bytes_a_cell": _size(pvs) / count,
+        "octree_bytes": pairs * OCTREE_BITS / 8.0 / count,
+        "triangle_bytes": drawn / 8.0 / count,
+        "leaks": len(check.leaks),
+    }
+
+
+def scene_triangles(upright: UprightScene, pvs: Pvs) -> tuple[int, int]:
+    """How many triangles all cells together draw: of whole objects, and in slices that are drawn.
+
+    All cells are computed, with slices.
+    """
+    assert pvs.slices is not None
+    seen = [np.flatnonzero(pvs.visible(cell)) for cell in range(len(pvs.cells))]
+    objects = np.concatenate([np.empty(0, np.int64), *seen])
+    whole = drawn = 0
+    for index in np.unique(objects).tolist():
+        mesh = upright.scene.joined([index])
+        corners = (mesh.vertices[:, upright.order] - upright.origin)[mesh.faces]
+        low, high = upright.boxes[index]
+        unit = (corners - low) / np.maximum(high - low, 1e-300)
+        boxes = np.stack([unit.min(axis=1), unit.max(axis=1)], axis=1)
+        counts = triangles_drawn(pvs.slices.values[objects == index], boxes)
+        whole += len(counts) * len(boxes)
+        drawn += int(counts.sum())
+    return whole, drawn
+
+
 def _timed(upright: UprightScene, places: ViewCells, options: PvsOptions) -> tuple[Found, float]:
     """The sets, and the seconds of all cores for the cells."""
     clock: list[float] = []

@@ -5,7 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.visibility_slices import SQUARES, slices_rows, triangle_boxes, triangles_drawn
+from bench.visibility_city import streets
+from bench.visibility_slices import (
+    OCTREE_BITS,
+    SQUARES,
+    scene_slices_row,
+    scene_triangles,
+    slices_rows,
+    triangle_boxes,
+    triangles_drawn,
+)
+from simplifier.options.visibility import PvsOptions
+from simplifier.visibility.checking.hidden_parts import hidden_boxes
+from simplifier.visibility.find import find_pvs
 
 
 def test_triangles_are_drawn_where_any_of_their_slices_is():
@@ -23,6 +35,30 @@ def test_triangles_are_drawn_where_any_of_their_slices_is():
         10 * SQUARES**2
     )
     assert halves == pytest.approx(0.6, abs=0.02)  # triangles across a border are drawn
+
+
+def test_a_scene_is_counted_by_its_own_triangles():
+    """Plainly, a triangle of a pair after the other; buildings are boxes of 12 triangles."""
+    upright, places = streets(2, 2)
+    options = PvsOptions(up="z", epsilon=5.0, slices=True)
+    pvs = find_pvs(upright, places, options).pvs
+    whole = drawn = 0
+    for cell in range(len(places)):
+        objects = np.flatnonzero(pvs.visible(cell))
+        for index, values in zip(objects.tolist(), pvs.slices.of(cell), strict=True):
+            (block,) = hidden_boxes(upright.boxes[[index]], values[None])
+            mesh = upright.scene.joined([index])
+            for face in mesh.faces:
+                corners = mesh.vertices[face][:, upright.order] - upright.origin
+                within = (corners >= block[0] - 1e-9).all() and (corners <= block[1] + 1e-9).all()
+                whole, drawn = whole + 1, drawn + (not within)
+    assert 0 < drawn <= whole
+    assert scene_triangles(upright, pvs) == (whole, drawn)
+    row = scene_slices_row(upright, places, options, 1)
+    assert row["triangles_whole"] == whole / 2
+    assert row["triangle_bytes"] == drawn / 16
+    assert row["octree_bytes"] == len(pvs.slices.values) * OCTREE_BITS / 16
+    assert row["leaks"] == 0
 
 
 @pytest.mark.slow

@@ -25,6 +25,7 @@ OF_MANY = {
     "tradeoff/test_pareto.py": "which settings tradeoff/cases.py leaves out",
     "tradeoff/test_pictures.py": "the plots of a study, with the page that holds them",
     "tradeoff/test_produce.py": "a study through the face",
+    "visibility/oracles/test_blocker_extension.py": "a method of tests alone",
 }
 """What else is not beside a module of its name, and why."""
 

@@ -22,6 +22,8 @@
            asked for
     front  time a cell against sets to what is seen, each method in steps, in a city, on a terrain
            and in a house.  Needs the shared assets; only when asked for
+    oracle  slices beside blocker extension, which the tests alone have (Schaufler et al. 2000):
+           sets and processor time in two small scenes of boxes.  Only when asked for
     walks  triangles drawn along walks of 600 frames through seven scenes by sets, by occluders and
            by both.  Needs the shared assets; only when asked for
     check  100,000 viewpoints of the generated city that look past silhouettes, and 2,000 that draw
@@ -48,6 +50,7 @@ from bench.visibility_cases import cells_timed
 from bench.visibility_choice import choice_rows
 from bench.visibility_city import streets
 from bench.visibility_front import front_rows
+from bench.visibility_oracle import oracle_rows
 from bench.visibility_plot import plot_cells, plot_front
 from bench.visibility_rooms import rooms_rows
 from bench.visibility_shrinking import shrinking_rows
@@ -71,7 +74,18 @@ from simplifier.visibility.placing.cells import place_cells
 RESULTS = Path("bench/results")
 STRONG = ("strong_city", "strong_ranks", "strong_levels", "strong_spheres")
 TABLES = ("city", "cells", "lyon", "shrinking", *STRONG)
-ALL = (*TABLES, "front", "slices", "shrunk_faces", "rooms", "terrain", "choice", "walks", "check")
+ALL = (
+    *TABLES,
+    "front",
+    "slices",
+    "shrunk_faces",
+    "rooms",
+    "terrain",
+    "choice",
+    "walks",
+    "oracle",
+    "check",
+)
 PLOTS = {"cells": plot_cells, "front": plot_front}
 LYON = Path("../shared/assets/city_lyon_buildings.glb")
 EPSILONS = (20.0, 10.0, 5.0, 2.5)
@@ -239,6 +253,7 @@ def main(words: Sequence[str] | None = None) -> None:
         "choice": choice_rows,
         "front": front_rows,
         "walks": walk_rows,
+        "oracle": oracle_rows,
     }
     for name in {None: TABLES, "strong": STRONG}.get(only, (only,)):
         rows = []

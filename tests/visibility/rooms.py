@@ -107,7 +107,8 @@ def found_names(boxes, place, **options):
     scene = scene_of(boxes)
     upright = UprightScene.of(scene, "z")
     low, high = (np.array(corner) - upright.origin for corner in place)
-    chosen = PvsOptions(up="z", method="slice-wise", epsilon=5.0 * CELL, **options)
+    options = {"epsilon": 5.0 * CELL, **options}
+    chosen = PvsOptions(up="z", method="slice-wise", **options)
     pvs = find_pvs(upright, cell(low, high), chosen).pvs
     return {name for name, seen in zip(scene.names, pvs.visible(0), strict=True) if seen}
 

@@ -113,6 +113,7 @@ TARGETS = (
     ),
     Target("service/storage/job_store.py", _STORE),
     # The address guard: no webhook leads in.
+    Target("service/webhooks/excerpt.py", ("tests/service/webhooks/test_excerpt.py",)),
     Target("service/webhooks/address_guard.py", ("tests/service/webhooks/test_address_guard.py",
          "tests/service/webhooks/test_address_guard_edges.py")),
 )  # fmt: skip

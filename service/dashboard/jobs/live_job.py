@@ -92,7 +92,7 @@ class LiveJob:
         self._bar.set_visibility(not line.state.ended)
         self._bar.value = round(line.fraction, 3)
         self._bar.props["aria-valuetext"] = percent(line.fraction, 0)
-        self._words.text = _words(line)
+        self._words.text = state_words(line)
         if line.state.ended:
             self._timer.cancel()
             self._measure.end()
@@ -118,7 +118,8 @@ class LiveJob:
             await run_sync(cancel)
 
 
-def _words(line: JobLine) -> str:
+def state_words(line: JobLine) -> str:
+    """Where a job is that has not ended; empty for one that has."""
     match line.state:
         case JobState.QUEUED:
             tried = f", after {line.attempt} of {line.attempts} attempts" if line.attempt else ""

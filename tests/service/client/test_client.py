@@ -13,6 +13,7 @@ import pytest
 
 from service.client import Client, ClientError, Priority, StoppedError
 from service.jobs.asset import Thresholds
+from service.jobs.deliveries import DeliveryState
 from service.jobs.job import Failure, JobState
 from tests.service.client.scripted import (
     DROP,
@@ -378,3 +379,22 @@ def test_it_needs_nothing_of_the_server():
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
     ).stdout
     assert shown.strip() == "[]"
+
+
+def test_webhooks_are_listed_and_sent_again(talk):
+    told = {
+        "id": "d7", "job": "/v1/jobs/j1", "state": "given_up", "url": "https://ci.example.org/x",
+        "created": "2026-01-01T00:00:00Z", "due": None, "redelivered": 0, "new member": 1,
+        "attempts": [
+            {"at": "2026-01-01T00:00:01Z", "milliseconds": 12.5, "status": 500,
+             "reason": "the receiver answered 500", "excerpt": "no such hook"},
+        ],
+    }  # fmt: skip
+    client, seen = talk(
+        Reply(body={"items": [told], "next": None}), Reply({**told, "state": "waiting"}, 202)
+    )
+    (lost,) = client.deliveries(state=DeliveryState.GIVEN_UP, job_id="j1")
+    assert (lost.id, lost.state, lost.attempts[0].status) == ("d7", DeliveryState.GIVEN_UP, 500)
+    assert client.redeliver(lost.id).state is DeliveryState.WAITING
+    assert [one.path for one in seen] == ["/v1/deliveries", "/v1/deliveries/d7/redeliver"]
+    assert seen[0].query == {"state": ["given_up"], "job": ["j1"]}

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 from service.dashboard.jobs.best_so_far import polyline
 from service.dashboard.jobs.job_lines import line_of, progress_words
+from service.dashboard.jobs.live_job import state_words
 from service.dashboard.jobs.words import KINDS, STATE_CLASSES, STATES, sentence, stage_words
 from service.jobs.job import Failure, Job, JobKind, JobState
-from service.jobs.progress import JobProgress
+from service.jobs.progress import PREPARING, JobProgress
 from simplifier import STAGES
 
 JOB = Job(
@@ -20,7 +21,7 @@ JOB = Job(
 def test_everything_has_words() -> None:
     assert set(KINDS) == set(JobKind)
     assert set(STATES) == set(STATE_CLASSES) == set(JobState)
-    assert all(stage_words(stage) != stage for stage in (*STAGES, "occluders", "runs"))
+    assert all(stage_words(stage) != stage for stage in (*STAGES, PREPARING, "occluders", "runs"))
 
 
 def test_sentences_leave_names_as_they_are() -> None:
@@ -33,6 +34,15 @@ def test_progress_counts_levels_from_one_and_runs_that_are_done() -> None:
     assert progress_words(JobProgress("refine", 0.5, None, 1, 3)) == "refining, level 2 of 3"
     assert progress_words(JobProgress("refine", 0.5)) == "refining"
     assert progress_words(JobProgress("runs", 0.5, None, 4, 9)) == "running settings, 4 of 9 done"
+
+
+def test_a_job_that_waits_for_the_first_start_says_so() -> None:
+    waiting = replace(JOB, state=JobState.QUEUED, attempt=0)
+    line = line_of(waiting, JobProgress(PREPARING, 0.0, seconds=12.0), place=3)
+    assert state_words(line) == (
+        "place 3 in the queue; preparing: kernels are made ready, once, 12.00 s"
+    )
+    assert state_words(line_of(waiting, place=1)) == "place 1 in the queue"
 
 
 def test_a_failed_job_says_why_and_what_to_do() -> None:

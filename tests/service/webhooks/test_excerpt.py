@@ -59,6 +59,10 @@ def test_nothing_else_is_shown(response: httpx.Response) -> None:
     assert excerpt_of(response, b"secret") is None
 
 
+def test_a_blank_answer_is_none() -> None:
+    assert excerpt_of(answer(b""), b" \r\n\x00") is None
+
+
 @pytest.mark.parametrize("kind", ["application/json", "application/problem+json; charset=utf-8"])
 def test_json_is_text(kind: str) -> None:
     assert excerpt_of(answer(b"", content_type=kind), b'{"a": 1}') == '{"a": 1}'

@@ -62,6 +62,9 @@ class JobStore(Protocol):
         this one; one of whom nothing waits is never refused.
         """
 
+    def stored_result(self, submission: Submission) -> tuple[JobFile, ...]:
+        """The files that :meth:`submit` would give it now; none where the work has to be done."""
+
     def check_room(self, tenant: str, idempotency_key: str | None, queue_limit: int) -> None:
         """Refuse now what :meth:`submit` would refuse after an upload, as far as that is known.
 
@@ -225,6 +228,9 @@ class BlobStore(Protocol):
 
     def check(self, blob: Blob) -> bool:
         """Read all of it; whether it is there and right.  It is stored no more where it is not."""
+
+    def is_right(self, blob: Blob) -> bool:
+        """As :meth:`check`, but what was found right a short while ago is not read again."""
 
     @property
     def broken_reads(self) -> int:

@@ -25,6 +25,7 @@ from typing import BinaryIO, TypeVar
 
 from service.errors import SettingsError
 from service.jobs.job import Blob
+from service.jobs.stores import DamagedBlobError
 from service.storage.blob_drafts import Draft, free_bytes, raising_disk_full, sync_folder
 from service.storage.blob_places import BlobPlaces, BlobState, digest_of
 from service.storage.blob_reading import BlobReader, Trusted
@@ -93,6 +94,14 @@ class FileBlobs:
             self._count_broken_read()
             log_damage(blob.digest)
         return state is BlobState.WHOLE
+
+    def is_right(self, blob: Blob) -> bool:
+        try:
+            with self.open(blob, max(0, blob.size - 1)) as reader:
+                reader.read()
+        except (KeyError, DamagedBlobError):
+            return False
+        return True
 
     @property
     def broken_reads(self) -> int:

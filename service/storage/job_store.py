@@ -93,6 +93,15 @@ class SqlJobStore:
             session.flush()
             return job_of(row), True
 
+    def stored_result(self, submission: Submission) -> tuple[JobFile, ...]:
+        if not submission.may_reuse:
+            return ()
+        with self._database.reading() as session:
+            done = self._stored_result(session, submission)
+            if done is None:
+                return ()
+            return tuple(one for one in files_of(session, done.number) if not one.is_input)
+
     def check_room(self, tenant: str, idempotency_key: str | None, queue_limit: int) -> None:
         with self._database.reading() as session:
             if idempotency_key is None or not has_key(session, tenant, idempotency_key):

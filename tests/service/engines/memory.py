@@ -228,6 +228,9 @@ class FolderBlobs:
             self.path(blob).unlink()
         return found == blob.digest
 
+    def is_right(self, blob):
+        return self.check(blob)
+
     def open(self, blob, start=0, stop=None):
         return io.BytesIO(self.path(blob).read_bytes()[start:stop])
 

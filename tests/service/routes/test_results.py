@@ -161,6 +161,23 @@ def test_a_damaged_file_breaks_the_connection_and_is_then_gone(tmp_path, caplog,
         assert "occluder_corrupt_blobs 0.0" in fresh.http.get("/metrics").text
 
 
+@pytest.mark.parametrize("name", RESULTS)
+def test_a_damaged_result_is_not_given_again(tmp_path, name):
+    """Though nobody has read it yet since it rotted."""
+    sent = OBJ + b"# no file of the result\n"
+    with served(tmp_path) as fresh:
+        first = fresh.post(body=sent).json()["id"]
+        fresh.hand.begin()
+        fresh.hand.succeed()
+        files = {one.name: one for one in fresh.services.jobs.files(first)}
+        flip(fresh.hand.blobs.path(files[name].blob))
+        again = fresh.post(body=sent)
+        assert (again.status_code, again.json()["state"]) == (202, "queued")
+        fresh.hand.begin()
+        fresh.hand.succeed()
+        assert fresh.post(body=sent).status_code == 200
+
+
 def test_a_damaged_report_is_not_told(tmp_path):
     with served(tmp_path) as fresh:
         first = fresh.post().json()["id"]

@@ -57,6 +57,7 @@ class BlobStoreContract:
             assert put_stream(keeping, data[:7], b"", data[7:]) == blob
         assert store.check(blob)
         assert store.has(blob)
+        assert store.is_right(blob)
         with store.open(blob) as opened:
             assert opened.read() == data
             assert opened.read() == b""
@@ -100,6 +101,7 @@ class BlobStoreContract:
         with store.keeping() as keeping, pytest.raises(KeyError):
             keeping.adopt(blob)
         with suppress(KeyError):  # of what is no digest
+            assert not store.is_right(blob)
             assert not store.has(blob)
 
     def test_a_broken_stream_stores_nothing_and_its_error_passes_through(self, store):

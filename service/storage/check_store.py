@@ -51,10 +51,12 @@ class SqlCheckStore:
     def all(self) -> list[FolderCheck]:
         """Those that are watched, the oldest check first."""
         with self._database.reading() as session:
-            rows = session.scalars(
-                select(BlobCheckRow).order_by(BlobCheckRow.checked, BlobCheckRow.folder)
+            rows = session.execute(
+                select(BlobCheckRow.folder, BlobCheckRow.checked).order_by(
+                    BlobCheckRow.checked, BlobCheckRow.folder
+                )
             )
-            return [FolderCheck(row.folder, row.checked) for row in rows]
+            return [FolderCheck(*row) for row in rows]
 
     def note(self, *checks: FolderCheck) -> None:
         """The whole of these folders was checked."""

@@ -8,10 +8,12 @@ import threading
 import time
 
 import pytest
+from sqlalchemy import event
 
 from service.jobs.job import JobFile
 from service.storage.blob_places import FOLDERS
 from service.storage.check_store import FolderCheck, Named, SqlCheckStore
+from service.storage.database import Database
 from service.storage.file_blobs import FileBlobs
 from service.storage.scrubbing import Findings, Scrubber, Stopped
 from tests.service.storage.blob_store_contract import put_now
@@ -20,6 +22,17 @@ from tests.service.storage.samples import submission
 from tests.waiting import until
 
 DAY = 86_400.0
+
+
+@pytest.fixture
+def database(file):
+    """One that waits for no disk: a round of checks is hundreds of commits."""
+    opened = Database.open(file)
+    event.listen(
+        opened._writer, "connect", lambda made, _: made.execute("PRAGMA synchronous = OFF")
+    )
+    yield opened
+    opened.close()
 
 
 @pytest.fixture

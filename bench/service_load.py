@@ -144,7 +144,7 @@ def overhead_rows(arguments: argparse.Namespace) -> Iterator[Row]:
     """From bytes to the occluder's bytes; both write all formats, the report and the pictures."""
     del arguments
     for triangles, preset in ((500, "draft"), (5000, "balanced")):
-        with served(workers=1) as server:
+        with served(workers=1, draw_at_once=True) as server:
             by_http, by_library = [], []
             for number in range(_REPEATS + 3):
                 data = _obj(bumpy_sphere(triangles + 2 * number))

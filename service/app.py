@@ -30,6 +30,7 @@ from service.routes.services import Check, Services
 from service.schemas.job import JobBody
 from service.schemas.job_options import option_tables
 from service.settings import Settings
+from service.storage.answer_store import SqlAnswerStore
 from service.storage.asset_store import SqlAssetStore
 from service.storage.check_store import SqlCheckStore
 from service.storage.cleaning import Cleaner
@@ -103,6 +104,7 @@ def open_services(settings: Settings) -> Iterator[Services]:
         jobs = SqlJobStore(database, shares=shares, is_stored=blobs.has)
         assets = SqlAssetStore(database)
         keys, journal = SqlKeyStore(database), SqlJournal(database)
+        answers = SqlAnswerStore(database)
         scrubber = Scrubber(
             blobs.places, SqlCheckStore(database), settings.scrub_days, settings.scrub_rate
         )
@@ -125,7 +127,13 @@ def open_services(settings: Settings) -> Iterator[Services]:
         engine = Engine(jobs, blobs, board, settings, folder.scratch, on_end)
         metrics.watch(_readings(settings, blobs, engine))
         cleaner = Cleaner(
-            jobs, blobs, journal, settings.keep_days, settings.journal_days, settings.clean_seconds
+            jobs,
+            blobs,
+            journal,
+            answers,
+            settings.keep_days,
+            settings.journal_days,
+            settings.clean_seconds,
         )
         parts.enter_context(cleaner.running())
         parts.enter_context(scrubber.running())
@@ -149,6 +157,7 @@ def open_services(settings: Settings) -> Iterator[Services]:
             authenticator=Authenticator(keys, sessions, keys_needed=settings.keys_needed),
             keys=keys,
             journal=journal,
+            answers=answers,
             check_webhook=check,
             deliveries=deliveries,
             wake_webhooks=sender.wake,

@@ -109,6 +109,19 @@ class ConflictError(ServiceError):
     slug, status, title = "conflict", 409, "This conflicts with the present state"
 
 
+class RequestUnderWayError(ServiceError):
+    """The same Idempotency-Key came with a request that is still being worked on."""
+
+    slug, status, title = "request-under-way", 409, "The request is still being worked on"
+
+    def __init__(self, key: str) -> None:
+        super().__init__(
+            f"a request with the Idempotency-Key '{key}' is still being worked on",
+            remedy="send it again in a moment, and its answer will be there",
+            headers={"Retry-After": "1"},
+        )
+
+
 class TooLargeError(ServiceError):
     """The body is larger than the limit."""
 
@@ -158,6 +171,18 @@ class InvalidOptionsError(ServiceError):
                     for one in self.errors
                 ]
             },
+        )
+
+
+class IdempotencyKeyReusedError(ServiceError):
+    """The Idempotency-Key came with another request before."""
+
+    slug, status, title = "idempotency-key-reused", 422, "The key was used for another request"
+
+    def __init__(self, key: str) -> None:
+        super().__init__(
+            f"the Idempotency-Key '{key}' was used for another request",
+            remedy="choose a new key for a new request",
         )
 
 

@@ -50,9 +50,10 @@ class Client:
     ``stop``      once set, from any thread, calls end soon by
                   :class:`~service.client.errors.StoppedError`.
 
-    Requests whose connection is lost are sent again, posts under the same ``Idempotency-Key``: so
-    nothing is done twice.  Methods raise :class:`~service.client.errors.ClientError`, and OSError
-    where a file here cannot be read or written.
+    Requests whose connection is lost are sent again, under the same ``Idempotency-Key`` where they
+    change something: so nothing is done twice.  Methods raise
+    :class:`~service.client.errors.ClientError`, and OSError where a file here cannot be read or
+    written.
     """
 
     def __init__(

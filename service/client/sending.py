@@ -10,6 +10,7 @@ from collections.abc import Callable
 import httpx
 
 from service.client.errors import StoppedError, no_answer, refusal
+from service.errors import RequestUnderWayError
 from service.headers import retry_after
 
 _LATER = (429, 503)
@@ -25,7 +26,8 @@ Build = Callable[[], httpx.Request]
 class Sender:
     """Sends requests of which a second copy does no harm.
 
-    ``patience``  seconds for which an answer "later" (429, 503) is followed by another try.
+    ``patience``  seconds for which an answer "later" (429, 503, or 409 while the first copy is
+                  still being worked on) is followed by another try.
     ``stop``      once set, from any thread, ends waiting by :class:`StoppedError`.
     """
 
@@ -55,8 +57,11 @@ class Sender:
             lost, later = 0, later + 1
             delay = _delay(response, later)
             patient = time.monotonic() - begin + delay <= self._patience
-            if response.status_code not in _LATER or not patient:
-                raise refusal(response)
+            refused = refusal(response)
+            # The server has not seen yet that the line of the first try is lost.
+            under_way = refused.problem.slug == RequestUnderWayError.slug
+            if not (under_way or response.status_code in _LATER) or not patient:
+                raise refused
             self.pause(delay)
 
     def check(self) -> None:

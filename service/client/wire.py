@@ -29,7 +29,10 @@ _LINE_END = re.compile(rb"\r\n|\n|\r(?!\Z)")
 
 
 class Wire:
-    """Requests to one server.  A post has an ``Idempotency-Key``, so that all may be sent again."""
+    """Requests to one server.
+
+    What changes something has an ``Idempotency-Key``, so that all may be sent again.
+    """
 
     def __init__(
         self, server: str, key: str | None, patience: float, stop: threading.Event
@@ -51,10 +54,11 @@ class Wire:
         return self._json("GET", path, params=_as_text(query) or None)
 
     def put(self, path: str, body: Mapping[str, Any]) -> Any:
-        return self._json("PUT", path, json=body)
+        return self._json("PUT", path, json=body, headers=_fresh_key())
 
     def delete(self, path: str) -> None:
-        self._sender.send(lambda: self._http.build_request("DELETE", path))
+        key = _fresh_key()
+        self._sender.send(lambda: self._http.build_request("DELETE", path, headers=key))
 
     def post(self, path: str, body: Mapping[str, Any] | None = None) -> Any:
         return self._json("POST", path, json=body, headers=_fresh_key())

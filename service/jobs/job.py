@@ -163,13 +163,11 @@ class Submission(JobTerms):
     """A job as it is asked for.
 
     ``inputs``    files that are in the blob store already.
-    ``idempotency_key``  the same key and ``fingerprint`` give the same job again.
     ``may_reuse`` whether a stored result of the same work will do.
     """
 
     tenant: str
     inputs: tuple[JobFile, ...]
-    idempotency_key: str | None = None
     may_reuse: bool = True
 
     @property

@@ -53,22 +53,21 @@ class JobStore(Protocol):
     """Jobs and their files."""
 
     def submit(self, submission: Submission, queue_limit: int) -> tuple[Job, bool]:
-        """Take a job in; whether it is new, or the one that its idempotency key gave before.
+        """Take a job in; whether it is to be done.
 
-        It has succeeded at once, with the same files, where a result of the same work is stored
-        for the same tenant, with all of its files. Its asset is made when there is none.  Raises
-        :class:`~service.errors.ConflictError` for a key used with another request and
-        :class:`~service.errors.QueueFullError` where as many wait as may, of all tenants or of
-        this one; one of whom nothing waits is never refused.
+        Else it has succeeded at once, with the same files, since a result of the same work is
+        stored for the same tenant, with all of its files.  Its asset is made when there is none.
+        Raises :class:`~service.errors.QueueFullError` where as many wait as may, of all tenants or
+        of this one; one of whom nothing waits is never refused.
         """
 
     def stored_result(self, submission: Submission) -> tuple[JobFile, ...]:
         """The files that :meth:`submit` would give it now; none where the work has to be done."""
 
-    def check_room(self, tenant: str, idempotency_key: str | None, queue_limit: int) -> None:
+    def check_room(self, tenant: str, queue_limit: int) -> None:
         """Refuse now what :meth:`submit` would refuse after an upload, as far as that is known.
 
-        Raises :class:`~service.errors.QueueFullError`, unless the key has given a job before.
+        Raises :class:`~service.errors.QueueFullError`.
         """
 
     def job(self, tenant: str | None, job_id: str) -> Job:

@@ -1,7 +1,6 @@
 """What is done to jobs, whether a route or a page asks for it.
 
-Each waits for the database, and raises :class:`~service.errors.ServiceError`.  What makes a job
-takes an idempotency key: the same key gives the same job again.
+Each waits for the database, and raises :class:`~service.errors.ServiceError`.
 """
 
 from __future__ import annotations
@@ -21,14 +20,18 @@ _SWEPT = ("mesh", "overrides")
 def cancel(services: Services, caller: Caller, job_id: str) -> Job:
     """End a job: at once while it waits, soon while it runs.  Conflicts when it has ended."""
     job = services.jobs.cancel(caller.tenant, job_id)
-    services.runner.wake()
-    services.board.announce(job_id)
-    if job.state.ended:
-        services.on_end(job)
+
+    def tell() -> None:
+        services.runner.wake()
+        services.board.announce(job_id)
+        if job.state.ended:
+            services.on_end(job)
+
+    services.answers.afterwards(tell)
     return job
 
 
-def retry(services: Services, caller: Caller, job_id: str, key: str | None = None) -> Job:
+def retry(services: Services, caller: Caller, job_id: str) -> Job:
     """Do a job once more that failed or was cancelled; conflicts for any other."""
     job = services.jobs.job(caller.tenant, job_id)
     if job.state not in (JobState.FAILED, JobState.CANCELLED):
@@ -36,7 +39,7 @@ def retry(services: Services, caller: Caller, job_id: str, key: str | None = Non
             f"the job is {job.state}, and only failed and cancelled ones are done again",
             remedy="POST to its 'rerun' with other options to have another result",
         )
-    return _once_more(services, job, job.kind, job.options, key, retry_of=job.id)
+    return _once_more(services, job, job.kind, job.options, retry_of=job.id)
 
 
 def rerun(
@@ -44,7 +47,6 @@ def rerun(
     caller: Caller,
     job_id: str,
     changes: Mapping[str, Any],
-    key: str | None = None,
 ) -> Job:
     """Do other work with the same inputs; options that are not named stay as they were.
 
@@ -55,7 +57,7 @@ def rerun(
     # An older version may have had others.
     known = {one.name for one in table.fields}
     kept = {name: value for name, value in job.options.items() if name in known}
-    return _once_more(services, job, job.kind, table.read({**kept, **changes}), key)
+    return _once_more(services, job, job.kind, table.read({**kept, **changes}))
 
 
 def sweep(
@@ -63,7 +65,6 @@ def sweep(
     caller: Caller,
     asset_id: str,
     options: Mapping[str, Any],
-    key: str | None = None,
 ) -> Job:
     """Measure speed against accuracy on the mesh of an asset's latest run, with its overrides."""
     resolved = services.tables[JobKind.TRADEOFF].read(options)
@@ -73,7 +74,7 @@ def sweep(
             f"the asset '{asset.name}' has no run with a mesh",
             remedy="submit a mesh as a run of it first",
         )
-    return _once_more(services, asset.latest, JobKind.TRADEOFF, resolved, key)
+    return _once_more(services, asset.latest, JobKind.TRADEOFF, resolved)
 
 
 def _once_more(
@@ -81,7 +82,6 @@ def _once_more(
     job: Job,
     kind: JobKind,
     options: Mapping[str, Any],
-    key: str | None,
     retry_of: str | None = None,
 ) -> Job:
     """A new job with the inputs of another, as far as its kind takes them."""
@@ -103,7 +103,6 @@ def _once_more(
             tenant=job.tenant, kind=kind, name=job.name, options=options, inputs=inputs,
             version=services.version, asset=job.asset,
             webhook=job.webhook if kind is job.kind else None,
-            idempotency_key=key,
             attempts=services.settings.attempts,
             priority=job.priority if retry_of else Priority.INTERACTIVE,
             may_reuse=not sweeps,  # whoever measures again wants the times of today

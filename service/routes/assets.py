@@ -14,6 +14,7 @@ from service.jobs.asset import Asset
 from service.jobs.job import Job, JobKind
 from service.routes.docs import EVERYWHERE, header, json_of, refusals
 from service.routes.jobs import LARGEST_NUMBER, next_page
+from service.routes.once import OnceRoute
 from service.routes.services import (
     KEYED,
     Curator,
@@ -33,9 +34,8 @@ from service.schemas.asset import (
     RunPageBody,
     ThresholdsBody,
 )
-from service.uploads.body import SmallBodyRoute
 
-router = APIRouter(prefix="/v1", tags=["assets"], dependencies=KEYED, route_class=SmallBodyRoute)
+router = APIRouter(prefix="/v1", tags=["assets"], dependencies=KEYED, route_class=OnceRoute)
 
 
 class WantedAssets(BaseModel):

@@ -47,6 +47,12 @@ _RETRY_AFTER = {
     }
 }
 _HEADERS: dict[int, dict[str, Any]] = {
+    409: {
+        "Retry-After": {
+            "description": "Seconds to wait, where the same request is still being worked on.",
+            "schema": {"type": "integer", "minimum": 0},
+        }
+    },
     401: {"WWW-Authenticate": {"description": "How to show a key.", "schema": {"type": "string"}}},
     416: {"Content-Range": {"description": "The file's length.", "schema": {"type": "string"}}},
     429: _RETRY_AFTER,
@@ -72,10 +78,12 @@ _TABLES = option_tables(math.inf, math.inf)
 _FILE: dict[str, Any] = {"type": "string", "format": "binary", "minLength": 1}
 IDEMPOTENCY_KEY: dict[str, Any] = {
     "name": "Idempotency-Key", "in": "header",
-    "description": "The same key with the same request gives the same job again.",
+    "description": "Of your own making. For 24 hours the same request under the same key is done "
+    "once and answered as it was, with `Idempotent-Replayed: true`. Another request under it is "
+    "refused (422), and so is the same one while it is being worked on (409).",
     "schema": {"type": "string", "minLength": 1, "maxLength": 255, "pattern": "^[!-~]+$"},
 }  # fmt: skip
-"""A header of requests that make a job."""
+"""A header of requests that change something."""
 
 PREFER: dict[str, Any] = {
     "name": "Prefer", "in": "header",

@@ -57,8 +57,10 @@ ADVICE = {
     "method-not-allowed": "The Allow header names the methods that there are.",
     "not-acceptable": "Ask for application/json, or for a format that the result links to.",
     "upload-timeout": "Send again over a faster or steadier line.",
-    "conflict": "Look at the present state (GET the job or asset) and decide anew. For an "
-    "Idempotency-Key that was used before, take a new one.",
+    "conflict": "Look at the present state (GET the job or asset) and decide anew.",
+    "request-under-way": "Send the same request again in a moment, under the same Idempotency-Key.",
+    "idempotency-key-reused": "Take a new Idempotency-Key for each new request, and the same one "
+    "only to send a request again as it was. Keys are forgotten after a day.",
     "too-large": "Send a smaller file: a binary format (GLB, PLY, STL) is smaller than text. The "
     "service's owner can raise OCCLUDER_MAX_UPLOAD.",
     "unsupported-media-type": "Say the format by ?filename=..., by the part's file name, or by the "

@@ -5,20 +5,19 @@ from __future__ import annotations
 from typing import Annotated, Any
 from urllib.parse import urlencode
 
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from service.access.key import Caller, Scope
-from service.headers import idempotency_key
 from service.jobs.job import Job, JobKind, JobState
 from service.jobs.stores import JobFilter
 from service.routes import actions
-from service.routes.docs import EVERYWHERE, IDEMPOTENCY_KEY, NEW_JOB, refusals
+from service.routes.docs import EVERYWHERE, NEW_JOB, refusals
+from service.routes.once import OnceRoute
 from service.routes.services import KEYED, Reader, Services, TheServices, Writer
 from service.schemas.job import JobBody, JobPageBody, Moment
-from service.uploads.body import SmallBodyRoute
 
-router = APIRouter(prefix="/v1", tags=["jobs"], dependencies=KEYED, route_class=SmallBodyRoute)
+router = APIRouter(prefix="/v1", tags=["jobs"], dependencies=KEYED, route_class=OnceRoute)
 
 
 LARGEST_NUMBER = 2**63 - 1
@@ -87,14 +86,11 @@ def cancel_job(job_id: str, services: TheServices, caller: Writer) -> JobBody:
         202: NEW_JOB,
         **refusals(*EVERYWHERE, 404, 409, 507),
     },
-    openapi_extra={"parameters": [IDEMPOTENCY_KEY]},
     summary="Do a job again",
 )
-def retry_job(
-    job_id: str, request: Request, response: Response, services: TheServices, caller: Writer
-) -> JobBody:
+def retry_job(job_id: str, response: Response, services: TheServices, caller: Writer) -> JobBody:
     """A new job with the same mesh and options, for one that failed or was cancelled."""
-    job = actions.retry(services, caller, job_id, idempotency_key(request.headers))
+    job = actions.retry(services, caller, job_id)
     response.headers["Location"] = f"/v1/jobs/{job.id}"
     return job_body(services, caller, job)
 
@@ -115,20 +111,17 @@ class OtherOptions(BaseModel):
     status_code=202,
     response_description="The new job; it has succeeded already where the result was stored.",
     responses={202: NEW_JOB, **refusals(*EVERYWHERE, 404, 409, 507)},
-    openapi_extra={"parameters": [IDEMPOTENCY_KEY]},
     summary="Run with other options",
 )
 def rerun_job(
     job_id: str,
     other: OtherOptions,
-    request: Request,
     response: Response,
     services: TheServices,
     caller: Writer,
 ) -> JobBody:
     """A new job with what was sent for this one, and other options."""
-    key = idempotency_key(request.headers)
-    job = actions.rerun(services, caller, job_id, other.options, key)
+    job = actions.rerun(services, caller, job_id, other.options)
     response.headers["Location"] = f"/v1/jobs/{job.id}"
     return job_body(services, caller, job)
 

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from service.routes.docs import EVERYWHERE, refusals
 from service.routes.jobs import LARGEST_NUMBER, next_page
+from service.routes.once import OnceRoute
 from service.routes.services import KEYED, Admin, TheServices, address_of
 from service.schemas.job import Moment
 from service.schemas.key import (
@@ -20,9 +21,8 @@ from service.schemas.key import (
     WantedKey,
     WantedRotation,
 )
-from service.uploads.body import SmallBodyRoute
 
-router = APIRouter(prefix="/v1", tags=["keys"], dependencies=KEYED, route_class=SmallBodyRoute)
+router = APIRouter(prefix="/v1", tags=["keys"], dependencies=KEYED, route_class=OnceRoute)
 
 
 @router.get("/keys", responses=refusals(*EVERYWHERE), summary="List keys")

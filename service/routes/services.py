@@ -13,6 +13,7 @@ from fastapi.security import APIKeyHeader, HTTPBearer
 
 from service.access.authentication import Authenticator, demand, demand_curator
 from service.access.key import Caller, KeyStore, Scope
+from service.idempotency import Answers
 from service.jobs.asset import AssetStore
 from service.jobs.deliveries import DeliveryLog
 from service.jobs.job import Job, JobKind, Submission
@@ -73,6 +74,7 @@ class Services:
     authenticator: Authenticator
     keys: KeyStore
     journal: Journal
+    answers: Answers
     check_webhook: Callable[[str], Awaitable[None]]
     deliveries: DeliveryLog
     wake_webhooks: Callable[[], None]
@@ -87,16 +89,17 @@ class Services:
         Waits for the database.  Raises :class:`~service.errors.ServiceError` as
         :meth:`JobStore.submit <service.jobs.stores.JobStore.submit>` does.
         """
+        self.check_stored_result(submission)
+        return self.take_in(submission)
+
+    def take_in(self, submission: Submission) -> Job:
+        """As :meth:`submit`, where the stored result was looked at; fit for a transaction."""
         submission = replace(submission, request_id=request_id())
-        self._check_stored_result(submission)
-        job, new = self.jobs.submit(submission, self.settings.queue_limit)
-        if new and job.state.ended:
-            self.on_end(job)
-        elif new:
-            self.runner.wake()
+        job, to_do = self.jobs.submit(submission, self.settings.queue_limit)
+        self.answers.afterwards(self.runner.wake if to_do else lambda: self.on_end(job))
         return job
 
-    def _check_stored_result(self, submission: Submission) -> None:
+    def check_stored_result(self, submission: Submission) -> None:
         """Have a stored result counted no more whose bytes are damaged; then the next is looked at.
 
         Here and not within the transaction, which others wait for.  It costs as much as the upload,

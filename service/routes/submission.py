@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from anyio.to_thread import run_sync
@@ -17,12 +18,19 @@ from service.access.key import Caller
 from service.answers.files import chosen_format
 from service.answers.following import Patience, ended_within
 from service.answers.problems import problem_of_job
-from service.errors import FieldError, InvalidOptionsError, QueueFullError
+from service.errors import (
+    FieldError,
+    IdempotencyKeyReusedError,
+    InvalidOptionsError,
+    QueueFullError,
+)
 from service.headers import idempotency_key
+from service.idempotency import Answer, KeyedRequest
 from service.jobs.asset import asset_name
 from service.jobs.job import Job, JobKind, JobState, Priority, Submission
 from service.jobs.stores import LONGEST_URL
 from service.routes.jobs import job_body
+from service.routes.once import REPLAYED, kept_response
 from service.routes.results import answer_with_result
 from service.routes.services import Services
 from service.schemas.options import OptionTable
@@ -72,21 +80,65 @@ async def submit_upload(
     table = services.tables[kind]
     if not _in_parts(request):
         read_form(request, {}, table)
-    await _check_room(request, services, caller, key)
+    if key is None or not await run_sync(services.answers.known, caller.tenant, key):
+        await _check_room(request, services, caller)
     with services.blobs.keeping() as keeping:
         uploads = await receive(request, keeping, parts, services.settings)
-        submission = await _submission(request, services, caller, kind, parts, uploads, key)
-        job = await run_sync(services.submit, submission, limiter=services.submitting)
-    return await _answer(request, services, caller, job, media_type)
+        submission = await _submission(request, services, caller, kind, parts, uploads)
+        take_in = partial(_take_in, services, caller, submission, key)
+        taken = await run_sync(take_in, limiter=services.submitting)
+    patience = Patience.of(request, services.settings.max_wait)
+    waits = patience.seconds > 0.0 or patience.result
+    if taken.replayed is not None and taken.replayed.status == 202 and not waits:
+        return kept_response(taken.replayed)
+    response = await _answer(request, services, caller, taken.job, media_type, patience)
+    if taken.replayed is not None:
+        response.headers[REPLAYED] = "true"
+    return response
 
 
-async def _check_room(
-    request: Request, services: Services, caller: Caller, key: str | None
-) -> None:
+@dataclass(frozen=True)
+class _Taken:
+    """A job that was taken in, and the answer that this had, where it was before."""
+
+    job: Job
+    replayed: Answer | None = None
+
+
+def _take_in(services: Services, caller: Caller, submission: Submission, key: str | None) -> _Taken:
+    """Make a job, or find the one that the same key gave; waits for the database.
+
+    The answer that is kept is that to an upload which waits for nothing: the job as it is taken in.
+    One that has succeeded at once is told by its result, which never changes.
+    """
+    if key is None:
+        return _Taken(services.submit(submission))
+    services.check_stored_result(submission)
+    jobs: list[Job] = []
+
+    def take_in() -> Answer:
+        job = services.take_in(submission)
+        jobs.append(job)
+        place = {"Location": f"/v1/jobs/{job.id}", "Content-Type": "application/json"}
+        if job.state.ended:
+            return Answer(200, job_id=job.id)
+        body = job_body(services, caller, job).model_dump_json().encode()
+        return Answer(202, place, body, job.id)
+
+    request = KeyedRequest(caller.tenant, key, submission.fingerprint)
+    answer, replayed = services.answers.once(request, take_in)
+    if not replayed:
+        return _Taken(jobs[0])
+    if answer.job_id is None:
+        raise IdempotencyKeyReusedError(key)
+    return _Taken(services.jobs.job(caller.tenant, answer.job_id), answer)
+
+
+async def _check_room(request: Request, services: Services, caller: Caller) -> None:
     """A full queue is told before the body is read: else those it refuses would fill the server."""
     limit = services.settings.queue_limit
     try:
-        await run_sync(services.jobs.check_room, caller.tenant, key, limit)
+        await run_sync(services.jobs.check_room, caller.tenant, limit)
     except QueueFullError as refusal:
         if not _is_short(request):
             refusal.headers["Connection"] = "close"
@@ -100,7 +152,6 @@ async def _submission(
     kind: JobKind,
     parts: Sequence[Wanted],
     uploads: Uploads,
-    key: str | None,
 ) -> Submission:
     form = read_form(request, uploads.texts, services.tables[kind])
     if form.webhook is not None:
@@ -115,15 +166,18 @@ async def _submission(
         asset=form.asset,
         webhook=form.webhook,
         priority=form.priority,
-        idempotency_key=key,
         attempts=services.settings.attempts,
     )
 
 
 async def _answer(
-    request: Request, services: Services, caller: Caller, job: Job, media_type: str
+    request: Request,
+    services: Services,
+    caller: Caller,
+    job: Job,
+    media_type: str,
+    patience: Patience,
 ) -> Response:
-    patience = Patience.of(request, services.settings.max_wait)
     job = await ended_within(services.jobs, services.board, request, job, patience.seconds)
     place = {"Location": f"/v1/jobs/{job.id}"}
     if job.state is JobState.SUCCEEDED:

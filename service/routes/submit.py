@@ -15,28 +15,26 @@ from fastapi import APIRouter, Body, Request
 from fastapi.responses import Response
 
 from service.errors import InvalidOverridesError
-from service.headers import idempotency_key
 from service.jobs.job import JobKind
 from service.routes import actions
 from service.routes.docs import (
     EVERYWHERE,
-    IDEMPOTENCY_KEY,
     NEW_JOB,
     RESULT_OR_JOB,
     refusals,
     upload_docs,
 )
 from service.routes.jobs import job_body
+from service.routes.once import OnceRoute
 from service.routes.services import KEYED, TheServices, Writer
 from service.routes.submission import submit_upload
 from service.schemas.job import JobBody
 from service.schemas.job_options import option_tables
-from service.uploads.body import SmallBodyRoute
 from service.uploads.receiving import Wanted
 from simplifier import ELEVATION_SUFFIXES, MESH_SUFFIXES
 
 router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
-_without_upload = APIRouter(route_class=SmallBodyRoute)
+_without_upload = APIRouter(route_class=OnceRoute)
 
 _MESH = Wanted("mesh", MESH_SUFFIXES, "The mesh, with a file name.")
 _OVERRIDES = Wanted(
@@ -146,7 +144,6 @@ async def find_visible_sets(request: Request, services: TheServices, caller: Wri
     response_description="The job.",
     responses={202: NEW_JOB, **refusals(*EVERYWHERE, 404, 409, 507)},
     openapi_extra={
-        "parameters": [IDEMPOTENCY_KEY],
         "requestBody": {"content": {"application/json": {"schema": _SWEEP_SCHEMA}}},
     },
     summary="Measure speed against accuracy",
@@ -154,7 +151,6 @@ async def find_visible_sets(request: Request, services: TheServices, caller: Wri
 def measure_tradeoff(
     asset_id: str,
     options: Annotated[dict[str, Any], Body(description="What to measure.")],
-    request: Request,
     response: Response,
     services: TheServices,
     caller: Writer,
@@ -163,7 +159,7 @@ def measure_tradeoff(
 
     Results are `tradeoff.html` to read, and the rows as `tradeoff.csv` and `tradeoff.json`.
     """
-    job = actions.sweep(services, caller, asset_id, options, idempotency_key(request.headers))
+    job = actions.sweep(services, caller, asset_id, options)
     response.headers["Location"] = f"/v1/jobs/{job.id}"
     return job_body(services, caller, job)
 

@@ -53,7 +53,13 @@ class KeyBody(BaseModel):
 class NewKeyBody(KeyBody):
     """A key that was just made, with its secret."""
 
-    secret: str | None = Field(description="The key itself; it is shown this once.")
+    secret: str | None = Field(
+        description="The key itself; it is shown this once, and null where the answer is replayed."
+    )
+
+    def to_keep(self) -> Self:
+        """What may be kept of it: no secret is in the database."""
+        return self.model_copy(update={"secret": None})
 
 
 class KeyListBody(BaseModel):

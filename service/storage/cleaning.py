@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from service.errors import ServiceError
+from service.idempotency import KEPT_SECONDS, Answers
 from service.jobs.stores import BlobStore, JobStore
 from service.journal import Journal
 
@@ -38,6 +39,7 @@ class Cleaner:
     jobs: JobStore
     blobs: BlobStore
     journal: Journal
+    answers: Answers
     keep_days: float
     journal_days: float
     seconds: float
@@ -46,6 +48,7 @@ class Cleaner:
         """Do one round; ``now`` in Unix seconds.  Raises what the stores raise."""
         forgotten = self.jobs.expire(now - self.keep_days * _DAY) if self.keep_days else 0
         entries = self.journal.expire(now - self.journal_days * _DAY) if self.journal_days else 0
+        self.answers.expire(now - KEPT_SECONDS)
         return Cleaned(forgotten, self.blobs.sweep(self.jobs.unnamed), entries)
 
     @contextmanager

@@ -12,8 +12,10 @@ seconds that a job takes.
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +58,14 @@ _PASSING = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_IOERR, *_
 _SCRIPTS = Path(__file__).with_name("migrations")
 
 
+@dataclass
+class _Joined:
+    """A transaction that others take part in, and what is to be done when it is committed."""
+
+    session: Session
+    afterwards: list[Callable[[], None]] = field(default_factory=list)
+
+
 class Database:
     """An open database.  Safe to use from any thread; see :meth:`open`."""
 
@@ -72,6 +82,7 @@ class Database:
         self._readers = _engine(file, ("query_only = ON",), "BEGIN", connections=_READERS)
         self._write = sessionmaker(self._writer)
         self._read = sessionmaker(self._readers)
+        self._joined: ContextVar[_Joined | None] = ContextVar("joined", default=None)
 
     @classmethod
     def open(cls, file: Path, *, may_be_new: bool = True) -> Database:
@@ -96,14 +107,47 @@ class Database:
     @contextmanager
     def reading(self) -> Iterator[Session]:
         """A transaction that sees one state of things, whatever others write meanwhile."""
+        joined = self._joined.get()
+        if joined is not None:
+            yield joined.session
+            return
         with self._raising_service_errors(), self._read.begin() as session:
             yield session
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
         """A transaction that no other writes beside; an error undoes all of it."""
+        joined = self._joined.get()
+        if joined is not None:
+            with self._raising_service_errors(), joined.session.begin_nested():
+                yield joined.session
+            return
         with self._raising_service_errors(), self._write.begin() as session:
             yield session
+
+    @contextmanager
+    def together(self) -> Iterator[Session]:
+        """A transaction that whatever this thread reads and writes within the block is part of.
+
+        So what several steps write is there, or none of it.
+        """
+        with self.writing() as session:
+            joined = _Joined(session)
+            token = self._joined.set(joined)
+            try:
+                yield session
+            finally:
+                self._joined.reset(token)
+        for do in joined.afterwards:
+            do()
+
+    def afterwards(self, do: Callable[[], None]) -> None:
+        """Do a thing at once; within :meth:`together`, after its commit, and never if it fails."""
+        joined = self._joined.get()
+        if joined is None:
+            do()
+        else:
+            joined.afterwards.append(do)
 
     def is_sound(self) -> bool:
         """Whether it can be read, and no damage was met since it was opened."""

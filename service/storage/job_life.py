@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from service.errors import ConflictError
 from service.jobs.deliveries import DeliveryState
 from service.jobs.job import Failure, JobState, Submission, Summary
 from service.storage.rows import (
@@ -22,33 +21,10 @@ from service.storage.rows import (
     submitted_columns,
     summary_columns,
 )
-from service.storage.tables import DeliveryRow, IdempotencyKeyRow, JobRow
+from service.storage.tables import DeliveryRow, JobRow
 
 _TRIES_FOR_ROOM = 10
 """With the pauses between them, twenty minutes and more."""
-
-
-def earlier_job(session: Session, submission: Submission) -> JobRow | None:
-    """The job that the same idempotency key gave before.
-
-    Raises :class:`~service.errors.ConflictError` where the request was another.
-    """
-    if submission.idempotency_key is None:
-        return None
-    key = session.get(IdempotencyKeyRow, (submission.tenant, submission.idempotency_key))
-    if key is None:
-        return None
-    if key.fingerprint != submission.fingerprint:
-        raise ConflictError(
-            f"the idempotency key '{submission.idempotency_key}' was used for another request",
-            remedy="choose a new key for a new request",
-        )
-    return session.get_one(JobRow, key.job_number)
-
-
-def has_key(session: Session, tenant: str, key: str) -> bool:
-    """Whether an idempotency key has given a job before."""
-    return session.get(IdempotencyKeyRow, (tenant, key)) is not None
 
 
 def same_work(session: Session, submission: Submission) -> Iterator[JobRow]:
@@ -76,7 +52,7 @@ def same_work(session: Session, submission: Submission) -> Iterator[JobRow]:
 
 
 def add_job(session: Session, submission: Submission, now: float) -> JobRow:
-    """A queued job, and the key that will give it again."""
+    """A queued job."""
     tenant, name = submission.tenant, submission.asset
     asset = None
     if name is not None:
@@ -87,15 +63,6 @@ def add_job(session: Session, submission: Submission, now: float) -> JobRow:
     )  # fmt: skip
     session.add(row)
     session.flush()
-    if submission.idempotency_key is not None:
-        session.add(
-            IdempotencyKeyRow(
-                tenant=submission.tenant,
-                key=submission.idempotency_key,
-                fingerprint=submission.fingerprint,
-                job_number=row.number,
-            )
-        )
     return row
 
 

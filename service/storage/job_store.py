@@ -26,11 +26,9 @@ from service.jobs.turns import Shares
 from service.storage.database import Database
 from service.storage.job_life import (
     add_job,
-    earlier_job,
     end_attempt,
     end_cancelled,
     end_succeeded,
-    has_key,
     put_off,
     release,
     same_work,
@@ -80,9 +78,6 @@ class SqlJobStore:
 
     def submit(self, submission: Submission, queue_limit: int) -> tuple[Job, bool]:
         with self._database.writing() as session:
-            earlier = earlier_job(session, submission)
-            if earlier is not None:
-                return job_of(earlier), False
             done = self._stored_result(session, submission) if submission.may_reuse else None
             if done is None:
                 check_room(session, submission.tenant, queue_limit, self._shares)
@@ -91,7 +86,7 @@ class SqlJobStore:
             if done is not None:
                 self._reuse(session, row, done)
             session.flush()
-            return job_of(row), True
+            return job_of(row), done is None
 
     def stored_result(self, submission: Submission) -> tuple[JobFile, ...]:
         if not submission.may_reuse:
@@ -102,10 +97,9 @@ class SqlJobStore:
                 return ()
             return tuple(one for one in files_of(session, done.number) if not one.is_input)
 
-    def check_room(self, tenant: str, idempotency_key: str | None, queue_limit: int) -> None:
+    def check_room(self, tenant: str, queue_limit: int) -> None:
         with self._database.reading() as session:
-            if idempotency_key is None or not has_key(session, tenant, idempotency_key):
-                check_room(session, tenant, queue_limit, self._shares)
+            check_room(session, tenant, queue_limit, self._shares)
 
     def _stored_result(self, session: Session, submission: Submission) -> JobRow | None:
         """The first job of the same work whose results are all there."""

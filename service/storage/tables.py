@@ -199,16 +199,21 @@ class BlobCheckRow(Base):
 
 
 class IdempotencyKeyRow(Base):
-    """Which job a tenant's key gave, and a hash of the request; it goes with the job."""
+    """What a tenant's request under a key was answered, and a hash of the request.
+
+    ``status`` is null only within the transaction that does what was asked for.
+    """
 
     __tablename__ = "idempotency_keys"
 
     tenant: Mapped[str] = mapped_column(primary_key=True)
     key: Mapped[str] = mapped_column(primary_key=True)
     fingerprint: Mapped[str] = mapped_column(String(64))
-    job_number: Mapped[int] = mapped_column(
-        ForeignKey("jobs.number", ondelete="CASCADE"), index=True
-    )
+    created: Mapped[float] = mapped_column(index=True)
+    status: Mapped[int | None]
+    headers: Mapped[dict[str, Any] | None]
+    body: Mapped[bytes | None]
+    job_id: Mapped[str | None] = mapped_column(String(32))
 
 
 class ApiKeyRow(Base):

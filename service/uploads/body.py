@@ -6,6 +6,7 @@ Uploads are read in chunks; JSON bodies are read into memory, and so must be sma
 from __future__ import annotations
 
 import asyncio
+import hashlib
 import time
 from collections.abc import AsyncIterator, Callable, Coroutine
 from typing import Any
@@ -91,7 +92,7 @@ class Body:
 
 class SmallBodyRoute(APIRoute):
     """Reads no more of a body than a form of a few fields needs, however long it is said to be,
-    and for no longer.
+    and for no longer.  Its SHA-256 is ``request.state.body_digest``.
 
     Raises :class:`~service.errors.TooLargeError` and :class:`~service.errors.UploadTimeoutError`.
     """
@@ -109,6 +110,7 @@ class SmallBodyRoute(APIRoute):
                     remedy="send again without pauses",
                     headers={"Connection": "close"},
                 ) from None
+            request.state.body_digest = hashlib.sha256(body).hexdigest()
             return await handle(_request_with(request, body))
 
         return handle_small_body

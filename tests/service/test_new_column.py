@@ -105,7 +105,7 @@ def test_a_field_a_column_and_a_description_are_all_that_it_takes(tmp_path):
 def test_every_field_of_a_job_is_a_column_unless_it_is_kept_otherwise():
     columns = set(JobRow.__table__.columns.keys())
     assert names(Job) - columns == {"asset", "asset_id"}
-    assert names(Submission) - columns == {"asset", "inputs", "idempotency_key", "may_reuse"}
+    assert names(Submission) - columns == {"asset", "inputs", "may_reuse"}
     assert names(JobFile) - set(JobFileRow.__table__.columns.keys()) == {"blob"}
 
 

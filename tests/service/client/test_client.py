@@ -108,6 +108,21 @@ def test_a_lost_answer_is_asked_for_again_under_the_same_key(talk):
     assert all(request.body == b"mesh" for request in seen)
 
 
+def test_whatever_changes_something_is_sent_again_under_the_same_key(talk):
+    client, seen = talk(DROP, Reply(status=204))
+    client.remove_asset("a1")
+    assert [request.method for request in seen] == ["DELETE"] * 2
+    assert len({request.headers["idempotency-key"] for request in seen}) == 1
+
+
+def test_a_request_of_which_the_first_copy_is_worked_on_waits_for_its_answer(talk):
+    busy = problem(409, "request-under-way", "it is still being worked on")
+    client, seen = talk(Reply(busy.body, 409, {"Retry-After": "0"}), Reply(job(), 202))
+    assert client.submit(b"mesh", name="mesh.obj").id == "j1"
+    assert len({request.headers["idempotency-key"] for request in seen}) == 1
+    assert len(seen) == 2
+
+
 def test_two_submissions_have_two_keys(talk):
     client, seen = talk(Reply(job(), 202))
     client.submit(b"mesh", name="mesh.obj")

@@ -25,6 +25,7 @@ from service.routes.api import make_api
 from service.routes.services import Services
 from service.schemas.job_options import option_tables
 from service.settings import Settings
+from service.storage.answer_store import SqlAnswerStore
 from service.storage.asset_store import SqlAssetStore
 from service.storage.check_store import SqlCheckStore
 from service.storage.database import Database
@@ -170,7 +171,7 @@ def served(folder: Path, **chosen) -> Iterator[Served]:
         tables=option_tables(settings.job_seconds, settings.job_memory), jobs=jobs,
         assets=assets, blobs=blobs, board=board, runner=hand, metrics=metrics,
         authenticator=Authenticator(keys, sessions, keys_needed=settings.keys_needed),
-        keys=keys, journal=SqlJournal(database),
+        keys=keys, journal=SqlJournal(database), answers=SqlAnswerStore(database),
         check_webhook=check_webhook, deliveries=deliveries, wake_webhooks=webhooks_woken.set,
         checks={"engine": lambda: faults.get("engine")},
         on_end=metrics.count,

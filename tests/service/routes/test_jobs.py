@@ -108,7 +108,7 @@ def test_a_retry_that_is_sent_twice_is_one(service):
     assert all(len(set(same)) == 1 for same in ids.values())
     assert ids["second"] != ids["third"]
     again = service.http.post(retry, headers={"Idempotency-Key": "first"})
-    problem(again, 409, "conflict")  # which is the key of the job itself
+    problem(again, 422, "idempotency-key-reused")  # which is the key of the job itself
     problem(service.http.post(retry, headers={"Idempotency-Key": "a b"}), 422, "invalid-options")
     for one in (ids["second"][0], ids["third"][0]):
         service.http.post(f"/v1/jobs/{one}/cancel")

@@ -120,7 +120,7 @@ def test_the_same_key_with_other_overrides_conflicts(service):
     key = {"Idempotency-Key": "overrides-1"}
     first = with_overrides(service, **key).json()
     assert with_overrides(service, **key).json()["id"] == first["id"]
-    problem(with_overrides(service, KEEP + b"# more\n", **key), 409, "conflict")
+    problem(with_overrides(service, KEEP + b"# more\n", **key), 422, "idempotency-key-reused")
     service.http.post(first["links"]["cancel"])
 
 
@@ -240,7 +240,8 @@ def test_the_same_key_gives_the_same_job_and_another_request_none(service):
     key = {"Idempotency-Key": "key-1"}
     first = service.post(headers=key).json()
     assert service.post(headers=key).json()["id"] == first["id"]
-    problem(service.post("/v1/occluders?filename=a.obj&budget=9", headers=key), 409, "conflict")
+    other = service.post("/v1/occluders?filename=a.obj&budget=9", headers=key)
+    problem(other, 422, "idempotency-key-reused")
     service.http.post(first["links"]["cancel"])
     for bad in ("x" * 256, "two words"):
         assert "Idempotency-Key" in faults(service.post(headers={"Idempotency-Key": bad}))

@@ -62,8 +62,11 @@ class Entries:
         return len(old)
 
 
-def cleaner(rows, blobs, keep_days=10.0, seconds=1000.0, journal=None, journal_days=30.0):
-    return Cleaner(rows, blobs, journal or Entries(), keep_days, journal_days, seconds)
+def cleaner(rows, blobs, keep_days=10.0, seconds=1000.0, journal_days=30.0, **others):
+    others = {"journal": Entries(), "answers": Entries(), **others}
+    return Cleaner(
+        rows, blobs, keep_days=keep_days, journal_days=journal_days, seconds=seconds, **others
+    )
 
 
 def wait_for(rows):
@@ -90,6 +93,12 @@ def test_the_journal_is_kept_for_days_of_its_own(blobs):
     assert journal.ages == [20 * DAY]
     kept = cleaner(rows, blobs, journal=journal, journal_days=0.0).clean(now=1e12)
     assert (kept.entries, journal.ages) == (0, [20 * DAY])
+
+
+def test_answers_are_kept_for_a_day(blobs):
+    answers = Entries(0.0, 0.5 * DAY, 1.5 * DAY)
+    cleaner(Rows({}), blobs, answers=answers, keep_days=0.0).clean(now=1.75 * DAY)
+    assert answers.ages == [1.5 * DAY]
 
 
 def test_rounds_go_on_after_a_failure(blobs, caplog):

@@ -53,12 +53,6 @@ def test_submitting_working_and_reading_at_once_loses_nothing(jobs: SqlJobStore)
     assert jobs.counts()[JobState.SUCCEEDED] == THREADS * 3
 
 
-def test_one_key_makes_one_job_however_often_it_is_sent_at_once(jobs: SqlJobStore) -> None:
-    asked = submission(idempotency_key="k1")
-    ids = in_threads(lambda _: [jobs.submit(asked, 1)[0].id])
-    assert len(set(ids)) == 1
-
-
 def test_the_queue_never_grows_beyond_its_limit(jobs: SqlJobStore) -> None:
     def submit(thread: int) -> list[str]:
         try:

@@ -8,8 +8,10 @@ from contextlib import contextmanager
 import pytest
 from sqlalchemy import Connection, Engine, event
 
+from service.idempotency import Answer, KeyedRequest
 from service.jobs.job import JobKind, JobState
 from service.jobs.stores import JobFilter
+from service.storage.answer_store import SqlAnswerStore
 from service.storage.asset_store import SqlAssetStore
 from service.storage.database import Database
 from service.storage.delivery_store import SqlDeliveryStore
@@ -29,6 +31,7 @@ class Stores:
         self.jobs = SqlJobStore(database, Clock())
         self.assets = SqlAssetStore(database)
         self.keys = SqlKeyStore(database)
+        self.answers = SqlAnswerStore(database)
         self.journal = SqlJournal(database)
         self.deliveries = SqlDeliveryStore(database)
         job, _ = self.jobs.submit(submission(asset="castle"), 10)
@@ -42,7 +45,7 @@ class Stores:
 
 
 CALLS: dict[str, Callable[[Stores], object]] = {
-    "submit": lambda all_: all_.jobs.submit(submission("b", idempotency_key="k", asset="x"), 10),
+    "submit": lambda all_: all_.jobs.submit(submission("b", asset="x"), 10),
     "job": lambda all_: all_.jobs.job("studio", all_.job_id),
     "files": lambda all_: all_.jobs.files(all_.job_id),
     "claim": lambda all_: all_.jobs.claim("one", 30.0),
@@ -70,6 +73,11 @@ CALLS: dict[str, Callable[[Stores], object]] = {
     "queue": lambda all_: all_.jobs.queue("studio", 10),
     "runs at a time": lambda all_: all_.assets.runs_at("studio", 5.0),
     "key": lambda all_: all_.keys.find("occ_none"),
+    "answer": lambda all_: all_.answers.once(
+        KeyedRequest("studio", "k", "f" * 64), lambda: Answer(204)
+    ),
+    "answer that is known": lambda all_: all_.answers.known("studio", "k"),
+    "answers that are old": lambda all_: all_.answers.expire(5.0),
     "journal": lambda all_: all_.journal.entries("studio", before=500),
     "journal since a time": lambda all_: all_.journal.entries("studio", since=5.0),
     "journal of all": lambda all_: all_.journal.entries(None, before=500),

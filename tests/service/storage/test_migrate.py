@@ -13,7 +13,10 @@ from alembic import command
 from sqlalchemy import Connection, create_engine, inspect
 
 from service.access.key import Scope, hash_of
+from service.errors import IdempotencyKeyReusedError
+from service.idempotency import Answer, KeyedRequest
 from service.jobs.asset import Thresholds
+from service.storage.answer_store import SqlAnswerStore
 from service.storage.asset_store import SqlAssetStore
 from service.storage.database import Database, alembic_config, migrate
 from service.storage.key_store import SqlKeyStore
@@ -163,6 +166,34 @@ def test_keys_of_before_go_on_and_those_to_write_keep_what_they_could(tmp_path: 
     ]  # fmt: skip
     assert keys.create("studio", "new", Scope.WRITE)[0].curates is False
     assert keys.rotate("write", overlap=0.0).new.curates is True
+
+
+def test_an_upload_that_is_sent_again_over_the_change_is_known(tmp_path: Path) -> None:
+    file = tmp_path / "occluder.db"
+    with create_engine(f"sqlite:///{file}").begin() as connection:
+        command.upgrade(alembic_config(connection), "0010")
+    with sqlite3.connect(file) as old:
+        for number, created in ((1, 1_000.0), (2, 90_000.0)):
+            old.execute(
+                "INSERT INTO jobs (id, tenant, kind, state, name, options, version, work_key,"
+                " created, attempt, attempts, cancel_asked, beat, lease_seconds)"
+                " VALUES (?, 'studio', 'scene', 'queued', 'a.glb', '{}', '1', 'w', ?, 0, 3, 0, 0,"
+                " 0.0)",
+                (f"j{number}", created),
+            )
+            old.execute(
+                "INSERT INTO idempotency_keys (tenant, key, fingerprint, job_number)"
+                " VALUES ('studio', ?, 'f', ?)",
+                (f"k{number}", number),
+            )
+    answers = SqlAnswerStore(Database.open(file), lambda: 100_000.0)
+    late = Answer(204)
+    assert answers.once(KeyedRequest("studio", "k2", "f"), lambda: late) == (
+        Answer(200, job_id="j2"), True,
+    )  # fmt: skip
+    assert answers.once(KeyedRequest("studio", "k1", "f"), lambda: late) == (late, False)
+    with pytest.raises(IdempotencyKeyReusedError):
+        answers.once(KeyedRequest("studio", "k2", "g"), lambda: late)
 
 
 def test_a_migration_that_fails_leaves_nothing(tmp_path: Path) -> None:

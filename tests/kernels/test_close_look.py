@@ -68,6 +68,16 @@ def test_far_away_a_tower_is_seen_if_it_is_higher_than_the_shadow(turns, tower, 
     assert 0 < steps < 0.2 * most
 
 
+def test_from_above_a_ray_goes_on_though_its_shadow_is_above_all_that_is_wanted():
+    tops = np.full((32, 8), -np.inf)
+    tops[8], tops[20, 4] = 10.0, -1.0
+    raster = Raster(np.where(tops > 0.0, tops, -np.inf), tops)
+    wanted = raster.object_codes == raster.object_codes[raster.numbers[20, 4]]
+    found, _ = looked_for(raster, raster.sample(4.5, 4.5, 15.0), wanted)
+    assert 15.0 - 1.25 * 5 > -1.0 > 15.0 - 1.25 * 16
+    assert found[wanted].tolist() == [True]
+
+
 def test_what_is_not_wanted_takes_no_steps():
     raster = long_way(58.0, 0)
     none = np.zeros(raster.count, np.bool_)

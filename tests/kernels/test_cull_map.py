@@ -98,6 +98,15 @@ def test_it_sees_what_plain_rays_see(seed):
     assert set(np.flatnonzero(seen).tolist()) == followed(raster, sample, free)
 
 
+@pytest.mark.parametrize(("top", "seen"), [(8.875, False), (9.0, True), (9.125, True)])
+def test_what_just_reaches_the_shadow_is_seen(top, seen):
+    tops = np.full((16, 9), -np.inf)
+    tops[6], tops[10, 4] = 5.0, top
+    raster = Raster(np.where(tops == 5.0, tops, -np.inf), tops)
+    found, _ = raster.see(raster.sample(2.5, 4.5, 1.0))
+    assert found[raster.numbers[10, 4]] == seen
+
+
 def long_way(tower, turns, wall=10.0, reach=8):
     """A wall at 100 pixels and a tower at 560, past the first ring; turned by right angles."""
     inner = np.full((640, reach), -np.inf)

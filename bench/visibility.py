@@ -55,7 +55,7 @@ from bench.visibility_plot import plot_cells, plot_front
 from bench.visibility_rooms import rooms_rows
 from bench.visibility_shrinking import shrinking_rows
 from bench.visibility_shrunk_faces import shrunk_face_rows
-from bench.visibility_slices import slices_rows
+from bench.visibility_slices import slices_table
 from bench.visibility_strong import city_rows as strong_city_rows
 from bench.visibility_strong import level_rows, rank_rows, sphere_rows
 from bench.visibility_terrain import terrain_rows
@@ -248,7 +248,7 @@ def main(words: Sequence[str] | None = None) -> None:
         "check": check_rows,
         "rooms": rooms_rows,
         "terrain": terrain_rows,
-        "slices": slices_rows,
+        "slices": slices_table,
         "shrunk_faces": shrunk_face_rows,
         "choice": choice_rows,
         "front": front_rows,

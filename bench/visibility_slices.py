@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +21,15 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.pvs import SLICES, Pvs
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.io.pvs_file import encode_pvs
+from simplifier.io.scene import load_scene
 from simplifier.options.visibility import PvsOptions
 from simplifier.visibility.checking.check import CheckOptions, check_pvs
 from simplifier.visibility.checking.hidden_parts import hidden_boxes
 from simplifier.visibility.find import Found, Watch, find_pvs
+from simplifier.visibility.placing.cells import place_cells
+
+LYON = Path("../shared/assets/city_lyon_buildings.glb")
+_LYON_CELLS = 60  # by lot
 
 SQUARES = 23  # along each side of a wall and of a roof
 
@@ -69,6 +75,17 @@ def slices_rows(
             "triangle_bytes": drawn.sum() / 8.0 / count,
             "leaks": len(check.leaks),
         }
+
+
+def slices_table() -> Iterator[Row]:
+    """The rows of the generated city, and one of a shared scene, by its own triangles."""
+    for row in slices_rows():
+        yield {"scene": "generated city", **row}
+    upright = UprightScene.of(load_scene(LYON), "z")
+    options = PvsOptions(up="z", ground=True, epsilon=5.0, slices=True, skip_buried=True)
+    places = place_cells(upright, "walkable", options)
+    lots = np.random.default_rng(0).permutation(len(places))[:_LYON_CELLS]
+    yield {"scene": LYON.name, **scene_slices_row(upright, places.some(np.sort(lots)), options)}
 
 
 def scene_slices_row(

@@ -9,11 +9,15 @@ import numpy as np
 
 from simplifier.kernels.compile import inline_kernel, kernel
 from simplifier.kernels.sheets import CLEAR, SHUT, close, is_line_clear
+from simplifier.kernels.slices import SAME
 
 FREE, CROSSED, CLOSED = 0, 1, 2
 """A shaft whose middle line meets nothing solid, one whose does, and one that a layer closes."""
 
 _ROUND = 1e-9  # voxels
+# Voxels: a slice stands for faces that lie up to twice SAME beside it, and nearer to a box than that
+# one of them may be the box's own, which would be hidden by itself.
+_BESIDE = 3.0 * SAME
 _WHOLE = -1  # in place of a face: the cell itself
 _DEPTH = 1024  # pairs that wait
 _FINEST = 1.0  # voxels: edges of a face's pieces are not divided further
@@ -55,10 +59,11 @@ def _is_covered(sums, i, v0, v1, w0, w1):
 
 @inline_kernel
 def _closes(a, b, k, i, at, edges_v, edges_w, picture):
-    """Whether a slice is between two boxes, and covered all over their shaft."""
-    if a[k + 3] < at < b[k]:
+    """Whether a slice is between two boxes, with all that it stands for, and covered all over their
+    shaft."""
+    if a[k + 3] + _BESIDE < at < b[k] - _BESIDE:
         near, far = (at - a[k + 3]) / (b[k + 3] - a[k + 3]), (at - a[k]) / (b[k] - a[k])
-    elif b[k + 3] < at < a[k]:
+    elif b[k + 3] + _BESIDE < at < a[k] - _BESIDE:
         near, far = (at - a[k]) / (b[k] - a[k]), (at - a[k + 3]) / (b[k + 3] - a[k + 3])
     else:
         return False

@@ -6,6 +6,9 @@ import numpy as np
 
 from simplifier.kernels.compile import inline_kernel, kernel
 
+SAME = 1e-5
+"""Voxels: flat faces that differ by no more are in one slice."""
+
 _CRACK = 1e-6  # pixels: pieces that touch each other may be rounded apart by so much
 
 _WITHIN = 2e-6  # pixels: lines along edges run so far within, for faces may lie along the edge

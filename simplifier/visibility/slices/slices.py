@@ -22,7 +22,7 @@ from simplifier.camera_paths.columns import UprightScene
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
-from simplifier.kernels.slices import cover_slices
+from simplifier.kernels.slices import SAME, cover_slices
 from simplifier.kernels.threads import run_chunks
 from simplifier.visibility.slices.sheets import Sheets
 from simplifier.visibility.solid.closed_pieces import closed_pieces, floor_of, without_halls
@@ -30,7 +30,6 @@ from simplifier.visibility.solid.closed_pieces import closed_pieces, floor_of, w
 AXES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 """For each axis u of slices, those along their pixels, v and w."""
 
-_SAME = 1e-5  # voxels: faces that differ by no more are in one plane
 _SHIFT = 0.3819660113  # voxels that the grid begins before the scene
 _MOVED = 0.45  # voxels that an edge of pixels is moved at most
 _LEAST = 25.0  # pixels: smaller faces get no slice of their own
@@ -130,7 +129,7 @@ def _pieces(
 
 def _lost(points: FloatArray, faces: IntArray, found: NDArray[np.int64], grid: Grid) -> float:
     areas = _areas(points, faces)
-    level = (np.ptp(points[faces], axis=1) <= _SAME * grid.cell).any(axis=1)
+    level = (np.ptp(points[faces], axis=1) <= SAME * grid.cell).any(axis=1)
     return float(areas[(found < 0) & ~level].sum() / max(areas.sum(), 1e-300))
 
 
@@ -152,8 +151,8 @@ class _Flat:
     def of(cls, corners: FloatArray, pieces: IntArray, areas: FloatArray) -> _Flat:
         """``corners`` (m, 3): coordinates of the triangles along the axis."""
         low = corners.min(axis=1, initial=np.inf)
-        level = corners.max(axis=1, initial=-np.inf) - low <= _SAME
-        planes, place = np.unique(np.round(low[level] / _SAME), return_inverse=True)
+        level = corners.max(axis=1, initial=-np.inf) - low <= SAME
+        planes, place = np.unique(np.round(low[level] / SAME), return_inverse=True)
         place = place.reshape(-1)
         total = np.bincount(place, areas[level], len(planes))
         open_ = np.bincount(place, np.where(pieces[level] < 0, areas[level], 0.0), len(planes))
@@ -223,7 +222,7 @@ def _along_axis(
     ats = np.unique(np.concatenate([0.5 * (u[1:] + u[:-1]), flat.heights[flat.sheets], slabs]))
     solid = pieces >= 0
     starts, listed = _by_slice(low, high, solid & ~flat.level, ats)
-    flat_starts, flat_listed = _by_slice(low - _SAME, low + _SAME, flat.level & ~solid, ats)
+    flat_starts, flat_listed = _by_slice(low - SAME, low + SAME, flat.level & ~solid, ats)
     covered = np.zeros((len(ats), len(v) - 1, len(w) - 1), dtype=np.bool_)
     run_chunks(
         lambda begin, end: cover_slices(

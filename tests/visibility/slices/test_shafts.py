@@ -11,10 +11,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.kernels import shafts as kernels
 from simplifier.visibility.slices import shafts as steps
+from simplifier.visibility.slices.shafts import see_by_shafts
 from tests.visibility.rooms import (
+    CELL,
     cell,
     found_names,
     sampled_names,
@@ -24,6 +27,7 @@ from tests.visibility.rooms import (
     slits,
     two_rooms,
 )
+from tests.visibility.sheets import scene_of as scene_of_sheets
 
 IN_WEST = ((0.5, 0.5, 0.2), (1.5, 1.5, 1.7))
 
@@ -51,6 +55,27 @@ def test_a_pane_thinner_than_a_voxel_hides():
     assert "lamp" not in seen_names(boxes, IN_WEST, 0.2)
     boxes["pane"] = ((4.2, 1.5, 0.0), (4.21, 2.49, 3.0))
     assert "lamp" in seen_names(boxes, ((1.0, 2.0, 0.5), (1.5, 2.6, 1.6)), 0.2)
+
+
+@pytest.mark.parametrize("above", [False, True])
+@pytest.mark.parametrize("voxels", [-2e-5, -1e-5, -4e-6, 4e-6, 1e-5, 2e-5])
+def test_a_tile_is_not_hidden_by_the_slice_that_stands_for_it(voxels, above, monkeypatch):
+    """In the ceiling of a dungeon lay tiles a micrometre lower than others.  The slice of both was
+    at the lower ones, before the others, and hid them."""
+    monkeypatch.setattr(steps, "_TRIES", 0)  # by which so large a tile is always found
+    height = 2.0 + voxels * CELL
+
+    def tile(x, y, z):
+        corners = [[x, y, z], [x + 4.0, y, z], [x + 4.0, y + 4.0, z], [x, y + 4.0, z]]
+        return TriangleMesh.from_soup(np.array(corners), np.array([[0, 1, 2], [0, 2, 3]]))
+
+    places = [(x, y) for x in (0.0, 4.0, 8.0) for y in (0.0, 4.0, 8.0)]
+    tiles = {f"at {x} {y}": tile(x, y, height if x == y == 4.0 else 2.0) for x, y in places}
+    scene = scene_of_sheets({**tiles, "below": tile(20.0, 0.0, 0.0)})
+    upright, shafts = shafts_of(scene)
+    low = np.array([5.0, 5.0, 3.0 if above else 0.5]) - upright.origin
+    seen, _ = see_by_shafts(shafts, cell(low, low + np.array([1.0, 1.0, 0.5])))
+    assert seen[0, list(scene.names).index("at 4.0 4.0")]
 
 
 def test_what_is_in_the_cell_is_seen():

@@ -22,6 +22,7 @@ OF_MANY = {
     "test_documentation.py": "the pages",
     "test_import.py": "the package itself",
     "test_layout.py": "this rule",
+    "test_operations.py": "the page on running a service",
     "tradeoff/test_pareto.py": "which settings tradeoff/cases.py leaves out",
     "tradeoff/test_pictures.py": "the plots of a study, with the page that holds them",
     "tradeoff/test_produce.py": "a study through the face",

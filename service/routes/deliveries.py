@@ -11,10 +11,11 @@ from service.access.key import Caller, Scope
 from service.jobs.deliveries import DeliveryFilter, DeliveryRecord, DeliveryState
 from service.routes.docs import EVERYWHERE, refusals
 from service.routes.jobs import LARGEST_NUMBER, next_page
+from service.routes.once import OnceRoute
 from service.routes.services import KEYED, Reader, TheServices, Writer
 from service.schemas.delivery import DeliveryBody, DeliveryPageBody
 
-router = APIRouter(prefix="/v1", tags=["webhooks"], dependencies=KEYED)
+router = APIRouter(prefix="/v1", tags=["webhooks"], dependencies=KEYED, route_class=OnceRoute)
 
 
 class WantedDeliveries(BaseModel):
@@ -66,7 +67,7 @@ def redeliver(delivery_id: str, services: TheServices, caller: Writer) -> Delive
     """At once, whatever became of it, and with all its tries. Its id stays the same, so that a
     receiver that has dealt with it passes it over."""
     record = services.deliveries.redeliver(caller.tenant, delivery_id)
-    services.wake_webhooks()
+    services.answers.afterwards(services.wake_webhooks)
     return _body(caller, record)
 
 

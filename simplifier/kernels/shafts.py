@@ -15,7 +15,7 @@ FREE, CROSSED, CLOSED = 0, 1, 2
 """A shaft whose middle line meets nothing solid, one whose does, and one that a layer closes."""
 
 _ROUND = 1e-9  # voxels
-# Voxels: a slice stands for faces that lie up to twice SAME beside it, and nearer to a box than that
+# Voxels: a slice stands for faces that lie up to twice SAME beside it.  Nearer to a box than that
 # one of them may be the box's own, which would be hidden by itself.
 _BESIDE = 3.0 * SAME
 _WHOLE = -1  # in place of a face: the cell itself

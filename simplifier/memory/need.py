@@ -81,6 +81,7 @@ _VIEWING_TRIANGLES = 300_000  # meshes of more are thinned to be looked at
 _FLOOR = 0.06  # the finest voxel in which floors are found, eye heights
 _MOST_FLOOR = 27_000_000  # of these voxels
 _FLOOR_VOXEL = 12  # bytes of each: touched, free, who stands there, which space it is, the places
+_NEAR = 128.0  # voxels of each row that are near a surface: twelve each time it is crossed
 _PLANES = 16  # of the interior that are looked at together
 _IMAGE = 512  # bytes of 64 x 64 bits
 _FEW = 64  # triangles that any start is filled up to
@@ -127,7 +128,8 @@ def fill(shape: Shape, options: SolidOptions, hole_voxels: float, shrink_voxels:
         # Touched, filled, free, near the surface, unseen and outermost (bool); of each that is free
         # and near, its place (three int16) and from how many sides it is seen (uint16).
         pictures = 8 * 8 * picture_size(shape) ** 2
-        most = max(most, (6.0 + 8.0) * voxels + pictures)
+        near = min(1.0, _NEAR / max(shape))
+        most = max(most, (6.0 + 8.0 * near) * voxels + pictures)
     if options.wholly_inside:
         most = max(most, 3.0 * voxels)
         if shrink_voxels > 0.0:

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from simplifier.accuracy.accuracy import AccuracyOptions, AccuracyReport
-from simplifier.checks import check_kind
+from simplifier.checks import as_path, check_kind
+from simplifier.errors import OptionError
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.report.page import write_pictures
@@ -26,10 +27,17 @@ def draw_report(
     ``mesh``, ``occluder``  those that the report is about, of levels of detail the finest one.
     ``report``  as ``docs/report.schema.json`` says; ``name`` is what the page calls the mesh.
 
-    Raises :class:`~simplifier.errors.OutputError`.
+    Raises :class:`~simplifier.errors.OutputError`, and :class:`~simplifier.errors.OptionError` for
+    what is no such argument.
     """
+    place = as_path("folder", folder)
     check_kind("mesh", mesh, TriangleMesh, A_MESH)
-    return write_pictures(folder, mesh, occluder, _accuracy_of(report), report, name=name)
+    check_kind("occluder", occluder, Occluder, "what simplifier.load_occluder returns")
+    check_kind("report", report, dict, "what simplifier.evaluate(...).report() returns")
+    check_kind("name", name, str, "a text")
+    if not report.get("by_view"):
+        raise OptionError("it has no views", where="report", remedy="choose an accuracy report")
+    return write_pictures(place, mesh, occluder, _accuracy_of(report), report, name=name)
 
 
 def _accuracy_of(report: Report) -> AccuracyReport:

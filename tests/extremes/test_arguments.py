@@ -103,6 +103,12 @@ CALLS: dict[str, Callable[[Given], Call]] = {
     "sweep_tradeoff": lambda given: given.ended(simplifier.sweep_tradeoff, options=SWEEP),
     "evaluate": lambda given: given.judged(simplifier.evaluate, **JUDGED),
     "evaluate, by an object": lambda given: given.judged(simplifier.evaluate, options=JUDGE),
+    "draw_report": lambda given: given.judged(
+        simplifier.draw_report,
+        folder=given.folder / "drawn",
+        name="ball",
+        report=simplifier.evaluate(given.mesh, given.occluder, resolution=8, **JUDGED).report(),
+    ),
     "picture_of": lambda given: given.judged(simplifier.picture_of, size=16),
     "load": lambda given: Call(simplifier.load, {"path": given.path}),
     "check_file": lambda given: Call(simplifier.check_file, {"path": given.path, "options": MADE}),

@@ -300,7 +300,9 @@ def test_a_claim_is_found_by_indexes_alone(crowded: SqlJobStore) -> None:
     ((_, steps),) = asked
     of_jobs = [step for step in steps if " jobs" in step]
     assert len(of_jobs) == 5  # the next tenant from the first and from each, two heads, a count
-    assert all("SEARCH jobs USING COVERING INDEX ix_jobs_line" in step for step in of_jobs)
+    # The count may be by either of two indexes, by what the planner knows of their sizes.
+    assert all(step.startswith("SEARCH jobs USING COVERING INDEX ix_jobs_") for step in of_jobs)
+    assert sum("ix_jobs_line" in step for step in of_jobs) >= 4
     # What is gone through and sorted is a row for each tenant that waits.
     scanned = {step.removeprefix("SCAN ") for step in steps if step.startswith("SCAN ")}
     rest = scanned - {"line", "heads", "CONSTANT ROW"}

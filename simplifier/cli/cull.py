@@ -22,7 +22,7 @@ from simplifier.io.camera_path import load_camera_path
 from simplifier.io.files import make_folder, write_whole
 from simplifier.io.pvs_file import load_pvs
 from simplifier.io.scene import load_scene
-from simplifier.io.scene_layers import whole_scene
+from simplifier.io.scene_layers import hiding_of, whole_scene
 from simplifier.options.scene import CullOptions
 
 
@@ -62,7 +62,7 @@ def cull(
             read = load_scene(scene, transparent=options.transparent)  # last, for it takes longest
             sets = None
             if held is not None:
-                sets = VisibleSets.of(held, whole_scene(scene, read), read)
+                sets = VisibleSets.of(held, whole_scene(scene, read), read, hiding_of(scene, read))
             make_folder(output)
             flown = _fly(read, tree, cameras, options, sets, listening)
             with listening.deferred():  # what was measured is not to be lost to a late Ctrl-C

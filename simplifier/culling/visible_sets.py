@@ -64,12 +64,13 @@ class VisibleSets:
     places: NDArray[np.int64]
 
     @classmethod
-    def of(cls, pvs: Pvs, scene: Scene, drawn: Scene) -> VisibleSets:
-        """``scene`` is that of the sets, ``drawn`` what of it is opaque, perhaps all of it.
+    def of(cls, pvs: Pvs, scene: Scene, drawn: Scene, hiding: Scene | None = None) -> VisibleSets:
+        """``scene`` is that of the sets, ``drawn`` what of it is opaque, perhaps all of it, and
+        ``hiding`` what of that hides anything, by default all.
 
         Raises :class:`SceneError` as :func:`check_sets` does.
         """
-        check_sets(pvs, scene, drawn)
+        check_sets(pvs, scene, drawn if hiding is None else hiding)
         known = {name: place for place, name in enumerate(pvs.names)}
         places = [known.get(name, -1) for name in drawn.names]
         return cls(pvs, np.array(places, dtype=np.int64))

@@ -181,6 +181,11 @@ class Region:
         reach = np.abs(axes @ self.axes.T) @ self.half + half * np.abs(axes).sum(axis=1)
         return np.asarray((np.abs((centres - self.centre) @ axes.T) <= reach).all(axis=1))
 
+    def meets_box(self, box: FloatArray) -> bool:
+        """Whether its own upright box meets another (2, 3), low and high; they may be apart yet."""
+        reach = np.abs(self.axes).T @ self.half
+        return bool((box[0] < self.centre + reach).all() and (box[1] > self.centre - reach).all())
+
     def crossed_by(self, triangles: FloatArray, tolerance: float = 0.0) -> NDArray[np.bool_]:
         """(m,) which of the triangles (m, 3, 3) have a point inside, deeper than ``tolerance``.
 

@@ -118,6 +118,11 @@ def objects_of_folder(
     return Objects.joined(found), [*warnings, *unused_overrides(files)]
 
 
+def files_of(path: Path) -> list[Path]:
+    """The mesh files that a scene is read from: itself, or those of a folder."""
+    return _mesh_files(path)[0] if path.is_dir() else [path]
+
+
 def unused_overrides(meshes: Sequence[Path]) -> list[str]:
     """A warning where meshes have overrides: a scene would have to carry them into every node."""
     found = [beside for beside in dict.fromkeys(map(overrides_beside, meshes)) if beside]

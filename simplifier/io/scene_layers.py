@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from simplifier.errors import EmptyMeshError
+from simplifier.errors import EmptyMeshError, printable
+from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.overrides import Region
 from simplifier.geometry.scene import Scene
-from simplifier.io.scene import load_scene
+from simplifier.io.overrides import load_overrides
+from simplifier.io.scene import files_of, load_scene, unused_overrides
+from simplifier.io.suffixes import overrides_beside
 from simplifier.options.simplify import Transparent
 from simplifier.wording import count
 
@@ -28,8 +33,10 @@ def load_layers(
                      ``keep``: both are the same.
     ``memory_limit`` GiB, and ``allow_external``, as of ``load_scene``.
 
-    Raises what :func:`~simplifier.io.scene.load_scene` does.  A scene without anything to see
-    through is read once.
+    An object that reaches into a region which overrides beside a file leave open is not in the
+    second scene either.  Raises what :func:`~simplifier.io.scene.load_scene` does, and
+    :class:`~simplifier.errors.OverridesError`.  A scene without anything to see through is read
+    once.
     """
     try:
         opaque = load_scene(
@@ -43,9 +50,21 @@ def load_layers(
             raise
         opaque = Scene((), (), np.zeros(0, dtype=np.int32), np.zeros((0, 4, 4)), see_through=1)
     whole = whole_scene(path, opaque, memory_limit, allow_external)
-    if whole is opaque:
-        return opaque, opaque
-    return replace(whole, warnings=(*whole.warnings, *_told(whole, opaque))), opaque
+    if whole is not opaque:
+        whole = replace(whole, warnings=(*whole.warnings, *_told(whole, opaque)))
+    regions = _regions(path)
+    if not regions:
+        return whole, opaque
+    hiding = _without_opened(opaque, regions)
+    passed_over = set(map(printable, unused_overrides(files_of(Path(path)))))
+    warnings = [one for one in whole.warnings if one not in passed_over]
+    return replace(whole, warnings=(*warnings, _told_open(opaque, hiding))), hiding
+
+
+def hiding_of(path: str | Path, opaque: Scene) -> Scene:
+    """What hides anything of the scene that ``opaque`` was read from: the second of its layers."""
+    regions = _regions(path)
+    return _without_opened(opaque, regions) if regions else opaque
 
 
 def whole_scene(
@@ -60,6 +79,40 @@ def whole_scene(
     return load_scene(
         path, transparent="keep", memory_limit=memory_limit, allow_external=allow_external
     )
+
+
+def _regions(path: str | Path) -> list[Region]:
+    """Where players look through, by all overrides beside a scene's files; world units."""
+    found = filter(None, map(overrides_beside, files_of(Path(path))))
+    return [one.region for beside in found for one in load_overrides(beside).open]
+
+
+def _without_opened(scene: Scene, regions: Sequence[Region]) -> Scene:
+    """The scene without the objects of which a triangle reaches into a region."""
+
+    def is_opened(index: int, box: FloatArray) -> bool:
+        near = [one for one in regions if one.meets_box(box)]
+        if not near:
+            return False
+        mesh, matrix = scene.meshes[scene.mesh_of[index]], scene.transforms[index]
+        corners = (mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3])[mesh.faces]
+        return any(one.crossed_by(corners).any() for one in near)
+
+    opened = np.array([is_opened(*one) for one in enumerate(scene.bounds())], dtype=np.bool_)
+    if not opened.any():
+        return scene
+    left = np.flatnonzero(~opened)
+    meshes, mesh_of = np.unique(scene.mesh_of[left], return_inverse=True)
+    return replace(
+        scene, meshes=tuple(scene.meshes[index] for index in meshes),
+        names=tuple(scene.names[index] for index in left),
+        mesh_of=mesh_of.reshape(-1).astype(np.int32), transforms=scene.transforms[left],
+    )  # fmt: skip
+
+
+def _told_open(opaque: Scene, hiding: Scene) -> str:
+    opened = count(len(opaque) - len(hiding), "object")
+    return f"overrides leave regions open: {opened} that would close them may be seen through"
 
 
 def _told(whole: Scene, opaque: Scene) -> list[str]:

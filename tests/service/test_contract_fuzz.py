@@ -21,11 +21,21 @@ CASES = Path(__file__).with_name("contract_fuzz.py")
 METHODS = {"delete", "get", "head", "patch", "post", "put"}
 
 
-@pytest.mark.parametrize("examples", [8, pytest.param(60, marks=pytest.mark.slow)])
-def test_every_operation_and_what_it_leads_to_is_as_documented(examples):
+@pytest.mark.parametrize(
+    ("examples", "keyed"),
+    [
+        (8, True),
+        pytest.param(8, False, marks=pytest.mark.slow),
+        pytest.param(60, True, marks=pytest.mark.slow),
+    ],
+)
+def test_every_operation_and_what_it_leads_to_is_as_documented(examples, keyed):
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "schemathesis", "-p", "no:cacheprovider", CASES],
-        cwd=ROOT, env=environment(CONTRACT_EXAMPLES=str(examples)),
+        [
+            sys.executable, "-m", "pytest", "-s", "-p", "schemathesis", "-p", "no:cacheprovider",
+            CASES,
+        ],
+        cwd=ROOT, env=environment(CONTRACT_EXAMPLES=str(examples), CONTRACT_KEYED=str(int(keyed))),
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
@@ -33,6 +43,8 @@ def test_every_operation_and_what_it_leads_to_is_as_documented(examples):
     assert operations > 20
     [passed] = re.findall(r"^(\d+) passed in", done.stdout, re.MULTILINE)
     assert int(passed) == operations + 1, done.stdout  # and one that goes from answer to answer
+    [accepted] = re.findall(r"^(\d+) jobs were accepted", done.stdout, re.MULTILINE)
+    assert int(accepted) >= examples  # uploads of bytes that a worker judges
 
 
 def document():

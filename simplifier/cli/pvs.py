@@ -97,7 +97,7 @@ def pvs(
                 if report is not None:
                     report.write_text(json.dumps(figures, indent=2) + "\n")
                 if pictures is not None:
-                    _write(pictures, _drawn(asked.upright, found, scene.name))
+                    _write(pictures, _drawn(asked.upright, found, scene.name, options.seed))
                 warnings = [*read.scene.warnings, *found.warnings]
                 rows = [*_summary_rows(figures, output), *parts_rows(found.pvs)]
                 print_rows(str(output), rows, warnings)
@@ -105,7 +105,7 @@ def pvs(
     run_guarded(run, debug=debug)
 
 
-def _drawn(upright: UprightScene, found: Found, name: str) -> dict[str, bytes]:
+def _drawn(upright: UprightScene, found: Found, name: str, seed: int) -> dict[str, bytes]:
     """The pictures of sets, by the names of their files."""
     from simplifier.visibility.pictures.horizons_picture import horizons_picture
     from simplifier.visibility.pictures.pictures import cells_picture, set_pictures
@@ -113,7 +113,7 @@ def _drawn(upright: UprightScene, found: Found, name: str) -> dict[str, bytes]:
     from simplifier.visibility.pictures.strong_picture import strong_picture
 
     if found.pvs.altitudes is None or found.maps is not None:
-        made = set_pictures(upright, found.pvs, found.maps, name)
+        made = set_pictures(upright, found.pvs, found.maps, name, seed)
         if found.pvs.slices is not None and (parted := slices_picture(upright, found.pvs, name)):
             made["slices.png"] = parted
         if found.occluders is not None:

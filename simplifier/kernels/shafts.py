@@ -310,8 +310,8 @@ def _may_see(
 
 @kernel
 def see(
-    begin, end, cells, roots, leaves, boxes, children, tries, limit, sheet_limit, free, ats, firsts,
-    edges, sums, points, faces, normals, beside, sheet_boxes, sheet_children, seen, work,
+    begin, end, cells, roots, leaves, boxes, children, tries, seed, limit, sheet_limit, free, ats,
+    firsts, edges, sums, points, faces, normals, beside, sheet_boxes, sheet_children, seen, work,
 ):  # fmt: skip
     """Set ``seen`` (c, n) bool for the cells ``begin`` to ``end``: which objects they may see.
 
@@ -319,8 +319,8 @@ def see(
     ``boxes``     (k, 6) float64 of all objects' trees, ``children`` (k, 2) int64 first and one past
                   the last of each; none of a leaf.
     ``roots``     (n,) int64, -1 for an object without a box; ``leaves`` (n, 2) int64, its range.
-    ``tries``     random lines that are looked along first; ``limit`` shafts at most, and in the
-                  first ``sheet_limit`` of each object sheets are looked for as well.
+    ``tries``     random lines that are looked along first, by ``seed``; ``limit`` shafts at most,
+                  and in the first ``sheet_limit`` of each object sheets are looked for as well.
     ``free``      (nx, ny, nz) uint8: 0 in voxels that a slice covers some of, else steps to the
                   nearest one across faces, edges or corners, or fewer.
     ``ats``       for each axis (m,) float64: where its slices are, ascending; ``firsts`` (layers +
@@ -348,9 +348,9 @@ def see(
             if root < 0:
                 continue
             seen[cell, target] = _is_glimpsed(
-                cells[cell], boxes, leaves[target], tries, cell * len(roots) + target, free, ats,
-                firsts, edges, sums, points, faces, normals, sheet_boxes, sheet_children, a, b,
-                closing, share,
+                cells[cell], boxes, leaves[target], tries,
+                cell * len(roots) + target + seed * 1_000_003, free, ats, firsts, edges, sums,
+                points, faces, normals, sheet_boxes, sheet_children, a, b, closing, share,
             ) or _may_see(
                 cells[cell], root, boxes, children, limit, sheet_limit, free, ats, firsts, edges,
                 sums, points, faces, normals, beside, sheet_boxes, sheet_children, known, stack,

@@ -48,6 +48,9 @@ class PvsOptions(OptionSet):
                      along each axis are hidden, so that of large objects a part is drawn.  About
                      three times the time, and three bytes a visible object.
     ``skip_buried``  leave cells out that lie in an object wholly, in place of refusing them.
+    ``seed``         of where pictures look from, and of the lines that slices try first, by which
+                     sets differ at most in what shows through gaps of less than half a voxel.  All
+                     else hangs on no chance.
     """
 
     method: Method = option(
@@ -90,6 +93,10 @@ class PvsOptions(OptionSet):
         absent="no limit",
     )  # fmt: skip
 
+    seed: int = shared(
+        SimplifyOptions, "seed",
+        help="Seed of where pictures look from, and of the lines that slices try first.",
+    )  # fmt: skip
     memory_limit: float | None = shared(SimplifyOptions, "memory_limit")
 
     @property

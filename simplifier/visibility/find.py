@@ -227,7 +227,7 @@ def settings_digest(options: PvsOptions, way: Way | None = None) -> bytes:
     if options.slices:
         kept += ("slices",)
     if way == SLICES:
-        kept = (_FORMAT, _SHAFTS, *way, options.reach, options.up)
+        kept = (_FORMAT, _SHAFTS, *way, options.reach, options.up, *filter(None, [options.seed]))
     if way == STRONG:
         kept = (_FORMAT, _BODIES, *way, options.up, options.ground)
     if way == TERRAIN:

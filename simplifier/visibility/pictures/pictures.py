@@ -42,9 +42,9 @@ _STEEP = 0.1  # of the picture's longer side: how high the relief of a cull map 
 
 
 def set_pictures(
-    upright: UprightScene, pvs: Pvs, maps: CullMaps | None, name: str
+    upright: UprightScene, pvs: Pvs, maps: CullMaps | None, name: str, seed: int = 0
 ) -> dict[str, bytes]:
-    """PNGs by the names of their files.
+    """PNGs by the names of their files; ``seed`` of the viewpoints that show what is seen.
 
     ``largest.png``, ``median.png`` and ``smallest.png`` are plans of these sets, ``umbra.png`` is
     the cull map of the cell with the median one, where there are any, ``cells.png`` has all cells.
@@ -55,7 +55,7 @@ def set_pictures(
         "largest": int(done[-1]), "median": int(done[len(done) // 2]), "smallest": int(done[0])
     }  # fmt: skip
     made = {
-        f"{which}.png": set_picture(upright, pvs, cell, name, f"{which} set")
+        f"{which}.png": set_picture(upright, pvs, cell, name, f"{which} set", seed)
         for which, cell in chosen.items()
     }
     if maps is not None:
@@ -76,9 +76,11 @@ def set_sizes(pvs: Pvs) -> NDArray[np.int64]:
     return sizes
 
 
-def set_picture(upright: UprightScene, pvs: Pvs, cell: int, name: str, which: str) -> bytes:
+def set_picture(
+    upright: UprightScene, pvs: Pvs, cell: int, name: str, which: str, seed: int = 0
+) -> bytes:
     """The plan around a cell: what is seen from it, what else is in its set, and what is hidden."""
-    kinds = _kinds(upright, pvs, cell)
+    kinds = _kinds(upright, pvs, cell, seed)
     low, high = window_around(upright, pvs, cell, kinds != _HIDDEN)
     plan = Plan.of(upright, kinds, low, high, PIXELS)
     figure = PlanFigure(
@@ -195,11 +197,11 @@ def cells_picture(pvs: Pvs, name: str, upright: UprightScene | None = None) -> b
     return figure.png()
 
 
-def _kinds(upright: UprightScene, pvs: Pvs, cell: int) -> NDArray[np.uint8]:
+def _kinds(upright: UprightScene, pvs: Pvs, cell: int, seed: int) -> NDArray[np.uint8]:
     """(n,) whether each object is certainly seen, in the set, or hidden."""
     visible = pvs.visible(cell)
     prisms = prisms_of(upright.scene, pvs.up)
-    places = viewpoints(pvs.cells, cell, _VIEWS, np.random.default_rng(0))
+    places = viewpoints(pvs.cells, cell, _VIEWS, np.random.default_rng(seed))
     found = seen_from(prisms, places + (pvs.origin - prisms.origin))
     proven = ~np.isnan(found).all(axis=0)
     return np.where(visible, np.where(proven, _SEEN, _OPEN), _HIDDEN).astype(np.uint8)

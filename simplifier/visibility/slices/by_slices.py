@@ -51,7 +51,7 @@ def by_slices(task: Task) -> Iterator[Sight]:
     yield Sight(
         "slice-wise",
         cells,
-        lambda chosen: Seen(see_by_shafts(shafts, cells.some(chosen))[0]),
+        lambda chosen: Seen(see_by_shafts(shafts, cells.some(chosen), seed=options.seed)[0]),
         batch=_BATCH,
         conservative=False,
         reason="as was asked for",

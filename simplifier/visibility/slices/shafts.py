@@ -144,11 +144,11 @@ def _free(covered: BoolArray) -> NDArray[np.uint8]:
 
 
 def see_by_shafts(
-    shafts: Shafts, cells: ViewCells, tell: TellShare = silent
+    shafts: Shafts, cells: ViewCells, tell: TellShare = silent, seed: int = 0
 ) -> tuple[BoolArray, Ids]:
     """(c, n) whether each object may be visible from each cell, and (c,) how many shafts that took.
 
-    A prism counts as the box around it.
+    A prism counts as the box around it.  ``seed`` of the lines that are tried first.
     """
     targets, grid, sheets = shafts.targets, shafts.slices.grid, shafts.slices.sheets
     seen = np.zeros((len(cells), len(targets.roots)), dtype=np.bool_)
@@ -158,7 +158,7 @@ def see_by_shafts(
     def look(begin: int, end: int) -> None:
         see(
             begin, end, places, targets.roots, targets.leaves, targets.boxes, targets.children,
-            _TRIES, _LIMIT, _SHEET_LIMIT, shafts.free, shafts.slices.ats, shafts.firsts,
+            _TRIES, seed, _LIMIT, _SHEET_LIMIT, shafts.free, shafts.slices.ats, shafts.firsts,
             shafts.slices.edges, shafts.sums, sheets.points, sheets.faces, sheets.normals,
             sheets.beside, sheets.boxes, sheets.children, seen, work,
         )  # fmt: skip

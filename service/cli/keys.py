@@ -10,7 +10,6 @@ import re
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,7 +17,7 @@ import typer
 
 from service.access.key import LOCAL, ApiKey, Scope, key_name
 from service.cli.command import run_command
-from service.cli.moments import read_duration, read_moment
+from service.cli.moments import moment_words, read_duration, read_moment
 from service.cli.table import aligned
 from service.journal import COMMAND_LINE, Action, Entry
 from simplifier import OptionError
@@ -84,7 +83,7 @@ def create(
         with _store(folder) as store:
             key, secret = store.create(tenant, name, scope, expires=end)
         print_text(secret)
-        until = "" if key.expires is None else f" until {_moment(key.expires)}"
+        until = "" if key.expires is None else f" until {moment_words(key.expires)}"
         print_line(
             f"key {key.id} of {tenant} may {scope}{until}; it is shown only now, so keep it safe"
         )
@@ -134,8 +133,8 @@ def rotate(
         old, new = done.old, done.new
         print_text(done.secret)
         print_line(
-            f"key {new.id} of {new.tenant} replaces {old.id}, which ends {_moment(old.revoked)}; "
-            "it is shown only now, so keep it safe"
+            f"key {new.id} of {new.tenant} replaces {old.id}, which ends"
+            f" {moment_words(old.revoked)}; it is shown only now, so keep it safe"
         )
 
     run_command(run, debug=debug)
@@ -191,23 +190,14 @@ def secret(tenant: Tenant = LOCAL.tenant, data: Data = None, debug: Debug = Fals
 
     def run() -> None:
         from service.storage.journal_store import SqlJournal
-        from service.storage.key_store import SqlKeyStore
         from service.storage.secret_ages import SqlSecretAges
         from service.webhooks.tenant_secrets import TenantSecrets
 
         folder = known_folder(data)
         with open_database(folder) as database:
-            known = {LOCAL.tenant, *SqlKeyStore(database).tenants()}
-            if tenant in known:
-                action = Action.WEBHOOK_SECRET_SHOWN
-                SqlJournal(database).note(tenant, COMMAND_LINE, action, tenant)
+            check_known(tenant, database)
+            SqlJournal(database).note(tenant, COMMAND_LINE, Action.WEBHOOK_SECRET_SHOWN, tenant)
             generation = SqlSecretAges(database).age(tenant).generation
-        if tenant not in known:
-            raise OptionError(
-                f"no key is of {tenant!r}",
-                where="tenant",
-                remedy=f"choose one of {', '.join(sorted(known))}",
-            )
         print_text(TenantSecrets.open(folder.path).of(tenant, generation))
 
     run_command(run, debug=debug)
@@ -219,6 +209,19 @@ def _check_tenant(tenant: str) -> None:
             f"{tenant!r} is no name of a tenant",
             where="tenant",
             remedy="give 1 to 64 letters, digits, dots, hyphens or underscores",
+        )
+
+
+def check_known(tenant: str, database: Database) -> None:
+    """Raises :class:`~simplifier.OptionError` for a tenant that has no key."""
+    from service.storage.key_store import SqlKeyStore
+
+    known = {LOCAL.tenant, *SqlKeyStore(database).tenants()}
+    if tenant not in known:
+        raise OptionError(
+            f"no key is of {tenant!r}",
+            where="tenant",
+            remedy=f"choose one of {', '.join(sorted(known))}",
         )
 
 
@@ -278,15 +281,15 @@ _COLUMNS: dict[str, Callable[[ApiKey], str]] = {
     "begins": lambda key: key.hint,
     "tenant": lambda key: key.tenant,
     "scope": _rights,
-    "created": lambda key: _moment(key.created),
-    "last used": lambda key: _moment(key.last_used),
-    "expires": lambda key: _moment(key.expires),
-    "revoked": lambda key: _moment(key.revoked),
+    "created": lambda key: moment_words(key.created),
+    "last used": lambda key: moment_words(key.last_used),
+    "expires": lambda key: moment_words(key.expires),
+    "revoked": lambda key: moment_words(key.revoked),
     "name": lambda key: key.name,
 }
 
 _ENTRY: dict[str, Callable[[Entry], str]] = {
-    "when": lambda entry: _moment(entry.at),
+    "when": lambda entry: moment_words(entry.at),
     "tenant": lambda entry: entry.tenant,
     "who": lambda entry: entry.actor,
     "from": lambda entry: entry.address or "-",
@@ -294,7 +297,3 @@ _ENTRY: dict[str, Callable[[Entry], str]] = {
     "of": lambda entry: entry.subject,
     "more": lambda entry: json.dumps(entry.details) if entry.details else "",
 }
-
-
-def _moment(seconds: float | None) -> str:
-    return "-" if seconds is None else f"{datetime.fromtimestamp(seconds, UTC):%Y-%m-%d %H:%M}"

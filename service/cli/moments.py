@@ -1,4 +1,4 @@
-"""Times as people type them: how long, or when."""
+"""Times as people type and read them: how long, or when."""
 
 from __future__ import annotations
 
@@ -41,3 +41,8 @@ def read_moment(text: str, option: str, now: float, *, back: bool = False) -> fl
             where=option,
             remedy="give a number and m, h, d or w, as 90d, or a date, as 2027-01-31",
         ) from None
+
+
+def moment_words(seconds: float | None) -> str:
+    """Unix seconds to the minute, UTC; a dash for none."""
+    return "-" if seconds is None else f"{datetime.fromtimestamp(seconds, UTC):%Y-%m-%d %H:%M}"

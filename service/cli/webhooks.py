@@ -5,18 +5,17 @@ What programs may want, a secret above all, is alone on standard output.
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.access.key import LOCAL
 from service.cli.command import run_command
-from service.cli.keys import Data, Tenant, known_folder, open_database
+from service.cli.keys import Data, Tenant, check_known, known_folder, open_database
+from service.cli.moments import moment_words
 from service.cli.table import aligned
 from service.jobs.deliveries import DeliveryRecord, DeliveryState
 from service.journal import COMMAND_LINE, Action
-from simplifier import OptionError
 from simplifier.cli.plugin import Debug, print_line, print_text
 
 if TYPE_CHECKING:
@@ -97,24 +96,18 @@ def rotate_secret(
 
     def run() -> None:
         from service.storage.journal_store import SqlJournal
-        from service.storage.key_store import SqlKeyStore
         from service.storage.secret_ages import SqlSecretAges
         from service.webhooks.tenant_secrets import TenantSecrets
 
         folder = known_folder(data)
         with open_database(folder) as database:
-            known = {LOCAL.tenant, *SqlKeyStore(database).tenants()}
-            if tenant not in known:
-                raise OptionError(
-                    f"no key is of {tenant!r}",
-                    where="tenant",
-                    remedy=f"choose one of {', '.join(sorted(known))}",
-                )
+            check_known(tenant, database)
             age = SqlSecretAges(database).rotate(tenant, overlap_hours * _HOUR)
             action = Action.WEBHOOK_SECRET_ROTATED
             SqlJournal(database).note(tenant, COMMAND_LINE, action, tenant)
         print_text(TenantSecrets.open(folder.path).of(tenant, age.generation))
-        until = f"is good until {_time(age.overlap_ends)}" if overlap_hours else "is good no more"
+        ends = moment_words(age.overlap_ends)
+        until = f"is good until {ends}" if overlap_hours else "is good no more"
         print_line(f"webhooks of {tenant} are signed with it from now on; the one before {until}")
 
     run_command(run, debug=debug)
@@ -130,13 +123,9 @@ def _cells(record: DeliveryRecord) -> dict[str, str]:
         "tenant": record.delivery.tenant,
         "state": record.state,
         "tries": str(len(record.attempts)),
-        "last": _time(last.at) if last else "-",
+        "last": moment_words(last.at if last else None),
         "ms": f"{last.milliseconds:.0f}" if last else "-",
         "status": str(last.status) if last and last.status else "-",
         "to": origin(record.delivery.url),
         "why": (last.reason or "-") if last else "-",
     }
-
-
-def _time(seconds: float) -> str:
-    return f"{datetime.fromtimestamp(seconds, UTC):%Y-%m-%d %H:%M}"

@@ -164,12 +164,7 @@ class UprightScene:
 
     def some(self, kept: NDArray[np.bool_]) -> UprightScene:
         """Those of a mask (n,), in the same upright space."""
-        scene = self.scene
-        names = tuple(name for name, keep in zip(scene.names, kept, strict=True) if keep)
-        some = replace(
-            scene, names=names, mesh_of=scene.mesh_of[kept], transforms=scene.transforms[kept]
-        )
-        return replace(self, scene=some, boxes=self.boxes[kept])
+        return replace(self, scene=self.scene.some(kept), boxes=self.boxes[kept])
 
 
 def _is_door(name: str) -> bool:

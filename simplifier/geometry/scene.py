@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +73,13 @@ class Scene:
                 moved = self.transforms[some, :3, :3] @ points.T
                 result[some, 0], result[some, 1] = moved.min(axis=2), moved.max(axis=2)
         return np.asarray(result + self.transforms[:, None, :3, 3])
+
+    def some(self, kept: NDArray[np.bool_]) -> Scene:
+        """The objects of a mask (n,); meshes that none of them has stay."""
+        names = tuple(name for name, keep in zip(self.names, kept, strict=True) if keep)
+        return replace(
+            self, names=names, mesh_of=self.mesh_of[kept], transforms=self.transforms[kept]
+        )
 
     def joined(self, objects: Sequence[int] | IntArray) -> TriangleMesh:
         """The triangles of one or more objects as one soup, world units, in the order given."""

@@ -94,20 +94,12 @@ def _without_opened(scene: Scene, regions: Sequence[Region]) -> Scene:
         near = [one for one in regions if one.meets_box(box)]
         if not near:
             return False
-        mesh, matrix = scene.meshes[scene.mesh_of[index]], scene.transforms[index]
-        corners = (mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3])[mesh.faces]
+        mesh = scene.joined([index])
+        corners = mesh.vertices[mesh.faces]
         return any(one.crossed_by(corners).any() for one in near)
 
     opened = np.array([is_opened(*one) for one in enumerate(scene.bounds())], dtype=np.bool_)
-    if not opened.any():
-        return scene
-    left = np.flatnonzero(~opened)
-    meshes, mesh_of = np.unique(scene.mesh_of[left], return_inverse=True)
-    return replace(
-        scene, meshes=tuple(scene.meshes[index] for index in meshes),
-        names=tuple(scene.names[index] for index in left),
-        mesh_of=mesh_of.reshape(-1).astype(np.int32), transforms=scene.transforms[left],
-    )  # fmt: skip
+    return scene.some(~opened) if opened.any() else scene
 
 
 def _told_open(opaque: Scene, hiding: Scene) -> str:

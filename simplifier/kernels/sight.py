@@ -68,11 +68,10 @@ def draw_voxels(voxels, frames, begin, end, depths):
 
     ``voxels``  (n, 3) int16, voxel (i, j, k) with its centre half a voxel further on.
     ``frames``  (a, 12) float64.
-    ``depths``  (a or more, s * s, 2) float32, of pixels in rows: nearest and farthest, voxels along
-                d; infinite where nothing is.  The two lie side by side, as both are written and
-                read at once.
+    ``depths``  (a or more, s, s, 2) float32: nearest and farthest, voxels along d; infinite where
+                nothing is.  The two lie side by side, as both are written and read at once.
     """
-    size = np.int64(math.sqrt(depths.shape[1]) + 0.5)
+    size = depths.shape[1]
     half = 0.5 * size
     outlines = np.empty((PHASES, PHASES), np.int64)
     counts = np.empty(PHASES * PHASES, np.int64)
@@ -81,7 +80,7 @@ def draw_voxels(voxels, frames, begin, end, depths):
         frame = frames[line]
         fill_outlines(frame, outlines)
         list_offsets(outlines, size, counts, offsets)
-        picture = depths[line]
+        picture = depths[line].reshape(-1, 2)
         for pixel in range(len(picture)):
             picture[pixel, 0] = np.inf
             picture[pixel, 1] = -np.inf
@@ -129,7 +128,7 @@ def count_sight(places, frames, senses, depths, limit, begin, end, seen, live):
     ``depths``  as :func:`draw_voxels` gives.
     ``live``    (blocks,) int64: how many of each block are left.
     """
-    size = np.int64(math.sqrt(depths.shape[1]) + 0.5)
+    size = depths.shape[1]
     half = 0.5 * size
     xs, ys, zs = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
     own, pixels = np.empty(BLOCK), np.empty(BLOCK, np.int64)
@@ -142,7 +141,7 @@ def count_sight(places, frames, senses, depths, limit, begin, end, seen, live):
             zs[one] = places[first + one, 2] + 0.5 - frames[0, 11]
             sides[one] = seen[first + one]
         for line in range(len(frames)):
-            picture = depths[line]
+            picture = depths[line].reshape(-1, 2)
             along, against = np.int64(senses[line, 0]), np.int64(senses[line, 1])
             f0, f1, f2 = frames[line, 0], frames[line, 1], frames[line, 2]
             f3, f4, f5 = frames[line, 3], frames[line, 4], frames[line, 5]

@@ -17,7 +17,10 @@ _MOVES = 0.75  # of those of the first search
 _MOST_MOVES = 30_000  # more gain nothing
 _DOUBTFUL = 0.08  # of recall: faults that make a search with fewer triangles worth its time
 _SUFFICES = 0.5  # of recall: below it, that many triangles never do
-_PART = 4  # by which the triangles are divided
+
+
+PART = 4
+"""By which the triangles are divided where fewer are tried."""
 
 
 def search_again(
@@ -89,7 +92,7 @@ def search_with_fewer(
     """
     if judge.worth(chosen) < _SUFFICES or not is_doubtful(found, chosen, judge):
         return None
-    few = budget // _PART
+    few = budget // PART
     again = refine(begin(few), room, views, few, options, seed, stop, None, judge.views.outlines)
     hides = [one for one in again if judge.recall(one) >= judge.recall(chosen)]
     best = judge.best_of([chosen, *hides])

@@ -22,7 +22,12 @@ from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import MUCH, OUTLINE, FineViews, Judge, Outlines
 from simplifier.refinement.search import Stop, pull_into, refine
-from simplifier.refinement.second_search import is_doubtful, search_again, search_with_fewer
+from simplifier.refinement.second_search import (
+    PART,
+    is_doubtful,
+    search_again,
+    search_with_fewer,
+)
 from simplifier.refinement.thin import thin_for_pictures
 from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections, silhouettes
@@ -35,7 +40,7 @@ _SEALING_VIEWS = 4096  # in which nothing may stick out of an open mesh that is 
 _CLEAN_VIEWS = 896  # in a row, after which no others are looked at
 _ALL_AROUND = 110.0  # times the overhang asked for: what the room could have all around
 _MANY, _EACH = 64.0, 0.35  # more triangles reach all of the room sooner, by that power of them
-_PART, _LEAST = 4, 32  # by which a budget of many is divided, and what is left of it at least
+_LEAST = 32  # of a budget of many that is divided
 _LARGER = 0.75  # of the time, until the quarter's turn
 _CHANCE = 0.01  # of recall, between two views of the same
 _FAULTS = 0.05  # of recall, that what hides more may lose by them
@@ -226,7 +231,7 @@ def _never_worse(run: _Run, budget: int, begin: float, end: float) -> Refined:
     large, doubtful = _found(run, budget, begin, middle)
     if run.cancelled() or not doubtful:
         return large
-    small = _never_worse(run, max(budget // _PART, _LEAST), middle, end)
+    small = _never_worse(run, max(budget // PART, _LEAST), middle, end)
     if not _hides_more(small.triangles, large.triangles, run.judge):
         return large
     return replace(small, words=f"{small.words}  More triangles than that hid less.")

@@ -98,7 +98,8 @@ def few_see(
     live = np.full(-(-len(places) // BLOCK), BLOCK)
     live[-1:] -= BLOCK * len(live) - len(places)
     voxels = _shell(touched)
-    depths = np.empty((_AT_ONCE, picture_size(touched.shape) ** 2, 2), dtype=np.float32)
+    size = picture_size(touched.shape)
+    depths = np.empty((_AT_ONCE, size, size, 2), dtype=np.float32)
     for first in range(0, len(frames), _AT_ONCE):
         some, looks = frames[first : first + _AT_ONCE], senses[first : first + _AT_ONCE]
 

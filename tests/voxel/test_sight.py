@@ -120,9 +120,9 @@ def test_a_surface_has_no_pinholes():
     touched = box(9)
     frames, _ = lines_of_sight(touched.shape, None)
     size = picture_size(touched.shape)
-    depths = np.empty((len(frames), size * size, 2), dtype=np.float32)
+    depths = np.empty((len(frames), size, size, 2), dtype=np.float32)
     draw_voxels(np.argwhere(touched).astype(np.int16), frames, 0, len(frames), depths)
-    near, far = np.moveaxis(depths.reshape(len(frames), size, size, 2), -1, 0)
+    near, far = np.moveaxis(depths, -1, 0)
     corners = np.array(np.meshgrid(*3 * [[-4.5, 4.5]])).reshape(3, -1).T
     places = np.stack(np.meshgrid(*2 * [np.arange(size) + 0.5 - size / 2], indexing="ij"), axis=-1)
     for line, frame in enumerate(frames):

@@ -239,13 +239,26 @@ def test_a_refused_upload_says_why_and_can_be_sent_again(
 
 def test_hostile_names_are_but_text(page: Page, working: str, tmp_path: Path) -> None:
     path = castle_file(tmp_path, HOSTILE.replace("/", ":"))
-    job = submit(page, working, path, Asset=HOSTILE)
+    job = submit(page, working, path, Asset=HOSTILE.replace("\u202e", ""))
     expect(job.get_by_role("link", name="{{ 7 * 7 }}")).to_be_visible()
     expect(job.get_by_role("status")).to_have_text("succeeded", timeout=PATIENCE)
     for place in ("/jobs", job.get_by_role("link").first.get_attribute("href")):
         page.goto(f"{working}{place}")
         expect(page.get_by_text("{{ 7 * 7 }}").first).to_be_visible()
     assert page.evaluate("window.hit === undefined")
+
+
+def test_a_name_that_cannot_be_seen_is_refused_in_words(
+    page: Page, working: str, watch: Watch, mesh: Path
+) -> None:
+    watch.expect("422")
+    page.goto(f"{working}/submit")
+    page.get_by_label("Meshes").set_input_files(mesh)
+    page.get_by_label("Asset").fill("castle\u202e")
+    page.get_by_role("button", name="Submit").click()
+    expect(
+        page.get_by_role("alert").filter(has_text="U+202E, which cannot be seen")
+    ).to_be_visible()
 
 
 def test_the_keyboard_is_enough(page: Page, working: str, mesh: Path) -> None:

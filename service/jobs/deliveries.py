@@ -38,6 +38,7 @@ class Delivery:
     ``due``      when it is next, Unix seconds.
     ``redelivered``  how often it was asked for by hand.
     ``request_id``  of the request that the job came by.
+    ``owner``    who sends it just now.
     """
 
     id: str
@@ -48,6 +49,7 @@ class Delivery:
     due: float
     redelivered: int = 0
     request_id: str | None = None
+    owner: str | None = None
 
 
 @dataclass(frozen=True)
@@ -103,8 +105,16 @@ class DeliveryStore(Protocol):
     def due(self, limit: int) -> Sequence[Delivery]:
         """The deliveries whose time has come, oldest first."""
 
+    def claim(
+        self, deliveries: Sequence[Delivery], owner: str, seconds: float
+    ) -> Sequence[Delivery]:
+        """Those that this sender has from now on; where it says nothing for so long, others may."""
+
+    def release_all(self) -> None:
+        """Let all be sent anew that somebody claimed, for a sender that has no others beside it."""
+
     # Each of these writes down a try.  What it decides counts only if nobody has asked for another
-    # one by hand since it began.
+    # one by hand since it began, or claimed it.
 
     def confirm(self, delivery: Delivery, attempt: DeliveryAttempt) -> None: ...
 

@@ -8,11 +8,9 @@ for ever.
 
 from __future__ import annotations
 
-import heapq
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from service.jobs.job import Priority
 
@@ -47,19 +45,25 @@ class Shares:
         return max(1, self.workers - 1) if self.running is None else self.running
 
 
-class Standing(NamedTuple):
-    """When a tenant had its last turn, and its interactive jobs in a row; 0 for a new one."""
+@dataclass(frozen=True)
+class Line:
+    """How a tenant's line stands.
 
-    turn: int = 0
+    ``turn``     when it had its last one; 0 for a new tenant.
+    ``first``    the number of its first job that waits.
+    ``waiting``  jobs that wait.
+    ``streak``   interactive jobs that it had in a row while a bulk job of its own waited.
+    """
+
+    tenant: str
+    turn: int
+    first: int
+    waiting: int
     streak: int = 0
 
-
-class Waiting(NamedTuple):
-    """A job that waits."""
-
-    number: int
-    tenant: str
-    priority: Priority
+    def is_before(self, other: Line) -> bool:
+        """Whether its next turn comes before that of another."""
+        return (self.turn, self.first) < (other.turn, other.first)
 
 
 def chosen(interactive: int | None, bulk: int | None, streak: int) -> tuple[int, int]:
@@ -73,36 +77,31 @@ def chosen(interactive: int | None, bulk: int | None, streak: int) -> tuple[int,
     return interactive, 0 if bulk is None else streak + 1
 
 
-def in_turn(waiting: Iterable[Waiting], standings: Mapping[str, Standing]) -> list[Waiting]:
-    """Jobs in the order in which one worker would begin them, if no more came.
+def in_order(interactive: Sequence[int], bulk: Sequence[int], streak: int) -> Iterator[int]:
+    """The jobs of one tenant in the order of their turns; each of the two by number."""
+    first, second = deque(interactive), deque(bulk)
+    while first or second:
+        number, streak = chosen(first[0] if first else None, second[0] if second else None, streak)
+        (second if second and number == second[0] else first).popleft()
+        yield number
 
-    ``waiting``  by number.
+
+def jobs_before(priority: Priority, same: int, other: int, streak: int) -> int:
+    """How many jobs of its own tenant are begun before a job, as :func:`in_order` has them.
+
+    ``same``   of its priority that came before it; ``other`` of the other priority that wait.
     """
-    lines: dict[str, dict[Priority, deque[Waiting]]] = {}
-    for job in waiting:
-        line = lines.setdefault(job.tenant, {one: deque() for one in Priority})
-        line[job.priority].append(job)
-    streaks = {tenant: standings.get(tenant, Standing()).streak for tenant in lines}
-    next_turn = 1 + max((one.turn for one in standings.values()), default=0)
-    heap = [
-        (standings.get(tenant, Standing()).turn, _first(line), tenant)
-        for tenant, line in lines.items()
-    ]
-    heapq.heapify(heap)
-    order: list[Waiting] = []
-    while heap:
-        _, _, tenant = heap[0]
-        line = lines[tenant]
-        interactive, bulk = (line[one][0].number if line[one] else None for one in Priority)
-        number, streaks[tenant] = chosen(interactive, bulk, streaks[tenant])
-        order.append(line[Priority.BULK if number == bulk else Priority.INTERACTIVE].popleft())
-        if any(line.values()):
-            heapq.heapreplace(heap, (next_turn, _first(line), tenant))
-            next_turn += 1
-        else:
-            heapq.heappop(heap)
-    return order
+    if priority is Priority.INTERACTIVE:
+        return same + min(other, (streak + same) // IN_A_ROW)
+    return same + min(other, max(0, IN_A_ROW * (same + 1) - streak))
 
 
-def _first(line: Mapping[Priority, deque[Waiting]]) -> int:
-    return min(one[0].number for one in line.values() if one)
+def place(before: int, mine: Line, others: Iterable[Line]) -> int:
+    """The place of a job in the queue, from 1, if no more came.
+
+    ``before``  jobs of its own tenant that are begun before it.
+
+    Turns go round: each tenant that waits has had as many before it as its own has, and those
+    whose turn comes first have had one more.
+    """
+    return 1 + before + sum(min(one.waiting, before + one.is_before(mine)) for one in others)

@@ -79,6 +79,7 @@ def _done_once(endpoint: Endpoint, status: int) -> Endpoint:
         shown: list[Answer] = []
 
         def work() -> Answer:
+            shown.clear()  # of a try that the database has undone
             result = endpoint(**values)
             shown.append(_answer_of(result, given["response"], status))
             to_keep = getattr(result, "to_keep", None)

@@ -1,39 +1,44 @@
 """Answers in the database; see :class:`service.idempotency.Answers` for what is promised.
 
 The primary key, tenant and key, decides which of two requests is the first.  That a key is being
-worked on is known to this process alone: nothing of that has to survive, since a crash undoes the
-work.
+worked on is known in memory, and to other servers by a lock of the transaction: nothing of that has
+to survive, since a crash undoes the work.
 """
 
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from sqlalchemy import delete, func, select
-from sqlalchemy.dialects.sqlite import insert
 from sqlalchemy.orm import Session
 
 from service.errors import IdempotencyKeyReusedError, RequestUnderWayError
 from service.idempotency import KEPT_SECONDS, Answer, KeyedRequest
-from service.storage.database import Database
+from service.storage.database import Database, dialect_insert, retried
 from service.storage.tables import IdempotencyKeyRow
 
 
 class SqlAnswerStore:
     """Answers by tenant and key, each written with what it tells of."""
 
-    def __init__(self, database: Database, clock: Callable[[], float] = time.time) -> None:
+    def __init__(self, database: Database, clock: Callable[[], float] | None = None) -> None:
         self._database = database
-        self._clock = clock
+        self._clock = clock or database.clock
         self._lock = threading.Lock()
         self._under_way: set[tuple[str, str]] = set()
 
     def once(self, request: KeyedRequest, work: Callable[[], Answer]) -> tuple[Answer, bool]:
-        with self._alone(request), self._database.together() as session:
-            now = self._clock()
+        with self._alone(request):
+            return self._once(request, work)
+
+    @retried
+    def _once(self, request: KeyedRequest, work: Callable[[], Answer]) -> tuple[Answer, bool]:
+        now = self._clock()
+        with self._database.together() as session:
+            if not self._database.lock(session, f"answer {request.tenant} {request.key}"):
+                raise RequestUnderWayError(request.key)
             if not _claim(session, request, now):
                 return _earlier(session, request), True
             answer = work()
@@ -50,6 +55,7 @@ class SqlAnswerStore:
     def afterwards(self, do: Callable[[], None]) -> None:
         self._database.afterwards(do)
 
+    @retried
     def expire(self, before: float) -> int:
         old = IdempotencyKeyRow.created < before
         with self._database.writing() as session:
@@ -82,7 +88,7 @@ def _claim(session: Session, request: KeyedRequest, now: float) -> bool:
         "tenant": request.tenant, "key": request.key, "fingerprint": request.fingerprint,
         "created": now,
     }  # fmt: skip
-    claimed = insert(IdempotencyKeyRow).values(row).on_conflict_do_nothing()
+    claimed = dialect_insert(session)(IdempotencyKeyRow).values(row).on_conflict_do_nothing()
     return session.scalars(claimed.returning(IdempotencyKeyRow.key)).first() is not None
 
 

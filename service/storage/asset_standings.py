@@ -9,13 +9,33 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from sqlalchemy import ColumnElement, Row, ScalarSelect, Select, func, select, true
+from sqlalchemy import ColumnElement, Row, ScalarSelect, Select, String, func, select, true
+from sqlalchemy.ext.compiler import compiles
 from sqlalchemy.orm import aliased
+from sqlalchemy.sql.compiler import SQLCompiler
+from sqlalchemy.sql.functions import GenericFunction
 
 from service.jobs.asset import RunNumbers, Standing, Thresholds
 from service.jobs.job import JobState
 from service.storage.rows import is_run
 from service.storage.tables import AssetRow, JobRow
+
+
+class json_list(GenericFunction[str]):
+    """The values of a column as an array of JSON, in text, in the order of the rows."""
+
+    type = String()
+    inherit_cache = True
+
+
+@compiles(json_list, "sqlite")
+def _of_sqlite(element: json_list, compiler: SQLCompiler, **options: Any) -> str:
+    return f"json_group_array({compiler.process(element.clauses, **options)})"
+
+
+@compiles(json_list, "postgresql")
+def _of_postgresql(element: json_list, compiler: SQLCompiler, **options: Any) -> str:
+    return f"coalesce(json_agg({compiler.process(element.clauses, **options)})::text, '[]')"
 
 
 def all_standings(tenant: str, recalls: int) -> Select[Any]:
@@ -29,7 +49,7 @@ def all_standings(tenant: str, recalls: int) -> Select[Any]:
         .correlate(AssetRow)
         .subquery()
     )
-    history = select(func.json_group_array(last.c.recall)).scalar_subquery()
+    history = select(json_list(last.c.recall)).scalar_subquery()
     return (
         select(
             AssetRow.id,
@@ -95,9 +115,9 @@ def change_stamp(tenant: str) -> Select[Any]:
     assets = (
         select(
             func.count().label("assets"),
-            func.total(AssetRow.min_precision * AssetRow.number).label("precisions"),
-            func.total(AssetRow.min_recall * AssetRow.number).label("recalls"),
-            func.total(AssetRow.max_overhang * AssetRow.number).label("overhangs"),
+            func.sum(AssetRow.min_precision * AssetRow.number).label("precisions"),
+            func.sum(AssetRow.min_recall * AssetRow.number).label("recalls"),
+            func.sum(AssetRow.max_overhang * AssetRow.number).label("overhangs"),
             func.count(AssetRow.min_precision).label("with_precision"),
             func.count(AssetRow.min_recall).label("with_recall"),
             func.count(AssetRow.max_overhang).label("with_overhang"),

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import asdict
 from unicodedata import normalize
 
-from sqlalchemy import delete, func, select, tuple_
+from sqlalchemy import delete, select, tuple_
 from sqlalchemy.orm import Session
 
 from service.errors import BadRequestError, ConflictError, NotFoundError
@@ -21,12 +20,11 @@ from service.storage.asset_standings import (
     numbers_of,
     standing_of,
 )
-from service.storage.database import Database
+from service.storage.database import Database, retried
 from service.storage.journal_store import note
 from service.storage.rows import (
-    add_asset,
+    asset_named,
     asset_of,
-    find_asset,
     is_run,
     job_of,
     thresholds_of,
@@ -38,9 +36,9 @@ from service.storage.tables import AssetRow, JobRow
 class SqlAssetStore:
     """Assets and their runs.  A list is one query, whose cost follows the page."""
 
-    def __init__(self, database: Database, clock: Callable[[], float] = time.time) -> None:
+    def __init__(self, database: Database, clock: Callable[[], float] | None = None) -> None:
         self._database = database
-        self._clock = clock
+        self._clock = clock or database.clock
 
     def assets(
         self,
@@ -56,9 +54,8 @@ class SqlAssetStore:
         if name is not None:
             query = query.where(AssetRow.name == name)
         if contains:
-            query = query.where(
-                func.instr(AssetRow.folded, normalize("NFC", contains).casefold()) > 0
-            )
+            part = normalize("NFC", contains).casefold()
+            query = query.where(AssetRow.folded.contains(part, autoescape=True))
         if after is not None:
             query = query.where(tuple_(AssetRow.name, AssetRow.number) > _position(after))
         with self._database.reading() as session:
@@ -89,6 +86,7 @@ class SqlAssetStore:
         page = tuple(found[:limit])
         return RunPage(page, page[-1].number if len(found) > limit else None)
 
+    @retried
     def put(
         self,
         tenant: str,
@@ -99,15 +97,13 @@ class SqlAssetStore:
         before_change: Callable[[], None] = lambda: None,
     ) -> tuple[Asset, bool]:
         with self._database.writing() as session:
-            row = find_asset(session, tenant, name)
-            made = row is None
-            if row is None:
-                row = add_asset(session, tenant, name, self._clock())
+            row, made = asset_named(session, tenant, name, self._clock(), lock=True)
             if thresholds_of(row) != thresholds:
                 before_change()
                 self._demand(session, row, thresholds, by)
             return _read_asset(session, row), made
 
+    @retried
     def set_thresholds(
         self,
         tenant: str | None,
@@ -117,7 +113,7 @@ class SqlAssetStore:
         by: Actor = COMMAND_LINE,
     ) -> Asset:
         with self._database.writing() as session:
-            row = _find(session, tenant, asset_id)
+            row = _find(session, tenant, asset_id, lock=True)
             if thresholds_of(row) != thresholds:
                 self._demand(session, row, thresholds, by)
             return _read_asset(session, row)
@@ -132,9 +128,10 @@ class SqlAssetStore:
             {"name": row.name, "before": before, "after": asdict(thresholds)},
         )  # fmt: skip
 
+    @retried
     def remove(self, tenant: str | None, asset_id: str, *, by: Actor = COMMAND_LINE) -> None:
         with self._database.writing() as session:
-            row = _find(session, tenant, asset_id)
+            row = _find(session, tenant, asset_id, lock=True)
             busy = session.scalars(
                 select(JobRow.id)
                 .where(
@@ -167,8 +164,9 @@ class SqlAssetStore:
             return tuple(session.execute(change_stamp(tenant)).one())
 
 
-def _find(session: Session, tenant: str | None, asset_id: str) -> AssetRow:
-    row = session.scalars(select(AssetRow).where(AssetRow.id == asset_id)).first()
+def _find(session: Session, tenant: str | None, asset_id: str, *, lock: bool = False) -> AssetRow:
+    query = select(AssetRow).where(AssetRow.id == asset_id)
+    row = session.scalars(query.with_for_update() if lock else query).first()
     if row is None or tenant not in (None, row.tenant):
         raise NotFoundError(
             f"there is no asset '{asset_id}'", remedy="look for it in the list, /v1/assets"

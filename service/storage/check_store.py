@@ -6,14 +6,13 @@ for a folder is checked as a whole.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from sqlalchemy import func, select
 
 from service.storage.blob_places import FOLDERS
-from service.storage.database import Database
+from service.storage.database import Database, dialect_insert, retried
 from service.storage.tables import BlobCheckRow, JobFileRow, JobRow
 
 
@@ -37,16 +36,20 @@ class Named:
 class SqlCheckStore:
     """Checks of blobs.  Safe from any thread, and beside other processes."""
 
-    def __init__(self, database: Database, clock: Callable[[], float] = time.time) -> None:
+    def __init__(self, database: Database, clock: Callable[[], float] | None = None) -> None:
         self._database = database
-        self._clock = clock
+        self._clock = clock or database.clock
 
+    @retried
     def begin(self) -> None:
         """What has never been checked is watched from now on: its age counts from here."""
         with self._database.writing() as session:
             known = set(session.scalars(select(BlobCheckRow.folder)))
-            missing = set(range(FOLDERS)) - known
-            session.add_all(BlobCheckRow(folder=one, checked=self._clock()) for one in missing)
+            missing, now = set(range(FOLDERS)) - known, self._clock()
+            if missing:
+                rows = [{"folder": one, "checked": now} for one in sorted(missing)]
+                insert = dialect_insert(session)(BlobCheckRow).on_conflict_do_nothing()
+                session.execute(insert.values(rows))
 
     def all(self) -> list[FolderCheck]:
         """Those that are watched, the oldest check first."""
@@ -58,6 +61,7 @@ class SqlCheckStore:
             )
             return [FolderCheck(*row) for row in rows]
 
+    @retried
     def note(self, *checks: FolderCheck) -> None:
         """The whole of these folders was checked."""
         with self._database.writing() as session:

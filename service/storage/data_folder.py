@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from service.errors import SettingsError
-from service.storage.database import Database
+from service.storage.sqlite import SqliteDatabase
 
 
 @dataclass(frozen=True)
@@ -54,13 +54,13 @@ class DataFolder:
                 if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
                     raise PermissionError(0, "no right to write")
 
-    def open_database(self) -> Database:
+    def open_database(self) -> SqliteDatabase:
         """Made where it is not there, unless blobs are: an empty one would have them swept away.
 
-        Raises as :meth:`Database.open` does.
+        Raises as :meth:`~service.storage.sqlite.SqliteDatabase.open` does.
         """
         has_blobs = next(self.blobs.glob("??/*"), None) is not None
-        return Database.open(self.database, may_be_new=not has_blobs)
+        return SqliteDatabase.open(self.database, may_be_new=not has_blobs)
 
     @contextmanager
     def own(self) -> Iterator[None]:

@@ -4,12 +4,11 @@ is promised.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from sqlalchemy import delete, or_, select
+from sqlalchemy import ColumnElement, Select, delete, or_, select, update
 from sqlalchemy.orm import Session
 
 from service.errors import NotFoundError
@@ -21,7 +20,7 @@ from service.jobs.deliveries import (
     DeliveryRecord,
     DeliveryState,
 )
-from service.storage.database import Database
+from service.storage.database import Database, retried
 from service.storage.rows import by_name
 from service.storage.tables import DeliveryAttemptRow, DeliveryRow, JobRow
 
@@ -36,23 +35,46 @@ class SqlDeliveryStore:
     back, and the wait is over: else a webhook would wait as long as the clock was set back.
     """
 
-    def __init__(self, database: Database, clock: Callable[[], float] = time.time) -> None:
+    def __init__(self, database: Database, clock: Callable[[], float] | None = None) -> None:
         self._database = database
-        self._clock = clock
+        self._clock = clock or database.clock
 
     def due(self, limit: int) -> Sequence[Delivery]:
-        now = self._clock()
         query = (
             select(DeliveryRow)
-            .where(
-                DeliveryRow.state == DeliveryState.WAITING,
-                or_(DeliveryRow.due <= now, DeliveryRow.since > now),
-            )
+            .where(*_are_due(self._clock()))
             .order_by(DeliveryRow.due, DeliveryRow.number)
             .limit(limit)
         )
         with self._database.reading() as session:
             return [_delivery_of(row) for row in session.scalars(query)]
+
+    @retried
+    def claim(
+        self, deliveries: Sequence[Delivery], owner: str, seconds: float
+    ) -> Sequence[Delivery]:
+        if not deliveries:
+            return []
+        now = self._clock()
+        with self._database.writing() as session:
+            rows = session.scalars(
+                select(DeliveryRow)
+                .where(DeliveryRow.id.in_([one.id for one in deliveries]), *_are_due(now))
+                .order_by(DeliveryRow.due, DeliveryRow.number)
+                .with_for_update(of=DeliveryRow, skip_locked=True)
+            ).all()
+            for row in rows:
+                row.owner, row.since, row.due = owner, now, now + seconds
+            return [_delivery_of(row) for row in rows]
+
+    @retried
+    def release_all(self) -> None:
+        with self._database.writing() as session:
+            session.execute(
+                update(DeliveryRow)
+                .where(DeliveryRow.state == DeliveryState.WAITING, DeliveryRow.owner.is_not(None))
+                .values(owner=None, due=DeliveryRow.since)
+            )
 
     def confirm(self, delivery: Delivery, attempt: DeliveryAttempt) -> None:
         self._note(delivery, attempt, DeliveryState.DELIVERED)
@@ -63,6 +85,7 @@ class SqlDeliveryStore:
     def give_up(self, delivery: Delivery, attempt: DeliveryAttempt) -> None:
         self._note(delivery, attempt, DeliveryState.GIVEN_UP)
 
+    @retried
     def _note(
         self,
         delivery: Delivery,
@@ -72,14 +95,15 @@ class SqlDeliveryStore:
     ) -> None:
         """Count an attempt; nothing where the job has been forgotten meanwhile."""
         with self._database.writing() as session:
-            row = session.scalars(select(DeliveryRow).where(DeliveryRow.id == delivery.id)).first()
+            row = session.scalars(_row(delivery.id).with_for_update(of=DeliveryRow)).first()
             if row is None:
                 return
             session.add(DeliveryAttemptRow(delivery_number=row.number, **asdict(attempt)))
             session.flush()
             _forget_old(session, row.number)
-            if row.redelivered == delivery.redelivered:
+            if (row.redelivered, row.owner) == (delivery.redelivered, delivery.owner):
                 row.state, row.reason, row.attempt = state, attempt.reason or None, row.attempt + 1
+                row.owner = None
                 row.since = self._clock()
                 row.due = row.since + seconds
 
@@ -104,16 +128,32 @@ class SqlDeliveryStore:
         with self._database.reading() as session:
             return _record_of(session, _find(session, tenant, delivery_id))
 
+    @retried
     def redeliver(self, tenant: str | None, delivery_id: str) -> DeliveryRecord:
         with self._database.writing() as session:
-            row = _find(session, tenant, delivery_id)
+            row = _find(session, tenant, delivery_id, lock=True)
             row.state, row.attempt, row.redelivered = DeliveryState.WAITING, 0, row.redelivered + 1
+            row.owner = None
             row.since = row.due = self._clock()
             return _record_of(session, row)
 
 
-def _find(session: Session, tenant: str | None, delivery_id: str) -> DeliveryRow:
-    row = session.scalars(select(DeliveryRow).where(DeliveryRow.id == delivery_id)).first()
+def _are_due(now: float) -> tuple[ColumnElement[bool], ...]:
+    return (
+        DeliveryRow.state == DeliveryState.WAITING,
+        or_(DeliveryRow.due <= now, DeliveryRow.since > now),
+    )
+
+
+def _row(delivery_id: str) -> Select[DeliveryRow]:
+    return select(DeliveryRow).where(DeliveryRow.id == delivery_id)
+
+
+def _find(
+    session: Session, tenant: str | None, delivery_id: str, *, lock: bool = False
+) -> DeliveryRow:
+    query = _row(delivery_id)
+    row = session.scalars(query.with_for_update(of=DeliveryRow) if lock else query).first()
     if row is None or tenant not in (None, row.job.tenant):
         raise NotFoundError(
             f"there is no delivery '{delivery_id}'",

@@ -1,22 +1,24 @@
 """How a job begins and how it ends, each step within the transaction of the caller.
 
-This is the one place where a job gets a last state and its webhook is put down, so that a delivery
-is there exactly when its job has ended.
+This is the one place where a job changes its state: its tenant's line counts it, those who wait are
+told, and its webhook is put down, so that a delivery is there exactly when its job has ended.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from service.jobs.deliveries import DeliveryState
 from service.jobs.job import Failure, JobState, Submission, Summary
+from service.storage.database import Database, Topic
+from service.storage.lines import join_line, move_in_line
 from service.storage.rows import (
-    add_asset,
+    asset_named,
     failure_columns,
-    find_asset,
     new_id,
     submitted_columns,
     summary_columns,
@@ -52,11 +54,9 @@ def same_work(session: Session, submission: Submission) -> Iterator[JobRow]:
 
 
 def add_job(session: Session, submission: Submission, now: float) -> JobRow:
-    """A queued job."""
+    """A job that has no place in a line yet."""
     tenant, name = submission.tenant, submission.asset
-    asset = None
-    if name is not None:
-        asset = find_asset(session, tenant, name) or add_asset(session, tenant, name, now)
+    asset = None if name is None else asset_named(session, tenant, name, now)[0]
     row = JobRow(
         id=new_id(), state=JobState.QUEUED, work_key=submission.work_key, created=now, asset=asset,
         **submitted_columns(submission),
@@ -66,65 +66,98 @@ def add_job(session: Session, submission: Submission, now: float) -> JobRow:
     return row
 
 
-def end_succeeded(session: Session, row: JobRow, summary: Summary, now: float) -> None:
-    row.summary = summary_columns(summary)
-    _end(session, row, JobState.SUCCEEDED, now)
+@dataclass(frozen=True)
+class JobLife:
+    """Changes the states of jobs, within a transaction; ``now`` is the time of day."""
 
+    database: Database
+    session: Session
+    now: float
 
-def end_cancelled(session: Session, row: JobRow, now: float) -> None:
-    _end(session, row, JobState.CANCELLED, now)
+    def queue(self, row: JobRow, most: int | None) -> None:
+        """Put a new job in its line, of which no more than ``most`` may wait."""
+        self.session.flush()
+        join_line(self.session, row.tenant, most)
+        self.database.tell(self.session, Topic.QUEUED)
 
+    def begin(self, row: JobRow, owner: str, lease_seconds: float) -> None:
+        """An attempt, which :func:`~service.storage.lines.take_turn` has counted already."""
+        row.state = JobState.RUNNING
+        row.owner = owner
+        row.attempt += 1
+        row.started = self.now
+        row.lease_seconds = lease_seconds
 
-def end_attempt(
-    session: Session, row: JobRow, failure: Failure, now: float, *, final: bool
-) -> None:
-    """Settle an attempt that came to nothing: fail, try again, or do as was asked meanwhile.
+    def reuse(self, row: JobRow, done: JobRow) -> None:
+        """Give a new job, of no line, the result of another."""
+        assert done.summary is not None  # a check of the table's
+        row.reused, row.summary = done.id, dict(done.summary)
+        self._enter(row, JobState.SUCCEEDED)
 
-    Another attempt keeps the job's number, so it is claimed before later ones of its tenant.
-    """
-    if row.cancel_asked and not final:
-        end_cancelled(session, row, now)
-    elif row.attempt < row.attempts and not final:
-        _queue_again(row)
-    else:
-        row.failure = failure_columns(failure)
-        _end(session, row, JobState.FAILED, now)
+    def succeed(self, row: JobRow, summary: Summary) -> None:
+        row.summary = summary_columns(summary)
+        self._end(row, JobState.SUCCEEDED)
 
+    def end_cancelled(self, row: JobRow) -> None:
+        self._end(row, JobState.CANCELLED)
 
-def put_off(session: Session, row: JobRow, failure: Failure, now: float) -> None:
-    """Queue a job again that this machine had no room for, at no cost; after many tries it fails.
+    def end_attempt(self, row: JobRow, failure: Failure, pause: float, *, final: bool) -> None:
+        """Settle an attempt that came to nothing: fail, try again, or do as was asked meanwhile.
 
-    It is no fault of the job's; but a result that is larger than the disk would come for ever.
-    """
-    if row.attempt >= _TRIES_FOR_ROOM:
-        end_attempt(session, row, failure, now, final=True)
-    else:
-        release(session, row, now)
+        Another attempt keeps the job's number, so it is claimed before later ones of its tenant,
+        when its ``pause`` is over by the clock of pauses.
+        """
+        if row.cancel_asked and not final:
+            self.end_cancelled(row)
+        elif row.attempt < row.attempts and not final:
+            self._queue_again(row, pause)
+        else:
+            row.failure = failure_columns(failure)
+            self._end(row, JobState.FAILED)
 
+    def put_off(self, row: JobRow, failure: Failure, pause: float) -> None:
+        """Queue a job again that this machine had no room for, at no cost; after many tries it
+        fails.
 
-def release(session: Session, row: JobRow, now: float) -> None:
-    """Queue a job again after an attempt that is not to count: as many are left as before it."""
-    if row.cancel_asked:
-        end_cancelled(session, row, now)
-    else:
-        row.attempts += 1
-        _queue_again(row)
+        It is no fault of the job's; but a result that is larger than the disk would come for ever.
+        """
+        if row.attempt >= _TRIES_FOR_ROOM:
+            self.end_attempt(row, failure, pause, final=True)
+        else:
+            self.release(row, pause)
 
+    def release(self, row: JobRow, pause: float = 0.0) -> None:
+        """Queue a job again after an attempt that is not to count: as many are left as before."""
+        if row.cancel_asked:
+            self.end_cancelled(row)
+        else:
+            row.attempts += 1
+            self._queue_again(row, pause)
 
-def _queue_again(row: JobRow) -> None:
-    row.state, row.owner, row.started = JobState.QUEUED, None, None
+    def _queue_again(self, row: JobRow, due: float) -> None:
+        row.state, row.owner, row.started, row.due = JobState.QUEUED, None, None, due
+        self.session.flush()
+        move_in_line(self.session, row.tenant, waiting=1, running=-1)
+        self.database.tell(self.session, Topic.QUEUED)
 
+    def _end(self, row: JobRow, state: JobState) -> None:
+        was = {"waiting": -1} if row.state is JobState.QUEUED else {"running": -1}
+        self._enter(row, state)
+        self.session.flush()
+        move_in_line(self.session, row.tenant, **was)
 
-def _end(session: Session, row: JobRow, state: JobState, now: float) -> None:
-    row.state, row.owner, row.ended = state, None, now
-    if row.webhook is not None:
-        session.add(
-            DeliveryRow(
-                id=new_id(),
-                job_number=row.number,
-                state=DeliveryState.WAITING,
-                url=row.webhook,
-                since=now,
-                due=now,
+    def _enter(self, row: JobRow, state: JobState) -> None:
+        """A last state."""
+        row.state, row.owner, row.ended = state, None, self.now
+        if row.webhook is not None:
+            self.session.add(
+                DeliveryRow(
+                    id=new_id(),
+                    job_number=row.number,
+                    state=DeliveryState.WAITING,
+                    url=row.webhook,
+                    since=self.now,
+                    due=self.now,
+                )
             )
-        )
+        self.database.tell(self.session, Topic.ENDED, row.id)

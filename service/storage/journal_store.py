@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -10,7 +9,7 @@ from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
 from service.journal import Action, Actor, Entry, EntryPage
-from service.storage.database import Database
+from service.storage.database import Database, retried
 from service.storage.rows import by_name
 from service.storage.tables import JournalRow
 
@@ -41,10 +40,11 @@ def note(
 class SqlJournal:
     """Who did what, newest first."""
 
-    def __init__(self, database: Database, clock: Callable[[], float] = time.time) -> None:
+    def __init__(self, database: Database, clock: Callable[[], float] | None = None) -> None:
         self._database = database
-        self._clock = clock
+        self._clock = clock or database.clock
 
+    @retried
     def note(
         self,
         tenant: str,
@@ -76,6 +76,7 @@ class SqlJournal:
         page = tuple(found[:limit])
         return EntryPage(page, page[-1].number if len(found) > limit else None)
 
+    @retried
     def expire(self, before: float) -> int:
         old = JournalRow.at < before
         with self._database.writing() as session:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
@@ -30,7 +29,7 @@ from service.errors import (
     NotFoundError,
 )
 from service.journal import COMMAND_LINE, Action, Actor
-from service.storage.database import Database
+from service.storage.database import Database, dialect_insert, retried
 from service.storage.journal_store import note
 from service.storage.rows import by_name, new_id
 from service.storage.tables import ApiKeyRow, EndedSessionRow
@@ -44,10 +43,11 @@ _NOTED_EVERY = 60.0
 class SqlKeyStore:
     """API keys; a secret is looked up by its SHA-256 and never kept."""
 
-    def __init__(self, database: Database, clock: Callable[[], float] = time.time) -> None:
+    def __init__(self, database: Database, clock: Callable[[], float] | None = None) -> None:
         self._database = database
-        self._clock = clock
+        self._clock = clock or database.clock
 
+    @retried
     def create(
         self,
         tenant: str,
@@ -72,6 +72,7 @@ class SqlKeyStore:
         with self._database.reading() as session:
             return [_key_of(row) for row in session.scalars(query)]
 
+    @retried
     def rotate(
         self,
         key_id: str,
@@ -101,6 +102,7 @@ class SqlKeyStore:
             )  # fmt: skip
             return Rotation(_key_of(old), _key_of(new), secret)
 
+    @retried
     def revoke(self, key_id: str, *, tenant: str | None = None, by: Actor = COMMAND_LINE) -> ApiKey:
         """Raises :class:`~service.errors.ConflictError` too, for a hint that several keys have."""
         now = self._clock()
@@ -129,9 +131,10 @@ class SqlKeyStore:
             self._note_use(key, now)
         return key
 
+    @retried
     def _note_use(self, key: ApiKey, now: float) -> None:
         # Of those who read the same moment, one notes; the others find it noted.
-        as_read = (ApiKeyRow.id == key.id, ApiKeyRow.last_used.is_(key.last_used))
+        as_read = (ApiKeyRow.id == key.id, ApiKeyRow.last_used.is_not_distinct_from(key.last_used))
         # Where the disk is full, what is stored can still be read, by those who may.
         with suppress(DiskFullError), self._database.writing() as session:
             session.execute(update(ApiKeyRow).where(*as_read).values(last_used=now))
@@ -140,6 +143,7 @@ class SqlKeyStore:
         with self._database.reading() as session:
             return set(session.scalars(select(ApiKeyRow.tenant).distinct()))
 
+    @retried
     def begin_session(self, key: Caller, address: str) -> None:
         by = key.at(address)
         try:
@@ -148,14 +152,17 @@ class SqlKeyStore:
         except DiskFullError:
             _log.warning("key %s signed in, which the journal has no room for", by.name)
 
+    @retried
     def end_session(self, session: Session, address: str) -> None:
         now, key_id = self._clock(), session.key_id
         with self._database.writing() as open_session:
             open_session.execute(delete(EndedSessionRow).where(EndedSessionRow.expires <= now))
-            # Signed out twice in a moment, it is signed out once.
-            if open_session.get(EndedSessionRow, session.name) is not None:
-                return
-            open_session.add(EndedSessionRow(name=session.name, expires=float(session.expires)))
+            ends = dialect_insert(open_session)(EndedSessionRow).values(
+                name=session.name, expires=float(session.expires)
+            )
+            ends = ends.on_conflict_do_nothing().returning(EndedSessionRow.name)
+            if open_session.scalars(ends).first() is None:
+                return  # signed out twice in a moment, it is signed out once
             tenant = open_session.scalars(
                 select(ApiKeyRow.tenant).where(ApiKeyRow.id == key_id)
             ).first()
@@ -181,7 +188,7 @@ def _add(session: OrmSession, now: float, **columns: Any) -> tuple[ApiKeyRow, st
 
 
 def _find(session: OrmSession, key_id: str, tenant: str | None, now: float) -> ApiKeyRow:
-    """The key of an id or a hint; of several, the one that has not ended."""
+    """The key of an id or a hint, locked; of several, the one that has not ended."""
     query = (
         select(ApiKeyRow)
         .where(or_(ApiKeyRow.id == key_id, ApiKeyRow.hint == key_id))
@@ -189,7 +196,7 @@ def _find(session: OrmSession, key_id: str, tenant: str | None, now: float) -> A
     )
     if tenant is not None:
         query = query.where(ApiKeyRow.tenant == tenant)
-    rows = session.scalars(query).all()
+    rows = session.scalars(query.with_for_update()).all()
     if not rows:
         raise NotFoundError(
             f"there is no key '{key_id}'", remedy="see 'occluder keys list' for all"

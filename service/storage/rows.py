@@ -13,6 +13,7 @@ from sqlalchemy.orm import Session, aliased
 from service.jobs.asset import Asset, Thresholds
 from service.jobs.job import Blob, Failure, Job, JobFile, JobKind, JobState, Submission, Summary
 from service.jobs.stores import JobFilter
+from service.storage.database import UndoneError, dialect_insert
 from service.storage.tables import AssetRow, Base, JobFileRow, JobRow
 
 
@@ -80,16 +81,28 @@ def add_files(session: Session, job_number: int, files: Iterable[JobFile]) -> No
     )  # fmt: skip
 
 
-def find_asset(session: Session, tenant: str, name: str) -> AssetRow | None:
+def find_asset(session: Session, tenant: str, name: str, *, lock: bool = False) -> AssetRow | None:
     query = select(AssetRow).where(AssetRow.tenant == tenant, AssetRow.name == name)
-    return session.scalars(query).first()
+    return session.scalars(query.with_for_update() if lock else query).first()
 
 
-def add_asset(session: Session, tenant: str, name: str, now: float) -> AssetRow:
-    row = AssetRow(id=new_id(), tenant=tenant, name=name, folded=name.casefold(), created=now)
-    session.add(row)
-    session.flush()
-    return row
+def asset_named(
+    session: Session, tenant: str, name: str, now: float, *, lock: bool = False
+) -> tuple[AssetRow, bool]:
+    """The asset of a name, made where there is none, and whether it was; two make but one."""
+    found = find_asset(session, tenant, name, lock=lock)
+    if found is not None:
+        return found, False
+    made = session.execute(
+        dialect_insert(session)(AssetRow)
+        .values(id=new_id(), tenant=tenant, name=name, folded=name.casefold(), created=now)
+        .on_conflict_do_nothing()
+        .returning(AssetRow.id)
+    ).first()
+    row = find_asset(session, tenant, name, lock=lock)
+    if row is None:  # another has made it and removed it since
+        raise UndoneError("the asset was removed meanwhile", remedy="try again")
+    return row, made is not None
 
 
 _NO_RUNS = (JobKind.TRADEOFF, JobKind.VISIBILITY)

@@ -2,29 +2,29 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 
 from service.jobs.deliveries import SecretAge
-from service.storage.database import Database
+from service.storage.database import Database, retried
 from service.storage.tables import WebhookSecretRow
 
 
 class SqlSecretAges:
     """A row a tenant whose secret was rotated."""
 
-    def __init__(self, database: Database, clock: Callable[[], float] = time.time) -> None:
+    def __init__(self, database: Database, clock: Callable[[], float] | None = None) -> None:
         self._database = database
-        self._clock = clock
+        self._clock = clock or database.clock
 
     def age(self, tenant: str) -> SecretAge:
         with self._database.reading() as session:
             row = session.get(WebhookSecretRow, tenant)
             return SecretAge() if row is None else _age_of(row)
 
+    @retried
     def rotate(self, tenant: str, overlap_seconds: float) -> SecretAge:
         with self._database.writing() as session:
-            row = session.get(WebhookSecretRow, tenant)
+            row = session.get(WebhookSecretRow, tenant, with_for_update=True)
             if row is None:
                 row = WebhookSecretRow(tenant=tenant, generation=0, overlap_ends=0.0)
                 session.add(row)

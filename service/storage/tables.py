@@ -6,6 +6,8 @@ Rows point at each other by ``number``, which rises with every insert whatever t
 The indexes serve the queries that run while the service is full: 100,000 jobs, 5,000 assets.  Each
 ends with ``number``, SQLite's own key of a row, so what it finds comes in the order of lists; what
 follows ``number`` lets a filter be decided without fetching the row.
+
+:mod:`service.storage.column_types` says how a value is kept.
 """
 
 from __future__ import annotations
@@ -15,7 +17,6 @@ from enum import StrEnum
 from typing import Any
 
 from sqlalchemy import (
-    JSON,
     CheckConstraint,
     Double,
     Enum,
@@ -24,6 +25,7 @@ from sqlalchemy import (
     MetaData,
     String,
     UniqueConstraint,
+    false,
     text,
 )
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
@@ -31,6 +33,7 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
 from service.access.key import Scope
 from service.jobs.deliveries import DeliveryState
 from service.jobs.job import JobKind, JobState, Priority
+from service.storage.column_types import Document, Text, whole
 
 
 def _words(enum: type[StrEnum]) -> Enum:
@@ -61,8 +64,10 @@ class Base(DeclarativeBase):
         }
     )
     type_annotation_map = {  # noqa: RUF012 - as the base class has it
+        str: Text(),
+        int: whole(),
         float: Double(),
-        dict[str, Any]: JSON(none_as_null=True),
+        dict[str, Any]: Document(),
         JobKind: _words(JobKind),
         JobState: _words(JobState),
         Priority: _words(Priority),
@@ -101,6 +106,7 @@ class JobRow(Base):
 
     ``owner``, ``beat``, ``lease_seconds``  who works at it; ``beat`` rises while that one lives,
     and has to within ``lease_seconds``.
+    ``due``  before which it is not begun, by the clock that all share.
     """
 
     __tablename__ = "jobs"
@@ -118,7 +124,7 @@ class JobRow(Base):
         Index("ix_jobs_tenant", "tenant", "number", "state", "kind", "created"),
         Index("ix_jobs_tenant_state", "tenant", "state", "number"),
         Index("ix_jobs_state", "state", "number"),
-        Index("ix_jobs_line", "state", "tenant", "priority", "number"),
+        Index("ix_jobs_line", "state", "tenant", "priority", "number", "due"),
         Index("ix_jobs_asset", "asset_number", "state", "number", "kind"),
         Index("ix_jobs_work", "work_key", "tenant", "state", "number"),
         {"sqlite_autoincrement": True},
@@ -152,21 +158,34 @@ class JobRow(Base):
     owner: Mapped[str | None]
     beat: Mapped[int] = mapped_column(default=0)
     lease_seconds: Mapped[float] = mapped_column(default=0.0)
+    due: Mapped[float] = mapped_column(default=0.0, server_default=text("0"))
 
     asset: Mapped[AssetRow | None] = relationship(lazy="joined")
 
 
-class TurnRow(Base):
-    """When a tenant last had its turn at a worker: the one with the lowest ``turn`` is next.
+class LineRow(Base):
+    """The line of a tenant: how many of its jobs wait and run, and when it last had its turn.
+
+    Counted in the transactions that change the jobs, so that nothing has to count those.  The
+    tenant with the lowest ``turn`` is next.
 
     ``streak``  interactive jobs that it had since, in a row, while a bulk job of its own waited.
     """
 
-    __tablename__ = "turns"
+    __tablename__ = "lines"
+    __table_args__ = (
+        CheckConstraint("waiting >= 0 AND running >= 0", name="counts"),
+        Index(
+            "ix_lines_waiting", "tenant",
+            sqlite_where=text("waiting > 0"), postgresql_where=text("waiting > 0"),
+        ),
+    )  # fmt: skip
 
     tenant: Mapped[str] = mapped_column(primary_key=True)
-    turn: Mapped[int] = mapped_column(index=True)
-    streak: Mapped[int]
+    turn: Mapped[int] = mapped_column(index=True, default=0)
+    streak: Mapped[int] = mapped_column(default=0)
+    waiting: Mapped[int] = mapped_column(default=0)
+    running: Mapped[int] = mapped_column(default=0)
 
 
 class JobFileRow(Base):
@@ -241,7 +260,7 @@ class ApiKeyRow(Base):
     expires: Mapped[float | None]
     revoked: Mapped[float | None]
     replaces: Mapped[str | None] = mapped_column(String(32))
-    curates: Mapped[bool] = mapped_column(default=False, server_default=text("0"))
+    curates: Mapped[bool] = mapped_column(default=False, server_default=false())
 
 
 class JournalRow(Base):
@@ -273,7 +292,10 @@ class EndedSessionRow(Base):
 
 
 class DeliveryRow(Base):
-    """A webhook of a job; it waits from ``since`` to ``due``, and ``reason`` says why."""
+    """A webhook of a job; it waits from ``since`` to ``due``, and ``reason`` says why.
+
+    ``owner``  who sends it, until then.
+    """
 
     __tablename__ = "deliveries"
     __table_args__ = (
@@ -294,6 +316,7 @@ class DeliveryRow(Base):
     due: Mapped[float]
     reason: Mapped[str | None]
     redelivered: Mapped[int] = mapped_column(default=0, server_default="0")
+    owner: Mapped[str | None]
 
     job: Mapped[JobRow] = relationship(lazy="joined", innerjoin=True)
 
@@ -326,3 +349,17 @@ class WebhookSecretRow(Base):
     tenant: Mapped[str] = mapped_column(primary_key=True)
     generation: Mapped[int]
     overlap_ends: Mapped[float]
+
+
+class DeploymentRow(Base):
+    """The one row that says which release's servers take work, and which may use the tables.
+
+    ``runs_from``  the schema of the oldest of these.
+    """
+
+    __tablename__ = "deployment"
+    __table_args__ = (CheckConstraint("number = 1", name="number"),)
+
+    number: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    release: Mapped[str]
+    runs_from: Mapped[str]

@@ -10,8 +10,8 @@ import httpx
 import pytest
 
 from service.access.key import Scope
-from service.storage.database import Database
 from service.storage.key_store import SqlKeyStore
+from service.storage.sqlite import SqliteDatabase
 from tests.acceptance.command import ROOT
 from tests.faults.serving import LIGHT_WORK, SURROUNDINGS
 from tests.service.declared import declare
@@ -33,7 +33,7 @@ def serve(declared, tmp_path):
     """``serve(OCCLUDER_WORKERS="2")``: a server, and a client of each of two tenants."""
     data = tmp_path / "data"
     data.mkdir(mode=0o700)
-    database = Database.open(data / "occluder.db")
+    database = SqliteDatabase.open(data / "occluder.db")
     keys = SqlKeyStore(database)
     secrets = {name: keys.create(name, "test", Scope.WRITE)[1] for name in ("studio", "rival")}
     database.close()

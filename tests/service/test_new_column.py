@@ -49,10 +49,10 @@ from service.client.values import job_of
 from service.jobs.job import JobKind, Submission, Summary
 from service.routes.api import make_api
 from service.schemas.job import JobBody
-from service.storage.database import Database
+from service.storage.sqlite import SqliteDatabase
 from service.storage.job_store import SqlJobStore
 
-store = SqlJobStore(Database.open(Path(sys.argv[1])))
+store = SqlJobStore(SqliteDatabase.open(Path(sys.argv[1])))
 job, _ = store.submit(
     Submission(
         tenant="me", kind=JobKind.OCCLUDER, name="a.obj", options={}, inputs=(), version="1",

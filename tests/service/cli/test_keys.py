@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from service.access.key import Scope
-from service.storage.database import Database
 from service.storage.key_store import SqlKeyStore
+from service.storage.sqlite import SqliteDatabase
 from service.webhooks.tenant_secrets import TenantSecrets
 
 
@@ -22,7 +22,7 @@ def keys(tmp_path):
 
     def look():
         if not opened:
-            opened.append(Database.open(tmp_path / "occluder_data" / "occluder.db"))
+            opened.append(SqliteDatabase.open(tmp_path / "occluder_data" / "occluder.db"))
         return SqlKeyStore(opened[0])
 
     yield look
@@ -38,7 +38,7 @@ def test_a_key_is_made_listed_and_revoked_while_a_service_uses_the_folder(comman
     assert "shown only now" in made.stderr
     assert secret not in made.stderr
 
-    database = Database.open(tmp_path / "occluder_data" / "occluder.db")
+    database = SqliteDatabase.open(tmp_path / "occluder_data" / "occluder.db")
     try:
         store = SqlKeyStore(database)
         key = store.find(secret)

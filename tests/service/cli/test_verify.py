@@ -14,9 +14,9 @@ import pytest
 from service.jobs.job import JobFile
 from service.storage.check_store import SqlCheckStore
 from service.storage.data_folder import DataFolder
-from service.storage.database import Database
 from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
+from service.storage.sqlite import SqliteDatabase
 from tests.acceptance.command import OCCLUDER, environment
 from tests.service.storage.rot import flip
 from tests.service.storage.samples import submission
@@ -31,7 +31,7 @@ class Folder:
     def __init__(self, path, contents=CONTENTS):
         self.place = DataFolder(path)
         self.place.make()
-        database = Database.open(self.place.database)
+        database = SqliteDatabase.open(self.place.database)
         jobs, self.blobs = SqlJobStore(database), FileBlobs(self.place.blobs)
         self.jobs, self.stored = [], []
         for data in contents:
@@ -139,7 +139,7 @@ def test_repair_puts_back_what_is_right_after_all(here, folder):
 def test_a_whole_run_counts_as_a_check_of_everything(here, folder):
     begin = time.time()
     here("verify")
-    database = Database.open(folder.place.database)
+    database = SqliteDatabase.open(folder.place.database)
     try:
         assert min(one.checked for one in SqlCheckStore(database).all()) >= begin
     finally:

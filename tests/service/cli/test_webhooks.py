@@ -8,10 +8,10 @@ import time
 import pytest
 
 from service.jobs.deliveries import DeliveryAttempt, DeliveryState
-from service.storage.database import Database
 from service.storage.delivery_store import SqlDeliveryStore
 from service.storage.job_store import SqlJobStore
 from service.storage.secret_ages import SqlSecretAges
+from service.storage.sqlite import SqliteDatabase
 from service.webhooks.rotation import CurrentSecrets
 from service.webhooks.tenant_secrets import TenantSecrets
 from tests.service.storage.samples import submission
@@ -23,7 +23,7 @@ REFUSED = DeliveryAttempt(1_700_000_000.0, 41.5, 500, "the receiver answered 500
 def database(here, tmp_path):
     """That of a folder with one key, as a service has it open."""
     here("keys", "create", "--tenant", "studio")
-    database = Database.open(tmp_path / "occluder_data" / "occluder.db")
+    database = SqliteDatabase.open(tmp_path / "occluder_data" / "occluder.db")
     yield database
     database.close()
 

@@ -16,9 +16,9 @@ from service.schemas.job_options import option_tables
 from service.schemas.options import OptionTable
 from service.storage.asset_store import SqlAssetStore
 from service.storage.data_folder import DataFolder
-from service.storage.database import Database
 from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
+from service.storage.sqlite import SqliteDatabase
 from simplifier import __version__
 from tests.service.dashboard.results import JobResult
 
@@ -95,7 +95,7 @@ def stocked(folder: Path) -> Iterator[Stock]:
     """The folder, for as long as the block lasts."""
     place = DataFolder(folder)
     place.make()
-    database = Database.open(place.database)
+    database = SqliteDatabase.open(place.database)
     try:
         yield Stock(
             SqlJobStore(database),

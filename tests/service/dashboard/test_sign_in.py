@@ -13,8 +13,8 @@ from playwright.sync_api import Page, expect
 
 from service.access.key import Scope
 from service.access.session import COOKIE
-from service.storage.database import Database
 from service.storage.key_store import SqlKeyStore
+from service.storage.sqlite import SqliteDatabase
 from tests.service.dashboard.chromium import Watch
 from tests.service.dashboard.serving import IDLE, served
 from tests.waiting import BUSY, until
@@ -32,7 +32,7 @@ class Keyed:
 @pytest.fixture(scope="module")
 def keyed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Keyed]:
     folder = tmp_path_factory.mktemp("data")
-    with closing(Database.open(folder / "occluder.db")) as database:
+    with closing(SqliteDatabase.open(folder / "occluder.db")) as database:
         keys = SqlKeyStore(database)
         _, secret = keys.create("studio", "artist", Scope.WRITE)
         with served(

@@ -14,8 +14,8 @@ from service.engines.drawing import _MOST, _MOST_OF_TENANT, Drawer
 from service.errors import JobFailedError, NotFoundError, NotReadyError, ServiceError
 from service.jobs.job import Job, JobFile, JobKind, Submission, Summary
 from service.settings import Settings
-from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
+from service.storage.sqlite import SqliteDatabase
 from tests.service.engines.memory import FolderBlobs
 from tests.waiting import until
 
@@ -27,7 +27,7 @@ class Desk:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.database = Database.open(folder / "occluder.db")
+        self.database = SqliteDatabase.open(folder / "occluder.db")
         self.jobs = SqlJobStore(self.database)
         self.blobs = FolderBlobs(folder / "blobs")
         (folder / "scratch").mkdir()

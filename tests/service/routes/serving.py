@@ -28,13 +28,13 @@ from service.settings import Settings
 from service.storage.answer_store import SqlAnswerStore
 from service.storage.asset_store import SqlAssetStore
 from service.storage.check_store import SqlCheckStore
-from service.storage.database import Database
 from service.storage.delivery_store import SqlDeliveryStore
 from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from service.storage.journal_store import SqlJournal
 from service.storage.key_store import SqlKeyStore
 from service.storage.scrubbing import Scrubber
+from service.storage.sqlite import SqliteDatabase
 from tests.waiting import until
 
 OBJ = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -150,7 +150,7 @@ class Served:
 @contextmanager
 def served(folder: Path, **chosen) -> Iterator[Served]:
     settings = Settings(data=folder, min_free=0, **chosen)
-    database = Database.open(folder / "occluder.db")
+    database = SqliteDatabase.open(folder / "occluder.db")
     (folder / "blobs").mkdir()
     blobs = FileBlobs(folder / "blobs")
     jobs = SqlJobStore(database, is_stored=blobs.has)

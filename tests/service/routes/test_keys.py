@@ -10,7 +10,7 @@ import pytest
 from sqlalchemy import update
 
 from service.access.key import Scope, new_secret
-from service.storage.database import Database
+from service.storage.sqlite import SqliteDatabase
 from service.storage.tables import ApiKeyRow
 from tests.service.routes.serving import problem, served
 from tests.waiting import until
@@ -25,7 +25,7 @@ def keyed(tmp_path_factory):
 @pytest.fixture
 def database(keyed):
     """The service's own, by another hand."""
-    with closing(Database.open(keyed.services.settings.data / "occluder.db")) as one:
+    with closing(SqliteDatabase.open(keyed.services.settings.data / "occluder.db")) as one:
         yield one
 
 

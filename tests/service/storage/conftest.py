@@ -13,6 +13,7 @@ from service.storage.delivery_store import SqlDeliveryStore
 from service.storage.job_store import SqlJobStore
 from service.storage.journal_store import SqlJournal
 from service.storage.key_store import SqlKeyStore
+from service.storage.sqlite import SqliteDatabase
 from tests.service.storage.samples import Clock
 
 
@@ -23,7 +24,7 @@ def file(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def database(file: Path) -> Iterator[Database]:
-    database = Database.open(file)
+    database = SqliteDatabase.open(file)
     yield database
     database.close()
 

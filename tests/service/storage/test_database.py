@@ -19,12 +19,13 @@ from service.jobs.stores import JobFilter
 from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
 from service.storage.key_store import SqlKeyStore
+from service.storage.sqlite import SqliteDatabase
 from tests.service.storage.samples import mesh, results, submission, summary
 
 
 def filled(file: Path, jobs: int) -> None:
     """A database with some queued jobs, closed, so that all of it is in the one file."""
-    database = Database.open(file)
+    database = SqliteDatabase.open(file)
     submit_many(SqlJobStore(database), jobs)
     database.close()
 
@@ -52,14 +53,14 @@ def root_page(file: Path, table: str) -> int:
 
 def test_what_was_committed_is_there_after_opening_again(file: Path) -> None:
     filled(file, 3)
-    database = Database.open(file)
+    database = SqliteDatabase.open(file)
     assert SqlJobStore(database).counts()[JobState.QUEUED] == 3
     assert database.is_sound()
     database.close()
 
 
 def test_nobody_else_may_read_it(file: Path) -> None:
-    database = Database.open(file)
+    database = SqliteDatabase.open(file)
     submit_many(SqlJobStore(database), 1)
     modes = {path.name: path.stat().st_mode & 0o777 for path in file.parent.glob(f"{file.name}*")}
     assert modes == dict.fromkeys([file.name, f"{file.name}-shm", f"{file.name}-wal"], 0o600)
@@ -96,12 +97,12 @@ def test_a_damaged_page_is_told_when_the_service_starts(file: Path, share: float
     pages = file.stat().st_size // 4096
     spoil(file, int(pages * share))
     with pytest.raises(DatabaseDamagedError, match=r"occluder\.db' is damaged.*backup"):
-        Database.open(file)
+        SqliteDatabase.open(file)
 
 
 def test_damage_that_comes_while_the_service_runs_is_told_and_remembered(file: Path) -> None:
     filled(file, 200)
-    database = Database.open(file)
+    database = SqliteDatabase.open(file)
     store = SqlJobStore(database)
     assert database.is_sound()
     spoil(file, root_page(file, "jobs"))
@@ -129,13 +130,13 @@ def test_a_schema_whose_names_are_no_text_is_damage(file: Path) -> None:
     connection.commit()
     connection.close()
     with pytest.raises(DatabaseDamagedError, match="is damaged"):
-        Database.open(file)
+        SqliteDatabase.open(file)
 
 
 def test_a_digest_is_not_called_unnamed_for_a_damaged_page(file: Path) -> None:
     """Blobs that a damaged page names must not be swept away."""
     filled(file, 200)
-    database = Database.open(file)
+    database = SqliteDatabase.open(file)
     spoil(file, root_page(file, "ix_job_files_digest"))
     with pytest.raises(DatabaseDamagedError):
         SqlJobStore(database).unnamed([mesh("0").blob.digest])
@@ -145,23 +146,23 @@ def test_a_digest_is_not_called_unnamed_for_a_damaged_page(file: Path) -> None:
 def test_another_file_is_not_taken_for_a_database(file: Path) -> None:
     file.write_bytes(b"solid cube\n" * 1000)
     with pytest.raises(DatabaseDamagedError, match="not a database"):
-        Database.open(file)
+        SqliteDatabase.open(file)
     assert file.read_bytes() == b"solid cube\n" * 1000
 
 
 def test_a_missing_folder_is_told(tmp_path: Path) -> None:
     with pytest.raises(SettingsError, match="check that its folder is there"):
-        Database.open(tmp_path / "nowhere" / "occluder.db")
+        SqliteDatabase.open(tmp_path / "nowhere" / "occluder.db")
 
 
 def test_the_schema_of_a_newer_version_is_left_alone(file: Path) -> None:
-    Database.open(file).close()
+    SqliteDatabase.open(file).close()
     connection = sqlite3.connect(file)
     connection.execute("UPDATE alembic_version SET version_num = '9999'")
     connection.commit()
     connection.close()
     with pytest.raises(SettingsError, match=r"9999.*newer"):
-        Database.open(file)
+        SqliteDatabase.open(file)
 
 
 def test_a_full_disk_is_told_and_what_was_stored_stays(database: Database) -> None:
@@ -206,7 +207,7 @@ def test_a_key_is_known_on_a_full_disk(database: Database) -> None:
 
 def submit_and_tell(file: Path, told: Connection) -> None:
     """Until killed."""
-    store = SqlJobStore(Database.open(file))
+    store = SqlJobStore(SqliteDatabase.open(file))
     for number in itertools.count():
         told.send(store.submit(submission(str(number)), 1_000_000)[0].id)
 
@@ -228,7 +229,7 @@ def test_what_a_killed_server_has_told_is_there(file: Path, jobs: int) -> None:
     process.join(timeout=60.0)
     assert len(told) >= jobs
 
-    database = Database.open(file)
+    database = SqliteDatabase.open(file)
     stored = SqlJobStore(database).jobs(None, JobFilter(), before=None, limit=10_000).jobs
     ids = [job.id for job in reversed(stored)]
     assert ids[: len(told)] == told
@@ -238,7 +239,7 @@ def test_what_a_killed_server_has_told_is_there(file: Path, jobs: int) -> None:
 
 def make_keys(file: Path, count: int) -> None:
     """In another process, as ``occluder keys create`` does."""
-    database = Database.open(file)
+    database = SqliteDatabase.open(file)
     for number in range(count):
         SqlKeyStore(database).create("studio", f"key {number}", Scope.READ)
     database.close()

@@ -22,8 +22,8 @@ from hypothesis.stateful import (
 from service.errors import ConflictError, NotFoundError, QueueFullError
 from service.jobs.job import Claim, JobState, Submission
 from service.jobs.stores import JobFilter
-from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
+from service.storage.sqlite import SqliteDatabase
 from tests.service.storage.samples import DIED, FULL, Clock, results, submission, summary
 
 LEASE = 30.0
@@ -71,7 +71,7 @@ class JobStoreMachine(RuleBasedStateMachine):
     def open(self) -> object:
         """Begin where most can happen: with jobs that are worked at."""
         self.folder = tempfile.TemporaryDirectory()
-        self.database = Database.open(Path(self.folder.name) / "occluder.db")
+        self.database = SqliteDatabase.open(Path(self.folder.name) / "occluder.db")
         self.clock, self.monotonic = Clock(), Clock()
         self.store = SqlJobStore(self.database, self.clock, self.monotonic)
         self.ever_named: set[str] = set()
@@ -194,6 +194,10 @@ class JobStoreMachine(RuleBasedStateMachine):
         ]
         for job_id in lost:
             self.model[job_id].end_attempt(self.clock.now)
+            self.model[job_id].due = self.monotonic.now
+        if all_leases:  # a server that starts forgets the pauses of the one before
+            for _, job in self.those(JobState.QUEUED):
+                job.due = self.monotonic.now
         found = self.store.recover(DIED, all_leases=all_leases)
         assert [(job.id, job.state) for job in found] == [
             (job_id, self.model[job_id].state) for job_id in lost

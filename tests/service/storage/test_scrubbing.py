@@ -13,9 +13,9 @@ from sqlalchemy import event
 from service.jobs.job import JobFile
 from service.storage.blob_places import FOLDERS
 from service.storage.check_store import FolderCheck, Named, SqlCheckStore
-from service.storage.database import Database
 from service.storage.file_blobs import FileBlobs
 from service.storage.scrubbing import Findings, Scrubber, Stopped
+from service.storage.sqlite import SqliteDatabase
 from tests.service.storage.blob_store_contract import put_now
 from tests.service.storage.rot import flip
 from tests.service.storage.samples import submission
@@ -27,7 +27,7 @@ DAY = 86_400.0
 @pytest.fixture
 def database(file):
     """One that waits for no disk: a round of checks is hundreds of commits."""
-    opened = Database.open(file)
+    opened = SqliteDatabase.open(file)
     event.listen(
         opened._writer, "connect", lambda made, _: made.execute("PRAGMA synchronous = OFF")
     )

@@ -54,7 +54,9 @@ def test_a_new_start_waits_for_nothing(database, jobs: SqlJobStore, monotonic: C
     jobs.submit(submission(attempts=3), 10)
     jobs.fail(begun(jobs), DIED, final=False)
     assert jobs.claim("one", LEASE) is None
-    assert begun(SqlJobStore(database, monotonic=monotonic)).job.attempt == 2
+    anew = SqlJobStore(database, monotonic=monotonic)
+    assert anew.recover(DIED, all_leases=True) == []
+    assert begun(anew).job.attempt == 2
 
 
 def test_a_job_that_is_to_be_cancelled_waits_for_no_room(jobs: SqlJobStore) -> None:

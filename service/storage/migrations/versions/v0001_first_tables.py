@@ -5,6 +5,8 @@ from __future__ import annotations
 import sqlalchemy as sa
 from alembic import op
 
+from service.storage.column_types import Document, Text, whole
+
 revision = "0001"
 down_revision = None
 branch_labels = None
@@ -14,11 +16,11 @@ depends_on = None
 def upgrade() -> None:
     op.create_table(
         "assets",
-        sa.Column("number", sa.Integer, primary_key=True),
+        sa.Column("number", whole(), primary_key=True),
         sa.Column("id", sa.String(32), nullable=False, unique=True),
-        sa.Column("tenant", sa.String, nullable=False),
-        sa.Column("name", sa.String, nullable=False),
-        sa.Column("folded", sa.String, nullable=False),
+        sa.Column("tenant", Text(), nullable=False),
+        sa.Column("name", Text(), nullable=False),
+        sa.Column("folded", Text(), nullable=False),
         sa.Column("created", sa.Double, nullable=False),
         sa.Column("min_precision", sa.Double),
         sa.Column("min_recall", sa.Double),
@@ -32,29 +34,29 @@ def upgrade() -> None:
 
     op.create_table(
         "jobs",
-        sa.Column("number", sa.Integer, primary_key=True),
+        sa.Column("number", whole(), primary_key=True),
         sa.Column("id", sa.String(32), nullable=False, unique=True),
-        sa.Column("tenant", sa.String, nullable=False),
+        sa.Column("tenant", Text(), nullable=False),
         sa.Column("kind", sa.String(16), nullable=False),
         sa.Column("state", sa.String(16), nullable=False),
-        sa.Column("name", sa.String, nullable=False),
-        sa.Column("options", sa.JSON, nullable=False),
-        sa.Column("version", sa.String, nullable=False),
+        sa.Column("name", Text(), nullable=False),
+        sa.Column("options", Document(), nullable=False),
+        sa.Column("version", Text(), nullable=False),
         sa.Column("work_key", sa.String(64), nullable=False),
         sa.Column("created", sa.Double, nullable=False),
         sa.Column("started", sa.Double),
         sa.Column("ended", sa.Double),
-        sa.Column("attempt", sa.Integer, nullable=False),
-        sa.Column("attempts", sa.Integer, nullable=False),
-        sa.Column("asset_number", sa.Integer, sa.ForeignKey("assets.number", ondelete="CASCADE")),
-        sa.Column("webhook", sa.String),
+        sa.Column("attempt", whole(), nullable=False),
+        sa.Column("attempts", whole(), nullable=False),
+        sa.Column("asset_number", whole(), sa.ForeignKey("assets.number", ondelete="CASCADE")),
+        sa.Column("webhook", Text()),
         sa.Column("cancel_asked", sa.Boolean, nullable=False),
-        sa.Column("failure", sa.JSON),
-        sa.Column("summary", sa.JSON),
+        sa.Column("failure", Document()),
+        sa.Column("summary", Document()),
         sa.Column("reused", sa.String(32)),
         sa.Column("retry_of", sa.String(32)),
-        sa.Column("owner", sa.String),
-        sa.Column("beat", sa.Integer, nullable=False),
+        sa.Column("owner", Text()),
+        sa.Column("beat", whole(), nullable=False),
         sa.Column("lease_seconds", sa.Double, nullable=False),
         sa.CheckConstraint("kind IN ('occluder', 'evaluation', 'scene', 'tradeoff')", name="kind"),
         sa.CheckConstraint(
@@ -80,25 +82,25 @@ def upgrade() -> None:
         "job_files",
         sa.Column(
             "job_number",
-            sa.Integer,
+            whole(),
             sa.ForeignKey("jobs.number", ondelete="CASCADE"),
             primary_key=True,
         ),
-        sa.Column("name", sa.String, primary_key=True),
+        sa.Column("name", Text(), primary_key=True),
         sa.Column("digest", sa.String(64), nullable=False),
-        sa.Column("size", sa.Integer, nullable=False),
-        sa.Column("media_type", sa.String, nullable=False),
+        sa.Column("size", whole(), nullable=False),
+        sa.Column("media_type", Text(), nullable=False),
         sa.Column("is_input", sa.Boolean, nullable=False),
     )
     op.create_index("ix_job_files_digest", "job_files", ["digest"])
     op.create_table(
         "idempotency_keys",
-        sa.Column("tenant", sa.String, primary_key=True),
-        sa.Column("key", sa.String, primary_key=True),
+        sa.Column("tenant", Text(), primary_key=True),
+        sa.Column("key", Text(), primary_key=True),
         sa.Column("fingerprint", sa.String(64), nullable=False),
         sa.Column(
             "job_number",
-            sa.Integer,
+            whole(),
             sa.ForeignKey("jobs.number", ondelete="CASCADE"),
             nullable=False,
         ),
@@ -107,20 +109,20 @@ def upgrade() -> None:
 
     op.create_table(
         "deliveries",
-        sa.Column("number", sa.Integer, primary_key=True),
+        sa.Column("number", whole(), primary_key=True),
         sa.Column("id", sa.String(32), nullable=False, unique=True),
         sa.Column(
             "job_number",
-            sa.Integer,
+            whole(),
             sa.ForeignKey("jobs.number", ondelete="CASCADE"),
             nullable=False,
         ),
         sa.Column("state", sa.String(16), nullable=False),
-        sa.Column("url", sa.String, nullable=False),
-        sa.Column("attempt", sa.Integer, nullable=False),
+        sa.Column("url", Text(), nullable=False),
+        sa.Column("attempt", whole(), nullable=False),
         sa.Column("since", sa.Double, nullable=False),
         sa.Column("due", sa.Double, nullable=False),
-        sa.Column("reason", sa.String),
+        sa.Column("reason", Text()),
         sa.CheckConstraint("state IN ('waiting', 'delivered', 'given_up')", name="state"),
         sqlite_autoincrement=True,
     )
@@ -129,12 +131,12 @@ def upgrade() -> None:
 
     op.create_table(
         "api_keys",
-        sa.Column("number", sa.Integer, primary_key=True),
+        sa.Column("number", whole(), primary_key=True),
         sa.Column("id", sa.String(32), nullable=False, unique=True),
-        sa.Column("tenant", sa.String, nullable=False),
-        sa.Column("name", sa.String, nullable=False),
+        sa.Column("tenant", Text(), nullable=False),
+        sa.Column("name", Text(), nullable=False),
         sa.Column("scope", sa.String(16), nullable=False),
-        sa.Column("hint", sa.String, nullable=False),
+        sa.Column("hint", Text(), nullable=False),
         sa.Column("digest", sa.String(64), nullable=False, unique=True),
         sa.Column("created", sa.Double, nullable=False),
         sa.Column("last_used", sa.Double),

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sqlalchemy as sa
 from alembic import op
 
+from service.storage.column_types import Text
+
 revision = "0002"
 down_revision = "0001"
 branch_labels = None
@@ -12,7 +14,7 @@ depends_on = None
 
 
 def upgrade() -> None:
-    op.add_column("job_files", sa.Column("label", sa.String))
+    op.add_column("job_files", sa.Column("label", Text()))
 
 
 def downgrade() -> None:

@@ -13,8 +13,9 @@ depends_on = None
 def upgrade() -> None:
     # By hand: Alembic leaves the check of an added column out, and would else copy the table,
     # which takes all jobs along as the old one is dropped.
+    double = "DOUBLE" if op.get_bind().dialect.name == "sqlite" else "DOUBLE PRECISION"
     op.execute(
-        "ALTER TABLE assets ADD COLUMN max_overhang DOUBLE"
+        f"ALTER TABLE assets ADD COLUMN max_overhang {double}"
         " CONSTRAINT ck_assets_max_overhang CHECK (max_overhang >= 0)"
     )
 

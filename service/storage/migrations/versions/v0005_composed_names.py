@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from unicodedata import normalize
 
+import sqlalchemy as sa
 from alembic import op
 
 revision = "0005"
@@ -22,9 +23,9 @@ def upgrade() -> None:
         if (tenant, composed) in taken:
             continue
         taken.add((tenant, composed))
-        connection.exec_driver_sql(
-            "UPDATE assets SET name = ?, folded = ? WHERE number = ?",
-            (composed, composed.casefold(), number),
+        connection.execute(
+            sa.text("UPDATE assets SET name = :name, folded = :folded WHERE number = :number"),
+            {"name": composed, "folded": composed.casefold(), "number": number},
         )
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sqlalchemy as sa
 from alembic import op
 
+from service.storage.column_types import Text, whole
+
 revision = "0007"
 down_revision = "0006"
 branch_labels = None
@@ -21,9 +23,9 @@ def upgrade() -> None:
     op.create_index("ix_api_keys_live", "api_keys", ["revoked", "tenant"])
     op.create_table(
         "turns",
-        sa.Column("tenant", sa.String(), nullable=False),
-        sa.Column("turn", sa.Integer(), nullable=False),
-        sa.Column("streak", sa.Integer(), nullable=False),
+        sa.Column("tenant", Text(), nullable=False),
+        sa.Column("turn", whole(), nullable=False),
+        sa.Column("streak", whole(), nullable=False),
         sa.PrimaryKeyConstraint("tenant", name="pk_turns"),
     )
     op.create_index("ix_turns_turn", "turns", ["turn"])

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sqlalchemy as sa
 from alembic import op
 
+from service.storage.column_types import Text, whole
+
 revision = "0008"
 down_revision = "0007"
 branch_labels = None
@@ -14,22 +16,22 @@ depends_on = None
 def upgrade() -> None:
     op.add_column("jobs", sa.Column("request_id", sa.String(64)))
     op.add_column(
-        "deliveries", sa.Column("redelivered", sa.Integer, nullable=False, server_default="0")
+        "deliveries", sa.Column("redelivered", whole(), nullable=False, server_default="0")
     )
     op.create_table(
         "delivery_attempts",
-        sa.Column("number", sa.Integer, primary_key=True),
+        sa.Column("number", whole(), primary_key=True),
         sa.Column(
             "delivery_number",
-            sa.Integer,
+            whole(),
             sa.ForeignKey("deliveries.number", ondelete="CASCADE"),
             nullable=False,
         ),
         sa.Column("at", sa.Double, nullable=False),
         sa.Column("milliseconds", sa.Double, nullable=False),
-        sa.Column("status", sa.Integer),
-        sa.Column("reason", sa.String, nullable=False),
-        sa.Column("excerpt", sa.String),
+        sa.Column("status", whole()),
+        sa.Column("reason", Text(), nullable=False),
+        sa.Column("excerpt", Text()),
         sqlite_autoincrement=True,
     )
     op.create_index(
@@ -37,8 +39,8 @@ def upgrade() -> None:
     )
     op.create_table(
         "webhook_secrets",
-        sa.Column("tenant", sa.String, nullable=False),
-        sa.Column("generation", sa.Integer, nullable=False),
+        sa.Column("tenant", Text(), nullable=False),
+        sa.Column("generation", whole(), nullable=False),
         sa.Column("overlap_ends", sa.Double, nullable=False),
         sa.PrimaryKeyConstraint("tenant", name="pk_webhook_secrets"),
     )

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sqlalchemy as sa
 from alembic import op
 
+from service.storage.column_types import whole
+
 revision = "0009"
 down_revision = "0008"
 branch_labels = None
@@ -14,7 +16,7 @@ depends_on = None
 def upgrade() -> None:
     op.create_table(
         "blob_checks",
-        sa.Column("folder", sa.Integer(), nullable=False),
+        sa.Column("folder", whole(), nullable=False),
         sa.Column("checked", sa.Double(), nullable=False),
         sa.CheckConstraint("folder BETWEEN 0 AND 255", name="folder"),
         sa.PrimaryKeyConstraint("folder", name="pk_blob_checks"),

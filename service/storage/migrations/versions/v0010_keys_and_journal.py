@@ -5,6 +5,8 @@ from __future__ import annotations
 import sqlalchemy as sa
 from alembic import op
 
+from service.storage.column_types import Document, Text, whole
+
 revision = "0010"
 down_revision = "0009"
 branch_labels = None
@@ -16,20 +18,20 @@ def upgrade() -> None:
     op.add_column("api_keys", sa.Column("replaces", sa.String(32)))
     op.add_column(
         "api_keys",
-        sa.Column("curates", sa.Boolean(), nullable=False, server_default=sa.text("0")),
+        sa.Column("curates", sa.Boolean(), nullable=False, server_default=sa.false()),
     )
     # What keys to write could do until now they go on doing: nobody's build may break by night.
-    op.execute("UPDATE api_keys SET curates = 1 WHERE scope = 'write'")
+    op.execute("UPDATE api_keys SET curates = true WHERE scope = 'write'")
     op.create_table(
         "journal",
-        sa.Column("number", sa.Integer, primary_key=True),
+        sa.Column("number", whole(), primary_key=True),
         sa.Column("at", sa.Double, nullable=False, index=True),
-        sa.Column("tenant", sa.String, nullable=False),
-        sa.Column("actor", sa.String, nullable=False),
-        sa.Column("address", sa.String),
-        sa.Column("action", sa.String, nullable=False),
-        sa.Column("subject", sa.String, nullable=False),
-        sa.Column("details", sa.JSON, nullable=False),
+        sa.Column("tenant", Text(), nullable=False),
+        sa.Column("actor", Text(), nullable=False),
+        sa.Column("address", Text()),
+        sa.Column("action", Text(), nullable=False),
+        sa.Column("subject", Text(), nullable=False),
+        sa.Column("details", Document(), nullable=False),
         sa.PrimaryKeyConstraint("number", name="pk_journal"),
         sqlite_autoincrement=True,
     )

@@ -5,6 +5,8 @@ from __future__ import annotations
 import sqlalchemy as sa
 from alembic import op
 
+from service.storage.column_types import Document, Text, whole
+
 revision = "0011"
 down_revision = "0010"
 branch_labels = None
@@ -16,12 +18,12 @@ def upgrade() -> None:
     op.rename_table("idempotency_keys", "old_idempotency_keys")
     op.create_table(
         "idempotency_keys",
-        sa.Column("tenant", sa.String, primary_key=True),
-        sa.Column("key", sa.String, primary_key=True),
+        sa.Column("tenant", Text(), primary_key=True),
+        sa.Column("key", Text(), primary_key=True),
         sa.Column("fingerprint", sa.String(64), nullable=False),
         sa.Column("created", sa.Double, nullable=False),
-        sa.Column("status", sa.Integer),
-        sa.Column("headers", sa.JSON),
+        sa.Column("status", whole()),
+        sa.Column("headers", Document()),
         sa.Column("body", sa.LargeBinary),
         sa.Column("job_id", sa.String(32)),
         sa.PrimaryKeyConstraint("tenant", "key", name="pk_idempotency_keys"),
@@ -41,12 +43,12 @@ def downgrade() -> None:
     op.drop_table("idempotency_keys")
     op.create_table(
         "idempotency_keys",
-        sa.Column("tenant", sa.String, primary_key=True),
-        sa.Column("key", sa.String, primary_key=True),
+        sa.Column("tenant", Text(), primary_key=True),
+        sa.Column("key", Text(), primary_key=True),
         sa.Column("fingerprint", sa.String(64), nullable=False),
         sa.Column(
             "job_number",
-            sa.Integer,
+            whole(),
             sa.ForeignKey("jobs.number", ondelete="CASCADE"),
             nullable=False,
         ),

@@ -20,6 +20,7 @@ from service.access.key import Scope
 from service.jobs.asset import Thresholds
 from service.storage.database import Database
 from service.storage.key_store import SqlKeyStore
+from service.storage.sqlite import SqliteDatabase
 from tests.service.dashboard.accessibility import faint_texts, nameless_controls, tabbed_to
 from tests.service.dashboard.chromium import DESKTOP, TABLET, Watch
 from tests.service.dashboard.screenshots import keep_picture
@@ -62,7 +63,7 @@ class Studio:
 @pytest.fixture(scope="module")
 def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
     folder = tmp_path_factory.mktemp("data")
-    with closing(Database.open(folder / "occluder.db")) as database:
+    with closing(SqliteDatabase.open(folder / "occluder.db")) as database:
         now, store = time.time(), SqlKeyStore(database)
         seed_assets(database, [Past(name, (0.7, 0.8)) for name in HOSTILE], now, "hostile")
         fallen = Past("props/castle", (0.8,) * 9 + (0.6,), thresholds=Thresholds(None, 0.7))

@@ -103,7 +103,7 @@ bench: $(READY)
 # Installed once, and again when what it depends on changes.
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet -c constraints.txt -e '.[gl,service,dev]'
+	$(BIN)/pip install --quiet -c constraints.txt -e '.[gl,cluster,dev]'
 	touch $@
 
 clean:

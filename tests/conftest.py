@@ -13,14 +13,18 @@ import gc
 import math
 import os
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import Phase, is_hypothesis_test, settings
 from hypothesis.internal.conjecture import providers
 
 from simplifier.kernels.threads import thread_count
+
+if TYPE_CHECKING:
+    from tests.postgres import PostgresServer
 
 # Workers share the processors: threads in each that wait for one another's take a seventh longer.
 if workers := int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "0")):
@@ -49,6 +53,15 @@ settings.register_profile(
 PROFILE = os.environ.get("HYPOTHESIS_PROFILE", "steady")
 settings.load_profile(PROFILE)
 SHARE = 0.4  # of the examples that a property asks for, which ``steady`` takes
+
+
+@pytest.fixture(scope="session")
+def postgres() -> Iterator[PostgresServer]:
+    """A server of this process's own; a skip where PostgreSQL is not installed."""
+    from tests.postgres import running_postgres
+
+    with running_postgres() as server:
+        yield server
 
 
 @pytest.fixture(scope="session")

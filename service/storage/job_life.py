@@ -74,11 +74,11 @@ class JobLife:
     session: Session
     now: float
 
-    def queue(self, row: JobRow, most: int | None) -> None:
-        """Put a new job in its line, of which no more than ``most`` may wait."""
+    def queue(self, row: JobRow, most: int) -> bool:
+        """Put a new job in its line, if no more than ``most`` wait in it then."""
         self.session.flush()
-        join_line(self.session, row.tenant, most)
         self.database.tell(self.session, Topic.QUEUED)
+        return join_line(self.session, row.tenant, most)
 
     def begin(self, row: JobRow, owner: str, lease_seconds: float) -> None:
         """An attempt, which :func:`~service.storage.lines.take_turn` has counted already."""

@@ -22,7 +22,7 @@ from service.jobs.job import (
 )
 from service.jobs.stores import JobFilter, JobPage
 from service.jobs.turns import Shares
-from service.storage.database import Database, retried
+from service.storage.database import Database, UndoneError, retried
 from service.storage.job_life import JobLife, add_job, same_work
 from service.storage.leases import Beat, LeaseWatch
 from service.storage.lines import check_room, counted, first_places, place_of, take_turn
@@ -75,14 +75,15 @@ class SqlJobStore:
         with self._database.writing() as session:
             done = self._stored_result(session, submission) if submission.may_reuse else None
             done = None if done is None else _kept(session, done)
-            most = None
-            if done is None:
-                most = check_room(session, submission.tenant, queue_limit, self._shares)
+            room = (session, submission.tenant, queue_limit, self._shares)
+            most = check_room(*room) if done is None else 0
             life = self._life(session)
             row = add_job(session, submission, life.now)
             add_files(session, row.number, submission.inputs)
             if done is None:
-                life.queue(row, most)
+                if not life.queue(row, most):  # others were faster
+                    check_room(*room)
+                    raise UndoneError("the queue was full for a moment", remedy="try again")
             else:
                 results = [file for file in files_of(session, done.number) if not file.is_input]
                 add_files(session, row.number, results)

@@ -166,20 +166,17 @@ def _check_release(session: Session, release: str) -> None:
         )
 
 
-def join_line(session: Session, tenant: str, most: int | None) -> None:
-    """Count one more job that waits; with ``most`` only if no more than that wait then.
-
-    Raises :class:`~service.errors.TenantQueueFullError`.
-    """
+def join_line(session: Session, tenant: str, most: int) -> bool:
+    """Count one more job that waits, if no more than ``most`` of the tenant's wait then."""
     joins = dialect_insert(session)(LineRow).values(
         tenant=tenant, turn=0, streak=0, waiting=1, running=0
     )
-    where = None if most is None else LineRow.waiting < max(1, most)
     joins = joins.on_conflict_do_update(
-        index_elements=[LineRow.tenant], set_={"waiting": LineRow.waiting + 1}, where=where
+        index_elements=[LineRow.tenant],
+        set_={"waiting": LineRow.waiting + 1},
+        where=LineRow.waiting < most,
     )
-    if session.scalars(joins.returning(LineRow.tenant)).first() is None:
-        raise TenantQueueFullError(most or 0, _SHORTEST)
+    return session.scalars(joins.returning(LineRow.tenant)).first() is not None
 
 
 def move_in_line(session: Session, tenant: str, *, waiting: int = 0, running: int = 0) -> None:
@@ -268,18 +265,18 @@ def _waits(tenant: str, priority: Priority) -> tuple[Any, ...]:
     )  # fmt: skip
 
 
-def check_room(session: Session, tenant: str, queue_limit: int, shares: Shares) -> int | None:
-    """How many jobs of the tenant may wait, or None where nothing of it does.
+def check_room(session: Session, tenant: str, queue_limit: int, shares: Shares) -> int:
+    """How many jobs of the tenant may wait.
 
     Raises :class:`~service.errors.QueueFullError`.  A tenant of whom nothing waits has always room
     for a job: others cannot shut it out.
     """
     own = session.scalars(select(LineRow.waiting).where(LineRow.tenant == tenant)).first() or 0
-    if own == 0:
-        return None
     least, greatest = _keyed(session)
     others = least is not None and (least, greatest) != (tenant, tenant)
-    most = shares.most_waiting(queue_limit, others=others)
+    most = max(1, shares.most_waiting(queue_limit, others=others))
+    if own == 0:
+        return most
     everyone, _ = counted(session)
     if everyone >= queue_limit:
         raise QueueFullError(everyone, _retry_after(session, tenant, own, shares.workers))

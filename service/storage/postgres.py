@@ -120,9 +120,13 @@ class PostgresDatabase(Database):
         try:
             with database._raising_service_errors(), database._reader.connect() as connection:
                 check_schema(deployed(connection))
-        except NotReadyError as error:
+        except (NotReadyError, DBAPIError) as error:
             database.close()
-            raise SettingsError(str(error)) from error
+            told = str(error) if isinstance(error, NotReadyError) else _first_line(error.orig)
+            raise SettingsError(
+                f"the database '{place}' cannot be used ({told}); "
+                "let its user read and write the tables that 'occluder migrate' makes"
+            ) from None
         except BaseException:
             database.close()
             raise

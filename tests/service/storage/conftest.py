@@ -1,4 +1,4 @@
-"""A new database for each test, and the stores on it."""
+"""A new database for each test, of either kind, and the stores on it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from service.storage.delivery_store import SqlDeliveryStore
 from service.storage.job_store import SqlJobStore
 from service.storage.journal_store import SqlJournal
 from service.storage.key_store import SqlKeyStore
+from service.storage.postgres import PostgresDatabase
 from service.storage.sqlite import SqliteDatabase
+from tests.postgres import PostgresServer
 from tests.service.storage.samples import Clock
 
 
@@ -23,10 +25,25 @@ def file(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def database(file: Path) -> Iterator[Database]:
+def sqlite_database(file: Path) -> Iterator[SqliteDatabase]:
     database = SqliteDatabase.open(file)
     yield database
     database.close()
+
+
+@pytest.fixture
+def postgres_database(postgres: PostgresServer) -> Iterator[PostgresDatabase]:
+    address = postgres.database()
+    database = PostgresDatabase.open(address)
+    yield database
+    database.close()
+    postgres.drop(address)
+
+
+@pytest.fixture(params=["sqlite", "postgres"])
+def database(request: pytest.FixtureRequest) -> Database:
+    found: Database = request.getfixturevalue(f"{request.param}_database")
+    return found
 
 
 @pytest.fixture

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from sqlalchemy import text
+from sqlalchemy import select
 
 from service.jobs.asset import Thresholds
 from service.jobs.job import JobState
 from service.storage.asset_store import SqlAssetStore
 from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
+from service.storage.tables import JobRow
 from tests.service.storage.samples import DIED, Clock, results, submission, summary
 
 
@@ -73,10 +74,9 @@ def test_overhang_and_verdict_stand_where_a_run_has_them(
     assert castle.latest is not None
     assert (castle.latest.overhang, castle.latest.verdict) == (0.0042, "weak")
     with database.writing() as session:
-        session.execute(text(
-            "UPDATE jobs SET summary = json_remove(summary, '$.overhang', '$.verdict', '$.reason',"
-            " '$.try_next')"
-        ))  # fmt: skip
+        row = session.scalars(select(JobRow)).one()
+        later = {"overhang", "verdict", "reason", "try_next"}
+        row.summary = {name: one for name, one in (row.summary or {}).items() if name not in later}
     (castle,) = assets.standings("studio")
     assert castle.latest is not None
     assert (castle.latest.recall, castle.latest.overhang, castle.latest.verdict) == (

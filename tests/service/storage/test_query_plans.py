@@ -18,10 +18,16 @@ from service.storage.delivery_store import SqlDeliveryStore
 from service.storage.job_store import SqlJobStore
 from service.storage.journal_store import SqlJournal
 from service.storage.key_store import SqlKeyStore
+from service.storage.sqlite import SqliteDatabase
 from tests.service.storage.samples import DIED, Clock, submission
 
 FAILED = frozenset([JobState.FAILED])
 ENDED = frozenset([JobState.FAILED, JobState.SUCCEEDED])
+
+
+@pytest.fixture
+def database(sqlite_database: SqliteDatabase) -> SqliteDatabase:
+    return sqlite_database
 
 
 class Stores:

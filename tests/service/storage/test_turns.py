@@ -249,11 +249,11 @@ def test_retry_after_is_as_slow_as_the_queue(
 
 
 @pytest.fixture
-def crowded(database: Database) -> Iterator[SqlJobStore]:
+def crowded(sqlite_database: SqliteDatabase) -> Iterator[SqlJobStore]:
     """100,000 jobs of one tenant that wait, and one of another; most tenants have none."""
-    jobs = shared(database)
+    jobs = shared(sqlite_database)
     first = submit(jobs, "flood")
-    with database.writing() as session:
+    with sqlite_database.writing() as session:
         columns = "tenant, kind, name, options, version, work_key, created, attempt, attempts"
         columns += ", state, priority, cancel_asked, beat, lease_seconds"
         session.execute(

@@ -16,6 +16,8 @@ depends_on = None
 def upgrade() -> None:
     op.drop_index("ix_idempotency_keys_job_number", "idempotency_keys")
     op.rename_table("idempotency_keys", "old_idempotency_keys")
+    if op.get_bind().dialect.name != "sqlite":  # where names of keys are those of the whole schema
+        op.execute("ALTER INDEX pk_idempotency_keys RENAME TO pk_old_idempotency_keys")
     op.create_table(
         "idempotency_keys",
         sa.Column("tenant", Text(), primary_key=True),

@@ -13,12 +13,11 @@ from starlette.types import ASGIApp
 
 from service.access.authentication import Authenticator
 from service.access.session import Sessions
+from service.at_work import Runner, running_engine
 from service.engines.drawing import Drawer
-from service.engines.engine import Engine
 from service.jobs.deliveries import Delivery
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
-from service.jobs.turns import Shares
 from service.metrics import Metrics, Readings
 from service.middleware.bodies import LingeringClose, Turnstile
 from service.middleware.forwarded import ForwardedAddress
@@ -30,19 +29,12 @@ from service.routes.services import Check, Services
 from service.schemas.job import JobBody
 from service.schemas.job_options import option_tables
 from service.settings import Settings
-from service.storage.answer_store import SqlAnswerStore
-from service.storage.asset_store import SqlAssetStore
-from service.storage.check_store import SqlCheckStore
 from service.storage.cleaning import Cleaner
-from service.storage.data_folder import DataFolder
-from service.storage.database import Database
-from service.storage.delivery_store import SqlDeliveryStore
+from service.storage.database import Database, Topic
 from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
-from service.storage.journal_store import SqlJournal
-from service.storage.key_store import SqlKeyStore
+from service.storage.opening import agree_on_secret, open_storage
 from service.storage.scrubbing import Scrubber
-from service.storage.secret_ages import SqlSecretAges
 from service.webhooks.address_guard import check_webhook
 from service.webhooks.rotation import CurrentSecrets
 from service.webhooks.sender import Describe, WebhookSender
@@ -94,54 +86,67 @@ def open_services(settings: Settings) -> Iterator[Services]:
 
     Raises as starting does.
     """
-    folder = DataFolder(settings.data)
     with ExitStack() as parts:
-        parts.enter_context(folder.own())
-        database = folder.open_database()
-        parts.callback(database.close)
-        blobs = FileBlobs(folder.blobs, min_free=settings.min_free)
-        shares = Shares(settings.workers, settings.tenant_waiting, settings.tenant_running)
-        jobs = SqlJobStore(database, shares=shares, is_stored=blobs.has)
-        assets = SqlAssetStore(database)
-        keys, journal = SqlKeyStore(database), SqlJournal(database)
-        answers = SqlAnswerStore(database)
+        stores = parts.enter_context(open_storage(settings))
+        jobs, blobs, sharing = stores.jobs, stores.blobs, stores.sharing
         scrubber = Scrubber(
-            blobs.places, SqlCheckStore(database), settings.scrub_days, settings.scrub_rate
+            blobs.places,
+            stores.checks,
+            settings.scrub_days,
+            settings.scrub_rate,
+            leads=sharing.leads,
         )
-        board, metrics = ProgressBoard(), Metrics(jobs, assets, blobs, scrubber)
-        tenant_secrets = TenantSecrets.open(folder.path)
-        deliveries = SqlDeliveryStore(database)
-        secrets = CurrentSecrets(tenant_secrets, SqlSecretAges(database))
+        board = ProgressBoard()
+        metrics = Metrics(
+            jobs, stores.assets, blobs, scrubber, stores.tallies, settings.metrics_assets
+        )
+        tenant_secrets = TenantSecrets.named_by(settings)
+        if sharing.shared:
+            agree_on_secret(stores.database, tenant_secrets.fingerprint)
+        secrets = CurrentSecrets(tenant_secrets, stores.secret_ages, stores.database.clock)
         sender = WebhookSender(
-            deliveries, _describe_from(jobs), secrets, settings, count=metrics.count_webhook
+            stores.deliveries, _describe_from(jobs), secrets, settings, count=metrics.count_webhook
         )
+        if not sharing.shared:
+            stores.deliveries.release_all()
         sessions = Sessions(tenant_secrets.signing_key("sessions"))
 
         def on_end(job: Job) -> None:
-            metrics.count(job)
             sender.wake()
 
         async def check(address: str) -> None:
             await check_webhook(address, allow_private=settings.webhook_private)
 
-        engine = Engine(jobs, blobs, board, settings, folder.scratch, on_end)
-        metrics.watch(_readings(settings, blobs, engine))
         cleaner = Cleaner(
             jobs,
             blobs,
-            journal,
-            answers,
+            stores.journal,
+            stores.answers,
             settings.keep_days,
             settings.journal_days,
             settings.clean_seconds,
+            leads=sharing.leads,
         )
         parts.enter_context(cleaner.running())
         parts.enter_context(scrubber.running())
         sender.start()
         parts.callback(sender.stop)
-        engine.start()
-        parts.callback(engine.stop)
-        drawer = Drawer(jobs, blobs, settings, folder.scratch)
+        runner = parts.enter_context(running_engine(settings, stores, board, on_end))
+        metrics.watch(_readings(settings, blobs, runner))
+
+        def hear(topic: Topic, what: str) -> None:
+            if topic is Topic.ENDED:
+                board.end(what)
+                sender.wake()
+            else:
+                runner.wake()
+
+        def look_anew() -> None:
+            sender.wake()
+            runner.wake()
+
+        parts.enter_context(sharing.listening(hear, look_anew))
+        drawer = Drawer(jobs, blobs, settings, stores.scratch)
         drawer.start()
         parts.callback(drawer.stop)
         yield Services(
@@ -149,33 +154,38 @@ def open_services(settings: Settings) -> Iterator[Services]:
             version=__version__,
             tables=option_tables(settings.job_seconds, settings.job_memory),
             jobs=jobs,
-            assets=assets,
+            assets=stores.assets,
             blobs=blobs,
             board=board,
-            runner=engine,
+            runner=runner,
             metrics=metrics,
-            authenticator=Authenticator(keys, sessions, keys_needed=settings.keys_needed),
-            keys=keys,
-            journal=journal,
-            answers=answers,
+            authenticator=Authenticator(
+                stores.keys,
+                sessions,
+                keys_needed=settings.keys_needed,
+                failures=stores.failures,
+            ),
+            keys=stores.keys,
+            journal=stores.journal,
+            answers=stores.answers,
             check_webhook=check,
-            deliveries=deliveries,
+            deliveries=stores.deliveries,
             wake_webhooks=sender.wake,
-            checks=_checks(settings, database, blobs, engine, board),
+            checks=_checks(settings, stores.database, blobs, runner, board),
             on_end=on_end,
             pages=drawer,
         )
 
 
-def _readings(settings: Settings, blobs: FileBlobs, engine: Engine) -> Readings:
+def _readings(settings: Settings, blobs: FileBlobs, runner: Runner) -> Readings:
     return {
         "occluder_workers_configured": (
-            "Worker processes that there are to be.", lambda: settings.workers,
+            "Worker processes that there are to be.", lambda: runner.workers,
         ),
         "occluder_workers_live": (
-            "Worker processes that can do a job or do one.", lambda: engine.live,
+            "Worker processes that can do a job or do one.", lambda: runner.live,
         ),
-        "occluder_workers_busy": ("Jobs that are done just now.", lambda: engine.busy),
+        "occluder_workers_busy": ("Jobs that are done just now.", lambda: runner.busy),
         "occluder_disk_free_bytes": (
             "What the disk of OCCLUDER_DATA has left.", blobs.free_bytes,
         ),
@@ -194,7 +204,7 @@ def _describe_from(jobs: SqlJobStore) -> Describe:
 
 
 def _checks(
-    settings: Settings, database: Database, blobs: FileBlobs, engine: Engine, board: ProgressBoard
+    settings: Settings, database: Database, blobs: FileBlobs, runner: Runner, board: ProgressBoard
 ) -> Mapping[str, Check]:
     def of_database() -> str | None:
         return None if database.is_sound() else "it cannot be read"
@@ -217,7 +227,7 @@ def _checks(
     return {
         "database": of_database,
         "disk": of_disk,
-        "engine": lambda: engine.problem,
+        "engine": lambda: runner.problem,
         "kernels": of_kernels,
     }
 

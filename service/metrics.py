@@ -4,18 +4,24 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import islice
 
 from prometheus_client import CollectorRegistry, Counter, Histogram, ProcessCollector
 from prometheus_client.exposition import generate_latest
-from prometheus_client.metrics_core import CounterMetricFamily, GaugeMetricFamily, Metric
+from prometheus_client.metrics_core import (
+    CounterMetricFamily,
+    GaugeMetricFamily,
+    HistogramMetricFamily,
+    Metric,
+)
 from prometheus_client.registry import Collector
 
 from service.jobs.asset import Asset, AssetStore
 from service.jobs.deliveries import WebhookOutcome
-from service.jobs.job import Job, JobState
+from service.jobs.job import JobState
 from service.jobs.stores import BlobStore, JobStore, Scrub
+from service.jobs.tallies import BOUNDS, Counted, Labels, Tallies, Tally
 
-_SECONDS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
 _LATENCIES = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0)
 _METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
 _PAGE = 500
@@ -28,26 +34,27 @@ Readings = Mapping[str, tuple[str, Callable[[], float | None]]]
 
 
 class Metrics:
-    """Counters of one application, beginning at 0 with it.  Safe from any thread."""
+    """Counters of one application, beginning at 0 with it, and what the stores count for all.
 
-    def __init__(self, jobs: JobStore, assets: AssetStore, blobs: BlobStore, scrub: Scrub) -> None:
-        self._assets = assets
+    Of jobs all servers that share a database tell the same.  Safe from any thread.
+    """
+
+    def __init__(
+        self,
+        jobs: JobStore,
+        assets: AssetStore,
+        blobs: BlobStore,
+        scrub: Scrub,
+        tallies: Tallies,
+        most_assets: int,
+    ) -> None:
+        """``most_assets``  that have series of their own."""
+        self._assets, self._most_assets = assets, most_assets
         self._registry = CollectorRegistry()
         ProcessCollector(registry=self._registry)
         self._registry.register(_Queue(jobs))
+        self._registry.register(_Ended(tallies))
         self._registry.register(_Blobs(blobs, scrub))
-        self._ended = Counter(
-            "occluder_jobs_ended", "Jobs that ended, by kind and state.", ["kind", "state"],
-            registry=self._registry,
-        )  # fmt: skip
-        self._failures = Counter(
-            "occluder_job_failures", "Jobs that failed, by what they failed of.", ["failure"],
-            registry=self._registry,
-        )  # fmt: skip
-        self._seconds = Histogram(
-            "occluder_job_seconds", "Seconds of jobs that succeeded, by kind and stage.",
-            ["kind", "stage"], buckets=_SECONDS, registry=self._registry,
-        )  # fmt: skip
         self._latency = Histogram(
             "occluder_http_request_seconds",
             "Seconds until an answer began, by route; without those that were to wait for a job.",
@@ -68,16 +75,6 @@ class Metrics:
             "occluder_connections_ended", "Connections that the server ended, by reason.",
             ["reason"], registry=self._registry,
         )  # fmt: skip
-
-    def count(self, job: Job) -> None:
-        """Count a job that has ended; once each."""
-        self._ended.labels(job.kind, job.state).inc()
-        if job.failure:
-            self._failures.labels(job.failure.kind).inc()
-        # A stored result took no time now.
-        if job.summary and job.reused is None:
-            for stage, seconds in {**job.summary.timings, "all": job.summary.seconds}.items():
-                self._seconds.labels(job.kind, stage).observe(seconds)
 
     def count_answer(
         self, method: str, route: str | None, status: int, seconds: float, *, waited: bool
@@ -107,7 +104,7 @@ class Metrics:
     def text(self, tenant: str | None) -> bytes:
         """All metrics as Prometheus reads them, with a tenant's assets; None for everyone's."""
         assets = CollectorRegistry()
-        assets.register(_Assets(self._assets, tenant))
+        assets.register(_Assets(self._assets, tenant, self._most_assets))
         return generate_latest(self._registry) + generate_latest(assets)
 
 
@@ -158,6 +155,54 @@ class _Queue(Collector):
         )
 
 
+class _Ended(Collector):
+    """Jobs that have ended, and how long they took, over all servers."""
+
+    def __init__(self, tallies: Tallies) -> None:
+        self._tallies = tallies
+
+    def describe(self) -> Iterable[Metric]:
+        """As for the queue."""
+        return ()
+
+    def collect(self) -> Iterator[Metric]:
+        totals = sorted(self._tallies.totals().items())
+        ended = CounterMetricFamily(
+            "occluder_jobs_ended", "Jobs that ended, by kind and state.", labels=["kind", "state"]
+        )
+        failures = CounterMetricFamily(
+            "occluder_job_failures", "Jobs that failed, by what they failed of.",
+            labels=["failure"],
+        )  # fmt: skip
+        for (counted, *labels), tally in totals:
+            if counted == Counted.ENDED:
+                ended.add_metric(labels, tally.count)
+            elif counted == Counted.FAILED:
+                failures.add_metric(labels, tally.count)
+        yield ended
+        yield failures
+        yield self._seconds(totals)
+
+    def _seconds(self, totals: Iterable[tuple[Labels, Tally]]) -> Metric:
+        by_stage: dict[tuple[str, str], dict[str, Tally]] = {}
+        for (counted, *labels), tally in totals:
+            if counted == Counted.SECONDS:
+                kind, stage, bound = labels
+                by_stage.setdefault((kind, stage), {})[bound] = tally
+        seconds = HistogramMetricFamily(
+            "occluder_job_seconds", "Seconds of jobs that succeeded, by kind and stage.",
+            labels=["kind", "stage"],
+        )  # fmt: skip
+        for names, tallies in by_stage.items():
+            count, buckets = 0, []
+            for bound in (*map(str, BOUNDS), "inf"):
+                count += tallies[bound].count if bound in tallies else 0
+                buckets.append((bound.replace("inf", "+Inf"), float(count)))
+            total = sum(tally.total for tally in tallies.values())
+            seconds.add_metric(list(names), buckets, total)
+        return seconds
+
+
 class _Blobs(Collector):
     """What is known of damage on the disk."""
 
@@ -203,10 +248,10 @@ class _Blobs(Collector):
 
 
 class _Assets(Collector):
-    """How good the latest run of each asset is."""
+    """How good the latest run of each asset is, of the first so many by name."""
 
-    def __init__(self, assets: AssetStore, tenant: str | None) -> None:
-        self._assets, self._tenant = assets, tenant
+    def __init__(self, assets: AssetStore, tenant: str | None, most: int) -> None:
+        self._assets, self._tenant, self._most = assets, tenant, most
 
     def describe(self) -> Iterable[Metric]:
         """As for the queue."""
@@ -233,7 +278,7 @@ class _Assets(Collector):
             "occluder_asset_holds", "1 where the latest run meets the thresholds, else 0.",
             labels=labels,
         )  # fmt: skip
-        for asset in self._all():
+        for asset in islice(self._all(), self._most):
             summary = asset.latest.summary if asset.latest else None
             if summary is None:
                 continue

@@ -8,11 +8,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
+from enum import StrEnum
 from ipaddress import IPv4Network, IPv6Network, ip_address, ip_network
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, ValidationError, field_validator
+from pydantic import BeforeValidator, Field, SecretStr, ValidationError, field_validator
 from pydantic.fields import FieldInfo
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 from pydantic_settings import SettingsError as SourceError
@@ -21,6 +22,16 @@ from service.errors import SettingsError
 from service.logs import LogForm
 
 _MIB = 1 << 20
+
+
+class EngineChoice(StrEnum):
+    """What does the jobs that wait."""
+
+    LOCAL = "local"
+    """Worker processes of this server."""
+    NONE = "none"
+    """Others that share the database: ``occluder work``, or other servers."""
+
 
 _PREFIX = "OCCLUDER_"
 _UNITS = (("GiB", 1 << 30), ("MiB", 1 << 20))
@@ -48,6 +59,16 @@ class Settings(BaseSettings):
 
     data: Path = Field(
         Path("occluder_data"), description="Folder of the database, the blobs and work under way."
+    )
+    database_url: SecretStr | None = Field(
+        None,
+        description="PostgreSQL database that several servers share, as "
+        "postgresql://USER:PASSWORD@HOST:PORT/NAME; unset: a file in OCCLUDER_DATA.",
+    )
+    secret_file: Path | None = Field(
+        None,
+        description="File of the 32 secret bytes that sign webhooks and sessions, the same for all "
+        "servers that share a database; unset: a file in OCCLUDER_DATA.",
     )
     host: str = Field("127.0.0.1", description="Address to listen on.")
     port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one.")
@@ -78,6 +99,11 @@ class Settings(BaseSettings):
         "address that they tell by X-Forwarded-For or Forwarded is taken for the client's.",
     )
 
+    engine: EngineChoice = Field(
+        EngineChoice.LOCAL,
+        description="What does the jobs: local, worker processes of this server; none, others that "
+        "share the database.",
+    )
     workers: int = Field(
         default_factory=processors, ge=1, le=256, description="Jobs done at the same time."
     )
@@ -163,6 +189,10 @@ class Settings(BaseSettings):
     )  # fmt: skip
     scrub_rate: int = Field(
         16 * _MIB, ge=1024, description="Bytes a second that are read for that at most."
+    )
+
+    metrics_assets: int = Field(
+        1000, ge=0, description="Assets that have series of their own in /metrics, by name."
     )
 
     webhook_private: bool = Field(

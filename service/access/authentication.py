@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from ipaddress import IPv6Address, IPv6Network, ip_address
 
+from service.access.attempts import Attempts, FailedAttempts
 from service.access.key import LOCAL, ApiKey, Caller, KeyStore, Scope, hash_of, hint_of, may_be_key
 from service.access.session import Session, Sessions, token_in
 from service.errors import ForbiddenError, TooManyAttemptsError, UnauthenticatedError
@@ -18,8 +17,6 @@ _REMEMBERED_SECONDS = 600.0
 _MOST_REMEMBERED = 4096
 
 _SEND_A_KEY = "send 'Authorization: Bearer occ_...'; 'occluder keys create' makes a key"
-
-_MOST_ADDRESSES = 10_000
 
 
 @dataclass(frozen=True)
@@ -41,6 +38,7 @@ class Authenticator:
     no attempt.
 
     ``time_of_day``  Unix seconds, for the end of sessions.
+    ``failures``     where unknown keys are counted; in memory if not given.
     """
 
     def __init__(
@@ -51,13 +49,14 @@ class Authenticator:
         keys_needed: bool,
         clock: Callable[[], float] = time.monotonic,
         time_of_day: Callable[[], float] = time.time,
+        failures: Attempts | None = None,
     ) -> None:
         self._keys = keys
         self._sessions = sessions
         self._keys_needed = keys_needed
         self._clock = clock
         self._time_of_day = time_of_day
-        self._failures = FailedAttempts(clock)
+        self._failures = failures or FailedAttempts(clock)
         self._lock = threading.Lock()
         self._good_keys: dict[str, _GoodKey] = {}
         self._ended = dict(keys.ended_sessions(time_of_day()))  # when they would have by themselves
@@ -65,9 +64,10 @@ class Authenticator:
     def caller_at_once(self, headers: Mapping[str, str]) -> Caller | None:
         """Whoever can be told at once, without the key store; None where that has to be asked."""
         secret = _sent_key(headers)
-        name = hash_of(secret) if secret is not None else self._session_key(headers)
-        if name is None:
+        session = self._session(headers) if secret is None else None
+        if secret is None and session is None:
             return None if self._keys_needed else LOCAL
+        name = session.name if session else hash_of(secret or "")
         known = self._good_key(name)
         return known.caller if known and self._is_trusted(known) else None
 
@@ -81,8 +81,8 @@ class Authenticator:
         secret = _sent_key(headers)
         if secret is not None:
             return self._of_key(secret, address)
-        key_id = self._session_key(headers)
-        caller = None if key_id is None else self._of_session(key_id)
+        session = self._session(headers)
+        caller = None if session is None else self._of_session(session)
         if caller is not None:
             return caller
         if self._keys_needed:
@@ -111,11 +111,6 @@ class Authenticator:
                 del self._ended[name]
         self._keys.end_session(session, address)
 
-    def _session_key(self, headers: Mapping[str, str]) -> str | None:
-        """The id of the key that a session stands for."""
-        session = self._session(headers)
-        return None if session is None else session.key_id
-
     def _session(self, headers: Mapping[str, str]) -> Session | None:
         token = token_in(headers)
         session = None if token is None else self._sessions.read(token, self._time_of_day())
@@ -124,11 +119,13 @@ class Authenticator:
         with self._lock:
             return None if session.name in self._ended else session
 
-    def _of_session(self, key_id: str) -> Caller | None:
-        known = self._good_key(key_id)
+    def _of_session(self, session: Session) -> Caller | None:
+        known, now = self._good_key(session.name), self._clock()
         if known is not None and self._is_trusted(known):
             return known.caller
-        return self._judge(key_id, self._keys.key(key_id), self._clock())
+        # It may have been signed out at another server.
+        key = None if self._keys.has_ended(session) else self._keys.key(session.key_id)
+        return self._judge(session.name, key, now)
 
     def _of_key(self, secret: str, address: str) -> Caller:
         digest = hash_of(secret)
@@ -157,7 +154,7 @@ class Authenticator:
         return caller
 
     def _judge(self, name: str, key: ApiKey | None, now: float) -> Caller | None:
-        """What the store says of a digest or an id, remembered by that name."""
+        """What the store says of a digest or a session, remembered by that name."""
         if key is None:
             with self._lock:
                 self._good_keys.pop(name, None)
@@ -214,61 +211,3 @@ def _what_is_missing(headers: Mapping[str, str]) -> str:
     if "authorization" in headers:
         return "the Authorization header holds no 'Bearer' and a key"
     return "the request has no API key"
-
-
-@dataclass(frozen=True)
-class _Bucket:
-    """Failures that weigh at a time of the clock; they fade evenly."""
-
-    level: float
-    at: float
-
-
-class FailedAttempts:
-    """A bucket an address, and one for each ``hint`` there, which leak.  Safe from any thread;
-    ``clock`` in seconds.
-
-    ``limit`` failures in a row are free, and ``limit`` a ``seconds`` from then on.  IPv6 addresses
-    count by their /64 network, of which one host may have every address.
-    """
-
-    def __init__(self, clock: Callable[[], float], limit: int = 20, seconds: float = 60.0) -> None:
-        self._clock = clock
-        self._limit = limit
-        self._seconds = seconds
-        self._lock = threading.Lock()
-        self._buckets: dict[str, _Bucket] = {}  # by the time of the last failure
-
-    def count(self, address: str, hint: str = "") -> None:
-        """Note one more failure."""
-        network = f"{_network(address)} {hint}"
-        with self._lock:
-            now = self._clock()
-            level = self._level(network, now) + 1.0
-            self._buckets.pop(network, None)
-            self._buckets[network] = _Bucket(level, now)
-            if len(self._buckets) > _MOST_ADDRESSES:
-                del self._buckets[next(iter(self._buckets))]
-
-    def seconds_to_wait(self, address: str, hint: str = "") -> int:
-        """How long to wait before the next failure; 0 where it may be at once."""
-        with self._lock:
-            level = self._level(f"{_network(address)} {hint}", self._clock())
-        excess = level - self._limit + 1.0
-        return max(0, math.ceil(excess * self._seconds / self._limit))
-
-    def _level(self, network: str, now: float) -> float:
-        bucket = self._buckets.get(network)
-        if bucket is None:
-            return 0.0
-        return max(0.0, bucket.level - (now - bucket.at) * self._limit / self._seconds)
-
-
-def _network(address: str) -> str:
-    try:
-        parsed = ip_address(address)
-    except ValueError:  # a socket without an address
-        return address
-    if isinstance(parsed, IPv6Address) and parsed.ipv4_mapped is None:
-        return str(IPv6Network((int(parsed), 64), strict=False))
-    return address

@@ -205,5 +205,8 @@ class KeyStore(Protocol):
     def end_session(self, session: Session, address: str) -> None:
         """Note that a session was signed out; those that are over by themselves are forgotten."""
 
+    def has_ended(self, session: Session) -> bool:
+        """Whether a session was signed out, wherever that was."""
+
     def ended_sessions(self, now: float) -> Mapping[str, float]:
         """By name, those that were signed out and not over at a time; and when they will be."""

@@ -1,4 +1,4 @@
-"""The commands on API keys.  They work on the data folder itself, also while a server runs on it.
+"""The commands on API keys.  They work on the database itself, also while servers run on it.
 
 What programs may want, the secret of a new key above all, is alone on standard output.
 """
@@ -9,7 +9,8 @@ import json
 import re
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -25,7 +26,7 @@ from simplifier.cli.plugin import Debug, print_line, print_text
 
 if TYPE_CHECKING:
     from service.access.key import KeyStore
-    from service.storage.data_folder import DataFolder
+    from service.settings import Settings
     from service.storage.database import Database
 
 keys = typer.Typer(
@@ -39,7 +40,7 @@ Data = Annotated[
     Path | None,
     typer.Option(
         help="The service's folder.",
-        show_default="OCCLUDER_DATA or occluder_data",
+        show_default="OCCLUDER_DATABASE_URL, OCCLUDER_DATA or occluder_data",
         metavar="FOLDER",
     ),
 ]
@@ -78,10 +79,13 @@ def create(
         except ValueError as error:
             raise OptionError(str(error), where="name", remedy="choose another one") from None
         end = _end(expires)
-        folder = _folder(data)
-        folder.make()
-        with _store(folder) as store:
-            key, secret = store.create(tenant, name, scope, expires=end)
+        from service.storage.data_folder import DataFolder
+
+        settings = settings_of(data)
+        if settings.database_url is None:
+            DataFolder(settings.data).make()
+        with _opened(settings) as opened:
+            key, secret = opened.keys.create(tenant, name, scope, expires=end)
         print_text(secret)
         until = "" if key.expires is None else f" until {moment_words(key.expires)}"
         print_line(
@@ -100,8 +104,8 @@ def list_keys(
     """Print what keys there are, without their secrets."""
 
     def run() -> None:
-        with _store(known_folder(data)) as store:
-            found = store.keys(tenant)
+        with open_known(data) as opened:
+            found = opened.keys.keys(tenant)
         if not found:
             print_line("there are no keys; 'occluder keys create' makes one")
             return
@@ -128,8 +132,8 @@ def rotate(
 
     def run() -> None:
         seconds, end = read_duration(overlap, "overlap"), _end(expires)
-        with _store(known_folder(data)) as store:
-            done = store.rotate(key, overlap=seconds, expires=end)
+        with open_known(data) as opened:
+            done = opened.keys.rotate(key, overlap=seconds, expires=end)
         old, new = done.old, done.new
         print_text(done.secret)
         print_line(
@@ -149,8 +153,8 @@ def revoke(
     """End a key: from the next second on nobody comes in by it."""
 
     def run() -> None:
-        with _store(known_folder(data)) as store:
-            ended = store.revoke(key)
+        with open_known(data) as opened:
+            ended = opened.keys.revoke(key)
         print_line(f"key {ended.id} of {ended.tenant} is revoked")
 
     run_command(run, debug=debug)
@@ -173,8 +177,8 @@ def journal(
         from service.storage.journal_store import SqlJournal
 
         begin = None if since is None else read_moment(since, "since", time.time(), back=True)
-        with open_database(known_folder(data)) as database:
-            found = SqlJournal(database).entries(tenant, since=begin, limit=limit).entries
+        with open_known(data) as opened:
+            found = SqlJournal(opened.database).entries(tenant, since=begin, limit=limit).entries
         if not found:
             print_line("the journal has no such entries")
             return
@@ -191,14 +195,13 @@ def secret(tenant: Tenant = LOCAL.tenant, data: Data = None, debug: Debug = Fals
     def run() -> None:
         from service.storage.journal_store import SqlJournal
         from service.storage.secret_ages import SqlSecretAges
-        from service.webhooks.tenant_secrets import TenantSecrets
 
-        folder = known_folder(data)
-        with open_database(folder) as database:
-            check_known(tenant, database)
-            SqlJournal(database).note(tenant, COMMAND_LINE, Action.WEBHOOK_SECRET_SHOWN, tenant)
-            generation = SqlSecretAges(database).age(tenant).generation
-        print_text(TenantSecrets.open(folder.path).of(tenant, generation))
+        with open_known(data) as opened:
+            check_known(tenant, opened.keys)
+            journal = SqlJournal(opened.database)
+            journal.note(tenant, COMMAND_LINE, Action.WEBHOOK_SECRET_SHOWN, tenant)
+            generation = SqlSecretAges(opened.database).age(tenant).generation
+            print_text(opened.webhook_secret(tenant, generation))
 
     run_command(run, debug=debug)
 
@@ -212,11 +215,9 @@ def _check_tenant(tenant: str) -> None:
         )
 
 
-def check_known(tenant: str, database: Database) -> None:
+def check_known(tenant: str, keys: KeyStore) -> None:
     """Raises :class:`~simplifier.OptionError` for a tenant that has no key."""
-    from service.storage.key_store import SqlKeyStore
-
-    known = {LOCAL.tenant, *SqlKeyStore(database).tenants()}
+    known = {LOCAL.tenant, *keys.tenants()}
     if tenant not in known:
         raise OptionError(
             f"no key is of {tenant!r}",
@@ -225,41 +226,63 @@ def check_known(tenant: str, database: Database) -> None:
         )
 
 
-def _folder(data: Path | None) -> DataFolder:
+def settings_of(data: Path | None) -> Settings:
+    """The settings, with a folder that was named by hand in place of all others.
+
+    Raises :class:`~service.errors.SettingsError`.
+    """
     # Here, not above: 'occluder --help' need not have a database installed.
     from service.settings import read_settings
+
+    settings = read_settings({"data": data})
+    # Who names a folder means that.
+    return settings if data is None else settings.model_copy(update={"database_url": None})
+
+
+@contextmanager
+def open_known(data: Path | None) -> Iterator[Opened]:
+    """The database of a service, if a key was made or a server has run there: a slip must not make
+    another."""
     from service.storage.data_folder import DataFolder
 
-    return DataFolder(read_settings({"data": data}).data)
-
-
-def known_folder(data: Path | None) -> DataFolder:
-    """The folder, if a key was made or a server has run in it: a slip must not make another."""
-    folder = _folder(data)
-    if not folder.database.exists():
+    settings = settings_of(data)
+    folder = DataFolder(settings.data)
+    if settings.database_url is None and not folder.database.exists():
         raise OptionError(
             f"'{folder.path}' is no folder of a service",
             where="data",
             remedy="name it by --data or OCCLUDER_DATA; 'occluder keys create' makes one",
         )
-    return folder
+    with _opened(settings) as opened:
+        yield opened
 
 
 @contextmanager
-def open_database(folder: DataFolder) -> Iterator[Database]:
-    database = folder.open_database()
-    try:
-        yield database
-    finally:
-        database.close()
+def _opened(settings: Settings) -> Iterator[Opened]:
+    from service.storage.opening import open_database
+
+    with closing(open_database(settings)) as database:
+        yield Opened(settings, database)
 
 
-@contextmanager
-def _store(folder: DataFolder) -> Iterator[KeyStore]:
-    from service.storage.key_store import SqlKeyStore
+@dataclass(frozen=True)
+class Opened:
+    """A database, and the settings by which it was found."""
 
-    with open_database(folder) as database:
-        yield SqlKeyStore(database)
+    settings: Settings
+    database: Database
+
+    @property
+    def keys(self) -> KeyStore:
+        from service.storage.key_store import SqlKeyStore
+
+        return SqlKeyStore(self.database)
+
+    def webhook_secret(self, tenant: str, generation: int) -> str:
+        """What a tenant's webhooks are signed with after so many rotations."""
+        from service.webhooks.tenant_secrets import TenantSecrets
+
+        return TenantSecrets.named_by(self.settings).of(tenant, generation)
 
 
 def _end(expires: str | None) -> float | None:

@@ -25,6 +25,7 @@ from service.logs import log_as
 from service.settings import Settings
 from service.storage.data_folder import DataFolder
 from service.storage.key_store import SqlKeyStore
+from service.storage.opening import open_database
 from simplifier.cli.plugin import print_text
 
 _IDLE = 75  # seconds that a connection without a request is kept: longer than proxies keep theirs
@@ -120,14 +121,14 @@ def _check_keys(settings: Settings) -> None:
     """Refuse to serve nobody: where a key is needed there has to be one."""
     if not settings.keys_needed:
         return
-    folder = DataFolder(settings.data)
-    folder.make()
-    with closing(folder.open_database()) as database:
+    if settings.database_url is None:
+        DataFolder(settings.data).make()
+    with closing(open_database(settings)) as database:
         known = SqlKeyStore(database).keys()
         now = time.time()
         if not any(key.counts_at(now) for key in known):
             raise SettingsError(
-                f"on {settings.host} an API key is needed, and '{settings.data}' has none; "
+                f"on {settings.host} an API key is needed, and there is none; "
                 "make one: occluder keys create --name NAME --scope write"
             )
 

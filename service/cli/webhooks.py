@@ -1,25 +1,22 @@
-"""The commands on webhooks.  They work on the data folder itself, also while a server runs on it.
+"""The commands on webhooks.  They work on the database itself, also while servers run on it.
 
 What programs may want, a secret above all, is alone on standard output.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from service.access.key import LOCAL
 from service.cli.command import run_command
-from service.cli.keys import Data, Tenant, check_known, known_folder, open_database
+from service.cli.keys import Data, Tenant, check_known, open_known
 from service.cli.moments import moment_words
 from service.cli.table import aligned
 from service.jobs.deliveries import DeliveryRecord, DeliveryState
 from service.journal import COMMAND_LINE, Action
 from simplifier.cli.plugin import Debug, print_line, print_text
-
-if TYPE_CHECKING:
-    pass
 
 webhooks = typer.Typer(
     add_completion=False,
@@ -47,8 +44,8 @@ def list_webhooks(
         from service.jobs.deliveries import DeliveryFilter
         from service.storage.delivery_store import SqlDeliveryStore
 
-        with open_database(known_folder(data)) as database:
-            page = SqlDeliveryStore(database).page(
+        with open_known(data) as opened:
+            page = SqlDeliveryStore(opened.database).page(
                 tenant, DeliveryFilter(state=state), before=None, limit=limit
             )
         if not page.records:
@@ -72,8 +69,8 @@ def redeliver(
     def run() -> None:
         from service.storage.delivery_store import SqlDeliveryStore
 
-        with open_database(known_folder(data)) as database:
-            record = SqlDeliveryStore(database).redeliver(None, webhook)
+        with open_known(data) as opened:
+            record = SqlDeliveryStore(opened.database).redeliver(None, webhook)
         print_line(f"webhook {record.delivery.id} of job {record.delivery.job_id} is due now")
 
     run_command(run, debug=debug)
@@ -97,15 +94,13 @@ def rotate_secret(
     def run() -> None:
         from service.storage.journal_store import SqlJournal
         from service.storage.secret_ages import SqlSecretAges
-        from service.webhooks.tenant_secrets import TenantSecrets
 
-        folder = known_folder(data)
-        with open_database(folder) as database:
-            check_known(tenant, database)
-            age = SqlSecretAges(database).rotate(tenant, overlap_hours * _HOUR)
+        with open_known(data) as opened:
+            check_known(tenant, opened.keys)
+            age = SqlSecretAges(opened.database).rotate(tenant, overlap_hours * _HOUR)
             action = Action.WEBHOOK_SECRET_ROTATED
-            SqlJournal(database).note(tenant, COMMAND_LINE, action, tenant)
-        print_text(TenantSecrets.open(folder.path).of(tenant, age.generation))
+            SqlJournal(opened.database).note(tenant, COMMAND_LINE, action, tenant)
+            print_text(opened.webhook_secret(tenant, age.generation))
         ends = moment_words(age.overlap_ends)
         until = f"is good until {ends}" if overlap_hours else "is good no more"
         print_line(f"webhooks of {tenant} are signed with it from now on; the one before {until}")

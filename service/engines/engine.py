@@ -11,12 +11,10 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
-from service.engines.failures import server_ended
 from service.engines.first_start import FirstStart
 from service.engines.signals import Bell, Running
 from service.engines.slot import Shop, Slot
 from service.engines.trouble import StoppedError, Trouble
-from service.errors import NotFoundError
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
@@ -48,8 +46,12 @@ class Engine:
         scratch: Path,
         on_end: Callable[[Job], None] = lambda job: None,
         work: str = LIBRARY_WORK,
+        *,
+        shared: bool = False,
     ) -> None:
         """``scratch`` is on the disk of the blobs.
+
+        ``shared``  whether others may ask for the end of a job without waking this engine.
 
         ``on_end`` is called with each job that ends, once, in some thread; not if the server is
         killed just then, so what must not be missed belongs into the stores.
@@ -59,7 +61,9 @@ class Engine:
             Bell(), Running(), Trouble(), FirstStart(board.end_preparing),
         )  # fmt: skip
         self._look = Bell()
-        self._recovered = threading.Event()
+        self._shared = shared
+        self._before: Callable[[], None] = lambda: None
+        self._may_begin = threading.Event()
         self._threads: list[threading.Thread] = []
         self._slots = [Slot(self._shop) for _ in range(settings.workers)]
 
@@ -67,6 +71,11 @@ class Engine:
     def problem(self) -> str | None:
         """What keeps it from working, in words; None while it works."""
         return self._shop.trouble.in_words
+
+    @property
+    def workers(self) -> int:
+        """Processes that there are to be."""
+        return len(self._slots)
 
     @property
     def live(self) -> int:
@@ -78,8 +87,9 @@ class Engine:
         """Jobs that are done just now."""
         return self._shop.running.count
 
-    def start(self) -> None:
-        """Take back what a killed server left, then begin.  Returns at once."""
+    def start(self, before: Callable[[], None] = lambda: None) -> None:
+        """Begin, once ``before`` is done, which may wait for the stores.  Returns at once."""
+        self._before = before
         self._shop.board.begin_preparing()
         self._thread("leases", self._keep_leases)
         for number, slot in enumerate(self._slots):
@@ -93,7 +103,7 @@ class Engine:
     def stop(self) -> None:
         """End all processes and queue their jobs again, at no cost to them."""
         self._shop.trouble.stop()
-        self._recovered.set()
+        self._may_begin.set()
         self._shop.running.stop()
         self._shop.bell.close()
         self._look.close()
@@ -106,17 +116,17 @@ class Engine:
         thread.start()
 
     def _work(self, slot: Slot) -> None:
-        self._recovered.wait()
+        self._may_begin.wait()
         slot.run()
 
     def _keep_leases(self) -> None:
         """Renew leases, hear of jobs that are to end, and ring for those that wait."""
         with suppress(StoppedError):
-            self._faultless(lambda: self._recover(all_leases=True))
-            self._recovered.set()
+            self._faultless(self._before)
+            self._may_begin.set()
             due = time.monotonic()
             while True:
-                if self._look.wait(_POLL):
+                if self._look.wait(_POLL) or self._shared:
                     self._faultless(self._hear)
                 if time.monotonic() >= due:
                     self._faultless(self._renew)
@@ -135,13 +145,15 @@ class Engine:
 
     def _hear(self) -> None:
         """Look which jobs are to end: this only reads, however often the engine is woken."""
-        for claim, orders in self._shop.running.all():
-            with suppress(NotFoundError):
-                if self._shop.jobs.job(None, claim.job.id).cancel_asked:
+        under_way = self._shop.running.all()
+        if under_way:
+            ending = self._shop.jobs.cancelled([claim for claim, _ in under_way])
+            for claim, orders in under_way:
+                if claim.job.id in ending:
                     orders.cancel()
 
     def _renew(self) -> None:
-        """Tell attempts what has become of their leases, and take back lost ones of others."""
+        """Tell attempts what has become of their leases."""
         under_way = self._shop.running.all()
         if under_way:
             held = self._shop.jobs.renew(
@@ -152,10 +164,3 @@ class Engine:
                     orders.drop()
                 elif held[claim.job.id]:
                     orders.cancel()
-        self._recover(all_leases=False)
-
-    def _recover(self, *, all_leases: bool) -> None:
-        for job in self._shop.jobs.recover(server_ended(), all_leases=all_leases):
-            self._shop.board.announce(job.id)
-            if job.state.ended:
-                self._shop.end(job)

@@ -1,12 +1,17 @@
-"""How far running jobs are: kept in memory, told to whoever listens, lost without harm."""
+"""How far running jobs are: kept in memory, told to whoever listens, lost without harm.
+
+Where several servers share a database, jobs that others do are heard of through it
+(:mod:`service.engines.shared_progress`), as long as somebody here wants to know.
+"""
 
 from __future__ import annotations
 
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 from service.jobs.job import Job, JobState
 
@@ -51,6 +56,20 @@ class JobProgress:
 
 logger = logging.getLogger(__name__)
 
+
+class ProgressStore(Protocol):
+    """Progress that servers tell each other; it may be lost at any time."""
+
+    def write(self, progress: Mapping[str, JobProgress]) -> None:
+        """By job id, in the place of what was written before."""
+
+    def read(self, job_ids: Collection[str]) -> Mapping[str, JobProgress]:
+        """Of those of these jobs that are done just now."""
+
+
+_WANTED_SECONDS = 10.0
+"""For which somebody who asked once wants to hear more."""
+
 OnChange = Callable[[str], None]
 """Called with a job's id, in any thread, when its progress or its state has changed."""
 
@@ -64,6 +83,8 @@ class ProgressBoard:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._latest: dict[str, JobProgress] = {}
+        self._here: set[str] = set()
+        self._asked: dict[str, float] = {}
         self._listeners: dict[str, set[OnChange]] = {}
         self._preparing_since: float | None = None
 
@@ -98,19 +119,52 @@ class ProgressBoard:
 
     def latest(self, job_id: str) -> JobProgress | None:
         with self._lock:
+            if job_id not in self._here:
+                self._asked[job_id] = time.monotonic()
             return self._latest.get(job_id)
 
     def tell(self, job_id: str, progress: JobProgress) -> None:
-        """A running job has come further."""
+        """A job that runs here has come further."""
         with self._lock:
+            self._here.add(job_id)
             self._latest[job_id] = _with_picture(progress, self._latest.get(job_id))
         self.announce(job_id)
 
     def end(self, job_id: str) -> None:
         """An attempt is over, or the job is: its progress counts no more."""
         with self._lock:
+            self._here.discard(job_id)
+            self._asked.pop(job_id, None)
             self._latest.pop(job_id, None)
         self.announce(job_id)
+
+    def told_here(self) -> Mapping[str, JobProgress]:
+        """The latest of each job that runs here."""
+        with self._lock:
+            return {one: self._latest[one] for one in self._here}
+
+    def wanted(self) -> frozenset[str]:
+        """Jobs that do not run here and that somebody listens to, or asked after just now."""
+        with self._lock:
+            since = time.monotonic() - _WANTED_SECONDS
+            self._asked = {one: at for one, at in self._asked.items() if at >= since}
+            return frozenset({*self._asked, *self._listeners} - self._here)
+
+    def hear(self, wanted: Collection[str], progress: Mapping[str, JobProgress]) -> None:
+        """What other servers tell of the jobs that are :meth:`wanted`; the rest run nowhere."""
+        with self._lock:
+            left = {one for one in wanted if one not in progress and one in self._latest}
+            news = {
+                one: told
+                for one, told in progress.items()
+                if one not in self._here and told != self._latest.get(one)
+            }
+            self._latest.update(news)
+            stale = self._latest.keys() - self._here - progress.keys()
+            for one in stale:
+                del self._latest[one]
+        for one in {*news, *left}:
+            self.announce(one)
 
     def announce(self, job_id: str) -> None:
         """Let listeners know that the state of a job is another."""

@@ -80,11 +80,14 @@ class JobStore(Protocol):
     def queue(self, tenant: str | None, limit: int) -> tuple[tuple[int, Job], ...]:
         """Queued jobs, the next first, each with its place from 1 among those of all tenants.
 
-        Places are those of :func:`service.jobs.turns.in_turn`, if no more came.
+        Places are those of :func:`service.jobs.turns.place`, if no more came.
         """
 
     def place(self, number: int) -> int | None:
-        """The place of a job in the queue, as :meth:`queue` has it; None where it does not wait."""
+        """The place of a job in the queue, as :meth:`queue` has it.
+
+        None where it does not wait, or behind ten thousand others of its tenant.
+        """
 
     def files(self, job_id: str) -> tuple[JobFile, ...]:
         """The files of a job, what was sent and what was made, by name."""
@@ -118,6 +121,9 @@ class JobStore(Protocol):
 
     def renew(self, claims: Collection[Claim], lease_seconds: float) -> Mapping[str, bool]:
         """Whether their end was asked for, by job id, of those claims that are still held."""
+
+    def cancelled(self, claims: Collection[Claim]) -> frozenset[str]:
+        """The ids of those claims' jobs whose end was asked for; this only reads."""
 
     def succeed(self, claim: Claim, files: Sequence[JobFile], summary: Summary) -> bool:
         """Whether the claim still held; if not, nothing has changed."""
@@ -157,7 +163,8 @@ class JobStore(Protocol):
     def recover(self, failure: Failure, *, all_leases: bool) -> Sequence[Job]:
         """Take back running jobs whose lease has run out (or all), as :meth:`fail` does.
 
-        ``all_leases`` is for the start of the one server that a data folder has.
+        ``all_leases`` is for the start of a server that shares its database with no other; pauses
+        are over then as well.
         """
 
 

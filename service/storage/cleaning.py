@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -15,6 +15,7 @@ from service.jobs.stores import BlobStore, JobStore
 from service.journal import Journal
 
 _DAY = 86_400.0
+_GLANCE = 5.0  # seconds between looks at whether this server leads by now
 _log = logging.getLogger(__name__)
 
 
@@ -34,6 +35,7 @@ class Cleaner:
     ``keep_days``     that ended jobs are kept, 0 for ever.
     ``journal_days``  that entries of the journal are, likewise.
     ``seconds``       between two rounds.
+    ``leads``         whether it is for this server to clean.
     """
 
     jobs: JobStore
@@ -43,6 +45,7 @@ class Cleaner:
     keep_days: float
     journal_days: float
     seconds: float
+    leads: Callable[[], bool] = lambda: True
 
     def clean(self, now: float) -> Cleaned:
         """Do one round; ``now`` in Unix seconds.  Raises what the stores raise."""
@@ -67,6 +70,10 @@ class Cleaner:
         # A clock that jumps ahead must not make every job old; one that jumps back keeps them.
         ahead = time.time() - time.monotonic()
         while True:
+            if not self.leads():
+                if stop.wait(min(_GLANCE, self.seconds)):
+                    return
+                continue
             try:
                 cleaned = self.clean(min(time.time(), ahead + time.monotonic()))
             except Exception as error:

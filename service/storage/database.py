@@ -152,6 +152,15 @@ class Database(ABC):
     def shared_clock(self) -> float:
         """Seconds, for pauses, by a clock that all have who share the database."""
 
+    @property
+    @abstractmethod
+    def shared(self) -> bool:
+        """Whether other servers may use it as well."""
+
+    @abstractmethod
+    def do_without_flush(self, session: Session) -> None:
+        """Let the commit of this transaction be told before it is on the disk."""
+
     @abstractmethod
     def lock(self, session: Session, name: str) -> bool:
         """Lock a name until the transaction ends; whether no other transaction has it locked."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from sqlalchemy import select
+from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from service.jobs.deliveries import DeliveryState
@@ -23,7 +23,7 @@ from service.storage.rows import (
     submitted_columns,
     summary_columns,
 )
-from service.storage.tables import DeliveryRow, JobRow
+from service.storage.tables import DeliveryRow, JobRow, ProgressRow
 
 _TRIES_FOR_ROOM = 10
 """With the pauses between them, twenty minutes and more."""
@@ -137,6 +137,7 @@ class JobLife:
     def _queue_again(self, row: JobRow, due: float) -> None:
         row.state, row.owner, row.started, row.due = JobState.QUEUED, None, None, due
         self.session.flush()
+        self._forget_progress(row)
         move_in_line(self.session, row.tenant, waiting=1, running=-1)
         self.database.tell(self.session, Topic.QUEUED)
 
@@ -144,7 +145,12 @@ class JobLife:
         was = {"waiting": -1} if row.state is JobState.QUEUED else {"running": -1}
         self._enter(row, state)
         self.session.flush()
+        self._forget_progress(row)
         move_in_line(self.session, row.tenant, **was)
+
+    def _forget_progress(self, row: JobRow) -> None:
+        if self.database.shared:
+            self.session.execute(delete(ProgressRow).where(ProgressRow.job_id == row.id))
 
     def _enter(self, row: JobRow, state: JobState) -> None:
         """A last state."""

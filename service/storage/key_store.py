@@ -170,6 +170,10 @@ class SqlKeyStore:
                 by = Actor(key_id, address)
                 note(open_session, now, tenant, by, Action.SIGNED_OUT, key_id)
 
+    def has_ended(self, session: Session) -> bool:
+        with self._database.reading() as open_session:
+            return open_session.get(EndedSessionRow, session.name) is not None
+
     def ended_sessions(self, now: float) -> Mapping[str, float]:
         query = select(EndedSessionRow).where(EndedSessionRow.expires > now)
         with self._database.reading() as open_session:

@@ -19,13 +19,13 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import psycopg
-from sqlalchemy import URL, Engine, create_engine, func, make_url, select
+from sqlalchemy import URL, Engine, create_engine, func, make_url, select, text
 from sqlalchemy.exc import ArgumentError, DBAPIError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from sqlalchemy.orm import Session
@@ -146,6 +146,13 @@ class PostgresDatabase(Database):
     def shared_clock(self) -> float:
         return self._server_clock.now()
 
+    @property
+    def shared(self) -> bool:
+        return True
+
+    def do_without_flush(self, session: Session) -> None:
+        session.execute(text("SET LOCAL synchronous_commit = off"))
+
     def lock(self, session: Session, name: str) -> bool:
         digest = hashlib.blake2b(name.encode(), digest_size=8).digest()
         number = int.from_bytes(digest, "big", signed=True)
@@ -240,7 +247,7 @@ def _check_newer(found: str, release: str) -> None:
 def check_server(place: Place) -> None:
     """Raises :class:`~service.errors.SettingsError` where the server cannot be what is needed."""
     try:
-        with _connect(place) as connection:
+        with connect(place) as connection:
             version = connection.info.server_version // 10_000
             row = connection.execute("SELECT pg_encoding_to_char(encoding) FROM pg_database "
                                      "WHERE datname = current_database()").fetchone()  # fmt: skip
@@ -278,7 +285,7 @@ def _is_pooled(place: Place, first: psycopg.Connection[Any]) -> bool:
     mark = secrets.token_hex(8)
     setting = "SELECT current_setting('occluder.mark', true)"
     first.execute(f"SET occluder.mark = '{mark}'")
-    with _connect(place) as second:
+    with connect(place) as second:
         second.autocommit = False
         found = second.execute(setting).fetchone()
         kept = first.execute(setting).fetchone()
@@ -319,7 +326,8 @@ def _first_line(error: BaseException | None) -> str:
     return first.rpartition("FATAL:")[2].removeprefix("connection failed:").strip()
 
 
-def _connect(place: Place) -> psycopg.Connection[Any]:
+def connect(place: Place) -> psycopg.Connection[Any]:
+    """A connection that commits each statement.  Raises psycopg's errors."""
     return psycopg.connect(
         place.words, autocommit=True, connect_timeout=_CONNECT_SECONDS,
         application_name="occluder", keepalives_idle=10, keepalives_interval=5,
@@ -330,7 +338,7 @@ def _connect(place: Place) -> psycopg.Connection[Any]:
 def _engine(place: Place, connections: int, **options: Any) -> Engine:
     return create_engine(
         place.url,
-        creator=lambda: _set_up(_connect(place)),
+        creator=lambda: _set_up(connect(place)),
         pool_size=connections,
         max_overflow=0,
         pool_timeout=_WAIT_SECONDS,
@@ -404,7 +412,7 @@ class Listener:
         pause = 0.25
         while not self._stop.is_set():
             try:
-                with _connect(self._place) as connection:
+                with connect(self._place) as connection:
                     for topic in Topic:
                         connection.execute(f"LISTEN {_channel(topic)}")
                     pause = 0.25
@@ -428,16 +436,3 @@ class Listener:
             do()
         except Exception:
             logger.exception("news of another server could not be passed on")
-
-
-@contextmanager
-def session_lock(place: Place, key: int) -> Iterator[psycopg.Connection[Any] | None]:
-    """A lock that ends with the connection, which is given; None where another holds it.
-
-    Raises psycopg's errors.
-    """
-    with _connect(place) as connection:
-        row = connection.execute("SELECT pg_try_advisory_lock(%s)", (key,)).fetchone()
-        yield connection if row and row[0] else None
-        with suppress(psycopg.Error):
-            connection.execute("SELECT pg_advisory_unlock(%s)", (key,))

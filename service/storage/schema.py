@@ -53,9 +53,11 @@ def migrate(connection: Connection, release: str = __version__) -> None:
             f"the database is not of this version ({error}); "
             "start the version that it was last used with, or a newer one"
         ) from error
-    connection.execute(text("DELETE FROM deployment"))
     connection.execute(
-        text("INSERT INTO deployment (number, release, runs_from) VALUES (1, :release, :oldest)"),
+        text(
+            "INSERT INTO deployment (number, release, runs_from) VALUES (1, :release, :oldest)"
+            " ON CONFLICT (number) DO UPDATE SET release = :release, runs_from = :oldest"
+        ),
         {"release": release, "oldest": RUNS_FROM},
     )
 

@@ -93,6 +93,7 @@ class Scrubber:
     ``days``  from one check of a blob to the next; 0 for no checks.
     ``rate``  bytes a second that are read at most.
     ``clock``  the time of day.
+    ``leads``  whether it is for this server to read them.
     """
 
     places: BlobPlaces
@@ -100,6 +101,7 @@ class Scrubber:
     days: float
     rate: int
     clock: Callable[[], float] = time.time
+    leads: Callable[[], bool] = lambda: True
     _lock: threading.Lock = field(default_factory=threading.Lock)
     _figures: ScrubFigures = field(default_factory=ScrubFigures)
     _lost: dict[int, int] = field(default_factory=dict)
@@ -166,7 +168,7 @@ class Scrubber:
     def _rounds(self, stop: threading.Event) -> None:
         while not stop.is_set():
             try:
-                pause = self.pause()
+                pause = self.pause() if self.leads() else _GLANCE
                 if pause == 0.0:
                     self.read_next(stop)
             except Stopped:

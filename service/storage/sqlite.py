@@ -101,6 +101,13 @@ class SqliteDatabase(Database):
         """That of the machine; it is never set, and begins anew with the machine."""
         return time.monotonic()
 
+    @property
+    def shared(self) -> bool:
+        return False
+
+    def do_without_flush(self, session: Session) -> None:
+        """It is flushed all the same."""
+
     def lock(self, session: Session, name: str) -> bool:
         """One writes at a time."""
         return True

@@ -107,6 +107,7 @@ class JobRow(Base):
     ``owner``, ``beat``, ``lease_seconds``  who works at it; ``beat`` rises while that one lives,
     and has to within ``lease_seconds``.
     ``due``  before which it is not begun, by the clock that all share.
+    ``tallied``  whether metrics have counted its end.
     """
 
     __tablename__ = "jobs"
@@ -126,9 +127,14 @@ class JobRow(Base):
         Index("ix_jobs_state", "state", "number"),
         Index("ix_jobs_line", "state", "tenant", "priority", "number", "due"),
         Index("ix_jobs_asset", "asset_number", "state", "number", "kind"),
+        Index(
+            "ix_jobs_untallied", "number",
+            sqlite_where=text("ended IS NOT NULL AND NOT tallied"),
+            postgresql_where=text("ended IS NOT NULL AND NOT tallied"),
+        ),
         Index("ix_jobs_work", "work_key", "tenant", "state", "number"),
         {"sqlite_autoincrement": True},
-    )
+    )  # fmt: skip
 
     number: Mapped[int] = mapped_column(primary_key=True)
     id: Mapped[str] = mapped_column(String(32), unique=True)
@@ -159,6 +165,7 @@ class JobRow(Base):
     beat: Mapped[int] = mapped_column(default=0)
     lease_seconds: Mapped[float] = mapped_column(default=0.0)
     due: Mapped[float] = mapped_column(default=0.0, server_default=text("0"))
+    tallied: Mapped[bool] = mapped_column(default=False, server_default=false())
 
     asset: Mapped[AssetRow | None] = relationship(lazy="joined")
 
@@ -351,10 +358,47 @@ class WebhookSecretRow(Base):
     overlap_ends: Mapped[float]
 
 
+class ProgressRow(Base):
+    """How far a running job is, for servers other than the one that does it."""
+
+    __tablename__ = "progress"
+
+    job_id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    stage: Mapped[str]
+    fraction: Mapped[float]
+    measure: Mapped[float | None]
+    level: Mapped[int]
+    levels: Mapped[int]
+    seconds: Mapped[float]
+    picture: Mapped[bytes | None]
+    picture_number: Mapped[int]
+
+
+class FailedSignInsRow(Base):
+    """How much the unknown keys of an address weigh at a time; see :mod:`service.access`."""
+
+    __tablename__ = "failed_sign_ins"
+
+    bucket: Mapped[str] = mapped_column(primary_key=True)
+    level: Mapped[float]
+    at: Mapped[float] = mapped_column(index=True)
+
+
+class TallyRow(Base):
+    """What was counted of jobs that have ended, by labels, for metrics."""
+
+    __tablename__ = "tallies"
+
+    labels: Mapped[str] = mapped_column(primary_key=True)
+    count: Mapped[int]
+    total: Mapped[float]
+
+
 class DeploymentRow(Base):
     """The one row that says which release's servers take work, and which may use the tables.
 
     ``runs_from``  the schema of the oldest of these.
+    ``secret``     tells the secret that all share from another; empty until one is known.
     """
 
     __tablename__ = "deployment"
@@ -363,3 +407,4 @@ class DeploymentRow(Base):
     number: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     release: Mapped[str]
     runs_from: Mapped[str]
+    secret: Mapped[str] = mapped_column(default="", server_default="")

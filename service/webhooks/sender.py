@@ -1,7 +1,8 @@
 """The thread that tells receivers.
 
-Each word is told at least once: it is due until the store has noted that it was heard, so one that
-was under way when the server died is told again, by the same id.
+Each word is told at least once: it waits until the store has noted that it was heard, so one that
+was under way when the server died is told again, by the same id.  A sender claims what it tells, so
+that others that share the store leave it alone, for as long as telling may take and a little more.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import asyncio
 import json
 import logging
 import re
+import secrets as secrets_of_python
 import threading
 import time
 from collections import Counter
@@ -49,6 +51,7 @@ _AT_ONCE_OF_A_TENANT = 16  # by however many names it goes
 _LOOK_AHEAD = 500  # deliveries among which those of other receivers are looked for
 _GLANCE = 1.0  # seconds between looks at what has become due,
 _BREATH = 0.05  # and at least, so that a backlog does not cost a query a delivery
+_CLAIM_SLACK = 30.0  # seconds for which a claim holds beyond the time of the receiver
 _STORE_PAUSE = 5.0  # seconds before a store that fails is asked again
 _STOP_SECONDS = 1.0
 
@@ -74,6 +77,8 @@ class WebhookSender:
         self._secrets = secrets
         self._settings = settings
         self._resolve = resolve
+        self._owner = f"sender-{secrets_of_python.token_hex(8)}"
+        self._claim_seconds = 2.0 * settings.webhook_seconds + _CLAIM_SLACK
         self._under_way: dict[str, Delivery] = {}
         self._ready = threading.Event()
         self._thread = threading.Thread(target=self._run, name="webhooks", daemon=True)
@@ -117,7 +122,7 @@ class WebhookSender:
         async with transport, asyncio.TaskGroup() as tasks:
             while True:
                 self._woken.clear()
-                for delivery in self._next():
+                for delivery in self._claimed(list(self._next())):
                     self._under_way[delivery.id] = delivery
                     tasks.create_task(self._deliver(transport, delivery))
                 with suppress(TimeoutError):
@@ -146,6 +151,14 @@ class WebhookSender:
                 hosts[host] += 1
                 tenants[tenant] += 1
                 yield delivery
+
+    def _claimed(self, deliveries: Sequence[Delivery]) -> Sequence[Delivery]:
+        """Those of them that no other sender has."""
+        try:
+            return self._deliveries.claim(deliveries, self._owner, self._claim_seconds)
+        except Exception as error:
+            _complain(error)
+            return ()
 
     async def _deliver(self, transport: httpx.AsyncBaseTransport, delivery: Delivery) -> None:
         if delivery.request_id:

@@ -14,6 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from service.errors import SettingsError
+from service.settings import Settings
 
 _FILE = "webhook_secret"
 _BYTES = 32
@@ -27,6 +28,15 @@ class TenantSecrets:
         self._master = master
 
     @classmethod
+    def named_by(cls, settings: Settings) -> TenantSecrets:
+        """Those of the file that the settings name, else of the data folder.
+
+        Raises as :meth:`open` and :meth:`read` do.
+        """
+        file = settings.secret_file
+        return cls.open(settings.data) if file is None else cls.read(file)
+
+    @classmethod
     def open(cls, folder: Path) -> TenantSecrets:
         """Read the master secret of a data folder, or make it; several processes may do so at once.
 
@@ -37,20 +47,38 @@ class TenantSecrets:
         try:
             with suppress(FileExistsError):
                 _make(path)
+        except OSError as error:
+            raise SettingsError(
+                f"{path}: the webhooks' secret cannot be made ({error.strerror}); "
+                "check the rights of the data folder"
+            ) from None
+        return cls.read(path)
+
+    @classmethod
+    def read(cls, path: Path) -> TenantSecrets:
+        """Raises :class:`~service.errors.SettingsError` where the file cannot be read, is no
+        secret, or others than its owner may read it."""
+        try:
             mode, master = path.stat().st_mode, path.read_bytes()
         except OSError as error:
             raise SettingsError(
-                f"{path}: the webhooks' secret cannot be read or made ({error.strerror}); "
-                "check the rights of the data folder"
+                f"{path}: the webhooks' secret cannot be read ({error.strerror}); "
+                "check the file and its rights"
             ) from None
         if os.name == "posix" and mode & 0o077:
             raise SettingsError(f"{path}: others may read the webhooks' secret; chmod 600 it")
         if len(master) != _BYTES:
             raise SettingsError(
-                f"{path}: the webhooks' secret is damaged; put it back from a backup, or delete it "
-                "and give every receiver its new one ('occluder keys secret')"
+                f"{path}: the webhooks' secret is damaged: it has {len(master)} bytes, and not "
+                f"{_BYTES}; put it back from a backup, or delete it and give every receiver its "
+                "new one ('occluder keys secret')"
             )
         return cls(master)
+
+    @property
+    def fingerprint(self) -> str:
+        """Equal for equal secrets; nothing of them can be told from it."""
+        return self.signing_key("fingerprint").hex()
 
     def signing_key(self, purpose: str) -> bytes:
         """32 bytes for what this service signs for itself, others for each purpose."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.access.authentication import FailedAttempts
+from service.access.attempts import FailedAttempts
 
 
 class Clock:

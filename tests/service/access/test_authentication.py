@@ -68,6 +68,9 @@ class Keys:
     def end_session(self, session: Session, address: str) -> None:
         self.ended[session.name] = float(session.expires)
 
+    def has_ended(self, session: Session) -> bool:
+        return session.name in self.ended
+
     def ended_sessions(self, now: float) -> Mapping[str, float]:
         return {name: expires for name, expires in self.ended.items() if expires > now}
 

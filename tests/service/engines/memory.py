@@ -109,6 +109,11 @@ class MemoryJobs:
                     held[claim.job.id] = row.job.cancel_asked
             return held
 
+    def cancelled(self, claims):
+        with self.lock:
+            wanted = [one.job.id for one in claims if one.job.id in self.rows]
+            return frozenset(one for one in wanted if self.rows[one].job.cancel_asked)
+
     def succeed(self, claim, files, summary):
         with self.lock:
             if not self._held(claim):

@@ -7,6 +7,7 @@ import io
 from pathlib import Path
 
 from service.engines.engine import Engine
+from service.engines.failures import server_ended
 from service.jobs.job import JobFile, JobKind, Submission
 from service.jobs.progress import ProgressBoard
 from service.settings import Settings
@@ -35,11 +36,16 @@ class Workplace:
             self.jobs, self.blobs, self.board, self.settings, self.folder / "scratch",
             self.ended.append, self.work,
         )  # fmt: skip
-        self.engine.start()
+        self.engine.start(self.reclaim)
         try:
             yield self
         finally:
             self.engine.stop()
+
+    def reclaim(self):
+        for job in self.jobs.recover(server_ended(), all_leases=True):
+            if job.state.ended:
+                self.ended.append(job)
 
     def submit(self, do="copy", *, text="mesh", wake=True, attempts=3, request_id=None, **options):
         return self.submit_files(

@@ -204,3 +204,41 @@ def test_the_log_of_a_delivery_has_an_end(
         deliveries.postpone(delivery, replace(REFUSED, status=status), 0.0)
     kept = deliveries.record("studio", delivery.id).attempts
     assert [one.status for one in kept] == [502, 503, 504]
+
+
+def test_a_claimed_delivery_is_left_alone_until_the_claim_ends(
+    jobs: SqlJobStore, deliveries: SqlDeliveryStore, clock: Clock
+) -> None:
+    jobs.succeed(claimed(jobs), results(), summary())
+    (mine,) = deliveries.claim(deliveries.due(10), "me", 30.0)
+    assert mine.owner == "me"
+    assert deliveries.due(10) == []
+    clock.now += 31.0
+    seen = deliveries.due(10)
+    (theirs,) = deliveries.claim(seen, "they", 30.0)
+    assert deliveries.claim(seen, "me", 30.0) == []
+    deliveries.postpone(mine, REFUSED, 5.0)  # who was too late decides nothing
+    assert deliveries.due(10) == []
+    deliveries.confirm(theirs, HEARD)
+    record = deliveries.record(None, mine.id)
+    assert (record.state, len(record.attempts)) == (DeliveryState.DELIVERED, 2)
+
+
+def test_who_sends_alone_forgets_what_a_sender_of_before_has_claimed(
+    jobs: SqlJobStore, deliveries: SqlDeliveryStore
+) -> None:
+    jobs.succeed(claimed(jobs), results(), summary())
+    deliveries.claim(deliveries.due(10), "a dead sender", 3600.0)
+    assert deliveries.due(10) == []
+    deliveries.release_all()
+    (free,) = deliveries.due(10)
+    assert free.owner is None
+
+
+def test_what_is_asked_for_by_hand_is_sent_whoever_has_it(
+    jobs: SqlJobStore, deliveries: SqlDeliveryStore
+) -> None:
+    jobs.succeed(claimed(jobs), results(), summary())
+    (mine,) = deliveries.claim(deliveries.due(10), "me", 3600.0)
+    deliveries.redeliver(None, mine.id)
+    assert [one.id for one in deliveries.due(10)] == [mine.id]

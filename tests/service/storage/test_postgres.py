@@ -32,7 +32,6 @@ from service.storage.postgres import (
     Place,
     PostgresDatabase,
     migrate_server,
-    session_lock,
 )
 from service.storage.tables import AssetRow, Base, JobRow
 from tests.postgres import PostgresServer, free_port
@@ -438,21 +437,6 @@ def test_whoever_listens_hears_again_after_being_cut_off(
         assert again.acquire(timeout=10.0)
         postgres.execute("SELECT pg_notify('occluder_ended', 'x')", name)
         until(lambda: heard == ["x"])
-
-
-def test_one_holds_a_lock_until_its_connection_ends(postgres: PostgresServer, address: str) -> None:
-    place = Place.of(address)
-    with session_lock(place, 7) as first, session_lock(place, 7) as second:
-        assert first is not None
-        assert second is None
-        postgres.execute(f"SELECT pg_terminate_backend({first.info.backend_pid})")
-        until(lambda: is_free(place))
-    assert is_free(place)
-
-
-def is_free(place: Place) -> bool:
-    with session_lock(place, 7) as held:
-        return held is not None
 
 
 def test_time_is_that_of_the_server(address: str, monkeypatch: pytest.MonkeyPatch) -> None:

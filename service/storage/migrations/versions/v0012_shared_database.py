@@ -49,11 +49,52 @@ def upgrade() -> None:
     )
     op.drop_table("turns")
     op.add_column("deliveries", sa.Column("owner", Text()))
+    op.add_column(
+        "jobs", sa.Column("tallied", sa.Boolean(), nullable=False, server_default=sa.false())
+    )
+    op.execute("UPDATE jobs SET tallied = true WHERE ended IS NOT NULL")
+    ended = sa.text("ended IS NOT NULL AND NOT tallied")
+    op.create_index(
+        "ix_jobs_untallied", "jobs", ["number"], sqlite_where=ended, postgresql_where=ended
+    )
+    # What may be lost in a crash need not be flushed with each change.
+    unlogged = ["UNLOGGED"] if op.get_bind().dialect.name == "postgresql" else []
+    op.create_table(
+        "progress",
+        sa.Column("job_id", sa.String(32), nullable=False),
+        sa.Column("stage", Text(), nullable=False),
+        sa.Column("fraction", sa.Double, nullable=False),
+        sa.Column("measure", sa.Double),
+        sa.Column("level", whole(), nullable=False),
+        sa.Column("levels", whole(), nullable=False),
+        sa.Column("seconds", sa.Double, nullable=False),
+        sa.Column("picture", sa.LargeBinary),
+        sa.Column("picture_number", whole(), nullable=False),
+        sa.PrimaryKeyConstraint("job_id", name="pk_progress"),
+        prefixes=unlogged,
+    )
+    op.create_table(
+        "failed_sign_ins",
+        sa.Column("bucket", Text(), nullable=False),
+        sa.Column("level", sa.Double, nullable=False),
+        sa.Column("at", sa.Double, nullable=False),
+        sa.PrimaryKeyConstraint("bucket", name="pk_failed_sign_ins"),
+        prefixes=unlogged,
+    )
+    op.create_index("ix_failed_sign_ins_at", "failed_sign_ins", ["at"])
+    op.create_table(
+        "tallies",
+        sa.Column("labels", Text(), nullable=False),
+        sa.Column("count", whole(), nullable=False),
+        sa.Column("total", sa.Double, nullable=False),
+        sa.PrimaryKeyConstraint("labels", name="pk_tallies"),
+    )
     op.create_table(
         "deployment",
         sa.Column("number", whole(), nullable=False),
         sa.Column("release", Text(), nullable=False),
         sa.Column("runs_from", Text(), nullable=False),
+        sa.Column("secret", Text(), nullable=False, server_default=""),
         sa.CheckConstraint("number = 1", name="number"),
         sa.PrimaryKeyConstraint("number", name="pk_deployment"),
     )
@@ -61,6 +102,10 @@ def upgrade() -> None:
 
 def downgrade() -> None:
     op.drop_table("deployment")
+    for table in ("tallies", "failed_sign_ins", "progress"):
+        op.drop_table(table)
+    op.drop_index("ix_jobs_untallied", "jobs")
+    op.drop_column("jobs", "tallied")
     op.drop_column("deliveries", "owner")
     op.create_table(
         "turns",

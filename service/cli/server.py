@@ -26,6 +26,7 @@ from service.settings import Settings
 from service.storage.data_folder import DataFolder
 from service.storage.key_store import SqlKeyStore
 from service.storage.opening import open_database
+from service.tracing import tracing
 from simplifier.cli.plugin import print_text
 
 _IDLE = 75  # seconds that a connection without a request is kept: longer than proxies keep theirs
@@ -62,7 +63,7 @@ def run_server(settings: Settings) -> None:
                     if not server.should_exit:
                         await server.serve([listener])
 
-        with asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
+        with tracing(), asyncio.Runner(loop_factory=config.get_loop_factory()) as runner:
             runner.run(serve())
     finally:
         listener.close()

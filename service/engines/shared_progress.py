@@ -55,12 +55,13 @@ class SharedProgress:
         rounds = 0
         while not self._stop.wait(_READ_SECONDS):
             rounds += 1
+            write = rounds % _WRITE_EVERY == 0
             try:
-                self.exchange(write=rounds % _WRITE_EVERY == 0)
+                self.exchange(write=write)
             except Exception as error:
                 if not self._failing:
                     ours = not isinstance(error, ServiceError)
                     _log.warning("progress cannot be shared for now: %s", error, exc_info=ours)
                 self._failing = True
             else:
-                self._failing = False
+                self._failing &= not write  # to read alone is no sign that all is well

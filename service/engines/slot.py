@@ -26,6 +26,7 @@ from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
 from service.logs import serving_request
 from service.settings import Settings, processors
+from service.tracing import SpanKind, span
 
 logger = logging.getLogger(__name__)
 
@@ -112,8 +113,15 @@ class Slot:
         )
         if claim is not None:
             shop.bell.ring()  # there may be more
-            with serving_request(claim.job.request_id):
+            job = claim.job
+            about = {"occluder.job": job.id, "occluder.kind": job.kind, "attempt": job.attempt}
+            with (
+                serving_request(job.request_id),
+                span(f"job {job.kind}", SpanKind.CONSUMER, job.trace, about) as part,
+            ):
                 self._do(claim, process)
+                with suppress(ServiceError):
+                    part.set_attribute("occluder.state", shop.jobs.job(None, job.id).state)
             shop.bell.ring()
 
     def _ready_process(self) -> WorkerProcess:

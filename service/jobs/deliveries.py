@@ -37,7 +37,7 @@ class Delivery:
     ``attempt``  how often it was tried since it was made, or since it was asked for by hand.
     ``due``      when it is next, Unix seconds.
     ``redelivered``  how often it was asked for by hand.
-    ``request_id``  of the request that the job came by.
+    ``request_id``, ``trace``  of the request that the job came by.
     ``owner``    who sends it just now.
     """
 
@@ -49,6 +49,7 @@ class Delivery:
     due: float
     redelivered: int = 0
     request_id: str | None = None
+    trace: str | None = None
     owner: str | None = None
 
 

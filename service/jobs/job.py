@@ -144,6 +144,7 @@ class JobTerms:
     ``attempts``  how often it may be begun, since its process may die.
     ``priority``  its place among the jobs of its tenant; the result is the same.
     ``request_id``  of the request that asked for it, by which logs and webhooks name it.
+    ``trace``     of that request, as ``traceparent`` has it; None where nobody traces.
     """
 
     kind: JobKind
@@ -156,6 +157,7 @@ class JobTerms:
     priority: Priority = Priority.INTERACTIVE
     retry_of: str | None = None
     request_id: str | None = None
+    trace: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,8 +20,12 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from service.access.key import Caller
 from service.headers import wait_seconds, wants_result
 from service.logs import begin_request, request_id
+from service.tracing import HEADER, SpanKind, span
 
 _log = logging.getLogger("service.requests")
+
+_UNTRACED = frozenset({"/healthz", "/readyz", "/metrics"})
+"""What is asked for all the time, and takes none."""
 
 _NAME = re.compile(r"[A-Za-z0-9._-]{1,64}", re.ASCII)
 
@@ -82,8 +86,15 @@ class RequestLog:
             await send(message)
 
         began = time.perf_counter()
+        told_trace = Headers(scope=scope).get(HEADER)
         try:
-            await self._app(scope, receive, noting)
+            if scope["path"] in _UNTRACED:
+                await self._app(scope, receive, noting)
+            else:
+                with span(scope["method"], SpanKind.SERVER, told_trace) as part:
+                    await self._app(scope, receive, noting)
+                    part.update_name(f"{scope['method']} {_route_of(scope) or 'other'}")
+                    part.set_attribute("http.response.status_code", answer.status or 0)
         finally:
             told = _fields(scope, answer, time.perf_counter() - began)
             _log.info(_line(told, answer), extra={"fields": told})

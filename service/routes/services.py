@@ -25,6 +25,7 @@ from service.logs import request_id
 from service.metrics import Metrics
 from service.schemas.options import OptionTable
 from service.settings import Settings
+from service.tracing import traceparent
 
 _SUBMITTING = 8
 """Threads that submit at once: the database takes one after the other anyway."""
@@ -94,7 +95,7 @@ class Services:
 
     def take_in(self, submission: Submission) -> Job:
         """As :meth:`submit`, where the stored result was looked at; fit for a transaction."""
-        submission = replace(submission, request_id=request_id())
+        submission = replace(submission, request_id=request_id(), trace=traceparent())
         job, to_do = self.jobs.submit(submission, self.settings.queue_limit)
         self.answers.afterwards(self.runner.wake if to_do else lambda: self.on_end(job))
         return job

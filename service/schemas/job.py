@@ -151,6 +151,9 @@ class JobBody(BaseModel):
     request_id: str | None = Field(
         description="`X-Request-Id` of the request that made it; its webhook has it too."
     )
+    trace: str | None = Field(
+        description="`traceparent` of that request, where the service sends traces."
+    )
     webhook: str | None = Field(
         description="Who is told when it ends; keys that only read see no more than the host.",
         examples=["https://ci.example.org/hooks/7f3a"],

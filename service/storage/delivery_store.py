@@ -195,5 +195,6 @@ def _delivery_of(row: DeliveryRow) -> Delivery:
         "tenant": row.job.tenant,
         "job_id": row.job.id,
         "request_id": row.job.request_id,
+        "trace": row.job.trace,
     }
     return Delivery(**by_name(row, Delivery, but=kept_otherwise), **kept_otherwise)

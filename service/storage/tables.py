@@ -161,6 +161,7 @@ class JobRow(Base):
     reused: Mapped[str | None] = mapped_column(String(32))
     retry_of: Mapped[str | None] = mapped_column(String(32))
     request_id: Mapped[str | None] = mapped_column(String(64))
+    trace: Mapped[str | None]
     owner: Mapped[str | None]
     beat: Mapped[int] = mapped_column(default=0)
     lease_seconds: Mapped[float] = mapped_column(default=0.0)

@@ -25,6 +25,7 @@ from service.errors import NotFoundError, ServiceError
 from service.jobs.deliveries import Delivery, DeliveryAttempt, DeliveryStore, WebhookOutcome
 from service.logs import begin_request
 from service.settings import Settings
+from service.tracing import HEADER, SpanKind, span, traceparent
 from service.webhooks.address_guard import Resolve
 from service.webhooks.posting import PinnedTransport, PostOutcome, post_webhook, seconds_until_retry
 from service.webhooks.rotation import CurrentSecrets
@@ -165,7 +166,10 @@ class WebhookSender:
             begin_request(delivery.request_id)
         try:
             began, since = time.time(), time.perf_counter()
-            outcome = await self._tell(transport, delivery)
+            about = {"occluder.job": delivery.job_id, "occluder.webhook": delivery.id}
+            with span("webhook", SpanKind.CLIENT, delivery.trace, about) as part:
+                outcome = await self._tell(transport, delivery)
+                part.set_attribute("http.response.status_code", outcome.status or 0)
             attempt = DeliveryAttempt(
                 at=began,
                 milliseconds=1000.0 * (time.perf_counter() - since),
@@ -249,6 +253,7 @@ def _headers(delivery: Delivery, secrets: Sequence[str], body: bytes) -> dict[st
         TIMESTAMP_HEADER: str(timestamp),
         SIGNATURE_HEADER: signatures(secrets, timestamp, body),
         **({REQUEST_HEADER: delivery.request_id} if delivery.request_id else {}),
+        **({HEADER: trace} if (trace := traceparent()) else {}),
     }
 
 

@@ -49,6 +49,7 @@ def upgrade() -> None:
     )
     op.drop_table("turns")
     op.add_column("deliveries", sa.Column("owner", Text()))
+    op.add_column("jobs", sa.Column("trace", Text()))
     op.add_column(
         "jobs", sa.Column("tallied", sa.Boolean(), nullable=False, server_default=sa.false())
     )
@@ -105,6 +106,7 @@ def downgrade() -> None:
     for table in ("tallies", "failed_sign_ins", "progress"):
         op.drop_table(table)
     op.drop_index("ix_jobs_untallied", "jobs")
+    op.drop_column("jobs", "trace")
     op.drop_column("jobs", "tallied")
     op.drop_column("deliveries", "owner")
     op.create_table(

@@ -43,7 +43,7 @@ class Topic(StrEnum):
     """A job has ended; its id goes with it."""
 
 
-class UndoneError(NotReadyError):
+class UndoneError(Exception):
     """The database has undone a transaction for the sake of another; done again, it may succeed."""
 
 
@@ -116,15 +116,18 @@ class Database(ABC):
         """Do something that may be undone, until it is not; within :meth:`together` but once.
 
         The whole of :meth:`together` is undone then, and it is for its caller to do that again.
+        Raises :class:`~service.errors.NotReadyError` after some tries.
         """
         if self._joined.get() is not None:
             return work()
         for number in range(_TRIES):
             try:
                 return work()
-            except UndoneError:
+            except UndoneError as error:
                 if number == _TRIES - 1:
-                    raise
+                    raise NotReadyError(
+                        f"the database is too busy ({error})", remedy="try again in a minute"
+                    ) from error
             time.sleep(random.uniform(0.0, min(_LONGEST_PAUSE, 0.005 * 2.0**number)))
         raise AssertionError("unreachable")
 

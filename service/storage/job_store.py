@@ -83,7 +83,7 @@ class SqlJobStore:
             if done is None:
                 if not life.queue(row, most):  # others were faster
                     check_room(*room)
-                    raise UndoneError("the queue was full for a moment", remedy="try again")
+                    raise UndoneError("the queue was full for a moment")
             else:
                 results = [file for file in files_of(session, done.number) if not file.is_input]
                 add_files(session, row.number, results)

@@ -183,9 +183,7 @@ class PostgresDatabase(Database):
         state = getattr(error.orig, "sqlstate", None)
         words = _first_line(error.orig)
         if state in _UNDONE:
-            raise UndoneError(
-                f"the database was busy with the same rows ({words})", remedy="try again"
-            ) from error
+            raise UndoneError(f"others were at the same rows: {words}") from error
         if state in _DAMAGE:
             self._damaged = True
             raise DatabaseDamagedError(

@@ -101,7 +101,7 @@ def asset_named(
     ).first()
     row = find_asset(session, tenant, name, lock=lock)
     if row is None:  # another has made it and removed it since
-        raise UndoneError("the asset was removed meanwhile", remedy="try again")
+        raise UndoneError("the asset was removed meanwhile")
     return row, made is not None
 
 

@@ -10,7 +10,7 @@ import pytest
 from alembic import command
 from sqlalchemy import create_engine
 
-from service.storage.database import alembic_config
+from service.storage.schema import alembic_config
 from tests.faults.remains import assert_folder_is_clean
 from tests.service.real import BOX
 from tests.waiting import until

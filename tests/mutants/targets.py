@@ -112,6 +112,8 @@ TARGETS = (
         (*_STORE, "tests/service/storage/test_delivery_store.py"),
     ),
     Target("service/storage/job_store.py", _STORE),
+    Target("service/storage/lines.py", ("tests/service/storage/test_turns.py",)),
+    Target("service/jobs/turns.py", ("tests/service/storage/test_turns.py",)),
     # The address guard: no webhook leads in.
     Target("service/webhooks/excerpt.py", ("tests/service/webhooks/test_excerpt.py",)),
     Target("service/webhooks/address_guard.py", ("tests/service/webhooks/test_address_guard.py",

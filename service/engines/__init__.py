@@ -8,6 +8,7 @@
     signals    how its threads reach each other: a bell, and orders for attempts
     trouble    what keeps it from working, and for how long it waits
     process    the server's end of a process
+    environment, confinement, socket_filter   what a process is given, and gives up, before it reads
     worker     the other end: what runs in the process
     work/      what is done for each kind of job, by the library
 

@@ -61,8 +61,13 @@ class CancelTask:
 
 @dataclass(frozen=True)
 class Ready:
-    """Everything is loaded; tasks may come."""
+    """Everything is loaded; tasks may come.
 
+    ``unconfined``  what the process can do though it should not, since the system has no way to
+    keep it from that: "reach the network".
+    """
+
+    unconfined: tuple[str, ...] = ()
     type: Literal["ready"] = "ready"
 
 

@@ -2,11 +2,12 @@
 
 A plain child by ``subprocess`` rather than ``multiprocessing``: it gets an environment of its own
 before any library reads it, runs none of the server's main module, and inherits nothing but one
-socket.
+socket.  It is started by a process that hides its memory.
 """
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import socket
@@ -15,9 +16,12 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import cache
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from service.engines.confinement import hide_memory
+from service.engines.environment import worker_environment
 from service.engines.messages import (
     LARGEST,
     Answer,
@@ -29,18 +33,9 @@ from service.engines.messages import (
     instruction_bytes,
 )
 
-_PAGE = os.sysconf("SC_PAGE_SIZE")
+logger = logging.getLogger(__name__)
 
-_ENVIRONMENT = {
-    # Threads are the library's own; those of others would only take memory and each other's time.
-    "OPENBLAS_NUM_THREADS": "1",
-    "OMP_NUM_THREADS": "1",
-    "MKL_NUM_THREADS": "1",
-    "OPENCV_FOR_THREADS_NUM": "1",
-    # Each further arena keeps what its threads have freed.
-    "MALLOC_ARENA_MAX": "2",
-    "MPLBACKEND": "agg",
-}
+_PAGE = os.sysconf("SC_PAGE_SIZE")
 
 
 class ProcessDiedError(Exception):
@@ -55,6 +50,7 @@ class WorkerProcess:
 
         Raises OSError when no process can be started.
         """
+        hide_memory()
         ours, theirs = socket.socketpair()
         with ours, theirs:
             self._process = subprocess.Popen(
@@ -66,7 +62,7 @@ class WorkerProcess:
                 stdout=subprocess.DEVNULL,
                 pass_fds=[theirs.fileno()],
                 process_group=0,
-                env={**os.environ, **_ENVIRONMENT, "PYTHONPATH": os.pathsep.join(_import_path())},
+                env=worker_environment(os.environ, os.pathsep.join(_import_path())),
             )  # fmt: skip
             self._connection = Connection(ours.detach())
         self.ready = False
@@ -130,6 +126,8 @@ class WorkerProcess:
         if isinstance(answer, Ready):
             self.ready = True
             self._base = _private_bytes(self.pid)
+            if answer.unconfined:
+                _tell_unconfined(answer.unconfined)
         return answer
 
     def kill(self) -> None:
@@ -139,6 +137,15 @@ class WorkerProcess:
                 os.killpg(self.pid, signal.SIGKILL)
             self._process.wait()
         self._connection.close()
+
+
+@cache
+def _tell_unconfined(ways: tuple[str, ...]) -> None:
+    """In the log, once: it is the same for all."""
+    logger.warning(
+        "worker processes, which read files from anyone, can %s: this system has no way to keep "
+        "them from it (docs/security.md)", " and ".join(ways),
+    )  # fmt: skip
 
 
 def _import_path() -> Iterator[str]:

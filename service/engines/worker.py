@@ -4,14 +4,13 @@ The descriptor is its end of a socket pair.  The function gets everything ready 
 does a task.  The process lives until the other end closes, and then ends at once, whatever it is
 at: nothing outlives its server.
 
-Before it reads anything it sets by itself what it may do to the machine.  The server sees to the
-rest: it starts the process in a group of its own, so that one signal ends all that it starts, and
-watches its memory and its time.
+Before it reads anything it confines itself (:mod:`service.engines.confinement`).  The server sees
+to the rest: it starts the process in a group of its own, so that one signal ends all that it
+starts, with little of its own environment, and watches its memory and its time.
 """
 
 from __future__ import annotations
 
-import ctypes
 import gc
 import hashlib
 import importlib
@@ -31,6 +30,7 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Self
 
+from service.engines.confinement import confine
 from service.engines.failures import out_of_memory, out_of_reading_time, program_fault
 from service.engines.messages import (
     LARGEST,
@@ -63,10 +63,6 @@ LoadWork = Callable[[], DoTask]
 """Gets everything ready, once a process."""
 
 _TELL_SECONDS = 0.1
-
-_NICE = 5
-_PR_SET_PDEATHSIG = 1
-_OOM_SCORE = "500"
 
 
 class TaskFailedError(Exception):
@@ -175,12 +171,12 @@ class _Wire:
             self.say(TaskProgress(progress))
 
 
-def serve(connection: Connection, start: LoadWork) -> None:
-    """Do tasks until the other end closes."""
+def serve(connection: Connection, start: LoadWork, unconfined: tuple[str, ...] = ()) -> None:
+    """Do tasks until the other end closes; ``unconfined`` is told at the first word."""
     wire = _Wire(connection)
     work = start()
     gc.freeze()  # what is loaded stays, and need not be looked through after each task
-    wire.say(Ready())
+    wire.say(Ready(unconfined))
     while True:
         task = wire.next_task()
         with serving_request(task.request_id):
@@ -234,7 +230,7 @@ def _is_right(task: Task, name: str) -> bool:
 
 def main() -> None:
     """The entry point of the process."""
-    confine()
+    unconfined = confine()
     form = os.environ.get("OCCLUDER_LOG", LogForm.TEXT).lower()
     log_as(
         LogForm(form) if form in set(LogForm) else LogForm.TEXT,
@@ -243,22 +239,7 @@ def main() -> None:
     logging.getLogger().setLevel(logging.INFO)
     module, _, function = sys.argv[2].partition(":")
     start: LoadWork = getattr(importlib.import_module(module), function)
-    serve(Connection(int(sys.argv[1])), start)
-
-
-def confine() -> None:
-    """Yield to the server, write files that nobody else can read, leave no core, die with it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends its own
-    os.umask(0o077)
-    os.nice(_NICE)
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    if sys.platform == "linux":
-        # The signal comes when the thread that started this process ends, even by kill -9, and
-        # even while a kernel keeps every thread here from running.
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-        # When memory runs out on the machine, workers go before the server does.
-        with suppress(OSError):  # a container may show /proc without letting anyone write to it
-            Path("/proc/self/oom_score_adj").write_text(_OOM_SCORE)
+    serve(Connection(int(sys.argv[1])), start, unconfined)
 
 
 def allow_memory(more: int) -> None:

@@ -208,7 +208,10 @@ def test_an_asset_keeps_the_history_of_its_runs(client):
 
 def test_the_server_imports_nothing_heavy(client, server):
     client.wait(client.submit(BOX, name="box.obj", options=QUICK).id)
-    libraries = Path(f"/proc/{server.process.pid}/maps").read_text()
+    try:
+        libraries = Path(f"/proc/{server.process.pid}/maps").read_text()
+    except PermissionError:
+        pytest.skip("a server hides its memory from all but root")
     for heavy in ("numpy", "numba", "llvmlite", "scipy", "cv2", "matplotlib"):
         assert heavy not in libraries
 

@@ -27,9 +27,9 @@ from service.jobs.job import Summary
 
 
 def start():
-    with Path(os.environ["STARTS"]).open("a") as file:
+    with Path(os.environ["FAULTS_STARTS"]).open("a") as file:
         file.write("x")
-    while not Path(os.environ["COMPILED"]).exists():
+    while not Path(os.environ["FAULTS_COMPILED"]).exists():
         sum(range(1000))
     return work
 
@@ -54,8 +54,8 @@ def cold(declared, tmp_path):
     (tmp_path / "slow_start.py").write_text(SLOW_START)
     with running(
         os.pathsep.join([str(SURROUNDINGS), declared]), tmp_path / "data",
-        FAULTS_WORK=str(tmp_path / "slow_start.py"), STARTS=str(tmp_path / "starts"),
-        COMPILED=str(tmp_path / "compiled"), OCCLUDER_WORKERS="2", OCCLUDER_MAX_WAIT="1",
+        FAULTS_WORK=str(tmp_path / "slow_start.py"), FAULTS_STARTS=str(tmp_path / "starts"),
+        FAULTS_COMPILED=str(tmp_path / "compiled"), OCCLUDER_WORKERS="2", OCCLUDER_MAX_WAIT="1",
         OCCLUDER_DASHBOARD="false",
     ) as server:  # fmt: skip
         yield server

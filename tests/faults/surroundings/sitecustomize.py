@@ -2,6 +2,9 @@
 
 ``FAULTS_CLOCK``  file with the seconds by which the time of day is wrong, read at each look.
 ``FAULTS_WORK``   file to be run in worker processes in place of the library's work.
+
+Whatever begins with ``FAULTS_`` reaches workers as well: not by the environment, which is kept from
+them, but by entries of the path that lead nowhere.
 """
 
 from __future__ import annotations
@@ -38,6 +41,15 @@ class _OtherWork:
             return None
         return importlib.util.spec_from_file_location(name, self._file)
 
+
+_PASSING = "/faults/"
+for entry in sys.path:
+    if entry.startswith(_PASSING):
+        name, _, value = entry.removeprefix(_PASSING).partition("=")
+        os.environ.setdefault(name, value)
+for name, value in os.environ.items():
+    if name.startswith("FAULTS_") and (entry := f"{_PASSING}{name}={value}") not in sys.path:
+        sys.path.append(entry)
 
 if clock := os.environ.get("FAULTS_CLOCK"):
     _set_wrong(Path(clock))

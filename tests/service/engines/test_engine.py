@@ -286,7 +286,7 @@ def test_a_disk_that_fills_up_costs_the_job_no_attempt(tmp_path):
 
 
 def test_processes_that_die_at_birth_are_told_and_started_again(tmp_path, monkeypatch):
-    monkeypatch.setenv("TRIES", str(tmp_path / "tries"))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
     place = Workplace(
         tmp_path / "place", "tests.service.engines.works:start_at_the_fourth_try", workers=1
     )

@@ -21,8 +21,7 @@ def starts(file):
 
 def test_one_process_prepares_and_jobs_say_so(tmp_path, monkeypatch):
     note, compiled = tmp_path / "starts", tmp_path / "compiled"
-    monkeypatch.setenv("STARTS", str(note))
-    monkeypatch.setenv("COMPILED", str(compiled))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))  # of little that workers are told by
     place = Workplace(tmp_path / "place", "tests.service.engines.works:start_when_compiled")
     with place.open():
         job_id = place.submit()
@@ -40,7 +39,7 @@ def test_one_process_prepares_and_jobs_say_so(tmp_path, monkeypatch):
 
 
 def test_who_dies_at_it_leaves_it_to_the_next(tmp_path, monkeypatch):
-    monkeypatch.setenv("TRIES", str(tmp_path / "tries"))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
     place = Workplace(tmp_path / "place", "tests.service.engines.works:start_at_the_fourth_try")
     with place.open():
         assert place.end_of(place.submit()).state is JobState.SUCCEEDED

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import signal
 import sys
+import tempfile
 import threading
 import time
 from pathlib import Path
@@ -44,7 +46,7 @@ def start_never():
 
 
 def start_at_the_fourth_try():
-    tries = Path(os.environ["TRIES"])
+    tries = Path(tempfile.gettempdir()) / "tries"
     with tries.open("a") as file:
         file.write("x")
     if tries.stat().st_size < 4:
@@ -54,9 +56,10 @@ def start_at_the_fourth_try():
 
 def start_when_compiled():
     """As the first process does that has to compile, which takes until the file is there."""
-    with Path(os.environ["STARTS"]).open("a", buffering=1) as file:
+    folder = Path(tempfile.gettempdir())
+    with (folder / "starts").open("a", buffering=1) as file:
         file.write("begin\n")
-        while not Path(os.environ["COMPILED"]).exists():
+        while not (folder / "compiled").exists():
             sum(range(1000))  # a sign of life
         file.write("end\n")
     return work
@@ -189,7 +192,6 @@ def allocate_in_children(task, tell, cancel):
 
 def report_surroundings(task, tell, cancel):
     import resource
-    import tempfile
 
     facts = [
         os.environ["OCCLUDER_THREADS"],
@@ -203,11 +205,22 @@ def report_surroundings(task, tell, cancel):
     (Path(task.results) / "facts.json").write_text(repr(facts))
 
 
+def tell_environment(task, tell, cancel):
+    (Path(task.results) / "environment.json").write_text(json.dumps(dict(os.environ)))
+
+
+def look_around(task, tell, cancel):
+    from tests.service.engines import ways_out
+
+    found = ways_out.found(task.options["around"])
+    (Path(task.results) / "found.json").write_text(json.dumps(found))
+
+
 DEEDS = {
     one.__name__: one
     for one in (
         copy, die, exit_quietly, wait, hang, fail, fault, allocate, keep, allocate_in_children,
         report_surroundings, stop_once, lock_up, compute, fill_once, read_for_ever,
-        read_in_one_call, read_by_threads, read_then_work,
+        read_in_one_call, read_by_threads, read_then_work, tell_environment, look_around,
     )
 }  # fmt: skip

@@ -6,6 +6,7 @@
     overhead     a result by HTTP against the same calls of the library, both warm
     connections  a thousand open connections beside those that ask
     throughput   jobs a second of 32 clients, against two processes that call the library
+    storage      files and bytes that a small bunny leaves behind, by what is kept
 
 A real server in a temporary folder, clients on the same machine: they share its processors.
 ``service_PART.csv`` hold the figures, ``service.md`` shows them all.
@@ -31,6 +32,8 @@ from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+import numpy as np
+
 import simplifier
 from bench.meshes import ASSETS, bumpy_sphere
 from bench.record import Row, told, write_page, write_table
@@ -49,6 +52,9 @@ CONNECTIONS = 1000
 PROCESSES = 2
 POSTERS = 32
 THROUGHPUT_TARGET = 0.9
+STORED = 12
+MILLION_NIGHT_SECONDS = 8 * 3600.0
+PUTS_TARGET, TERABYTES_TARGET = 150.0, 0.3
 _REPEATS = 11
 _BLOCK = 1 << 20
 _PAUSE = 1.0  # seconds that a client waits where the queue is full
@@ -222,6 +228,42 @@ def throughput_rows(arguments: argparse.Namespace) -> Iterator[Row]:
         }  # fmt: skip
 
 
+def storage_rows(arguments: argparse.Namespace) -> Iterator[Row]:
+    """Bunnies of other sizes, with the options as by default: a file is a put to a bucket.
+
+    ``puts_s`` and ``terabytes`` are those of a million such jobs in a night of eight hours.  What
+    one asks for on demand comes at its end: of a process that has to start, and of one that is
+    warm, beside a page.
+    """
+    del arguments
+    bunny = simplifier.load(ASSETS / "bunny_4968.ply")
+    numbers = count(1)
+    for keep, settings in (
+        ("all, with pages", {"draw_at_once": True}), ("all", {}), ("lean", {"keep": "lean"}),
+    ):  # fmt: skip
+        with served(**settings) as server, closing(Client(server.address)) as client:
+            sent, jobs = 0, []
+            for _ in range(STORED):
+                mesh = _ply(bunny, 1.0 + next(numbers) / 1e5)
+                sent += len(mesh)
+                jobs.append(client.wait(client.submit(mesh, name="bunny.ply").id))
+            blobs = [path for path in (server.folder / "data/blobs").rglob("*") if path.is_file()]
+            stored = sum(path.stat().st_size for path in blobs)
+            on_disk = sum(path.stat().st_blocks * 512 for path in blobs)
+            database = (server.folder / "data/occluder.db").stat().st_size
+            first, *later = (_demanded(client, job.id, "lod0.obj") for job in jobs)
+            page = statistics.median(_demanded(client, job.id, "report.html") for job in jobs)
+        files, size = len(blobs) / STORED, stored / STORED
+        puts, terabytes = files * 1e6 / MILLION_NIGHT_SECONDS, size * 1e6 / 1e12
+        yield {
+            "keep": keep, "jobs": STORED, "files": files, "kilobytes": size / 1e3,
+            "sent_kilobytes": sent / STORED / 1e3, "on_disk_kilobytes": on_disk / STORED / 1e3,
+            "database_kilobytes": database / STORED / 1e3, "puts_s": puts, "terabytes": terabytes,
+            "first_file_ms": first, "file_ms": statistics.median(later), "page_ms": page,
+            "target": met(puts < PUTS_TARGET and terabytes < TERABYTES_TARGET),
+        }  # fmt: skip
+
+
 PARTS: dict[str, Callable[[argparse.Namespace], Iterator[Row]]] = {
     "load": load_rows,
     "memory": memory_rows,
@@ -229,6 +271,7 @@ PARTS: dict[str, Callable[[argparse.Namespace], Iterator[Row]]] = {
     "overhead": overhead_rows,
     "connections": connection_rows,
     "throughput": throughput_rows,
+    "storage": storage_rows,
 }
 
 
@@ -401,6 +444,27 @@ def _obj(mesh: simplifier.TriangleMesh, size: float = 1.0) -> bytes:
     lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in size * mesh.vertices]
     lines += [f"f {a} {b} {c}" for a, b, c in mesh.faces + 1]
     return "\n".join(lines).encode()
+
+
+def _ply(mesh: simplifier.TriangleMesh, size: float) -> bytes:
+    """As the asset is: binary, of 32 bits."""
+    rows = np.empty(len(mesh.faces), [("count", "u1"), ("corners", "<i4", 3)])
+    rows["count"], rows["corners"] = 3, mesh.faces
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(mesh.vertices)}\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        f"element face {len(mesh.faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    return header.encode() + (size * mesh.vertices).astype("<f4").tobytes() + rows.tobytes()
+
+
+def _demanded(client: Client, job_id: str, name: str) -> float:
+    """Milliseconds until a file of a job is here."""
+    with tempfile.TemporaryDirectory() as place:
+        begin = time.perf_counter()
+        client.fetch(job_id, name, Path(place) / "file")
+        return 1000.0 * (time.perf_counter() - begin)
 
 
 def _until(condition: Callable[[], bool], seconds: float = 120.0) -> None:

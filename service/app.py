@@ -14,7 +14,7 @@ from starlette.types import ASGIApp
 from service.access.authentication import Authenticator
 from service.access.session import Sessions
 from service.at_work import Runner, running_engine
-from service.engines.drawing import Drawer
+from service.engines.on_demand import OnDemand
 from service.jobs.deliveries import Delivery
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
@@ -146,9 +146,9 @@ def open_services(settings: Settings) -> Iterator[Services]:
             runner.wake()
 
         parts.enter_context(sharing.listening(hear, look_anew))
-        drawer = Drawer(jobs, blobs, settings, stores.scratch)
-        drawer.start()
-        parts.callback(drawer.stop)
+        on_demand = OnDemand(jobs, blobs, settings, stores.scratch)
+        on_demand.start()
+        parts.callback(on_demand.stop)
         yield Services(
             settings=settings,
             version=__version__,
@@ -173,7 +173,7 @@ def open_services(settings: Settings) -> Iterator[Services]:
             wake_webhooks=sender.wake,
             checks=_checks(settings, stores.database, blobs, runner, board),
             on_end=on_end,
-            pages=drawer,
+            files=on_demand,
         )
 
 

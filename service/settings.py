@@ -19,6 +19,7 @@ from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 from pydantic_settings import SettingsError as SourceError
 
 from service.errors import SettingsError
+from service.keep import Keep
 from service.logs import LogForm
 
 _MIB = 1 << 20
@@ -34,6 +35,8 @@ class EngineChoice(StrEnum):
 
 
 _PREFIX = "OCCLUDER_"
+_OTHERS = {"OCCLUDER_KEY", "OCCLUDER_SERVER", "OCCLUDER_THREADS"}
+"""Variables of that prefix that commands and the library read."""
 _UNITS = (("GiB", 1 << 30), ("MiB", 1 << 20))
 
 
@@ -130,6 +133,12 @@ class Settings(BaseSettings):
         False,
         description="Whether the pages and pictures of reports are drawn with each job; else when "
         "somebody first asks for them.",
+    )
+    keep: Keep = Field(
+        Keep.ALL,
+        description="Files of an occluder's result that are stored as its job ends, where the job "
+        "does not say: all, or lean, the occluder and its report; others are then made when "
+        "somebody first asks for them, and no pages are drawn with the job.",
     )
     lease_seconds: float = Field(
         30.0, ge=1.0, description="Time after which a silent server's jobs are taken over, seconds."
@@ -248,7 +257,7 @@ def unknown_settings() -> Iterator[str]:
     """A line for each variable that is no setting but nearly one: a slip of the keyboard."""
     names = [_variable(name) for name in Settings.model_fields]
     for variable in sorted(os.environ):
-        if variable.startswith(_PREFIX) and variable not in names:
+        if variable.startswith(_PREFIX) and variable not in (*names, *_OTHERS):
             for meant in get_close_matches(variable, names, n=1, cutoff=0.85):
                 yield f"{variable} is no setting and does nothing; did you mean {meant}?"
 

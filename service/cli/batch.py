@@ -15,7 +15,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from service.cli.mesh_submission import MeshOutcome, MeshSubmission, submit_one
-from service.client import Client, ClientError, Priority
+from service.client import Client, ClientError, Keep, Priority
 from simplifier.cli.plugin import (
     INTERRUPTED,
     interrupts,
@@ -32,14 +32,21 @@ _LONGEST_NAME = 32
 
 
 def submit_all(
-    submissions: Sequence[MeshSubmission], server: str, key: str | None, at_once: int
+    submissions: Sequence[MeshSubmission],
+    server: str,
+    key: str | None,
+    at_once: int,
+    keep: Keep | None = None,
 ) -> int:
-    """Print what came of each; the exit status."""
+    """Print what came of each; the exit status.
+
+    ``keep``  which files of their results are stored; None leaves it to the service.
+    """
     with interrupts() as listening:
         with listening.deferred() as stop, submission_bars() as bars:
             # Who sends one waits for it; who sends many lets the others of the tenant go first.
             priority = Priority.BULK if len(submissions) > 1 else Priority.INTERACTIVE
-            failed = _Batch(server, key, priority, stop, bars).run(submissions, at_once)
+            failed = _Batch(server, key, priority, keep, stop, bars).run(submissions, at_once)
         if listening.heard:
             print_line("error: interrupted; what was under way is cancelled, the rest is kept")
             return INTERRUPTED
@@ -56,10 +63,13 @@ class _Batch:
         server: str,
         key: str | None,
         priority: Priority,
+        keep: Keep | None,
         stop: threading.Event,
         bars: SubmissionBars,
     ) -> None:
-        self._client = Client(server, key=key, patience=_PATIENCE, priority=priority, stop=stop)
+        self._client = Client(
+            server, key=key, patience=_PATIENCE, priority=priority, keep=keep, stop=stop
+        )
         self._canceller = Client(server, key=key, patience=0.0)
         self._stop, self._bars = stop, bars
         self._lock = threading.Lock()

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from service.cli.command import run_command
+from service.keep import Keep
 from simplifier import OCCLUDER_SUFFIXES, OptionError, OutputError, SimplifyOptions
 from simplifier.cli.plugin import Debug, overrides_beside, read_values, with_options
 
@@ -40,6 +41,14 @@ def submit(
         str | None,
         typer.Option(help="Name whose run each becomes; {name} in it is that of the mesh."),
     ] = None,
+    keep: Annotated[
+        Keep | None,
+        typer.Option(
+            help="What the service stores of each result: all files, or the occluder and its "
+            "report, and makes the others when they are asked for.",
+            show_default="the service's",
+        ),
+    ] = None,
     no_overrides: Annotated[
         bool, typer.Option("--no-overrides", help="Do not send the files of overrides.")
     ] = False,
@@ -68,7 +77,7 @@ def submit(
             )
             for mesh, target, name in zip(meshes, targets, names, strict=True)
         ]
-        return submit_all(submissions, server, key, at_once)
+        return submit_all(submissions, server, key, at_once, keep)
 
     run_command(run, debug=debug)
 

@@ -21,10 +21,12 @@ from service.client.values import (
     RemoteResult,
 )
 from service.jobs.job import Priority
+from service.keep import Keep
 
 __all__ = [
     "Client",
     "ClientError",
+    "Keep",
     "Priority",
     "Problem",
     "RemoteAsset",

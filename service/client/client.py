@@ -29,6 +29,7 @@ from service.client.wire import Wire
 from service.jobs.asset import Thresholds
 from service.jobs.deliveries import DeliveryState
 from service.jobs.job import JobKind, JobState, Priority
+from service.keep import Keep
 
 _GLANCE = 1.0  # seconds between two questions where events do not come
 
@@ -47,6 +48,7 @@ class Client:
     ``key``       an API key, where one is needed.
     ``patience``  seconds for which an answer "later" (429, 503) is followed by another try.
     ``priority``  of the jobs that it submits: bulk where nobody waits for a single one.
+    ``keep``      which files of their results are stored; None leaves it to the service.
     ``stop``      once set, from any thread, calls end soon by
                   :class:`~service.client.errors.StoppedError`.
 
@@ -63,10 +65,12 @@ class Client:
         key: str | None = None,
         patience: float = 120.0,
         priority: Priority = Priority.INTERACTIVE,
+        keep: Keep | None = None,
         stop: threading.Event | None = None,
     ) -> None:
         # The default is the server's too, and an older one knows no other.
         self._priority = None if priority is Priority.INTERACTIVE else priority
+        self._keep = keep
         self._wire = Wire(server, key, patience, stop or threading.Event())
 
     def __enter__(self) -> Self:
@@ -311,7 +315,9 @@ class Client:
         return {"options": text, **self._labels(asset, webhook)}
 
     def _labels(self, asset: str | None, webhook: str | None) -> dict[str, Any]:
-        return {"asset": asset, "webhook": webhook, "priority": self._priority}
+        return {
+            "asset": asset, "webhook": webhook, "priority": self._priority, "keep": self._keep,
+        }  # fmt: skip
 
     def _changes(self, job_id: str) -> Iterator[RemoteJob]:
         """The job at each event, as far as they come."""

@@ -13,6 +13,7 @@ from typing import Any
 from service.jobs.asset import Thresholds
 from service.jobs.deliveries import DeliveryState
 from service.jobs.job import Failure, JobFacts, JobKind, JobState, Priority, Summary
+from service.keep import Keep
 
 
 @dataclass(frozen=True)
@@ -72,8 +73,9 @@ class RemoteLevel:
 class RemoteResult:
     """What a job that succeeded has made; ``report`` as ``docs/report.schema.json`` says.
 
-    ``pages``  names of files that show the report to people, by what they show; they are drawn when
-    they are first fetched, and among ``files`` from then on.
+    ``pages``  names of files that show the report to people, by what they show.
+    ``on_demand``  names of files that are made when they are first fetched, pages among them, and
+    are among ``files`` from then on.
     """
 
     job: RemoteJob
@@ -81,6 +83,7 @@ class RemoteResult:
     levels: tuple[RemoteLevel, ...]
     files: tuple[RemoteFile, ...]
     pages: Mapping[str, str] = field(default_factory=dict)
+    on_demand: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -142,6 +145,7 @@ def job_of(data: Mapping[str, Any]) -> RemoteJob:
             "kind": JobKind(data["kind"]),
             "state": JobState(data["state"]),
             "priority": Priority(data.get("priority", Priority.INTERACTIVE)),
+            "keep": Keep(data.get("keep", Keep.ALL)),
             "asset": asset.get("name"),
             "asset_id": asset.get("id"),
             "progress": progress_of(data.get("progress")),
@@ -166,6 +170,7 @@ def result_of(data: Mapping[str, Any]) -> RemoteResult:
         pages={
             shown: link.rpartition("/files/")[2] for shown, link in data.get("pages", {}).items()
         },
+        on_demand=tuple(one["name"] for one in data.get("on_demand", ())),
     )
 
 

@@ -13,6 +13,7 @@ from pydantic import ConfigDict, Field, TypeAdapter
 
 from service.jobs.job import Failure, JobKind, Summary
 from service.jobs.progress import JobProgress
+from service.keep import Keep
 
 LARGEST = 16 << 20
 """Bytes of a message at most; a summary with ten thousand warnings has two million."""
@@ -32,7 +33,9 @@ class Task:
     ``reading``  seconds that it may take over its inputs before it begins with them; None for any.
     ``digests``  SHA-256 in hex by the input's name: what its file has to be, or nothing is done.
     ``request_id``  of the request that it is done for, for the log.
+    ``keep``     which files of the result are written.
     ``pages``    whether the pages of its report are drawn now; else when somebody asks for them.
+    ``wanted``   a file to be made of what an earlier job has kept, which is among the inputs.
     """
 
     kind: JobKind
@@ -48,7 +51,9 @@ class Task:
     digests: Mapping[str, str] = field(default_factory=dict)
     reading: float | None = None
     request_id: str | None = None
+    keep: Keep = Keep.ALL
     pages: bool = True
+    wanted: str | None = None
     type: Literal["task"] = "task"
 
 

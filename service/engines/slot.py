@@ -24,6 +24,7 @@ from service.errors import DiskFullError, NotFoundError, ServiceError
 from service.jobs.job import Claim, Job, JobFile, inputs_by_part
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
+from service.keep import Keep
 from service.logs import serving_request
 from service.settings import Settings, processors
 from service.tracing import SpanKind, span
@@ -238,7 +239,7 @@ class Slot:
             job.kind, job.name, job.options, inputs, str(folder / "results"),
             str(folder / "scratch"), self._threads(), shop.settings.job_memory,
             shop.settings.max_unpacked, labels, digests, shop.settings.read_seconds, job.request_id,
-            shop.settings.draw_at_once,
+            job.keep, shop.settings.draw_at_once and job.keep is Keep.ALL,
         )  # fmt: skip
 
     def _threads(self) -> int:

@@ -10,6 +10,8 @@ from enum import StrEnum
 from pathlib import PurePosixPath
 from typing import Any
 
+from service.keep import Keep
+
 
 class JobKind(StrEnum):
     """What is to be made."""
@@ -78,7 +80,8 @@ class JobFile:
 
     Inputs: ``input/mesh.glb``, ``input/occluder.obj``, ``input/scene.glb`` and so on, and
     :data:`OVERRIDES_FILE`.  Results: ``occluder.glb`` with all levels, ``lod0.glb``,
-    ``lod0.obj``... one by one, ``report.json``, ``report.html``, ``pictures/silhouettes.png``...
+    ``lod0.obj``... one by one, ``report.json``, ``report.html``, ``pictures/silhouettes.png``...;
+    ``levels.npz`` where little is kept.
 
     ``label``  of an input, what its owner calls it, for people only; None where it is not known.
     """
@@ -143,6 +146,7 @@ class JobTerms:
     ``asset``     whose run it becomes, if any.
     ``attempts``  how often it may be begun, since its process may die.
     ``priority``  its place among the jobs of its tenant; the result is the same.
+    ``keep``      which of its files are stored as it ends; others are made on demand.
     ``request_id``  of the request that asked for it, by which logs and webhooks name it.
     ``trace``     of that request, as ``traceparent`` has it; None where nobody traces.
     """
@@ -155,6 +159,7 @@ class JobTerms:
     webhook: str | None = None
     attempts: int = 3
     priority: Priority = Priority.INTERACTIVE
+    keep: Keep = Keep.ALL
     retry_of: str | None = None
     request_id: str | None = None
     trace: str | None = None

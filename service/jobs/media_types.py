@@ -13,6 +13,7 @@ _MEDIA_TYPES: Mapping[str, tuple[str, ...]] = {
     ".gltf": ("model/gltf+json",),
     ".html": ("text/html; charset=utf-8",),
     ".json": ("application/json",),
+    ".npz": ("application/x-npz",),
     ".obj": ("model/obj",),
     ".occ": ("application/x-occluder",),
     ".off": ("model/off",),

@@ -147,7 +147,7 @@ class JobStore(Protocol):
     def end_cancelled(self, claim: Claim) -> bool:
         """Whether the claim still held."""
 
-    def add_pages(self, job_id: str, files: Sequence[JobFile]) -> bool:
+    def add_files(self, job_id: str, files: Sequence[JobFile]) -> bool:
         """Add files to a job that has succeeded; whether it is still there.
 
         Those that it has by the same names stay.

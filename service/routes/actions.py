@@ -104,7 +104,7 @@ def _once_more(
             version=services.version, asset=job.asset,
             webhook=job.webhook if kind is job.kind else None,
             attempts=services.settings.attempts,
-            priority=job.priority if retry_of else Priority.INTERACTIVE,
+            priority=job.priority if retry_of else Priority.INTERACTIVE, keep=job.keep,
             may_reuse=not sweeps,  # whoever measures again wants the times of today
             retry_of=retry_of,
         )  # fmt: skip

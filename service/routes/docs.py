@@ -15,6 +15,7 @@ from service.answers.problems import MEDIA_TYPE
 from service.jobs.asset import LONGEST_NAME
 from service.jobs.job import JobKind, Priority
 from service.jobs.stores import LONGEST_URL
+from service.keep import Keep
 from service.schemas.job_options import option_tables
 from service.uploads.receiving import Wanted
 
@@ -113,6 +114,13 @@ _LABELS: list[dict[str, Any]] = [
             "type": "string", "enum": [str(one) for one in Priority],
             "default": str(Priority.INTERACTIVE),
         },
+    },
+    {
+        "name": "keep", "in": "query",
+        "description": "Of the result of an occluder or an evaluation, `all` files are stored, or "
+        "only the occluder and its report (`lean`), from which the others are made when they are "
+        "first asked for. Without, as `OCCLUDER_KEEP` says.",
+        "schema": {"type": "string", "enum": [str(one) for one in Keep]},
     },
 ]  # fmt: skip
 _FILENAME = {

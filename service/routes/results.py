@@ -18,7 +18,7 @@ from service.answers.problems import problem_of_state
 from service.errors import NotAcceptableError, NotFoundError
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobFile, JobState
-from service.jobs.pages import is_page, is_undrawn
+from service.jobs.on_demand import can_be_made, on_demand
 from service.jobs.stores import BlobStore
 from service.routes.docs import (
     CONDITIONS,
@@ -33,7 +33,7 @@ from service.routes.docs import (
 )
 from service.routes.jobs import job_body
 from service.routes.services import KEYED, Reader, Services, TheServices
-from service.schemas.result import FilePage, Result, ResultFile
+from service.schemas.result import FilePage, LaterFile, Result, ResultFile, names_of
 
 router = APIRouter(prefix="/v1", tags=["results"], dependencies=KEYED)
 
@@ -67,9 +67,14 @@ async def get_result(
     "/jobs/{job_id}/files", responses=refusals(*EVERYWHERE, 404), summary="List a job's files"
 )
 def list_files(job_id: str, services: TheServices, caller: Reader) -> FilePage:
-    """What was sent, and what was made of it, by name."""
+    """What was sent, and what was made of it, by name; and what is made as soon as it is asked
+    for."""
     job = services.jobs.job(caller.tenant, job_id)
-    return FilePage(items=[ResultFile.of(job.id, file) for file in services.jobs.files(job.id)])
+    files = services.jobs.files(job.id)
+    return FilePage(
+        items=[ResultFile.of(job.id, file) for file in files],
+        on_demand=[LaterFile.of(job.id, name) for name in on_demand(job, names_of(files))],
+    )
 
 
 @router.get(
@@ -83,14 +88,17 @@ async def get_file(
     job_id: str, name: str, request: Request, services: TheServices, caller: Reader
 ) -> Response:
     """Its bytes, whole or, by `Range` and `If-Range`, in part. It never changes; its ETag is the
-    SHA-256 of it. Pages and pictures of a report are drawn when they are first asked for."""
+    SHA-256 of it. What comes on demand is made when it is first asked for, and is the same
+    from then on."""
     job = await run_sync(services.jobs.job, caller.tenant, job_id)
-    await _see_to_pages(services, job, name)
-    return await run_sync(_file_answer, request, services, job, name)
+    files = await _files_with(services, job, name)
+    return await run_sync(_file_answer, request, services, files, name)
 
 
-def _file_answer(request: Request, services: Services, job: StoredJob, name: str) -> Response:
-    file = _find_file(services.jobs.files(job.id), name)
+def _file_answer(
+    request: Request, services: Services, files: Sequence[JobFile], name: str
+) -> Response:
+    file = _find_file(files, name)
     if file is None:
         raise NotFoundError(
             f"the job has no file '{name}'",
@@ -116,24 +124,28 @@ async def answer_with_result(
     request: Request, services: Services, caller: Caller, job: StoredJob, media_type: str
 ) -> Response:
     """The result of a job that has succeeded, as JSON or as a file."""
-    await _see_to_pages(services, job, FORMATS[job.kind].get(media_type, ""))
-    return await run_sync(_result_answer, request, services, caller, job, media_type)
+    files = await _files_with(services, job, FORMATS[job.kind].get(media_type))
+    return await run_sync(_result_answer, request, services, caller, job, files, media_type)
 
 
-async def _see_to_pages(services: Services, job: StoredJob, name: str) -> None:
-    """Wait until a page is drawn, if the name is one that is not there yet."""
-    if services.pages is None or not is_page(name):
-        return
+async def _files_with(services: Services, job: StoredJob, name: str | None) -> Sequence[JobFile]:
+    """The files of a job; one of that name is waited for, if it comes on demand."""
     files = await run_sync(services.jobs.files, job.id)
-    if is_undrawn(job, {file.name for file in files}, name):
-        # Others may wait for the same: who leaves must not cancel it.
-        await asyncio.shield(asyncio.wrap_future(services.pages.draw(job)))
+    if name is None or services.files is None or not can_be_made(job, names_of(files), name):
+        return files
+    # Others may wait for the same: who leaves must not cancel it.
+    await asyncio.shield(asyncio.wrap_future(services.files.make(job, name)))
+    return await run_sync(services.jobs.files, job.id)
 
 
 def _result_answer(
-    request: Request, services: Services, caller: Caller, job: StoredJob, media_type: str
+    request: Request,
+    services: Services,
+    caller: Caller,
+    job: StoredJob,
+    files: Sequence[JobFile],
+    media_type: str,
 ) -> Response:
-    files = services.jobs.files(job.id)
     if media_type == JSON:
         report = read_report(services.blobs, files)
         result = Result.of(job_body(services, caller, job), report, files)

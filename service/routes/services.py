@@ -17,7 +17,7 @@ from service.idempotency import Answers
 from service.jobs.asset import AssetStore
 from service.jobs.deliveries import DeliveryLog
 from service.jobs.job import Job, JobKind, Submission
-from service.jobs.pages import PageMaker
+from service.jobs.on_demand import FileMaker
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
 from service.journal import Journal
@@ -60,7 +60,7 @@ class Services:
     ``checks``         by name, what has to be well for the service to be ready.
     ``submitting``     limits the threads that submit, so that others need not wait for one.
     ``on_end``         called once for each job that a route, and no runner, has brought to its end.
-    ``pages``          draws those of jobs when they are asked for; None where nobody does.
+    ``files``          makes those of jobs that come on demand; None where nobody does.
     """
 
     settings: Settings
@@ -81,7 +81,7 @@ class Services:
     wake_webhooks: Callable[[], None]
     checks: Mapping[str, Check]
     on_end: Callable[[Job], None]
-    pages: PageMaker | None = None
+    files: FileMaker | None = None
     submitting: CapacityLimiter = field(default_factory=lambda: CapacityLimiter(_SUBMITTING))
 
     def submit(self, submission: Submission) -> Job:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import partial
 from typing import Any
 
@@ -29,6 +30,7 @@ from service.idempotency import Answer, KeyedRequest
 from service.jobs.asset import asset_name
 from service.jobs.job import Job, JobKind, JobState, Priority, Submission
 from service.jobs.stores import LONGEST_URL
+from service.keep import Keep
 from service.routes.jobs import job_body
 from service.routes.once import REPLAYED, kept_response
 from service.routes.results import answer_with_result
@@ -50,17 +52,18 @@ def _webhook(text: str) -> str:
     return text
 
 
-def _priority(text: str) -> Priority:
-    words = [str(one) for one in Priority]
-    if text not in words:
-        raise ValueError(f"it is {text[:_LONGEST_ECHO]!a}, and may be {' or '.join(words)}")
-    return Priority(text)
+def _one_of(words: type[StrEnum], text: str) -> StrEnum:
+    known = [str(one) for one in words]
+    if text not in known:
+        raise ValueError(f"it is {text[:_LONGEST_ECHO]!a}, and may be {' or '.join(known)}")
+    return words(text)
 
 
 _LABELS: Mapping[str, Callable[[str], str]] = {
     "asset": asset_name,
     "webhook": _webhook,
-    "priority": _priority,
+    "priority": partial(_one_of, Priority),
+    "keep": partial(_one_of, Keep),
 }
 """What comes beside the options; each as it is kept, or a ValueError that says what is wrong."""
 
@@ -166,6 +169,7 @@ async def _submission(
         asset=form.asset,
         webhook=form.webhook,
         priority=form.priority,
+        keep=form.keep or services.settings.keep,
         attempts=services.settings.attempts,
     )
 
@@ -205,12 +209,17 @@ def _in_parts(request: Request) -> bool:
 
 @dataclass(frozen=True)
 class Form:
-    """What is wanted of an upload, checked.  ``options`` are all of them, by keyword."""
+    """What is wanted of an upload, checked.
+
+    ``options``  all of them, by keyword.
+    ``keep``     None where it is left to the service.
+    """
 
     options: Mapping[str, Any]
     asset: str | None
     webhook: str | None
     priority: Priority
+    keep: Keep | None
 
 
 def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) -> Form:
@@ -236,7 +245,8 @@ def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) ->
     if faults:
         raise InvalidOptionsError(faults)
     priority = Priority(said.get("priority", Priority.INTERACTIVE))
-    return Form(resolved, said.get("asset"), said.get("webhook"), priority)
+    keep = Keep(said["keep"]) if "keep" in said else None
+    return Form(resolved, said.get("asset"), said.get("webhook"), priority, keep)
 
 
 def _collect_faults(faults: list[FieldError], read: Callable[[], dict[str, Any]]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from pydantic import AwareDatetime, BaseModel, BeforeValidator, Field
 
 from service.jobs.job import Job, JobKind, JobState, Priority, Summary
 from service.jobs.progress import JobProgress
+from service.keep import Keep
 from simplifier import VerdictWord
 
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
@@ -138,6 +139,10 @@ class JobBody(BaseModel):
     attempt: int = Field(description="How often it was begun.")
     attempts: int = Field(description="How often it may be.")
     priority: Priority = Field(description="Its place among your own jobs.")
+    keep: Keep = Field(
+        description="Which files of an occluder's or an evaluation's result are stored as it ends; "
+        "the others are made on demand."
+    )
     options: dict[str, Any] = Field(description="All of them, defaults included.")
     version: str = Field(description="Of the library that does it.")
     progress: ProgressBody | None = Field(

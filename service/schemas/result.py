@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, Self
 from urllib.parse import quote
 
 from pydantic import BaseModel, Field
 
 from service.jobs.job import JobFile
-from service.jobs.pages import PAGES, has_pages
+from service.jobs.on_demand import PAGES, has_pages, level_of, on_demand
 from service.schemas.job import JobBody
 from simplifier import VerdictWord
 
-_LEVEL_FILE = re.compile(r"lod(\d+)\.(\w+)")
+
+def names_of(files: Iterable[JobFile]) -> Collection[str]:
+    return {file.name for file in files}
+
+
+def _link(job_id: str, name: str) -> str:
+    return f"/v1/jobs/{job_id}/files/{quote(name)}"
 
 
 class ResultFile(BaseModel):
@@ -33,14 +38,32 @@ class ResultFile(BaseModel):
             media_type=file.media_type,
             size=file.blob.size,
             sha256=file.blob.digest,
-            link=f"/v1/jobs/{job_id}/files/{quote(file.name)}",
+            link=_link(job_id, file.name),
         )
+
+
+class LaterFile(BaseModel):
+    """A file that is made when it is first asked for, which takes a second or a few."""
+
+    name: str = Field(examples=["report.html"])
+    link: str = Field(examples=["/v1/jobs/j_7Qk2/files/report.html"])
+
+    @classmethod
+    def of(cls, job_id: str, name: str) -> Self:
+        return cls(name=name, link=_link(job_id, name))
+
+
+_ON_DEMAND = Field(
+    description="What is made as soon as it is asked for, and then among the files: pages of the "
+    "report, and where a job keeps little its levels in all formats."
+)
 
 
 class FilePage(BaseModel):
     """All files of a job, by name."""
 
     items: list[ResultFile]
+    on_demand: list[LaterFile] = _ON_DEMAND
 
 
 class Level(BaseModel):
@@ -73,6 +96,7 @@ class Result(BaseModel):
     )
     levels: list[Level] = Field(description="Finest first; none for a scene or visible sets.")
     files: list[ResultFile] = Field(description="All results, and what was sent.")
+    on_demand: list[LaterFile] = _ON_DEMAND
     pages: dict[str, str] = Field(
         description="What shows the report to people, by what it shows: drawn when it is first "
         "asked for, and among `files` from then on.",
@@ -81,22 +105,27 @@ class Result(BaseModel):
 
     @classmethod
     def of(cls, job: JobBody, report: dict[str, Any] | None, files: Sequence[JobFile]) -> Self:
-        listed = [ResultFile.of(job.id, file) for file in files]
-        drawn = has_pages(job.kind, job.state, {file.name for file in files})
+        names = names_of(files)
+        later = on_demand(job, names)
         return cls(
-            job=job, report=report, levels=_levels(report or {}, listed), files=listed,
-            pages={shown: f"/v1/jobs/{job.id}/files/{name}" for shown, name in PAGES.items()}
-            if drawn else {},
-        )  # fmt: skip
+            job=job,
+            report=report,
+            levels=_levels(job.id, report or {}, (*names, *later)),
+            files=[ResultFile.of(job.id, file) for file in files],
+            on_demand=[LaterFile.of(job.id, name) for name in later],
+            pages={shown: _link(job.id, name) for shown, name in PAGES.items()}
+            if has_pages(job, names)
+            else {},
+        )
 
 
-def _levels(report: Mapping[str, Any], files: Iterable[ResultFile]) -> list[Level]:
+def _levels(job_id: str, report: Mapping[str, Any], names: Iterable[str]) -> list[Level]:
     """What the report says of each level that has files."""
     links: dict[int, dict[str, str]] = {}
-    for file in files:
-        match = _LEVEL_FILE.fullmatch(file.name)
-        if match:
-            links.setdefault(int(match[1]), {})[match[2]] = file.link
+    for name in sorted(names):
+        if (one := level_of(name)) is not None:
+            level, suffix = one
+            links.setdefault(level, {})[suffix[1:]] = _link(job_id, name)
     # A single occluder is reported as a whole, levels of detail in a row each.
     rows = report.get("levels") or [report]
     return [

@@ -263,7 +263,7 @@ class SqlJobStore:
             return row.state
 
     @retried
-    def add_pages(self, job_id: str, files: Sequence[JobFile]) -> bool:
+    def add_files(self, job_id: str, files: Sequence[JobFile]) -> bool:
         with self._database.writing() as session:
             row = session.scalars(
                 select(JobRow).where(JobRow.id == job_id).with_for_update(of=JobRow)

@@ -33,6 +33,7 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column, relationship
 from service.access.key import Scope
 from service.jobs.deliveries import DeliveryState
 from service.jobs.job import JobKind, JobState, Priority
+from service.keep import Keep
 from service.storage.column_types import Document, Text, whole
 
 
@@ -71,6 +72,7 @@ class Base(DeclarativeBase):
         JobKind: _words(JobKind),
         JobState: _words(JobState),
         Priority: _words(Priority),
+        Keep: _words(Keep),
         Scope: _words(Scope),
         DeliveryState: _words(DeliveryState),
     }
@@ -115,6 +117,7 @@ class JobRow(Base):
         _one_of("kind", JobKind),
         _one_of("state", JobState),
         _one_of("priority", Priority),
+        _one_of("keep", Keep),
         CheckConstraint("attempt BETWEEN 0 AND attempts", name="attempt"),
         CheckConstraint(
             "(state IN ('succeeded', 'failed', 'cancelled')) = (ended IS NOT NULL)", name="ended"
@@ -151,6 +154,7 @@ class JobRow(Base):
     attempt: Mapped[int] = mapped_column(default=0)
     attempts: Mapped[int]
     priority: Mapped[Priority] = mapped_column(server_default=Priority.INTERACTIVE)
+    keep: Mapped[Keep] = mapped_column(server_default=Keep.ALL)
     asset_number: Mapped[int | None] = mapped_column(
         ForeignKey("assets.number", ondelete="CASCADE")
     )

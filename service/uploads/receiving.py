@@ -26,7 +26,7 @@ from service.settings import Settings
 from service.uploads.body import Body
 from service.uploads.multipart import Part, boundary_of, read_parts
 
-TEXTS = ("options", "asset", "webhook", "priority")
+TEXTS = ("options", "asset", "webhook", "priority", "keep")
 """Parts that are text."""
 _LONGEST_TEXT = 64 << 10
 

@@ -14,6 +14,7 @@ import httpx
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
+import simplifier
 from service.app import create_app
 from service.settings import Settings
 from tests.service.routes.serving import listening, problem
@@ -107,6 +108,41 @@ def test_pages_are_drawn_when_somebody_asks_for_them_and_kept(http):
         headers={"Accept": "text/html", "Prefer": "wait=60"},
     )  # fmt: skip
     assert copy.text == page.text  # of the stored result, with its pages
+
+
+def test_what_a_lean_job_has_not_stored_is_there_all_the_same(http, tmp_path):
+    body = HOUSE + b"# lean\n"
+    done = http.post(
+        "/v1/occluders", params={**QUICK, "filename": "lean.obj", "keep": "lean"}, content=body,
+        headers={"Prefer": "wait=60"},
+    ).json()  # fmt: skip
+    job = done["job"]
+    stored = {"input/mesh.obj", "occluder.glb", "levels.npz", "report.json"}
+    assert {file["name"] for file in done["files"]} == stored
+    (tmp_path / "lean.obj").write_bytes(body)
+    made = simplifier.simplify(simplifier.load(tmp_path / "lean.obj"), **QUICK, lods=3)
+    for suffix in (".obj", ".glb", ".occ"):
+        made.save(tmp_path / f"house{suffix}")
+    assert len(done["levels"]) == len(made.chain.levels) >= 2
+    for level in done["levels"]:
+        file = http.get(level["files"]["obj"])
+        assert file.content == (tmp_path / f"house_lod{level['level']}.obj").read_bytes()
+    by_type = {"model/gltf-binary": "house.glb", "application/x-occluder": "house.occ"}
+    for media_type, name in by_type.items():
+        file = http.get(job["links"]["result"], headers={"Accept": media_type})
+        assert file.content == (tmp_path / name).read_bytes()
+    place = f"/v1/jobs/{job['id']}/files"
+    page = http.get(f"{place}/report.html")
+    assert "<title>Occluder of lean.obj" in page.text
+    assert http.head(f"{place}/original.glb").headers["content-type"] == "model/gltf-binary"
+    listed = http.get(place).json()
+    there = {file["name"] for file in listed["items"]}
+    assert there > stored | {"lod0.obj", "lod1.obj", "occluder.occ", "original.glb", "report.html"}
+    later = {file["name"] for file in listed["on_demand"]}
+    assert {"lod0.tres", "lod1.ply"} <= later
+    assert not later & there
+    problem(http.get(f"{place}/lod7.obj"), 404, "not-found")
+    problem(http.get(f"{place}/lod0.fbx"), 404, "not-found")
 
 
 def test_a_result_is_read_as_a_page_at_once(http):

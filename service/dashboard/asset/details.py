@@ -11,14 +11,14 @@ from service.dashboard.view_map import Axis
 from service.dashboard.views import View, views_of
 from service.jobs.asset import Asset, AssetStore
 from service.jobs.job import OVERRIDES_FILE, Job, JobKind
+from service.jobs.on_demand import ORIGINAL
 from service.jobs.stores import BlobStore, JobStore
 from service.routes.results import read_report
 from service.schemas.job import JobBody
 from service.schemas.options import OptionTable
-from service.schemas.result import Level, Result, ResultFile
+from service.schemas.result import LaterFile, Level, Result, ResultFile
 
 _HISTORY = 200
-_ORIGINAL = "original.glb"
 _SHEET = "pictures/silhouettes.png"
 
 
@@ -69,6 +69,7 @@ class RunDetail:
 
     ``original``  address of the mesh to look at; ``sheet`` of the picture of its silhouettes;
     ``overrides`` of the file of overrides that came with it.
+    ``later``     what is made when somebody first asks for it.
     ``pages``     addresses of what shows the report, by what it shows.
     ``left_out``  why levels that were asked for are not there, a sentence each.
     ``deviation``  the largest distance that the occluder was found to have, mesh's units.
@@ -78,6 +79,7 @@ class RunDetail:
     levels: tuple[Level, ...] = ()
     views: tuple[View, ...] = ()
     files: tuple[ResultFile, ...] = ()
+    later: tuple[LaterFile, ...] = ()
     pages: Mapping[str, str] = field(default_factory=dict)
     solid: Solid | None = None
     deviation: float | None = None
@@ -89,25 +91,19 @@ class RunDetail:
 
     @property
     def original(self) -> str | None:
-        return self._link(_ORIGINAL)
+        return self._link(ORIGINAL)
 
     @property
     def sheet(self) -> str | None:
         return self.pages.get("silhouettes") or self._link(_SHEET)
 
     @property
-    def undrawn(self) -> tuple[tuple[str, str], ...]:
-        """Names and links of pages that are drawn when somebody first asks for them."""
-        there = {file.link for file in self.files}
-        links = (link for link in self.pages.values() if link not in there)
-        return tuple((link.partition("/files/")[2], link) for link in links)
-
-    @property
     def overrides(self) -> str | None:
         return self._link(OVERRIDES_FILE)
 
     def _link(self, name: str) -> str | None:
-        return next((file.link for file in self.files if file.name == name), None)
+        there: tuple[ResultFile | LaterFile, ...] = (*self.files, *self.later)
+        return next((file.link for file in there if file.name == name), None)
 
 
 @dataclass(frozen=True)
@@ -167,6 +163,7 @@ def read_run(stores: Stores, tenant: str, job_id: str) -> RunDetail:
         levels=tuple(result.levels),
         views=views_of(judged) if judged else (),
         files=tuple(result.files),
+        later=tuple(result.on_demand),
         pages=result.pages,
         solid=Solid.of(judged) if judged else None,
         deviation=judged["deviation"] if judged else None,

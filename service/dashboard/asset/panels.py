@@ -26,7 +26,8 @@ from service.dashboard.plain_table import PlainTable
 from service.dashboard.views import Bin, Measure, View, histogram, quantile
 from service.dashboard.wording import VERDICT_CLASSES, length, overhang, percent, seconds, whole
 from service.jobs.job import Summary
-from service.schemas.result import Level, ResultFile
+from service.keep import Keep
+from service.schemas.result import LaterFile, Level, ResultFile
 
 _BAR = (90, 130, 180)
 _DIGITS = 2
@@ -67,7 +68,7 @@ def run_panels(
             solid_panel(run.solid, run.deviation, summary.error_bound)
         if run.sheet:
             pictures_panel(run.sheet)
-        downloads_panel(run.files, run.undrawn)
+        downloads_panel(run.files, run.later, lean=run.job.keep is Keep.LEAN)
 
 
 def numbers_panel(summary: Summary, holds: bool | None) -> None:
@@ -252,22 +253,38 @@ def pictures_panel(sheet: str) -> None:
         )
 
 
-def downloads_panel(files: Sequence[ResultFile], undrawn: Sequence[tuple[str, str]] = ()) -> None:
-    """``undrawn``  names and links of files that are made when somebody asks for them."""
-    with panel("Downloads"), ui.element("div").classes("scrolled"):
-        table = PlainTable("Files of the job", ["File", "#Size"])
-        for file in files:
-            with table.row():
-                with table.cell():
-                    link = ui.link(file.name, file.link, new_tab=file.name.endswith(_SHOWN))
-                    if not file.name.endswith(_SHOWN):
-                        link.props["download"] = True
-                table.number(file_size(file.size))
-        for name, address in undrawn:
-            with table.row():
-                with table.cell():
-                    ui.link(name, address, new_tab=True)
-                table.number("drawn when opened")
+def downloads_panel(
+    files: Sequence[ResultFile], later: Sequence[LaterFile] = (), *, lean: bool = False
+) -> None:
+    """``later``  what is made when somebody asks for it; ``lean`` where little was kept."""
+    with panel("Downloads"):
+        if lean:
+            ui.label(
+                "This job has kept its occluder and its report. The other files are made of them "
+                "and of what was sent when they are first opened, and are kept from then on."
+            ).classes("quiet")
+        with ui.element("div").classes("scrolled"):
+            _downloads(files, later)
+
+
+def _downloads(files: Sequence[ResultFile], later: Sequence[LaterFile]) -> None:
+    table = PlainTable("Files of the job", ["File", "#Size"])
+    for file in files:
+        with table.row():
+            _download(table, file.name, file.link)
+            table.number(file_size(file.size))
+    for one in later:
+        with table.row():
+            _download(table, one.name, one.link)
+            table.number("made when opened")
+
+
+def _download(table: PlainTable, name: str, address: str) -> None:
+    shown = name.endswith(_SHOWN)
+    with table.cell():
+        link = ui.link(name, address, new_tab=shown)
+        if not shown:
+            link.props["download"] = True
 
 
 def file_size(count: int) -> str:

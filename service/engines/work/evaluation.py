@@ -11,11 +11,13 @@ from service.engines.work.meter import JUDGING, Meter
 from service.engines.work.report_files import command_names, summary_of, write_report
 from service.engines.worker import Cancel, ReportProgress, TaskCancelledError
 from service.jobs.job import Summary
+from service.jobs.on_demand import FINEST, ORIGINAL
+from service.keep import Keep
 
 
 def evaluate_mesh(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
-    """Results: a report; both meshes to look at, ``original.glb`` and
-    ``lod0.glb``.
+    """Results: a report; both meshes to look at, ``original.glb`` and ``lod0.glb``, unless little
+    is kept.
 
     Raises as :data:`~service.engines.worker.DoTask` says, and :class:`simplifier.OccluderError`.
     """
@@ -38,6 +40,7 @@ def evaluate_mesh(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     report = found.report(load_seconds=load_seconds, names=command_names(task.name))
     results = Path(task.results)
     write_report(found, report, task)
-    simplifier.save_for_viewing(mesh, results / "original.glb")
-    simplifier.save(occluder, results / "lod0.glb")
+    if task.keep is not Keep.LEAN:
+        simplifier.save_for_viewing(mesh, results / ORIGINAL)
+        simplifier.save(occluder, results / FINEST)
     return summary_of(report, 1, meter.seconds)

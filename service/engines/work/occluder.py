@@ -11,11 +11,14 @@ from typing import Literal
 import simplifier
 from service.engines.messages import Task
 from service.engines.work.inputs import input_path, options_within_memory, read_mesh
+from service.engines.work.levels_file import save_levels
 from service.engines.work.meter import MAKING, Meter
 from service.engines.work.report_files import command_names, summary_of, write_report
 from service.engines.worker import Cancel, ReportProgress, TaskCancelledError
 from service.jobs.job import Summary
+from service.jobs.on_demand import LEVELS, ORIGINAL, WHOLE, level_file
 from service.jobs.progress import Snapshot
+from service.keep import Keep
 
 _PICTURE_SIZE = 160  # pixels a side: some 6 KiB
 _PICTURE_PAUSE = 1.0  # seconds before the first and between two
@@ -24,7 +27,8 @@ _DRAWING_SHARE = 0.05  # of the time that drawing may take
 
 def make_occluder(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     """Results: ``occluder.glb`` with all levels, ``lod0.glb``, ``lod0.obj``... of each, a report,
-    and ``original.glb`` to look at beside them.
+    and ``original.glb`` to look at beside them; where little is kept, the first, the report, and
+    what the others are written from.
 
     Raises as :data:`~service.engines.worker.DoTask` says, and :class:`simplifier.OccluderError`.
     """
@@ -43,8 +47,12 @@ def make_occluder(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
         raise TaskCancelledError
     meter.at("write", 0.8)
     begin = time.perf_counter()
-    files = _save(made, Path(task.scratch), results)
-    simplifier.save_for_viewing(mesh, results / "original.glb")
+    scratch = Path(task.scratch)
+    if task.keep is Keep.LEAN:
+        files = _save_whole(made, scratch, results)
+    else:
+        files = _save_all(made, scratch, results)
+        simplifier.save_for_viewing(mesh, results / ORIGINAL)
     write_seconds = time.perf_counter() - begin
     meter.at("accuracy", 0.82)
     product = made.measure()
@@ -57,14 +65,27 @@ def make_occluder(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     return summary_of(report, len(product.levels), meter.seconds)
 
 
-def _save(made: simplifier.SimplifyResult, scratch: Path, results: Path) -> tuple[Path, ...]:
+def _save_all(made: simplifier.SimplifyResult, scratch: Path, results: Path) -> tuple[Path, ...]:
     """Save each level in each format, a GLB and an OCC with all; the single GLBs, finest first."""
     for suffix in simplifier.OCCLUDER_SUFFIXES:
         for level, path in enumerate(made.save(scratch / f"occluder{suffix}")):
-            shutil.copyfile(path, results / f"lod{level}{suffix}")
-    for name in ("occluder.glb", "occluder.occ"):
+            shutil.copyfile(path, results / level_file(level, suffix))
+    for name in WHOLE:
         (scratch / name).replace(results / name)
-    return tuple(sorted(results.glob("lod*.glb"), key=lambda path: int(path.stem[3:])))
+    return _level_files(made, results)
+
+
+def _save_whole(made: simplifier.SimplifyResult, scratch: Path, results: Path) -> tuple[Path, ...]:
+    """Save a GLB with all levels, and what is needed to write any file later; the single GLBs."""
+    made.save(scratch / WHOLE[0])
+    (scratch / WHOLE[0]).replace(results / WHOLE[0])
+    save_levels(made, results / LEVELS)
+    return _level_files(made, results)
+
+
+def _level_files(made: simplifier.SimplifyResult, results: Path) -> tuple[Path, ...]:
+    count = 1 if made.chain is None else len(made.chain.levels)
+    return tuple(results / level_file(level, ".glb") for level in range(count))
 
 
 class BestSoFar:

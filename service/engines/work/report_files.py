@@ -1,23 +1,19 @@
 """The report of an occluder as files and as the numbers that lists and histories show.
 
-Its pages are drawn with it, or by a process of their own when somebody asks for them.
+Its pages are drawn with it, or on demand.
 """
 
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any, Protocol
 
-import simplifier
 from service.engines.messages import Task
-from service.engines.work.inputs import input_path, options_within_memory, read_mesh
-from service.engines.work.refusals import refusals
-from service.engines.worker import Cancel, DoTask, ReportProgress
-from service.jobs.job import JobKind, Summary
-from service.jobs.pages import FINEST, REPORT
+from service.jobs.job import Summary
+from service.jobs.on_demand import PAGES, REPORT
+from service.keep import Keep
 
 
 class Judged(Protocol):
@@ -31,51 +27,25 @@ class Judged(Protocol):
 def write_report(judged: Judged, report: dict[str, Any], task: Task) -> None:
     """Write ``report.json``, and where the task says so ``report.html`` and ``pictures/``.
 
-    Raises OSError and :class:`simplifier.OutputError`.
+    Where little is kept it is written without spaces, which are a third of it.  Raises OSError and
+    :class:`simplifier.OutputError`.
     """
-    results = Path(task.results)
-    text = json.dumps(report, indent=2, allow_nan=False) + "\n"
+    results, lean = Path(task.results), task.keep is Keep.LEAN
+    form: dict[str, Any] = {"separators": (",", ":")} if lean else {"indent": 2}
+    text = json.dumps(report, allow_nan=False, **form) + "\n"
     (results / REPORT).write_text(text, "utf-8")
     if task.pages:
-        judged.write_pictures(results / _PICTURES, task.name, report)
-        _part(results)
+        judged.write_pictures(results / PICTURES, task.name, report)
+        part_page(results)
 
 
-def _part(results: Path) -> None:
+PICTURES = "pictures"
+"""The folder of a report's pictures."""
+
+
+def part_page(results: Path) -> None:
     """The page holds its pictures itself, and lies beside their folder."""
-    (results / _PICTURES / "report.html").replace(results / "report.html")
-
-
-def start_drawing() -> DoTask:
-    """What a process does that draws pages: nothing is got ready, as most draw a few and end."""
-    return draw_pages
-
-
-def draw_pages(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
-    """Results: ``report.html`` and ``pictures/`` of what a job has made and told in its report.
-
-    Raises as :data:`~service.engines.worker.DoTask` says.  The summary has the time alone.
-    """
-    begin = time.perf_counter()
-    results = Path(task.results)
-    with refusals(task):
-        options = _OPTIONS[task.kind].of(options_within_memory(task))
-        mesh, _ = read_mesh(task, options)
-        finest = input_path(task, PurePosixPath(FINEST).stem)
-        occluder = simplifier.load_occluder(
-            finest, allow_external=False, memory_limit=options.memory_limit
-        )
-        report = json.loads(input_path(task, PurePosixPath(REPORT).stem).read_text("utf-8"))
-        simplifier.draw_report(results / _PICTURES, mesh, occluder, report, name=task.name)
-        _part(results)
-    return Summary(0, 0, 0, time.perf_counter() - begin)
-
-
-_PICTURES = "pictures"
-_OPTIONS: Mapping[JobKind, type[simplifier.SimplifyOptions] | type[simplifier.EvaluateOptions]] = {
-    JobKind.OCCLUDER: simplifier.SimplifyOptions,
-    JobKind.EVALUATION: simplifier.EvaluateOptions,
-}
+    (results / PICTURES / "report.html").replace(results / PAGES["report"])
 
 
 def command_names(name: str) -> tuple[str, str]:

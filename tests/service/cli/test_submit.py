@@ -109,6 +109,18 @@ def test_occluders_come_to_lie_beside_their_meshes(service, mesh, command, tmp_p
     assert [one.query["priority"] for one in posts] == [["bulk"]] * 2  # behind what people wait for
 
 
+def test_a_batch_says_what_is_to_be_kept(service, mesh, command):
+    server, address = service
+    for keep in ("lean", "all"):
+        done = command("submit", mesh(f"{keep}.obj"), "--server", address, "--keep", keep)
+        assert done.returncode == 0, done.stderr
+    posts = [one for one in server.seen if one.path == "/v1/occluders"]
+    assert [one.query["keep"] for one in posts] == [["lean"], ["all"]]
+    refused = command("submit", mesh("c.obj"), "--server", address, "--keep", "most")
+    assert refused.returncode == 2
+    assert "'most'" in refused.stderr
+
+
 def test_other_formats_have_a_file_a_level_in_the_folder(service, mesh, here, tmp_path):
     _, address = service
     (tmp_path / "out").mkdir()

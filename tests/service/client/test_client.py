@@ -11,7 +11,7 @@ from itertools import count
 
 import pytest
 
-from service.client import Client, ClientError, Priority, StoppedError
+from service.client import Client, ClientError, Keep, Priority, StoppedError
 from service.jobs.asset import Thresholds
 from service.jobs.deliveries import DeliveryState
 from service.jobs.job import Failure, JobState
@@ -70,14 +70,18 @@ def test_a_mesh_goes_as_it_is_with_its_options_in_the_address(talk, tmp_path):
     assert (told.id, told.state, told.asset_id) == ("j1", JobState.QUEUED, "a1")
 
 
-def test_a_client_says_how_much_its_jobs_hurry(talk, tmp_path):
-    client, seen = talk(Reply(job(priority="bulk"), 202), priority=Priority.BULK)
-    assert client.submit(b"mesh", name="mesh.obj").priority is Priority.BULK
+def test_a_client_says_how_much_its_jobs_hurry_and_keep(talk, tmp_path):
+    client, seen = talk(
+        Reply(job(priority="bulk", keep="lean"), 202), priority=Priority.BULK, keep=Keep.LEAN
+    )
+    told = client.submit(b"mesh", name="mesh.obj")
+    assert (told.priority, told.keep) == (Priority.BULK, Keep.LEAN)
     by_hand = tmp_path / "mesh.overrides.toml"
     by_hand.write_text("")
     client.submit(b"mesh", name="mesh.obj", overrides=by_hand)
-    assert seen[0].query["priority"] == ["bulk"]
+    assert (seen[0].query["priority"], seen[0].query["keep"]) == (["bulk"], ["lean"])
     assert b'name="priority"\r\n\r\nbulk\r\n' in seen[1].body
+    assert b'name="keep"\r\n\r\nlean\r\n' in seen[1].body
 
 
 @pytest.mark.parametrize(

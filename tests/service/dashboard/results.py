@@ -18,6 +18,7 @@ from service.engines.messages import Task
 from service.engines.work.occluder import make_occluder
 from service.engines.work.visibility import find_sets
 from service.jobs.job import JobKind, Summary
+from service.keep import Keep
 from simplifier.io.scene_writer import write_scene
 
 DRAFT: Mapping[str, Any] = {
@@ -38,6 +39,7 @@ class JobResult:
     summary: Summary
     kind: JobKind = JobKind.OCCLUDER
     part: str = "mesh"
+    keep: Keep = Keep.ALL
 
     @property
     def report(self) -> dict[str, Any]:
@@ -48,7 +50,7 @@ class JobResult:
         return simplifier.load_occluder(self.folder / f"lod{level}.glb")
 
 
-def castle_result(folder: Path, **changes: Any) -> JobResult:
+def castle_result(folder: Path, keep: Keep = Keep.ALL, **changes: Any) -> JobResult:
     """Made in this process by the function that workers call."""
     options = {**DRAFT, **changes}
     mesh, results, scratch = folder / "castle.ply", folder / "results", folder / "scratch"
@@ -58,10 +60,10 @@ def castle_result(folder: Path, **changes: Any) -> JobResult:
     simplifier.save(simplifier.Occluder(whole.vertices, whole.faces, error_bound=0.0), mesh)
     task = Task(
         JobKind.OCCLUDER, "castle.ply", options, {"mesh": str(mesh)}, str(results), str(scratch),
-        threads=1, memory=1 << 32, unpacked=1 << 30,
+        threads=1, memory=1 << 32, unpacked=1 << 30, keep=keep, pages=keep is Keep.ALL,
     )  # fmt: skip
     summary = make_occluder(task, lambda progress: None, threading.Event())
-    return JobResult(options, mesh, results, summary)
+    return JobResult(options, mesh, results, summary, keep=keep)
 
 
 def sets_result(folder: Path, **changes: Any) -> JobResult:

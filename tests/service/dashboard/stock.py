@@ -84,6 +84,7 @@ class Stock:
                 Submission(
                     tenant=TENANT, kind=result.kind, name=result.input.name, options=resolved,
                     inputs=tuple(inputs), version=__version__, asset=asset, may_reuse=False,
+                    keep=result.keep,
                 ),
                 queue_limit=1000,
             )  # fmt: skip

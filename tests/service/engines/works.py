@@ -24,20 +24,23 @@ def start():
     return work
 
 
-def start_drawing():
-    return draw_pages
+def start_on_demand():
+    return make_file
 
 
-def draw_pages(task, tell, cancel):
-    """As the library's drawing, or what the job's option ``do`` says."""
+def make_file(task, tell, cancel):
+    """As the library's work on demand, or what the job's option ``do`` says."""
     if task.options["do"] != "draw":
         return work(task, tell, cancel)
     with Path(task.options["note"]).open("a") as file:
         file.write(f"{os.getpid()}\n")
-    (Path(task.results) / "pictures").mkdir()
-    (Path(task.results) / "pictures" / "recall.png").write_bytes(b"recall")
     told = " ".join(sorted(task.inputs))
-    (Path(task.results) / "report.html").write_text(f"{told} of {task.labels['mesh']}")
+    if task.wanted != "report.html":
+        (Path(task.results) / task.wanted).write_text(f"{task.wanted} of {told}")
+    else:
+        (Path(task.results) / "pictures").mkdir()
+        (Path(task.results) / "pictures" / "recall.png").write_bytes(b"recall")
+        (Path(task.results) / "report.html").write_text(f"{told} of {task.labels['mesh']}")
     return Summary(triangles=0, input_triangles=0, levels=0, seconds=0.0)
 
 

@@ -264,6 +264,25 @@ def test_a_priority_goes_with_the_job_and_its_retry(service):
     assert "priority" in faults(service.post("/v1/occluders?filename=a.obj&priority=soon"))
 
 
+def test_what_is_kept_goes_with_the_job_and_all_that_come_of_it(service):
+    first = service.post("/v1/occluders?filename=a.obj&keep=lean", OBJ + b"# lean\n").json()
+    plain = service.post("/v1/occluders?filename=a.obj", OBJ + b"# plain\n").json()
+    assert (first["keep"], plain["keep"]) == ("lean", "all")
+    service.http.post(first["links"]["cancel"])
+    others = [
+        service.http.post(first["links"]["retry"]).json(),
+        service.http.post(first["links"]["rerun"], json={"options": {"budget": 9}}).json(),
+        service.http.post(
+            "/v1/occluders", files={"mesh": ("a.obj", OBJ + b"# by parts\n")},
+            data={"keep": "lean"},
+        ).json(),
+    ]  # fmt: skip
+    assert {one["keep"] for one in others} == {"lean"}
+    for job in (plain, *others):
+        service.http.post(job["links"]["cancel"])
+    assert "keep" in faults(service.post("/v1/occluders?filename=a.obj&keep=most"))
+
+
 def test_a_result_that_comes_in_time_is_the_answer(service):
     def work():
         until(lambda: service.services.jobs.counts().get("queued", 0) > 0)

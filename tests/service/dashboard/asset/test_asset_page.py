@@ -11,6 +11,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from service.jobs.asset import Thresholds
 from service.jobs.job import Failure
+from service.keep import Keep
 from tests.service.dashboard.chromium import TABLET
 from tests.service.dashboard.legibility import faint_texts, overflows
 from tests.service.dashboard.results import JobResult, castle_result
@@ -36,6 +37,7 @@ class Filled:
     first: str
     second: str
     failed: str
+    lean: str
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +54,7 @@ def filled(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Itera
             castle,
             Failure("out-of-memory", "the job used more than 64 MiB", "lower the resolution"),
         )
+        lean = stock.run(castle_result(tmp_path_factory.mktemp("lean"), Keep.LEAN))
         assets = (
             stock.demand("props/castle", Thresholds(min_recall=0.5)),
             stock.demand(HOSTILE, Thresholds()),
@@ -62,7 +65,7 @@ def filled(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Itera
         **IDLE,
     }  # fmt: skip
     with served("tests.service.dashboard.application:make_app()", environment) as address:
-        yield Filled(address, *assets, first.id, second.id, failed.id)
+        yield Filled(address, *assets, first.id, second.id, failed.id, lean.id)
 
 
 @pytest.mark.vital
@@ -156,6 +159,27 @@ def test_two_runs_are_chosen_and_compared(page: Page, filled: Filled, tmp_path: 
         settle(host)
         assert {1, 2, 3} <= set(kinds(pixels(host)).ravel().tolist())
     keep_picture(page, "dashboard_compare", tmp_path)
+
+
+def test_a_run_that_has_kept_little_says_so_and_is_seen_all_the_same(
+    page: Page, filled: Filled, tmp_path: Path
+) -> None:
+    page.goto(f"{filled.address}/jobs/{filled.lean}")
+    expect(page.get_by_text("This job has kept its occluder and its report.")).to_be_visible()
+    files = page.get_by_role("table", name="Files of the job")
+    row = files.get_by_role("row").filter(
+        has=page.get_by_role("link", name="lod1.tres", exact=True)
+    )
+    expect(row).to_contain_text("made when opened")
+    # Original and levels come when the viewer asks for them.
+    assert yellow(pixels(shown(page, _VIEWER))) > 0.01
+    with page.expect_download() as coming:
+        page.get_by_role("link", name="Level 1 as .obj").click()
+    assert "\nf " in coming.value.path().read_text()
+    page.reload()
+    row = files.get_by_role("row").filter(has=page.get_by_role("link", name="lod1.obj", exact=True))
+    expect(row).not_to_contain_text("made when opened")
+    keep_picture(page, "dashboard_lean", tmp_path)
 
 
 def test_downloads_are_what_the_job_has_made(page: Page, filled: Filled, castle: JobResult) -> None:

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from service.dashboard.asset.details import AssetDetail, chosen_options, read_asset, read_run
+from service.dashboard.asset.details import (
+    AssetDetail,
+    RunDetail,
+    chosen_options,
+    read_asset,
+    read_run,
+)
 from service.errors import NotFoundError
 from service.jobs.asset import Thresholds
 from service.jobs.job import Failure, JobKind
@@ -41,18 +49,46 @@ def test_a_run_has_everything_that_its_job_has_made(stock: Stock, castle: JobRes
     assert 0.0 < (run.deviation or 0.0) <= (castle.summary.error_bound or 0.0)
 
 
-def test_pages_that_nobody_has_asked_for_are_shown_too(stock: Stock, castle: JobResult) -> None:
-    run = read_run(stock, TENANT, stock.run(castle).id)
-    assert run.undrawn == ()
-    drawn = ("report.html", "pictures/")
-    undrawn = replace(run, files=tuple(f for f in run.files if not f.name.startswith(drawn)))
-    assert undrawn.sheet == run.sheet
+def test_pages_that_nobody_has_asked_for_are_shown_too(
+    stock: Stock, castle: JobResult, tmp_path: Path
+) -> None:
+    assert read_run(stock, TENANT, stock.run(castle).id).later == ()
+    undrawn = shutil.copytree(
+        castle.folder,
+        tmp_path / "undrawn",
+        ignore=shutil.ignore_patterns("report.html", "pictures"),
+    )
+    run = read_run(stock, TENANT, stock.run(replace(castle, folder=undrawn)).id)
     place = f"/v1/jobs/{run.job.id}/files"
-    assert dict(undrawn.undrawn) == {
+    assert run.sheet == f"{place}/pictures/silhouettes.png"
+    assert {one.name: one.link for one in run.later} == {
         name: f"{place}/{name}"
         for name in ("report.html", "pictures/silhouettes.png", "pictures/recall.png",
                      "pictures/precision.png")
     }  # fmt: skip
+
+
+def test_a_run_that_has_kept_little_has_everything_still(
+    stock: Stock, castle: JobResult, tmp_path: Path
+) -> None:
+    lean = tmp_path / "lean"
+    lean.mkdir()
+    for name in ("occluder.glb", "report.json"):
+        shutil.copyfile(castle.folder / name, lean / name)
+    (lean / "levels.npz").write_bytes(b"its levels")
+    run = read_run(stock, TENANT, stock.run(replace(castle, folder=lean)).id)
+    whole = read_run(stock, TENANT, stock.run(castle).id)
+
+    def told(one: RunDetail) -> object:
+        """But for the job's own id."""
+        links = [one.original, one.sheet, *(level.files for level in one.levels)]
+        return json.dumps(links).replace(one.job.id, "id")
+
+    assert told(run) == told(whole)
+    pictures = {file.name for file in whole.files if file.name.startswith("pictures/view_")}
+    assert {file.name for file in whole.files} - pictures == {
+        one.name for one in (*run.files, *run.later)
+    } - {"levels.npz"}
 
 
 def test_a_job_that_failed_has_nothing_but_its_inputs(stock: Stock, castle: JobResult) -> None:

@@ -1,4 +1,4 @@
-"""Draws the pages of jobs when somebody asks for them, by one process of their own.
+"""Makes files of jobs when somebody asks for them, by one process of their own.
 
 The process is started when it is first needed and ended when nobody has asked for a while.  What it
 is asked for waits in a line of bounded length, of each tenant and of all.
@@ -31,33 +31,39 @@ from service.errors import (
     ServiceError,
 )
 from service.jobs.job import Job, JobFile
-from service.jobs.pages import FINEST, PAGES, REPORT
+from service.jobs.on_demand import PAGES, can_be_made, is_page, made_of, needs_uploads
 from service.jobs.stores import BlobStore, JobStore
 from service.settings import Settings
 
 logger = logging.getLogger(__name__)
 
-DRAWING_WORK = "service.engines.work.report_files:start_drawing"
+ON_DEMAND_WORK = "service.engines.work.on_demand:start"
 """What the process runs: the library's part is imported there and nowhere else."""
 
 _MOST, _MOST_OF_TENANT = 64, 8
-"""Jobs whose pages wait to be drawn."""
+"""Files that wait to be made; the pages of a job count as one."""
 
-_SECONDS = 300.0  # that drawing may take, and that its process may take to start
+_SECONDS = 300.0  # that a file may take, and that its process may take to start
 _IDLE = 60.0  # seconds after which a process that nobody needs is ended
 _GLANCE = 0.05  # seconds between looks at a process that starts
 
 
 @dataclass
 class _Asked:
-    """A job whose pages are wanted, by one or more."""
+    """A file of a job that is wanted, by one or more."""
 
     job: Job
+    name: str
     done: Future[None] = field(default_factory=Future)
 
+    @property
+    def key(self) -> tuple[str, str]:
+        """The same for what is made together."""
+        return self.job.id, PAGES["report"] if is_page(self.name) else self.name
 
-class Drawer:
-    """A :class:`~service.jobs.pages.PageMaker`.  Safe from any thread."""
+
+class OnDemand:
+    """A :class:`~service.jobs.on_demand.FileMaker`.  Safe from any thread."""
 
     def __init__(
         self,
@@ -65,25 +71,25 @@ class Drawer:
         blobs: BlobStore,
         settings: Settings,
         scratch: Path,
-        work: str = DRAWING_WORK,
+        work: str = ON_DEMAND_WORK,
     ) -> None:
         """``scratch`` is on the disk of the blobs."""
         self._jobs, self._blobs, self._settings, self._scratch = jobs, blobs, settings, scratch
         self._work = work
         self._lock = threading.Lock()
-        self._asked: dict[str, _Asked] = {}
+        self._asked: dict[tuple[str, str], _Asked] = {}
         self._line: queue.SimpleQueue[_Asked | None] = queue.SimpleQueue()
         self._trouble, self._orders = Trouble(), Orders()
         self._process: WorkerProcess | None = None
         # It starts the process, which dies with it.
-        self._thread = threading.Thread(target=self._run, name="occluder pages", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="occluder on demand", daemon=True)
 
     def start(self) -> None:
         """Returns at once."""
         self._thread.start()
 
     def stop(self) -> None:
-        """End the process; who waits for pages is told to come again."""
+        """End the process; who waits for files is told to come again."""
         self._trouble.stop()
         self._orders.stop()
         self._line.put(None)
@@ -94,20 +100,21 @@ class Drawer:
         for asked in left:
             asked.done.set_exception(NotReadyError("the service ends", remedy="try again later"))
 
-    def draw(self, job: Job) -> Future[None]:
+    def make(self, job: Job, name: str) -> Future[None]:
+        asked = _Asked(job, name)
         with self._lock:
             if self._trouble.stopped:
                 raise NotReadyError("the service ends", remedy="try again later")
-            if job.id in self._asked:
-                return self._asked[job.id].done
+            if asked.key in self._asked:
+                return self._asked[asked.key].done
             of_tenant = sum(one.job.tenant == job.tenant for one in self._asked.values())
             if len(self._asked) >= _MOST or of_tenant >= _MOST_OF_TENANT:
                 raise NotReadyError(
-                    "the pages of many jobs are being drawn",
+                    "files of many jobs are being made",
                     remedy="try again in a few seconds",
                     headers={"Retry-After": "5"},
                 )
-            asked = self._asked[job.id] = _Asked(job)
+            self._asked[asked.key] = asked
         self._line.put(asked)
         return asked.done
 
@@ -131,55 +138,59 @@ class Drawer:
             return self._line.get()
 
     def _settle(self, asked: _Asked) -> None:
-        """Draw, and tell all who wait; only the engine's stop is raised."""
+        """Make it, and tell all who wait; only the engine's stop is raised."""
         fault: ServiceError | None = None
         try:
-            self._draw(asked.job)
+            self._make(asked.job, asked.name)
         except ServiceError as error:
             fault = error
         except StoppedError:
             raise
         except Exception:
-            logger.exception("pages of job %s failed by a fault of the program", asked.job.id)
+            logger.exception(
+                "'%s' of job %s failed by a fault of the program", asked.name, asked.job.id
+            )
             self._discard()
-            fault = ServiceError("the pages could not be drawn", remedy="try again")
+            fault = ServiceError(f"'{asked.name}' could not be made", remedy="try again")
         with self._lock:
-            self._asked.pop(asked.job.id, None)
+            self._asked.pop(asked.key, None)
         if fault is None:
             asked.done.set_result(None)
         else:
             asked.done.set_exception(fault)
 
-    def _draw(self, job: Job) -> None:
+    def _make(self, job: Job, name: str) -> None:
         files = self._jobs.files(job.id)
-        if any(file.name == PAGES["report"] for file in files):
-            return  # somebody had them drawn since
         if not files:
-            raise _gone()
-        folder = self._scratch / f"pages-{job.id}"
+            raise _gone(name)
+        if not can_be_made(job, {file.name for file in files}, name):
+            return  # somebody had it made since
+        folder = self._scratch / f"demand-{job.id}"
         with removing(folder):
-            task = self._task(job, files, folder)
+            task = self._task(job, name, files, folder)
             self._do(task)
             with self._blobs.keeping() as keeping:
                 recorder = Recorder(self._jobs, self._blobs, self._trouble)
                 made = recorder.store_files(keeping, folder / "results")
-                if not self._jobs.add_pages(job.id, made):
-                    raise _gone()
+                if not self._jobs.add_files(job.id, made):
+                    raise _gone(name)
 
-    def _task(self, job: Job, files: Sequence[JobFile], folder: Path) -> Task:
-        needed = [file for file in files if file.is_input or file.name in (FINEST, REPORT)]
+    def _task(self, job: Job, name: str, files: Sequence[JobFile], folder: Path) -> Task:
+        uploads, results = needs_uploads(job, name), made_of(name)
+        needed = [file for file in files if (uploads if file.is_input else file.name in results)]
         try:
             inputs = laid_out(folder, needed, self._blobs)
         except KeyError:
-            raise _gone() from None
+            raise _gone(name) from None
         labels = {PurePosixPath(one.name).stem: one.label for one in needed if one.label}
         return Task(
             job.kind, job.name, job.options, inputs, str(folder / "results"),
             str(folder / "scratch"), 1, self._settings.job_memory, self._settings.max_unpacked,
-            labels,
+            labels, wanted=name,
         )  # fmt: skip
 
     def _do(self, task: Task) -> None:
+        what = f"'{task.wanted}'"
         try:
             process = self._ready_process()
             silence = self._settings.lease_seconds
@@ -187,7 +198,7 @@ class Drawer:
         except (ProcessDiedError, OSError) as error:
             self._discard()
             raise NotReadyError(
-                f"pages cannot be drawn now ({error})", remedy="try again"
+                f"{what} cannot be made now ({error})", remedy="try again"
             ) from error
         match outcome:
             case Succeeded():
@@ -195,15 +206,15 @@ class Drawer:
             case GivenUp():
                 raise StoppedError
             case Hindered():
-                raise DiskFullError("there is no room for pages", remedy=outcome.failure.remedy)
+                raise DiskFullError(f"there is no room for {what}", remedy=outcome.failure.remedy)
             case NotDone() if outcome.final:
                 failure = outcome.failure
                 raise JobFailedError(
-                    f"the pages could not be drawn: {failure.detail}", remedy=failure.remedy
+                    f"{what} could not be made: {failure.detail}", remedy=failure.remedy
                 )
             case NotDone():
                 raise NotReadyError(
-                    f"the pages could not be drawn: {outcome.failure.detail}", remedy="try again"
+                    f"{what} could not be made: {outcome.failure.detail}", remedy="try again"
                 )
 
     def _ready_process(self) -> WorkerProcess:
@@ -228,5 +239,5 @@ class Drawer:
             self._process = None
 
 
-def _gone() -> NotFoundError:
-    return NotFoundError("what the pages are drawn from is stored no more", remedy="make a new job")
+def _gone(name: str) -> NotFoundError:
+    return NotFoundError(f"what '{name}' is made from is stored no more", remedy="make a new job")

@@ -1,16 +1,17 @@
-"""Pages drawn by a process of their own: once, in a bounded line, whatever happens to it."""
+"""Files made by a process of their own: once, in a bounded line, whatever happens to it."""
 
 from __future__ import annotations
 
 import io
 import os
 import signal
-from concurrent.futures import wait
+from collections.abc import Sequence
+from concurrent.futures import Future, wait
 from pathlib import Path
 
 import pytest
 
-from service.engines.drawing import _MOST, _MOST_OF_TENANT, Drawer
+from service.engines.on_demand import _MOST, _MOST_OF_TENANT, OnDemand
 from service.errors import JobFailedError, NotFoundError, NotReadyError, ServiceError
 from service.jobs.job import Job, JobFile, JobKind, Submission, Summary
 from service.settings import Settings
@@ -19,7 +20,7 @@ from service.storage.sqlite import SqliteDatabase
 from tests.service.engines.memory import FolderBlobs
 from tests.waiting import until
 
-WORK = "tests.service.engines.works:start_drawing"
+WORK = "tests.service.engines.works:start_on_demand"
 
 
 class Desk:
@@ -32,10 +33,12 @@ class Desk:
         self.blobs = FolderBlobs(folder / "blobs")
         (folder / "scratch").mkdir()
         settings = Settings(data=folder, lease_seconds=5.0)
-        self.drawer = Drawer(self.jobs, self.blobs, settings, folder / "scratch", WORK)
+        self.on_demand = OnDemand(self.jobs, self.blobs, settings, folder / "scratch", WORK)
         self.note = folder / "note"
 
-    def job(self, do: str = "draw", tenant: str = "me") -> Job:
+    def job(
+        self, do: str = "draw", tenant: str = "me", results: Sequence[str] = ("lod0.glb",)
+    ) -> Job:
         def stored(name: str, text: str, is_input: bool = False) -> JobFile:
             blob = self.blobs.put(io.BytesIO(text.encode()))
             return JobFile(name, blob, "x/y", is_input, "cat.obj" if is_input else None)
@@ -52,9 +55,12 @@ class Desk:
         claim = self.jobs.claim("one", 60.0)
         assert claim is not None
         assert claim.job.id == job.id
-        made = [stored("report.json", "{}"), stored("lod0.glb", "glTF")]
+        made = [stored(name, f"{name} of {do}") for name in ("report.json", *results)]
         assert self.jobs.succeed(claim, made, Summary(1, 2, 1, 0.1))
         return self.jobs.job(None, job.id)
+
+    def make(self, job: Job, name: str = "report.html") -> Future[None]:
+        return self.on_demand.make(job, name)
 
     def names(self, job: Job) -> set[str]:
         return {file.name for file in self.jobs.files(job.id)}
@@ -68,9 +74,9 @@ class Desk:
 @pytest.fixture
 def desk(tmp_path: Path):
     desk = Desk(tmp_path)
-    desk.drawer.start()
+    desk.on_demand.start()
     yield desk
-    desk.drawer.stop()
+    desk.on_demand.stop()
     desk.database.close()
     assert not list((tmp_path / "scratch").iterdir())
     assert not [pid for pid in desk.begun if Path(f"/proc/{pid}").exists()]
@@ -78,7 +84,7 @@ def desk(tmp_path: Path):
 
 def test_pages_are_drawn_once_for_all_who_ask_and_become_files(desk: Desk) -> None:
     job, other = desk.job(), desk.job(tenant="rival")
-    asked = [desk.drawer.draw(job) for _ in range(5)] + [desk.drawer.draw(other)]
+    asked = [desk.make(job) for _ in range(5)] + [desk.make(other)]
     for one in asked:
         assert one.result(30.0) is None
     assert desk.names(job) == {
@@ -87,9 +93,32 @@ def test_pages_are_drawn_once_for_all_who_ask_and_become_files(desk: Desk) -> No
     page = next(file for file in desk.jobs.files(job.id) if file.name == "report.html")
     assert desk.blobs.path(page.blob).read_text() == "lod0 mesh report of cat.obj"
     assert page.media_type.startswith("text/html")
-    desk.drawer.draw(job).result(30.0)
+    desk.make(job).result(30.0)
     assert len(desk.begun) == 2  # one each
     assert len(set(desk.begun)) == 1  # by one warm process
+
+
+def test_of_a_job_that_kept_little_each_file_is_made_by_itself(desk: Desk) -> None:
+    job = desk.job(results=("occluder.glb", "levels.npz"))
+    names = ("lod0.obj", "lod0.ply", "occluder.occ", "original.glb", "lod0.obj")
+    for one in [desk.make(job, name) for name in names]:
+        one.result(30.0)
+    made = {file.name: desk.blobs.path(file.blob).read_text() for file in desk.jobs.files(job.id)}
+    assert {name: made[name] for name in names} == {
+        "lod0.obj": "lod0.obj of levels", "lod0.ply": "lod0.ply of levels",
+        "occluder.occ": "occluder.occ of levels", "original.glb": "original.glb of mesh",
+    }  # fmt: skip
+    assert len(desk.begun) == 4
+    desk.make(job, "report.html").result(30.0)
+    assert "report.html" in desk.names(job)
+
+
+def test_nothing_comes_of_a_name_that_no_file_has(desk: Desk) -> None:
+    job = desk.job(results=("occluder.glb", "levels.npz"))
+    for name in ("lod1.obj", "lod0.fbx", "lod00.obj", "../lod0.obj", "input/mesh.ply", "levels"):
+        desk.make(job, name).result(30.0)
+    desk.make(desk.job(), "lod0.obj").result(30.0)  # which has no levels to make it from
+    assert desk.begun == []
 
 
 @pytest.mark.parametrize(
@@ -105,7 +134,7 @@ def test_what_cannot_be_drawn_is_told_and_keeps_nobody_else(
     desk: Desk, deed: str, kind: type[ServiceError], words: str
 ) -> None:
     bad, good = desk.job(deed), desk.job()
-    told, drawn = desk.drawer.draw(bad), desk.drawer.draw(good)
+    told, drawn = desk.make(bad), desk.make(good)
     with pytest.raises(kind, match=words):
         told.result(30.0)
     drawn.result(30.0)
@@ -118,45 +147,45 @@ def test_a_mesh_that_is_stored_no_more_is_told(desk: Desk) -> None:
     mesh = next(file for file in desk.jobs.files(job.id) if file.is_input)
     desk.blobs.path(mesh.blob).unlink()
     with pytest.raises(NotFoundError, match="stored no more"):
-        desk.drawer.draw(job).result(30.0)
+        desk.make(job).result(30.0)
 
 
 def test_a_process_that_is_killed_or_stopped_costs_one_try(desk: Desk) -> None:
     for number in (signal.SIGKILL, signal.SIGSTOP):
         begun = len(desk.begun)
-        told = desk.drawer.draw(desk.job("wait"))
+        told = desk.make(desk.job("wait"))
         until(lambda count=begun: len(desk.begun) > count)
         os.kill(desk.begun[-1], number)
         with pytest.raises(NotReadyError):
             told.result(60.0)
-    desk.drawer.draw(desk.job()).result(30.0)
+    desk.make(desk.job()).result(30.0)
 
 
 def test_the_line_has_an_end_for_each_tenant_and_for_all(desk: Desk) -> None:
     """What waits as the service ends is told to come again."""
-    asked = [desk.drawer.draw(desk.job("wait")) for _ in range(_MOST_OF_TENANT)]
+    asked = [desk.make(desk.job("wait")) for _ in range(_MOST_OF_TENANT)]
     with pytest.raises(NotReadyError) as refused:
-        desk.drawer.draw(desk.job())
+        desk.make(desk.job())
     assert refused.value.headers == {"Retry-After": "5"}
     tenant = 0
     while len(asked) < _MOST:
         tenant += 1
         jobs = [desk.job(tenant=f"rival {tenant}") for _ in range(_MOST_OF_TENANT)]
-        asked += map(desk.drawer.draw, jobs)
+        asked += map(desk.make, jobs)
     with pytest.raises(NotReadyError):
-        desk.drawer.draw(desk.job(tenant="one more"))
+        desk.make(desk.job(tenant="one more"))
     until(lambda: desk.begun)
-    desk.drawer.stop()
+    desk.on_demand.stop()
     assert not wait(asked, 5.0).not_done
     assert all(isinstance(one.exception(), NotReadyError) for one in asked)
     with pytest.raises(NotReadyError):
-        desk.drawer.draw(desk.job())
+        desk.make(desk.job())
 
 
 def test_pages_of_a_job_that_is_forgotten_meanwhile_are_dropped(desk: Desk) -> None:
     job = desk.job()
     desk.jobs.expire(2e10)
-    assert not desk.jobs.add_pages(job.id, desk.jobs.files(job.id))
+    assert not desk.jobs.add_files(job.id, desk.jobs.files(job.id))
     with pytest.raises(NotFoundError, match="stored no more"):
-        desk.drawer.draw(job).result(30.0)
+        desk.make(job).result(30.0)
     assert not desk.begun

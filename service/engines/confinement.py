@@ -37,6 +37,9 @@ _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446
 _MAKE_CHAR, _MAKE_BLOCK, _REFER = 1 << 6, 1 << 11, 1 << 13
 _SCOPE_ABSTRACT_SOCKETS, _SCOPE_SIGNALS = 1 << 0, 1 << 1
 _PATH_BENEATH = 1
+_LEAST_VERSION = 2
+"""Of Linux 5.19.  In a domain of the first one no file can be moved from folder to folder, as
+results are."""
 
 # linux/capability.h
 _CAPABILITIES_VERSION, _CAP_DAC_OVERRIDE = 0x20080522, 1 << 1
@@ -92,12 +95,10 @@ def _leave_others() -> bool:
     if sys.platform != "linux":
         return False
     version = _call(_CREATE_RULESET, None, ctypes.c_size_t(0), ctypes.c_uint32(1))
-    if version < 1:
+    if version < _LEAST_VERSION:
         return False
-    # A domain has to forbid something: devices, which nobody makes here.  Links and moves between
-    # folders, which every domain forbids, are allowed again where they can be.
-    refer = _REFER if version >= 2 else 0
-    handled = _MAKE_CHAR | _MAKE_BLOCK | refer
+    # A domain has to forbid something: devices, which nobody makes here.
+    handled = _MAKE_CHAR | _MAKE_BLOCK | _REFER
     # Kernels that claim version 6 may lack its scopes: RHEL 9.
     for scopes in (_SCOPE_SIGNALS | _SCOPE_ABSTRACT_SOCKETS, 0):
         attributes = (ctypes.c_uint64 * 3)(handled, 0, scopes)
@@ -110,8 +111,8 @@ def _leave_others() -> bool:
     else:
         return False
     try:
-        if refer:
-            _allow_below_root(ruleset, refer)
+        if not _allow_below_root(ruleset, _REFER):
+            return False
         return _call(_RESTRICT_SELF, ctypes.c_int(ruleset), ctypes.c_uint32(0)) == 0
     finally:
         os.close(ruleset)
@@ -123,14 +124,15 @@ class _PathBeneath(ctypes.Structure):
     _fields_ = (("allowed", ctypes.c_uint64), ("parent", ctypes.c_int32))
 
 
-def _allow_below_root(ruleset: int, rights: int) -> None:
+def _allow_below_root(ruleset: int, rights: int) -> bool:
     root = os.open("/", os.O_PATH | os.O_CLOEXEC)
     try:
         rule = _PathBeneath(rights, root)
-        _call(
+        added = _call(
             _ADD_RULE, ctypes.c_int(ruleset), ctypes.c_int(_PATH_BENEATH), ctypes.byref(rule),
             ctypes.c_uint32(0),
         )  # fmt: skip
+        return added == 0
     finally:
         os.close(root)
 

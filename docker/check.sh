@@ -13,7 +13,8 @@ mkdir "$work/source"
     simplifier service docker) | tar -xf - -C "$work/source"
 
 sh "$work/source/docker/install.sh" "$work/source" "$work/app"
-cp "$work/source/docker/start.sh" "$work/source/docker/health.py" "$work/app"
+cp "$work/source/docker/start.sh" "$work/source/docker/processor.sh" \
+    "$work/source/docker/health.py" "$work/app"
 rm -rf "$work/source"
 
 port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
@@ -25,11 +26,20 @@ python=$work/app/env/bin/python
 cd "$work"
 chmod -R a-w app  # the image's root filesystem may be read-only
 
+echo '== kernels are for a kind of processors'
+kind=$(. app/processor.sh; echo "${NUMBA_CPU_NAME-}")
+if [ -z "$kind" ]; then
+    echo 'this processor is not of it, so they are for itself'
+elif grep -L -r --include '*.nbi' "$kind" app/kernels | grep .; then
+    exit 1
+fi
+
 echo '== without a key nothing is served'
 if sh app/start.sh serve; then exit 1; fi
 
 echo '== a key, and the server'
 key=$(sh app/start.sh keys create --name check --scope write)
+SECONDS=0
 sh app/start.sh serve & server=$!
 for _ in $(seq 600); do
     "$python" -I app/health.py 2> /dev/null && break
@@ -37,6 +47,12 @@ for _ in $(seq 600); do
     sleep 0.2
 done
 "$python" -I app/health.py
+until curl --silent --fail --output /dev/null "http://127.0.0.1:$port/readyz"; do
+    kill -0 "$server"
+    [ "$SECONDS" -lt 300 ]
+    sleep 0.2
+done
+echo "ready after $SECONDS s"
 
 echo '== a mesh goes in, an occluder comes out'
 cat > box.off <<'MESH'
@@ -59,6 +75,13 @@ OFF
 MESH
 sh app/start.sh submit box.off --server "http://127.0.0.1:$port" --key "$key" --preset draft
 "$python" -c 'import simplifier; print(len(simplifier.load("box_occluder.glb").faces), "triangles")'
+curl --silent --fail --header "X-API-Key: $key" --header 'Accept: text/html' --output page.html \
+    --data-binary @box.off --header 'Prefer: wait=60' \
+    "http://127.0.0.1:$port/v1/occluders?filename=box.off&preset=draft"
+grep -q '<title>Occluder of box.off' page.html
+
+echo '== nothing was compiled'
+diff -r app/kernels "$NUMBA_CACHE_DIR"
 
 echo '== it ends in good order'
 kill -TERM "$server"

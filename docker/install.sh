@@ -10,10 +10,12 @@ source=$1 prefix=$2
 python3 -m venv "$prefix/env"
 "$prefix/env/bin/pip" wheel --quiet --no-deps --wheel-dir "$prefix/wheels" "$source"
 wheel=$(ls "$prefix"/wheels/planar_occluder-*.whl)
-"$prefix/env/bin/pip" install --quiet --no-compile -c "$source/constraints.txt" "${wheel}[service]"
+# With bytecode, which takes 170 MB: without it each process that starts compiles all that it imports.
+"$prefix/env/bin/pip" install --quiet -c "$source/constraints.txt" "${wheel}[service]"
 
 # All that follows runs outside of the source, whose folders would hide what the wheel holds.
 cd "$prefix"
+. "$source/docker/processor.sh"
 NUMBA_CACHE_DIR=$prefix/kernels env/bin/occluder warmup
 sha256sum "$wheel" | cut -d ' ' -f 1 > kernels/made
 rm -r wheels

@@ -1,11 +1,12 @@
 #!/bin/sh
 # Starts a command of 'occluder' with kernels that it may add to: PREFIX/start.sh serve.
 #
-# Machine code is for the kind of processor that it was compiled on.  Kernels are therefore copied
-# to a place that stays, $NUMBA_CACHE_DIR: on another kind of processor they are compiled once, for
-# a minute or two, and kept there.
+# Those of the image are for a kind of processors (processor.sh) and need no compiling there.  They
+# are copied to a place that can be written to and stays, $NUMBA_CACHE_DIR: numba wants that, and on
+# other processors they are compiled once, for a minute or two, and kept there.
 set -eu
 prefix=$(dirname "$(readlink -f "$0")")
+. "$prefix/processor.sh"
 
 if ! cmp -s "$prefix/kernels/made" "$NUMBA_CACHE_DIR/made"; then
     # By way of a copy, so that a start that is broken off leaves none that is half there.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from typing import Protocol
 
@@ -52,24 +52,45 @@ class Others:
 def running_engine(
     settings: Settings, stores: Storage, board: ProgressBoard, on_end: Callable[[Job], None]
 ) -> Iterator[Runner]:
-    """What the settings say, while the block lasts."""
+    """What the settings of a server say, while the block lasts."""
     sharing = stores.sharing
     reclaimer = Reclaimer(stores.jobs, board, settings.lease_seconds, sharing.leads, on_end)
-    with ExitStack() as parts:
-        if stores.progress is not None:
-            parts.enter_context(SharedProgress(board, stores.progress).running())
-        parts.enter_context(reclaimer.running())
+    with reclaimer.running():
         if settings.engine is EngineChoice.NONE:
-            yield Others()
+            with _sharing_progress(stores, board):
+                yield Others()
             return
-        engine = Engine(
-            stores.jobs, stores.blobs, board, settings, stores.scratch, on_end,
-            shared=sharing.shared,
-        )  # fmt: skip
         # Of a database that others share, only the leases that have run out are taken back.
-        if sharing.shared:
-            engine.start()
-        else:
-            engine.start(partial(reclaimer.reclaim, all_leases=True))
-        parts.callback(engine.stop)
-        yield engine
+        before = None if sharing.shared else partial(reclaimer.reclaim, all_leases=True)
+        with taking_jobs(settings, stores, board, on_end, before) as engine:
+            yield engine
+
+
+@contextmanager
+def taking_jobs(
+    settings: Settings,
+    stores: Storage,
+    board: ProgressBoard,
+    on_end: Callable[[Job], None],
+    before: Callable[[], None] | None = None,
+) -> Iterator[Engine]:
+    """Worker processes of this one, which tell others how far they are, while the block lasts.
+
+    ``before``  done before the first job is taken.
+    """
+    engine = Engine(
+        stores.jobs, stores.blobs, board, settings, stores.scratch, on_end,
+        shared=stores.sharing.shared,
+    )  # fmt: skip
+    with _sharing_progress(stores, board):
+        engine.start(before or (lambda: None))
+        try:
+            yield engine
+        finally:
+            engine.stop()
+
+
+def _sharing_progress(stores: Storage, board: ProgressBoard) -> AbstractContextManager[None]:
+    if stores.progress is None:
+        return nullcontext()
+    return SharedProgress(board, stores.progress).running()

@@ -6,6 +6,7 @@
     drawing    the pages of jobs, when somebody asks for them
     recording  what came of it, written to the stores
     signals    how its threads reach each other: a bell, and orders for attempts
+    idleness   for how long there has been nothing to do
     trouble    what keeps it from working, and for how long it waits
     process    the server's end of a process
     environment, confinement, socket_filter   what a process is given, and gives up, before it reads

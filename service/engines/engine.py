@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from service.engines.first_start import FirstStart
+from service.engines.idleness import Idleness
 from service.engines.signals import Bell, Running
 from service.engines.slot import Shop, Slot
 from service.engines.trouble import StoppedError, Trouble
@@ -59,6 +60,7 @@ class Engine:
         self._shop = Shop(
             f"engine-{secrets.token_hex(8)}", jobs, blobs, board, settings, scratch, work, on_end,
             Bell(), Running(), Trouble(), FirstStart(board.end_preparing),
+            Idleness(),
         )  # fmt: skip
         self._look = Bell()
         self._shared = shared
@@ -86,6 +88,11 @@ class Engine:
     def busy(self) -> int:
         """Jobs that are done just now."""
         return self._shop.running.count
+
+    @property
+    def idle_seconds(self) -> float | None:
+        """For how long it has looked for jobs and found none; None while that is not known."""
+        return self._shop.idleness.seconds
 
     def start(self, before: Callable[[], None] = lambda: None) -> None:
         """Begin, once ``before`` is done, which may wait for the stores.  Returns at once."""

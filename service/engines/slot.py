@@ -14,6 +14,7 @@ from pathlib import Path, PurePosixPath
 from service.engines.attempt import AttemptOutcome, InputsDamaged, NotDone, attempt
 from service.engines.failures import misread, program_fault, upload_damaged, upload_gone
 from service.engines.first_start import FirstStart
+from service.engines.idleness import Idleness
 from service.engines.life import LifeWatch
 from service.engines.messages import Task
 from service.engines.process import ProcessDiedError, WorkerProcess
@@ -57,6 +58,7 @@ class Shop:
     running: Running
     trouble: Trouble
     first_start: FirstStart
+    idleness: Idleness
 
     def end(self, job: Job) -> None:
         """Say that a job has ended; whoever listens cannot hurt the engine."""
@@ -112,18 +114,28 @@ class Slot:
         claim = shop.trouble.insist(
             lambda: shop.jobs.claim(shop.owner, shop.settings.lease_seconds)
         )
-        if claim is not None:
-            shop.bell.ring()  # there may be more
-            job = claim.job
-            about = {"occluder.job": job.id, "occluder.kind": job.kind, "attempt": job.attempt}
-            with (
-                serving_request(job.request_id),
-                span(f"job {job.kind}", SpanKind.CONSUMER, job.trace, about) as part,
-            ):
-                self._do(claim, process)
-                with suppress(ServiceError):
-                    part.set_attribute("occluder.state", shop.jobs.job(None, job.id).state)
-            shop.bell.ring()
+        if claim is None:
+            shop.idleness.look()
+            return
+        shop.idleness.begin()
+        shop.bell.ring()  # there may be more
+        try:
+            self._follow(claim, process)
+        finally:
+            shop.idleness.end()
+        shop.bell.ring()
+
+    def _follow(self, claim: Claim, process: WorkerProcess) -> None:
+        """Do a job, as a part of the trace of its request."""
+        job = claim.job
+        about = {"occluder.job": job.id, "occluder.kind": job.kind, "attempt": job.attempt}
+        with (
+            serving_request(job.request_id),
+            span(f"job {job.kind}", SpanKind.CONSUMER, job.trace, about) as part,
+        ):
+            self._do(claim, process)
+            with suppress(ServiceError):
+                part.set_attribute("occluder.state", self._shop.jobs.job(None, job.id).state)
 
     def _ready_process(self) -> WorkerProcess:
         """A process that can take a task, after however many tries; raises StoppedError."""

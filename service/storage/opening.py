@@ -61,13 +61,18 @@ class Storage:
 
 
 @contextmanager
-def open_storage(settings: Settings) -> Iterator[Storage]:
+def open_storage(settings: Settings, *, for_worker: bool = False) -> Iterator[Storage]:
     """Everything stays open within the block.
+
+    ``for_worker``  that answers and signs nothing, and never leads.
 
     Raises :class:`~service.errors.SettingsError` where it cannot be used as it is set up, and
     :class:`~service.errors.DatabaseDamagedError`.
     """
-    check_together(settings)
+    if for_worker:
+        check_for_worker(settings)
+    else:
+        check_together(settings)
     folder = DataFolder(settings.data)
     with ExitStack() as parts:
         parts.enter_context(folder.own())
@@ -87,7 +92,7 @@ def open_storage(settings: Settings) -> Iterator[Storage]:
             secret_ages=SqlSecretAges(database),
             checks=SqlCheckStore(database),
             tallies=SqlTallies(database),
-            sharing=parts.enter_context(sharing(database)),
+            sharing=parts.enter_context(sharing(database, may_lead=not for_worker)),
             progress=_shared_progress(database),
             failures=_shared_failures(database),
         )
@@ -143,6 +148,26 @@ def check_together(settings: Settings) -> None:
             "servers that share a database sign with one secret; make it, once, by "
             "'head -c 32 /dev/urandom > FILE; chmod 600 FILE', give it to all of them, and name it "
             "by OCCLUDER_SECRET_FILE"
+        )
+
+
+def check_for_worker(settings: Settings) -> None:
+    """Raises :class:`~service.errors.SettingsError` where nobody would share jobs with a worker."""
+    if settings.database_url is None:
+        raise SettingsError(
+            "a worker takes its jobs from a database that servers share; set "
+            "OCCLUDER_DATABASE_URL, or run 'occluder serve', which has workers of its own"
+        )
+
+
+def check_release(database: Database, release: str = __version__) -> None:
+    """Raises :class:`~service.errors.SettingsError` where the jobs are for another release."""
+    with database.reading() as session:
+        works = session.scalar(text("SELECT release FROM deployment"))
+    if works != release:
+        raise SettingsError(
+            f"the database is set up for release {works}, and this one, {release}, gets no work; "
+            f"install {works} here, or run 'occluder migrate' of {release}"
         )
 
 

@@ -30,8 +30,11 @@ ALONE = Sharing(False, lambda: True, lambda heard, missed: nullcontext())
 
 
 @contextmanager
-def sharing(database: Database) -> Iterator[Sharing]:
-    """With the others of a database, while the block lasts."""
+def sharing(database: Database, *, may_lead: bool = True) -> Iterator[Sharing]:
+    """With the others of a database, while the block lasts.
+
+    ``may_lead``  whether this one does what a leader has to.
+    """
     if not database.shared:
         yield ALONE
         return
@@ -40,7 +43,7 @@ def sharing(database: Database) -> Iterator[Sharing]:
 
     assert isinstance(database, PostgresDatabase)
     place, leadership = database.place, Leadership(database.place)
-    with leadership.running():
+    with leadership.running() if may_lead else nullcontext():
         yield Sharing(
             True,
             leadership.held,

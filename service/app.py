@@ -29,12 +29,12 @@ from service.routes.services import Check, Services
 from service.schemas.job import JobBody
 from service.schemas.job_options import option_tables
 from service.settings import Settings
+from service.storage.blobs.file_blobs import FileBlobs
+from service.storage.blobs.scrubbing import Scrubber
 from service.storage.cleaning import Cleaner
 from service.storage.database import Database, Topic
-from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from service.storage.opening import agree_on_secret, open_storage
-from service.storage.scrubbing import Scrubber
 from service.webhooks.address_guard import check_webhook
 from service.webhooks.rotation import CurrentSecrets
 from service.webhooks.sender import Describe, WebhookSender

@@ -28,10 +28,10 @@ from simplifier.cli.plugin import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from service.storage.blob_places import BlobPlaces
+    from service.storage.blobs.places import BlobPlaces
+    from service.storage.blobs.repair import Backup
     from service.storage.check_store import SqlCheckStore
     from service.storage.data_folder import DataFolder
-    from service.storage.repair import Backup
 
     _TellCount = Callable[[int, int], None]
 
@@ -76,10 +76,10 @@ def verify(
     def run() -> int:
         # Here, not above: 'occluder --help' need not have a database installed.
         from service.settings import read_settings
-        from service.storage.blob_places import BlobPlaces
+        from service.storage.blobs.places import BlobPlaces
+        from service.storage.blobs.repair import Backup
         from service.storage.check_store import SqlCheckStore
         from service.storage.data_folder import DataFolder
-        from service.storage.repair import Backup
 
         if backup is not None and not repair:
             raise OptionError("it is for --repair", where="from", remedy="add --repair")
@@ -156,9 +156,9 @@ class _Verification:
                 self._note(digest, "damaged, and put aside before", aside=True)
 
     def _read_all(self, stop: threading.Event, tell: _TellCount) -> None:
-        from service.storage.blob_places import FOLDERS, BlobState
+        from service.storage.blobs.places import FOLDERS, BlobState
+        from service.storage.blobs.scrubbing import read_folder
         from service.storage.check_store import FolderCheck
-        from service.storage.scrubbing import read_folder
 
         total = sum(1 for _ in self.places.digests())
         done = 0
@@ -192,7 +192,7 @@ class _Verification:
 
     def _note(self, digest: str, what: str, *, aside: bool) -> None:
         """Put right what can be, if that is wanted; the rest is told at the end."""
-        from service.storage.repair import restore_from_aside
+        from service.storage.blobs.repair import restore_from_aside
 
         if self.repair and (
             (aside and restore_from_aside(self.places, digest))

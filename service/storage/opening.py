@@ -20,11 +20,11 @@ from service.jobs.turns import Shares
 from service.settings import EngineChoice, Settings
 from service.storage.answer_store import SqlAnswerStore
 from service.storage.asset_store import SqlAssetStore
+from service.storage.blobs.file_blobs import FileBlobs
 from service.storage.check_store import SqlCheckStore
 from service.storage.data_folder import DataFolder
 from service.storage.database import Database
 from service.storage.delivery_store import SqlDeliveryStore
-from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from service.storage.journal_store import SqlJournal
 from service.storage.key_store import SqlKeyStore

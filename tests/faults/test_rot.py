@@ -14,7 +14,7 @@ import pytest
 
 from tests.acceptance.command import occluder
 from tests.service.real import BOX
-from tests.service.storage.rot import flip
+from tests.service.storage.blobs.rot import flip
 from tests.waiting import until
 
 

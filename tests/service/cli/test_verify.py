@@ -12,13 +12,13 @@ from pathlib import Path
 import pytest
 
 from service.jobs.job import JobFile
+from service.storage.blobs.file_blobs import FileBlobs
 from service.storage.check_store import SqlCheckStore
 from service.storage.data_folder import DataFolder
-from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from service.storage.sqlite import SqliteDatabase
 from tests.acceptance.command import OCCLUDER, environment
-from tests.service.storage.rot import flip
+from tests.service.storage.blobs.rot import flip
 from tests.service.storage.samples import submission
 from tests.waiting import until
 

@@ -15,8 +15,8 @@ from service.jobs.media_types import media_type_of
 from service.schemas.job_options import option_tables
 from service.schemas.options import OptionTable
 from service.storage.asset_store import SqlAssetStore
+from service.storage.blobs.file_blobs import FileBlobs
 from service.storage.data_folder import DataFolder
-from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from service.storage.sqlite import SqliteDatabase
 from simplifier import __version__

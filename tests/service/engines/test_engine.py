@@ -12,7 +12,7 @@ import pytest
 from service.errors import DatabaseDamagedError, DiskFullError, NotReadyError
 from service.jobs.job import Claim, JobState, Summary
 from tests.service.engines.workplace import Workplace
-from tests.service.storage.rot import flip
+from tests.service.storage.blobs.rot import flip
 from tests.waiting import until
 
 MIB = 1 << 20

@@ -27,13 +27,13 @@ from service.schemas.job_options import option_tables
 from service.settings import Settings
 from service.storage.answer_store import SqlAnswerStore
 from service.storage.asset_store import SqlAssetStore
+from service.storage.blobs.file_blobs import FileBlobs
+from service.storage.blobs.scrubbing import Scrubber
 from service.storage.check_store import SqlCheckStore
 from service.storage.delivery_store import SqlDeliveryStore
-from service.storage.file_blobs import FileBlobs
 from service.storage.job_store import SqlJobStore
 from service.storage.journal_store import SqlJournal
 from service.storage.key_store import SqlKeyStore
-from service.storage.scrubbing import Scrubber
 from service.storage.sqlite import SqliteDatabase
 from service.storage.tally_store import SqlTallies
 from tests.waiting import until

@@ -8,7 +8,7 @@ import httpx
 import pytest
 
 from tests.service.routes.serving import OBJ, RESULTS, problem, served
-from tests.service.storage.rot import flip
+from tests.service.storage.blobs.rot import flip
 
 GLB = RESULTS["occluder.glb"][0]
 

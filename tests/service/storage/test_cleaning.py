@@ -11,8 +11,8 @@ from collections.abc import Collection
 import pytest
 
 from service.errors import DatabaseDamagedError
+from service.storage.blobs.file_blobs import FileBlobs
 from service.storage.cleaning import Cleaned, Cleaner
-from service.storage.file_blobs import FileBlobs
 
 DAY = 86_400.0
 

@@ -22,10 +22,10 @@ from service.errors import (
 )
 from service.jobs.job import JobFile
 from service.settings import Settings
-from service.storage.file_blobs import FileBlobs
+from service.storage.blobs.file_blobs import FileBlobs
 from service.uploads import body as body_module
 from service.uploads.receiving import UploadedFile, Uploads, Wanted, receive
-from tests.service.storage.blob_store_contract import blob_of
+from tests.service.storage.blobs.blob_store_contract import blob_of
 
 MESH = Wanted("mesh", (".glb", ".obj", ".ply", ".stl"))
 OCCLUDER = Wanted("occluder", (".glb", ".obj"))

@@ -12,9 +12,9 @@ from contextlib import ExitStack
 import pytest
 
 from service.settings import Settings
-from service.storage.file_blobs import FileBlobs
+from service.storage.blobs.file_blobs import FileBlobs
 from service.uploads import body
-from tests.service.storage.blob_store_contract import blob_of
+from tests.service.storage.blobs.blob_store_contract import blob_of
 from tests.service.uploads.upload_server import Connection, served
 from tests.waiting import until
 

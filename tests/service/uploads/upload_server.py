@@ -23,7 +23,7 @@ from starlette.routing import Route
 from service.errors import ServiceError
 from service.jobs.stores import BlobStore
 from service.settings import Settings
-from service.storage.file_blobs import FileBlobs
+from service.storage.blobs.file_blobs import FileBlobs
 from service.uploads.receiving import Wanted, receive
 
 MESH = Wanted("mesh", (".glb", ".obj", ".stl"))

@@ -11,13 +11,13 @@ import pytest
 from sqlalchemy import event
 
 from service.jobs.job import JobFile
-from service.storage.blob_places import FOLDERS
+from service.storage.blobs.file_blobs import FileBlobs
+from service.storage.blobs.places import FOLDERS
+from service.storage.blobs.scrubbing import Findings, Scrubber, Stopped
 from service.storage.check_store import FolderCheck, Named, SqlCheckStore
-from service.storage.file_blobs import FileBlobs
-from service.storage.scrubbing import Findings, Scrubber, Stopped
 from service.storage.sqlite import SqliteDatabase
-from tests.service.storage.blob_store_contract import put_now
-from tests.service.storage.rot import flip
+from tests.service.storage.blobs.blob_store_contract import put_now
+from tests.service.storage.blobs.rot import flip
 from tests.service.storage.samples import submission
 from tests.waiting import until
 
@@ -153,7 +153,7 @@ def test_it_is_slow_and_ends_at_once(blobs, checks, clock):
 
 
 def test_it_runs_by_itself_and_goes_on_after_trouble(blobs, jobs, database, caplog, monkeypatch):
-    monkeypatch.setattr("service.storage.scrubbing._GLANCE", 0.01)
+    monkeypatch.setattr("service.storage.blobs.scrubbing._GLANCE", 0.01)
     blob, _ = stored(blobs, jobs, b"rotten")
     flip(blobs.path(blob))
     checks = SqlCheckStore(database)

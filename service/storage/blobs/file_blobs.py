@@ -26,9 +26,9 @@ from typing import BinaryIO, TypeVar
 from service.errors import SettingsError
 from service.jobs.job import Blob
 from service.jobs.stores import DamagedBlobError
-from service.storage.blob_drafts import Draft, free_bytes, raising_disk_full, sync_folder
-from service.storage.blob_places import BlobPlaces, BlobState, digest_of
-from service.storage.blob_reading import BlobReader, Trusted
+from service.storage.blobs.drafts import Draft, free_bytes, raising_disk_full, sync_folder
+from service.storage.blobs.places import BlobPlaces, BlobState, digest_of
+from service.storage.blobs.reading import BlobReader, Trusted
 
 _BLOCK = 1 << 18
 """Bytes that go to a thread at once.  More is hardly faster, and each slow upload holds as many."""

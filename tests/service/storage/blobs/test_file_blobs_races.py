@@ -13,8 +13,8 @@ from collections import Counter
 from collections.abc import Collection
 
 from service.jobs.job import Blob
-from service.storage.file_blobs import FileBlobs
-from tests.service.storage.blob_store_contract import blob_of
+from service.storage.blobs.file_blobs import FileBlobs
+from tests.service.storage.blobs.blob_store_contract import blob_of
 
 
 class Rows:
@@ -82,7 +82,7 @@ def test_no_sweep_takes_what_a_row_names(tmp_path):
 PUTS = """
 import io, random, sys
 from pathlib import Path
-from service.storage.file_blobs import FileBlobs
+from service.storage.blobs.file_blobs import FileBlobs
 store, chance = FileBlobs(Path(sys.argv[1])), random.Random(int(sys.argv[2]))
 while True:
     with store.keeping() as keeping:

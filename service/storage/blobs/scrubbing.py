@@ -17,9 +17,9 @@ from dataclasses import dataclass, field, replace
 
 from service.errors import ServiceError
 from service.jobs.stores import ScrubFigures
-from service.storage.blob_places import FOLDERS, BlobPlaces, BlobState
+from service.storage.blobs.file_blobs import log_damage
+from service.storage.blobs.places import FOLDERS, BlobPlaces, BlobState
 from service.storage.check_store import FolderCheck, SqlCheckStore
-from service.storage.file_blobs import log_damage
 
 _DAY = 86_400.0
 _GLANCE = 60.0  # seconds between looks at whether a folder is due, at most

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from service.errors import SettingsError
-from service.storage.blob_drafts import Draft, raising_disk_full, sync_folder
-from service.storage.blob_places import BlobPlaces, BlobState
+from service.storage.blobs.drafts import Draft, raising_disk_full, sync_folder
+from service.storage.blobs.places import BlobPlaces, BlobState
 
 _BLOCK = 1 << 20
 

@@ -9,10 +9,10 @@ import random
 import pytest
 
 from service.jobs.stores import DamagedBlobError
-from service.storage.blob_places import BlobPlaces, BlobState
-from service.storage.file_blobs import FileBlobs
-from tests.service.storage.blob_store_contract import all_but, blob_of, put_now, put_stream
-from tests.service.storage.rot import flip
+from service.storage.blobs.file_blobs import FileBlobs
+from service.storage.blobs.places import BlobPlaces, BlobState
+from tests.service.storage.blobs.blob_store_contract import all_but, blob_of, put_now, put_stream
+from tests.service.storage.blobs.rot import flip
 
 DATA = random.Random(1).randbytes(300_000)
 CHUNK = 1 << 16
@@ -65,7 +65,7 @@ def test_a_part_of_a_damaged_blob_is_not_given_wherever_the_damage_is(store, sta
 def test_a_part_is_read_alone_once_the_whole_was_found_right(store, monkeypatch):
     blob = put_now(store, DATA)
     assert read_in_chunks(store, blob, 7, 9) == (DATA[7:9], True)
-    monkeypatch.setattr("service.storage.blob_reading.hashlib", None)  # nothing is hashed
+    monkeypatch.setattr("service.storage.blobs.reading.hashlib", None)  # nothing is hashed
     assert read_in_chunks(store, blob, 9, 12) == (DATA[9:12], True)
 
 
@@ -82,7 +82,7 @@ def test_what_was_found_right_is_looked_at_again_once_it_was_written_to_or_time_
     put_now(store, DATA)
     assert read_in_chunks(store, blob, 7, 9)[1]
     with monkeypatch.context() as patch:
-        patch.setattr("service.storage.blob_reading._mark", lambda seen: ())
+        patch.setattr("service.storage.blobs.reading._mark", lambda seen: ())
         store._trusted._clock = lambda now=store._trusted._clock: now() + 601.0
         flip(store.path(blob))
         assert not read_in_chunks(store, blob, 7, 9)[1]

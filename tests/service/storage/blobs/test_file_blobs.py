@@ -13,9 +13,9 @@ from contextlib import contextmanager
 import pytest
 
 from service.errors import DiskFullError, SettingsError
-from service.storage import file_blobs
-from service.storage.file_blobs import FileBlobs
-from tests.service.storage.blob_store_contract import (
+from service.storage.blobs import file_blobs
+from service.storage.blobs.file_blobs import FileBlobs
+from tests.service.storage.blobs.blob_store_contract import (
     BlobStoreContract,
     all_but,
     blob_of,

@@ -18,8 +18,8 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
-from service.storage.file_blobs import FileBlobs
-from tests.service.storage.blob_store_contract import blob_of
+from service.storage.blobs.file_blobs import FileBlobs
+from tests.service.storage.blobs.blob_store_contract import blob_of
 
 CONTENTS = [b"", b"a", b"b" * 70_000, b"c" * 300]
 contents = st.sampled_from(CONTENTS)

@@ -28,7 +28,7 @@ from simplifier.cli.plugin import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from service.storage.blobs.places import BlobPlaces
+    from service.jobs.stores import BlobInventory
     from service.storage.blobs.repair import Backup
     from service.storage.check_store import SqlCheckStore
     from service.storage.data_folder import DataFolder
@@ -115,7 +115,7 @@ class _Interrupted(Exception):
 class _Verification:
     """One run, and what it has found so far."""
 
-    places: BlobPlaces
+    blobs: BlobInventory
     checks: SqlCheckStore
     repair: bool
     backup: Backup | None
@@ -150,17 +150,17 @@ class _Verification:
 
     def _look_aside(self, stop: threading.Event) -> None:
         """What was put aside before: it may be right after all, or in the backup."""
-        for digest in self.places.digests_aside():
+        for digest in self.blobs.digests_aside():
             _check(stop)
             if self.checks.name_of(digest) is not None:
                 self._note(digest, "damaged, and put aside before", aside=True)
 
     def _read_all(self, stop: threading.Event, tell: _TellCount) -> None:
-        from service.storage.blobs.places import FOLDERS, BlobState
+        from service.jobs.stores import FOLDERS, BlobState
         from service.storage.blobs.scrubbing import read_folder
         from service.storage.check_store import FolderCheck
 
-        total = sum(1 for _ in self.places.digests())
+        total = sum(1 for _ in self.blobs.digests())
         done = 0
 
         def on_done(digest: str, state: BlobState) -> None:
@@ -180,7 +180,7 @@ class _Verification:
             _check(stop)
             begun = time.time()
             found = read_folder(
-                self.places, self.checks, folder, on_read, on_done, aside=self.repair
+                self.blobs, self.checks, folder, on_read, on_done, aside=self.repair
             )
             for digest in found.lost:
                 if digest not in self.wrong:
@@ -195,8 +195,8 @@ class _Verification:
         from service.storage.blobs.repair import restore_from_aside
 
         if self.repair and (
-            (aside and restore_from_aside(self.places, digest))
-            or (self.backup is not None and self.backup.restore(self.places, digest))
+            (aside and restore_from_aside(self.blobs, digest))
+            or (self.backup is not None and self.backup.restore(self.blobs, digest))
         ):
             self.repaired += 1
             return

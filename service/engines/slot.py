@@ -269,7 +269,7 @@ def _tell(job: Job, message: str, *values: object) -> None:
 
 
 def laid_out(folder: Path, files: Iterable[JobFile], blobs: BlobStore) -> dict[str, str]:
-    """An empty folder for a task, and in it links to files, by the stems of their names.
+    """An empty folder for a task, and in it its files, by the stems of their names.
 
     Raises KeyError when one is no longer stored, and :class:`DiskFullError`.
     """
@@ -280,9 +280,9 @@ def laid_out(folder: Path, files: Iterable[JobFile], blobs: BlobStore) -> dict[s
             (folder / place).mkdir(mode=0o700, parents=True)
         for one in files:
             name = PurePosixPath(one.name)
-            link = folder / "input" / name.name  # readers go by the suffix; blobs have none
-            link.symlink_to(blobs.path(one.blob).resolve())
-            paths[name.stem] = str(link)
+            file = folder / "input" / name.name  # readers go by the suffix; blobs have none
+            blobs.lay_out(one.blob, file)
+            paths[name.stem] = str(file)
     return paths
 
 

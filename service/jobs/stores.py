@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator, Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Protocol
@@ -28,6 +29,9 @@ from service.jobs.job import (
 
 LONGEST_URL = 2000
 """Characters of a webhook's address."""
+
+FOLDERS = 256
+"""Blobs are looked through in as many parts, by the first byte of their digest."""
 
 
 @dataclass(frozen=True)
@@ -192,6 +196,14 @@ class DamagedBlobError(Exception):
     """The bytes of a blob are no longer those that were stored; by now it is stored no more."""
 
 
+class BlobState(StrEnum):
+    """What reading a blob has shown."""
+
+    WHOLE = "whole"
+    DAMAGED = "damaged"
+    GONE = "gone"
+
+
 class Reader(Protocol):
     """Bytes of a blob as they are read, for one thread at a time; to be closed, by ``with``."""
 
@@ -215,7 +227,10 @@ class Reader(Protocol):
 
 
 class BlobStore(Protocol):
-    """Bytes by their SHA-256.  One server a store; all methods are safe from any thread."""
+    """Bytes by their SHA-256.  All methods are safe from any thread.
+
+    Raises :class:`~service.errors.NotReadyError` where the store cannot be reached.
+    """
 
     def keeping(self) -> AbstractContextManager[Keeping]: ...
 
@@ -224,12 +239,13 @@ class BlobStore(Protocol):
         there."""
 
     def has(self, blob: Blob) -> bool:
-        """Whether it is there, as far as its file tells without being read."""
+        """Whether it is there, as far as can be told without reading it."""
 
-    def path(self, blob: Blob) -> Path:
-        """A file to be read by another process of this machine.  Raises KeyError.
+    def lay_out(self, blob: Blob, place: Path) -> None:
+        """Make a file for another process of this machine to read, where there is none.
 
-        Its bytes are not looked at; who reads it has to.
+        Its bytes are not looked at; who reads it has to.  Raises KeyError, and
+        :class:`~service.errors.DiskFullError`.
         """
 
     def check(self, blob: Blob) -> bool:
@@ -259,7 +275,41 @@ class BlobStore(Protocol):
         """
 
     def free_bytes(self) -> int:
-        """What the disk has left."""
+        """What the disk of this machine has left for it."""
+
+    def problem(self) -> str | None:
+        """Why it cannot be used at the moment, in words; None where it can."""
+
+
+class BlobInventory(Protocol):
+    """All blobs of a store, to be read anew and put right; beside whoever else uses it."""
+
+    def digests(self) -> Iterator[str]:
+        """Of all that is stored, in no order."""
+
+    def digests_in(self, first: int) -> Iterator[str]:
+        """Those that begin with a byte."""
+
+    def digests_aside(self) -> Sequence[str]:
+        """Of what was put aside."""
+
+    def examine(
+        self, digest: str, on_read: Callable[[int], object] = ..., *, aside: bool
+    ) -> BlobState:
+        """Read a blob.
+
+        ``on_read``  is told how many bytes were read, now and then; what it raises passes through.
+        ``aside``    whether it is stored no more where it is damaged, but put aside, or gone.
+        """
+
+    def examine_aside(self, digest: str) -> BlobState:
+        """Read one that was put aside, which changes nothing."""
+
+    def put_back(self, digest: str) -> None:
+        """Have one that was put aside stored again: its bytes turned out to be right."""
+
+    def restore(self, digest: str, source: BinaryIO) -> bool:
+        """Store what a copy has of a blob, if its bytes are right; whether they were."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from sqlalchemy import func, select
 
-from service.storage.blobs.places import FOLDERS
+from service.jobs.stores import FOLDERS
 from service.storage.database import Database, dialect_insert, retried
 from service.storage.tables import BlobCheckRow, JobFileRow, JobRow
 

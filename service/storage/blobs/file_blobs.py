@@ -16,7 +16,7 @@ import os
 import stat
 import threading
 from collections import Counter
-from collections.abc import AsyncIterator, Callable, Collection, Iterable, Iterator
+from collections.abc import AsyncIterator, Callable, Collection, Hashable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import islice
@@ -25,10 +25,10 @@ from typing import BinaryIO, TypeVar
 
 from service.errors import SettingsError
 from service.jobs.job import Blob
-from service.jobs.stores import DamagedBlobError
+from service.jobs.stores import BlobState, DamagedBlobError
 from service.storage.blobs.drafts import Draft, free_bytes, raising_disk_full, sync_folder
-from service.storage.blobs.places import BlobPlaces, BlobState, digest_of
-from service.storage.blobs.reading import BlobReader, Trusted
+from service.storage.blobs.places import BlobPlaces, digest_of
+from service.storage.blobs.reading import BlobReader, Trusted, log_damage
 
 _BLOCK = 1 << 18
 """Bytes that go to a thread at once.  More is hardly faster, and each slow upload holds as many."""
@@ -80,12 +80,19 @@ class FileBlobs:
         except FileNotFoundError:  # swept since, for no row names it
             raise KeyError(blob.digest) from None
         part = start, blob.size if stop is None else stop
-        return BlobReader(file, blob, *part, self._trusted, partial(self._broke, blob.digest))
+        source = _FileSource(file)
+        return BlobReader(
+            source, blob, *part, self._trusted, partial(self._broke, blob.digest, source.seen)
+        )
 
     def has(self, blob: Blob) -> bool:
         return self.places.has(blob)
 
+    def lay_out(self, blob: Blob, place: Path) -> None:
+        place.symlink_to(self.path(blob).resolve())
+
     def path(self, blob: Blob) -> Path:
+        """Its file.  Raises KeyError."""
         return self.places.find(blob)
 
     def check(self, blob: Blob) -> bool:
@@ -151,6 +158,9 @@ class FileBlobs:
     def free_bytes(self) -> int:
         return free_bytes(self.places.folder)
 
+    def problem(self) -> str | None:
+        return None  # what a disk may have is told beside it
+
     def draft(self) -> Draft:
         """A file to be filled and then published."""
         return Draft(self.places.drafts, self._min_free)
@@ -166,9 +176,26 @@ class FileBlobs:
             _log.info("the blob %s, which was damaged, is whole again", blob.digest)
 
 
-def log_damage(digest: str) -> None:
-    """Say it where whoever runs the service looks."""
-    _log.error("the blob %s is damaged on the disk, and was put aside; see docs/service.md", digest)
+class _FileSource:
+    """A file, which is unbuffered, and closed with this."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.seen = os.fstat(file.fileno())
+
+    @property
+    def mark(self) -> Hashable:
+        seen = self.seen
+        return seen.st_dev, seen.st_ino, seen.st_size, seen.st_mtime_ns, seen.st_ctime_ns
+
+    def read(self, size: int) -> bytes:
+        return self._file.read(size)
+
+    def skip(self, size: int) -> None:
+        self._file.seek(size, os.SEEK_CUR)
+
+    def close(self) -> None:
+        self._file.close()
 
 
 class FileKeeping:

@@ -20,29 +20,20 @@ import stat
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from enum import StrEnum
 from pathlib import Path
+from typing import BinaryIO
 
 from service.jobs.job import Blob
-
-FOLDERS = 256
-"""Blobs lie in as many folders, by the first byte of their digest."""
+from service.jobs.stores import FOLDERS, BlobState
+from service.storage.blobs.drafts import Draft, raising_disk_full, sync_folder
 
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 _BLOCK = 1 << 20
 
 
-class BlobState(StrEnum):
-    """What reading a blob has shown."""
-
-    WHOLE = "whole"
-    DAMAGED = "damaged"
-    GONE = "gone"
-
-
 @dataclass(frozen=True)
 class BlobPlaces:
-    """The places in one folder.  All methods are safe beside any process that uses it."""
+    """The places in one folder: a :class:`~service.jobs.stores.BlobInventory`."""
 
     folder: Path
 
@@ -80,12 +71,10 @@ class BlobPlaces:
         return self.place(blob.digest)
 
     def digests(self) -> Iterator[str]:
-        """Of all that is stored, in no order."""
         for first in range(FOLDERS):
             yield from self.digests_in(first)
 
     def digests_in(self, first: int) -> Iterator[str]:
-        """Those of one folder."""
         begin = f"{first:02x}"
         with suppress(FileNotFoundError):
             for name in os.listdir(self.folder / begin):  # noqa: PTH208 (half the time)
@@ -93,7 +82,6 @@ class BlobPlaces:
                     yield begin + name
 
     def digests_aside(self) -> list[str]:
-        """Of what was put aside."""
         with suppress(FileNotFoundError):
             return sorted(filter(_DIGEST.fullmatch, os.listdir(self.damaged)))  # noqa: PTH208
         return []
@@ -105,15 +93,10 @@ class BlobPlaces:
     def examine(
         self, digest: str, on_read: Callable[[int], object] = lambda size: None, *, aside: bool
     ) -> BlobState:
-        """Read a blob from the disk, not from memory, and leave memory to others.
-
-        ``on_read``  is told how many bytes were read, now and then; what it raises passes through.
-        ``aside``    whether to put it aside where it is damaged.
-        """
+        """From the disk, not from memory, which is left to others."""
         return self._examine(self.place(digest), digest, on_read, aside=aside)
 
     def examine_aside(self, digest: str) -> BlobState:
-        """Read one that was put aside, which changes nothing."""
         return self._examine(self.place_aside(digest), digest, lambda size: None, aside=False)
 
     def _examine(
@@ -158,8 +141,22 @@ class BlobPlaces:
         return False
 
     def put_back(self, digest: str) -> None:
-        """Put one that was put aside to its place again: its bytes turned out to be right."""
         self.place_aside(digest).replace(self.place(digest))
+
+    def restore(self, digest: str, source: BinaryIO) -> bool:
+        draft = Draft(self.drafts, 0)
+        try:
+            while block := source.read(_BLOCK):
+                draft.write(block)
+            if draft.seal().digest != digest:
+                return False
+            with raising_disk_full():
+                draft.path.replace(self.place(digest))
+                sync_folder(self.place(digest).parent)
+        finally:
+            draft.discard()
+        self.place_aside(digest).unlink(missing_ok=True)
+        return True
 
 
 def digest_of(

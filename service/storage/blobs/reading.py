@@ -2,8 +2,8 @@
 
 They are hashed as they are read.  The last of them are given only once the digest is known to be
 right, so whoever gets to the end has the bytes that were stored, and whoever is sent others is left
-with less than was announced.  For a part of a blob the rest is read as well, unless the file was
-found to be right a short while ago.
+with less than was announced.  For a part of a blob the rest is read as well, unless it was found to
+be right a short while ago.
 
 The cost is that of SHA-256, some 0.8 to 2 GiB/s of one processor, beside the reading; a part costs
 as much as the whole, once in ten minutes.
@@ -12,13 +12,13 @@ as much as the whole, once in ten minutes.
 from __future__ import annotations
 
 import hashlib
-import os
+import logging
 import threading
 import time
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from types import TracebackType
-from typing import BinaryIO, Self
+from typing import Protocol, Self
 
 from service.jobs.job import Blob
 from service.jobs.stores import DamagedBlobError
@@ -27,26 +27,43 @@ _BLOCK = 1 << 20
 _TRUSTED_SECONDS = 600.0
 _MOST_TRUSTED = 4096
 
+_log = logging.getLogger(__name__)
+
+
+class Source(Protocol):
+    """Where the bytes of a blob come from, from the first on."""
+
+    @property
+    def mark(self) -> Hashable:
+        """Equal only for sources of the very same bytes: a file that was not written to since."""
+
+    def read(self, size: int) -> bytes:
+        """The next bytes, ``size`` at most, none at the end.  An OSError tells of damage."""
+
+    def skip(self, size: int) -> None: ...
+
+    def close(self) -> None: ...
+
 
 class BlobReader:
-    """The :class:`~service.jobs.stores.Reader` of a file."""
+    """The :class:`~service.jobs.stores.Reader` of a source."""
 
     def __init__(
         self,
-        file: BinaryIO,
+        source: Source,
         blob: Blob,
         start: int,
         stop: int,
         trusted: Trusted,
-        on_damage: Callable[[os.stat_result], None],
+        on_damage: Callable[[], None],
     ) -> None:
-        """``file`` is unbuffered, and closed with the reader; ``on_damage`` hears which it was."""
-        self._file, self._blob = file, blob
+        """``source`` is closed with the reader; ``on_damage`` hears that it is damaged."""
+        self._source, self._blob = source, blob
         self._at, self._start, self._stop = start, start, stop
         self._trusted, self._on_damage = trusted, on_damage
-        self._seen = os.fstat(file.fileno())
+        self._mark = source.mark
         whole = (start, stop) == (0, blob.size)
-        self._hash = None if not whole and trusted.has(blob, self._seen) else hashlib.sha256()
+        self._hash = None if not whole and trusted.has(blob, self._mark) else hashlib.sha256()
 
     def __enter__(self) -> Self:
         return self
@@ -60,7 +77,7 @@ class BlobReader:
         self.close()
 
     def close(self) -> None:
-        self._file.close()
+        self._source.close()
 
     def read(self, size: int = -1) -> bytes:
         left = self._stop - self._at
@@ -82,7 +99,7 @@ class BlobReader:
         """So many bytes and no less."""
         pieces = []
         while size > 0:
-            piece = self._file.read(size)
+            piece = self._source.read(size)
             if not piece:
                 raise self._damaged(f"{size:,} bytes are missing")
             pieces.append(piece)
@@ -95,7 +112,7 @@ class BlobReader:
     def _pass_over(self, size: int) -> None:
         """What is not asked for: hashed too, unless there is no need."""
         if self._hash is None:
-            self._file.seek(size, os.SEEK_CUR)
+            self._source.skip(size)
             return
         while size > 0:
             size -= len(self._take(min(size, _BLOCK)))
@@ -105,33 +122,33 @@ class BlobReader:
             return
         if self._hash.hexdigest() != self._blob.digest:
             raise self._damaged("its bytes are others than were stored")
-        self._trusted.add(self._blob, self._seen)
+        self._trusted.add(self._blob, self._mark)
 
     def _damaged(self, how: str) -> DamagedBlobError:
         self._trusted.remove(self._blob)
-        self._on_damage(self._seen)
+        self._on_damage()
         return DamagedBlobError(f"the blob {self._blob.digest} is damaged: {how}")
 
 
 class Trusted:
-    """Files that were found to be right a short while ago.  Safe from any thread.
+    """Blobs that were found to be right a short while ago, each in a source.  Safe from any thread.
 
-    A file that was written to since is another one, by what the system notes of it.
+    A source that has changed since is another one, by its mark.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._lock = threading.Lock()
-        self._found: OrderedDict[str, tuple[tuple[int, ...], float]] = OrderedDict()
+        self._found: OrderedDict[str, tuple[Hashable, float]] = OrderedDict()
 
-    def has(self, blob: Blob, seen: os.stat_result) -> bool:
+    def has(self, blob: Blob, mark: Hashable) -> bool:
         with self._lock:
-            mark, when = self._found.get(blob.digest, ((), float("-inf")))
-        return mark == _mark(seen) and self._clock() - when < _TRUSTED_SECONDS
+            found, when = self._found.get(blob.digest, (None, float("-inf")))
+        return found == mark and self._clock() - when < _TRUSTED_SECONDS
 
-    def add(self, blob: Blob, seen: os.stat_result) -> None:
+    def add(self, blob: Blob, mark: Hashable) -> None:
         with self._lock:
-            self._found[blob.digest] = (_mark(seen), self._clock())
+            self._found[blob.digest] = (mark, self._clock())
             self._found.move_to_end(blob.digest)
             if len(self._found) > _MOST_TRUSTED:
                 self._found.popitem(last=False)
@@ -141,5 +158,6 @@ class Trusted:
             self._found.pop(blob.digest, None)
 
 
-def _mark(seen: os.stat_result) -> tuple[int, ...]:
-    return seen.st_dev, seen.st_ino, seen.st_size, seen.st_mtime_ns, seen.st_ctime_ns
+def log_damage(digest: str) -> None:
+    """Say it where whoever runs the service looks."""
+    _log.error("the blob %s is damaged, and was put aside; see docs/service.md", digest)

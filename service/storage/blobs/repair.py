@@ -1,4 +1,4 @@
-"""Putting damaged and lost blobs right from a copy of the folder, such as a backup."""
+"""Putting damaged and lost blobs right from a copy of a folder of blobs, such as a backup."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from service.errors import SettingsError
-from service.storage.blobs.drafts import Draft, raising_disk_full, sync_folder
-from service.storage.blobs.places import BlobPlaces, BlobState
-
-_BLOCK = 1 << 20
+from service.jobs.stores import BlobInventory, BlobState
+from service.storage.blobs.places import BlobPlaces
 
 
 @dataclass(frozen=True)
@@ -30,30 +28,20 @@ class Backup:
             raise SettingsError(f"'{folder}' has no blobs; name a copy of the data folder")
         return cls(places)
 
-    def restore(self, target: BlobPlaces, digest: str) -> bool:
+    def restore(self, target: BlobInventory, digest: str) -> bool:
         """Copy a blob to its place; whether the copy had it, with the right bytes.
 
-        Raises :class:`~service.errors.DiskFullError`.
+        Raises :class:`~service.errors.ServiceError` where it cannot be stored.
         """
-        draft = Draft(target.drafts, 0)
         try:
-            with self.places.place(digest).open("rb", buffering=0) as source:
-                while block := source.read(_BLOCK):
-                    draft.write(block)
-            if draft.seal().digest != digest:
-                return False
-            with raising_disk_full():
-                draft.path.replace(target.place(digest))
-                sync_folder(target.place(digest).parent)
+            file = self.places.place(digest).open("rb", buffering=0)
         except FileNotFoundError:
             return False
-        finally:
-            draft.discard()
-        target.place_aside(digest).unlink(missing_ok=True)
-        return True
+        with file:
+            return target.restore(digest, file)
 
 
-def restore_from_aside(target: BlobPlaces, digest: str) -> bool:
+def restore_from_aside(target: BlobInventory, digest: str) -> bool:
     """Put back what was put aside if its bytes are right after all: memory or a cable was bad."""
     if target.examine_aside(digest) is not BlobState.WHOLE:
         return False

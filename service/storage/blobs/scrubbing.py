@@ -16,9 +16,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 from service.errors import ServiceError
-from service.jobs.stores import ScrubFigures
-from service.storage.blobs.file_blobs import log_damage
-from service.storage.blobs.places import FOLDERS, BlobPlaces, BlobState
+from service.jobs.stores import FOLDERS, BlobInventory, BlobState, ScrubFigures
+from service.storage.blobs.reading import log_damage
 from service.storage.check_store import FolderCheck, SqlCheckStore
 
 _DAY = 86_400.0
@@ -43,7 +42,7 @@ class Findings:
 
 
 def read_folder(
-    places: BlobPlaces,
+    blobs: BlobInventory,
     checks: SqlCheckStore,
     folder: int,
     on_read: Callable[[int], object],
@@ -59,25 +58,35 @@ def read_folder(
     """
     checked = size = 0
     damaged: list[str] = []
+    gone: set[str] = set()
 
     def count(read: int) -> None:
         nonlocal size
         size += read
         on_read(read)
 
-    for digest in places.digests_in(folder):
-        state = places.examine(digest, count, aside=aside)
-        checked += state is not BlobState.GONE  # swept meanwhile
-        if state is BlobState.DAMAGED:
-            damaged.append(digest)
+    for digest in blobs.digests_in(folder):
+        state = blobs.examine(digest, count, aside=aside)
+        match state:
+            case BlobState.DAMAGED:
+                damaged.append(digest)
+            case BlobState.GONE:
+                gone.add(digest)
+        checked += state is not BlobState.GONE
         on_done(digest, state)
-    return Findings(checked, size, tuple(damaged), _lost(places, checks, folder))
+    return Findings(checked, size, tuple(damaged), _lost(blobs, checks, folder, gone))
 
 
-def _lost(places: BlobPlaces, checks: SqlCheckStore, folder: int) -> tuple[str, ...]:
-    """Named before its files were listed, and named still, or they were removed in between."""
+def _lost(
+    blobs: BlobInventory, checks: SqlCheckStore, folder: int, gone: set[str]
+) -> tuple[str, ...]:
+    """What rows name and is not there, nor put aside.
+
+    The rows are looked at before and after: what is swept meanwhile is named by none at the end.
+    ``gone``  could not be read for there was nothing, whatever is listed.
+    """
     named = checks.named(folder)
-    there = {*places.digests_in(folder), *places.digests_aside()}
+    there = {*blobs.digests_in(folder), *blobs.digests_aside()} - gone
     missing = named - there
     return tuple(sorted(missing & checks.named(folder))) if missing else ()
 
@@ -96,7 +105,7 @@ class Scrubber:
     ``leads``  whether it is for this server to read them.
     """
 
-    places: BlobPlaces
+    blobs: BlobInventory
     checks: SqlCheckStore
     days: float
     rate: int
@@ -131,7 +140,7 @@ class Scrubber:
         # Last in line whatever the clock does: set back, it would have this one read for ever.
         begun = max(self.clock(), math.nextafter(watched[-1].checked, math.inf))
         due = watched[0]
-        found = read_folder(self.places, self.checks, due.folder, slow_down, aside=True)
+        found = read_folder(self.blobs, self.checks, due.folder, slow_down, aside=True)
         self.checks.note(FolderCheck(due.folder, begun))
         self._tell(due.folder, found)
         return found

@@ -222,6 +222,9 @@ class FolderBlobs:
             raise KeyError(blob.digest)
         return path
 
+    def lay_out(self, blob, place):
+        place.symlink_to(self.path(blob))
+
     def check(self, blob):
         if not self.has(blob):
             return False

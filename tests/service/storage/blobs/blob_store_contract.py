@@ -67,7 +67,8 @@ class BlobStoreContract:
         for start, stop in ((0, size // 2), (size // 2, None), (size // 3, size // 2)):
             with store.open(blob, start, stop) as opened:
                 assert opened.read() == data[start:stop]
-        assert store.path(blob).read_bytes() == data
+        store.lay_out(blob, tmp_path / "laid out")
+        assert (tmp_path / "laid out").read_bytes() == data
         assert set(store.digests()) == {blob.digest}
 
     def test_a_file_is_moved_in(self, store, tmp_path):
@@ -93,11 +94,13 @@ class BlobStoreContract:
         ],
         ids=repr,
     )
-    def test_what_is_not_there_is_a_key_error(self, store, blob):
+    def test_what_is_not_there_is_a_key_error(self, store, blob, tmp_path):
         put_now(store, b"there")
-        for look in (store.open, store.path):
-            with pytest.raises(KeyError):
-                look(blob)
+        with pytest.raises(KeyError):
+            store.open(blob)
+        with pytest.raises(KeyError):
+            store.lay_out(blob, tmp_path / "place")
+        assert not (tmp_path / "place").exists()
         with store.keeping() as keeping, pytest.raises(KeyError):
             keeping.adopt(blob)
         with suppress(KeyError):  # of what is no digest

@@ -8,9 +8,9 @@ import random
 
 import pytest
 
-from service.jobs.stores import DamagedBlobError
+from service.jobs.stores import BlobState, DamagedBlobError
 from service.storage.blobs.file_blobs import FileBlobs
-from service.storage.blobs.places import BlobPlaces, BlobState
+from service.storage.blobs.places import BlobPlaces
 from tests.service.storage.blobs.blob_store_contract import all_but, blob_of, put_now, put_stream
 from tests.service.storage.blobs.rot import flip
 
@@ -82,7 +82,7 @@ def test_what_was_found_right_is_looked_at_again_once_it_was_written_to_or_time_
     put_now(store, DATA)
     assert read_in_chunks(store, blob, 7, 9)[1]
     with monkeypatch.context() as patch:
-        patch.setattr("service.storage.blobs.reading._mark", lambda seen: ())
+        patch.setattr("service.storage.blobs.file_blobs._FileSource.mark", ())
         store._trusted._clock = lambda now=store._trusted._clock: now() + 601.0
         flip(store.path(blob))
         assert not read_in_chunks(store, blob, 7, 9)[1]
@@ -118,7 +118,7 @@ def test_a_disk_that_cannot_read_is_damage_as_well(store, monkeypatch):
             self._file.close()
 
     reader = store.open(blob)
-    reader._file = BadSector(reader._file)
+    reader._source._file = BadSector(reader._source._file)
     with reader, pytest.raises(DamagedBlobError, match="Input/output error"):
         reader.read()
     assert store.places.digests_aside() == [blob.digest]

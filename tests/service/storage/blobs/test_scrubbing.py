@@ -11,8 +11,8 @@ import pytest
 from sqlalchemy import event
 
 from service.jobs.job import JobFile
+from service.jobs.stores import FOLDERS
 from service.storage.blobs.file_blobs import FileBlobs
-from service.storage.blobs.places import FOLDERS
 from service.storage.blobs.scrubbing import Findings, Scrubber, Stopped
 from service.storage.check_store import FolderCheck, Named, SqlCheckStore
 from service.storage.sqlite import SqliteDatabase

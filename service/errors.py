@@ -250,6 +250,12 @@ class NotReadyError(ServiceError):
     slug, status, title = "not-ready", 503, "The service is not ready"
 
 
+class HoldLostError(ServiceError):
+    """What was stored for this was taken for that of a dead server, and is stored no more."""
+
+    slug, status, title = "hold-lost", 503, "What was sent is stored no more"
+
+
 class DiskFullError(ServiceError):
     """There is no room for the upload or the result."""
 

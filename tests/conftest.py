@@ -25,6 +25,7 @@ from simplifier.kernels.threads import thread_count
 
 if TYPE_CHECKING:
     from tests.postgres import PostgresServer
+    from tests.s3 import S3Server
 
 # Workers share the processors: threads in each that wait for one another's take a seventh longer.
 if workers := int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "0")):
@@ -61,6 +62,24 @@ def postgres() -> Iterator[PostgresServer]:
     from tests.postgres import running_postgres
 
     with running_postgres() as server:
+        yield server
+
+
+@pytest.fixture(scope="session")
+def moto() -> Iterator[S3Server]:
+    """An S3 server that keeps its objects in memory."""
+    from tests.s3 import running_moto
+
+    with running_moto() as server:
+        yield server
+
+
+@pytest.fixture(scope="session")
+def localbucket(tmp_path_factory: pytest.TempPathFactory) -> Iterator[S3Server]:
+    """An S3 server that keeps its objects in files."""
+    from tests.s3 import running_localbucket
+
+    with running_localbucket(tmp_path_factory.mktemp("localbucket")) as server:
         yield server
 
 

@@ -248,6 +248,13 @@ class BlobStore(Protocol):
         :class:`~service.errors.DiskFullError`.
         """
 
+    def signed_url(self, blob: Blob, media_type: str, disposition: str) -> str | None:
+        """An address from which anybody may get it for a quarter of an hour, unchecked; None where
+        there is none.  Raises KeyError.
+
+        ``media_type``, ``disposition``  what the answer's headers are to say.
+        """
+
     def check(self, blob: Blob) -> bool:
         """Read all of it; whether it is there and right.  It is stored no more where it is not."""
 

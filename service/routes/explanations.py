@@ -81,6 +81,8 @@ ADVICE = {
     "database-damaged": "The service's owner has to restore the data folder from a copy.",
     "not-ready": "Wait as long as Retry-After says, if it is there, and try again; /readyz says "
     "what is missing.",
+    "hold-lost": "Send it again. A server that took it in was silent for so long that others took "
+    "it for dead, and removed what no job named yet.",
     "disk-full": "Try again later. The service's owner has to make room, or keep results for fewer "
     "days (OCCLUDER_KEEP_DAYS).",
 }

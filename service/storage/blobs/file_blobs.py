@@ -95,6 +95,9 @@ class FileBlobs:
         """Its file.  Raises KeyError."""
         return self.places.find(blob)
 
+    def signed_url(self, blob: Blob, media_type: str, disposition: str) -> str | None:
+        return None
+
     def check(self, blob: Blob) -> bool:
         state = self.places.examine(blob.digest, aside=True)
         if state is BlobState.DAMAGED:

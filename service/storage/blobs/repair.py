@@ -7,6 +7,7 @@ from pathlib import Path
 
 from service.errors import SettingsError
 from service.jobs.stores import BlobInventory, BlobState
+from service.storage.blobs.identity import FolderHome
 from service.storage.blobs.places import BlobPlaces
 
 
@@ -20,11 +21,12 @@ class Backup:
     def of(cls, folder: Path) -> Backup:
         """A copy of the folder of blobs, or of the data folder that it is in.
 
-        Raises :class:`~service.errors.SettingsError` where there are no blobs.
+        Raises :class:`~service.errors.SettingsError` where there are no blobs, and it is not that
+        a server had none to store.
         """
         inner = folder / "blobs"
         places = BlobPlaces(inner if inner.is_dir() else folder)
-        if next(places.digests(), None) is None:
+        if FolderHome(places.folder).read_identity() is None and not any(places.digests()):
             raise SettingsError(f"'{folder}' has no blobs; name a copy of the data folder")
         return cls(places)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from alembic import context
 
+import service.storage.blobs.tables  # noqa: F401 - so that the metadata has them
 from service.storage.tables import Base
 
 context.configure(

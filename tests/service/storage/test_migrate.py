@@ -12,6 +12,7 @@ import pytest
 from alembic import command
 from sqlalchemy import Connection, create_engine, inspect
 
+import service.storage.blobs.tables  # noqa: F401 - so that the metadata has them
 from service.access.key import Scope, hash_of
 from service.errors import IdempotencyKeyReusedError
 from service.idempotency import Answer, KeyedRequest

@@ -8,31 +8,18 @@ import threading
 import time
 
 import pytest
-from sqlalchemy import event
 
 from service.jobs.job import JobFile
 from service.jobs.stores import FOLDERS
 from service.storage.blobs.file_blobs import FileBlobs
 from service.storage.blobs.scrubbing import Findings, Scrubber, Stopped
 from service.storage.check_store import FolderCheck, Named, SqlCheckStore
-from service.storage.sqlite import SqliteDatabase
 from tests.service.storage.blobs.blob_store_contract import put_now
 from tests.service.storage.blobs.rot import flip
 from tests.service.storage.samples import submission
 from tests.waiting import until
 
 DAY = 86_400.0
-
-
-@pytest.fixture
-def database(file):
-    """One that waits for no disk: a round of checks is hundreds of commits."""
-    opened = SqliteDatabase.open(file)
-    event.listen(
-        opened._writer, "connect", lambda made, _: made.execute("PRAGMA synchronous = OFF")
-    )
-    yield opened
-    opened.close()
 
 
 @pytest.fixture

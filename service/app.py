@@ -18,6 +18,7 @@ from service.engines.on_demand import OnDemand
 from service.jobs.deliveries import Delivery
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
+from service.jobs.stores import BlobStore
 from service.metrics import Metrics, Readings
 from service.middleware.bodies import LingeringClose, Turnstile
 from service.middleware.forwarded import ForwardedAddress
@@ -29,7 +30,6 @@ from service.routes.services import Check, Services
 from service.schemas.job import JobBody
 from service.schemas.job_options import option_tables
 from service.settings import Settings
-from service.storage.blobs.file_blobs import FileBlobs
 from service.storage.blobs.scrubbing import Scrubber
 from service.storage.cleaning import Cleaner
 from service.storage.database import Database, Topic
@@ -90,7 +90,7 @@ def open_services(settings: Settings) -> Iterator[Services]:
         stores = parts.enter_context(open_storage(settings))
         jobs, blobs, sharing = stores.jobs, stores.blobs, stores.sharing
         scrubber = Scrubber(
-            blobs.places,
+            stores.inventory,
             stores.checks,
             settings.scrub_days,
             settings.scrub_rate,
@@ -177,7 +177,7 @@ def open_services(settings: Settings) -> Iterator[Services]:
         )
 
 
-def _readings(settings: Settings, blobs: FileBlobs, runner: Runner) -> Readings:
+def _readings(settings: Settings, blobs: BlobStore, runner: Runner) -> Readings:
     return {
         "occluder_workers_configured": (
             "Worker processes that there are to be.", lambda: runner.workers,
@@ -204,7 +204,7 @@ def _describe_from(jobs: SqlJobStore) -> Describe:
 
 
 def _checks(
-    settings: Settings, database: Database, blobs: FileBlobs, runner: Runner, board: ProgressBoard
+    settings: Settings, database: Database, blobs: BlobStore, runner: Runner, board: ProgressBoard
 ) -> Mapping[str, Check]:
     def of_database() -> str | None:
         return None if database.is_sound() else "it cannot be read"
@@ -226,6 +226,7 @@ def _checks(
 
     return {
         "database": of_database,
+        "blobs": blobs.problem,
         "disk": of_disk,
         "engine": lambda: runner.problem,
         "kernels": of_kernels,

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
 from enum import StrEnum
@@ -37,6 +38,7 @@ class EngineChoice(StrEnum):
 _PREFIX = "OCCLUDER_"
 _OTHERS = {"OCCLUDER_KEY", "OCCLUDER_SERVER", "OCCLUDER_THREADS"}
 """Variables of that prefix that commands and the library read."""
+_BUCKET = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[\w!.*'()-]+)*/?")
 _UNITS = (("GiB", 1 << 30), ("MiB", 1 << 20))
 
 
@@ -72,6 +74,17 @@ class Settings(BaseSettings):
         None,
         description="File of the 32 secret bytes that sign webhooks and sessions, the same for all "
         "servers that share a database; unset: a file in OCCLUDER_DATA.",
+    )
+    blobs: str = Field(
+        "",
+        description="Where uploads and results are stored: s3://BUCKET/PREFIX, for several hosts, "
+        "or, if empty, the folder of the data.",
+    )
+    blob_cache: int = Field(
+        8192 * _MIB,
+        ge=0,
+        description="Bytes of the disk that copies of inputs may take, where OCCLUDER_BLOBS is a "
+        "bucket.",
     )
     host: str = Field("127.0.0.1", description="Address to listen on.")
     port: int = Field(8000, ge=0, le=65535, description="Port to listen on; 0 takes a free one.")
@@ -218,6 +231,13 @@ class Settings(BaseSettings):
         if not isinstance(listed, str):
             return listed
         return tuple(one.strip() for one in listed.split(",") if one.strip())
+
+    @field_validator("blobs")
+    @classmethod
+    def _bucket(cls, url: str) -> str:
+        if url and not _BUCKET.fullmatch(url):
+            raise ValueError("must be s3://BUCKET/PREFIX")
+        return url.rstrip("/")
 
     @field_validator("public_url")
     @classmethod

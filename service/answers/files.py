@@ -14,7 +14,7 @@ from fastapi import Request
 from fastapi.responses import Response, StreamingResponse
 from starlette.types import Send
 
-from service.errors import NotAcceptableError, NotFoundError
+from service.errors import NotAcceptableError, NotFoundError, NotReadyError
 from service.headers import ByteRange, best_of, is_fresh, wanted_range
 from service.jobs.job import JobFile, JobKind
 from service.jobs.stores import BlobStore, DamagedBlobError, Reader
@@ -98,15 +98,29 @@ def send_file(
     return CheckedResponse(chunks, status, headers, media_type=file.media_type)
 
 
+def lead_to_file(blobs: BlobStore, file: JobFile) -> Response | None:
+    """An answer that sends the asker to where the bytes are; None where only this service has them.
+
+    Call it in a thread.  Raises :class:`~service.errors.NotFoundError` where the bytes are gone.
+    """
+    try:
+        address = blobs.signed_url(file.blob, file.media_type, _disposition(file))
+    except KeyError:
+        raise _lost(file) from None
+    if address is None:
+        return None
+    return Response(status_code=307, headers={"Location": address, "Cache-Control": "no-store"})
+
+
 class CheckedResponse(StreamingResponse):
-    """Ends without its last bytes where they turn out to be damaged: the server then breaks the
-    connection off, and the client sees that less came than was announced.
+    """Ends without its last bytes where they turn out to be damaged, or cannot be had: the server
+    then breaks the connection off, and the client sees that less came than was announced.
     """
 
     async def stream_response(self, send: Send) -> None:
         try:
             await super().stream_response(send)
-        except DamagedBlobError as error:
+        except (DamagedBlobError, NotReadyError) as error:
             _log.error("an answer was broken off: %s", error)
 
 

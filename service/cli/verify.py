@@ -1,13 +1,15 @@
 """The command that reads all stored files anew and says which are damaged or gone.
 
-It works on the data folder itself, also while a server runs on it.  What is wrong is on standard
-output, a line each, for programs as well; how it goes and how it ended is on standard error.
+It works on the data folder, or on database and bucket, also while servers run on them.  What is
+wrong is on standard output, a line each, for programs as well; how it goes and how it ended is on
+standard error.
 """
 
 from __future__ import annotations
 
 import threading
 import time
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -76,23 +78,26 @@ def verify(
     def run() -> int:
         # Here, not above: 'occluder --help' need not have a database installed.
         from service.settings import read_settings
-        from service.storage.blobs.places import BlobPlaces
+        from service.storage.blobs.opening import open_inventory
         from service.storage.blobs.repair import Backup
         from service.storage.check_store import SqlCheckStore
         from service.storage.data_folder import DataFolder
+        from service.storage.opening import open_database
 
         if backup is not None and not repair:
             raise OptionError("it is for --repair", where="from", remedy="add --repair")
-        folder = DataFolder(read_settings({"data": data}).data)
-        _check_known(folder)
+        settings = read_settings({"data": data})
+        folder = DataFolder(settings.data)
+        if settings.database_url is None:
+            _check_known(folder)
         source = None if backup is None else Backup.of(backup)
-        database = folder.open_database()
-        try:
+        with (
+            closing(open_database(settings)) as database,
+            open_inventory(settings, folder, database, may_lack=source is not None) as blobs,
+        ):
             checks = SqlCheckStore(database)
             checks.begin()
-            return _Verification(BlobPlaces(folder.blobs), checks, repair, source).run()
-        finally:
-            database.close()
+            return _Verification(blobs, checks, repair, source).run()
 
     run_command(run, debug=debug)
 
@@ -150,10 +155,14 @@ class _Verification:
 
     def _look_aside(self, stop: threading.Event) -> None:
         """What was put aside before: it may be right after all, or in the backup."""
+        from service.jobs.stores import BlobState
+
         for digest in self.blobs.digests_aside():
             _check(stop)
             if self.checks.name_of(digest) is not None:
-                self._note(digest, "damaged, and put aside before", aside=True)
+                gone = self.blobs.examine_aside(digest) is BlobState.GONE
+                what = "gone" if gone else "damaged, and put aside before"
+                self._note(digest, what, aside=True)
 
     def _read_all(self, stop: threading.Event, tell: _TellCount) -> None:
         from service.jobs.stores import FOLDERS, BlobState

@@ -13,7 +13,7 @@ from service.engines.attempt import AttemptOutcome, GivenUp, Hindered, NotDone, 
 from service.engines.failures import disk_full
 from service.engines.signals import Orders
 from service.engines.trouble import Trouble
-from service.errors import DiskFullError
+from service.errors import DiskFullError, HoldLostError
 from service.jobs.job import Claim, JobFile
 from service.jobs.media_types import media_type_of
 from service.jobs.stores import BlobStore, JobStore, Keeping
@@ -54,15 +54,17 @@ class Recorder:
     def _record_success(
         self, claim: Claim, outcome: Succeeded, results: Path, orders: Orders
     ) -> bool:
-        with self.blobs.keeping() as keeping:
-            try:
+        try:
+            with self.blobs.keeping() as keeping:
                 files = self.store_files(keeping, results)
-            except DiskFullError:
-                hindrance = Hindered(disk_full("the result"))
-                return self._record_hindrance(claim, hindrance, results)
-            if orders.cancelled:
-                return self._record_end(claim)
-            return self.trouble.insist(lambda: self.jobs.succeed(claim, files, outcome.summary))
+                if orders.cancelled:
+                    return self._record_end(claim)
+                return self.trouble.insist(lambda: self.jobs.succeed(claim, files, outcome.summary))
+        except DiskFullError:
+            return self._record_hindrance(claim, Hindered(disk_full("the result")), results)
+        except HoldLostError:
+            # This process was held up for so long that others have removed its files.
+            return self.trouble.insist(lambda: self.jobs.release(claim))
 
     def _record_end(self, claim: Claim) -> bool:
         return self.trouble.insist(lambda: self.jobs.end_cancelled(claim))
@@ -90,7 +92,8 @@ class Recorder:
             name = path.relative_to(results).as_posix()
             while True:
                 try:
-                    return JobFile(name, keeping.put_file(path), media_type_of(name))
+                    blob = self.trouble.insist(lambda: keeping.put_file(path), but=(DiskFullError,))
+                    return JobFile(name, blob, media_type_of(name))
                 except DiskFullError:
                     if time.monotonic() >= until:
                         raise

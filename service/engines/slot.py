@@ -230,9 +230,9 @@ class Slot:
 
     def _judge_inputs(self, claim: Claim, told: InputsDamaged) -> NotDone:
         """The process is not taken at its word: its memory may be what is bad."""
-        inputs = inputs_by_part(claim.inputs)
-        right = [self._shop.blobs.check(inputs[name].blob) for name in told.inputs]
-        if all(right):
+        shop, inputs = self._shop, inputs_by_part(claim.inputs)
+        blobs = [inputs[name].blob for name in told.inputs]
+        if all(shop.trouble.insist(lambda: [shop.blobs.check(blob) for blob in blobs])):
             return NotDone(misread(), final=False)
         return NotDone(upload_damaged(), final=True)
 

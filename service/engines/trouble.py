@@ -50,16 +50,20 @@ class Trouble:
         if self._stopped.wait(seconds):
             raise StoppedError
 
-    def insist(self, call: Callable[[], T]) -> T:
+    def insist(
+        self, call: Callable[[], T], but: tuple[type[Exception], ...] = (StoppedError,)
+    ) -> T:
         """Have the stores do something, again and again while they cannot: no room, a damaged
-        page, a lock that another holds.
+        page, a lock that another holds, a server that is away.
 
-        Raises :class:`StoppedError`, and whatever else the call does.
+        Raises :class:`StoppedError`, what is of ``but``, and whatever else the call does.
         """
         tries = 0
         while True:
             try:
                 result = call()
+            except but:
+                raise
             except (DiskFullError, DatabaseDamagedError, NotReadyError) as error:
                 if tries == 0:
                     logger.error("%s", error)

@@ -232,6 +232,14 @@ SENT_ON: Responses = {
 }
 """A request that wants the result and nothing else, before there is one."""
 
+LED: Responses = {
+    307: {
+        "description": "It is in a bucket, and `redirect` allows to be led there.",
+        "headers": {"Location": header("Where its bytes are.", required=True)},
+    }
+}
+"""A file that is elsewhere, for who may be led there."""
+
 RESULT_OR_JOB: Responses = {
     200: {**RESULT[200], "headers": {**RESULT[200]["headers"], **_PLACE}},
     202: {

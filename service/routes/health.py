@@ -28,7 +28,8 @@ class Readiness(BaseModel):
 
     status: Literal["ready"] = "ready"
     checks: list[str] = Field(
-        description="What was looked at.", examples=[["database", "disk", "engine", "kernels"]]
+        description="What was looked at.",
+        examples=[["database", "blobs", "disk", "engine", "kernels"]],
     )
 
 

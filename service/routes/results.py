@@ -5,14 +5,21 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any
 
 from anyio.to_thread import run_sync
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Query, Request
 from fastapi.responses import Response
 
 from service.access.key import Caller
-from service.answers.files import FORMATS, JSON, chosen_format, read_file, send_file
+from service.answers.files import (
+    FORMATS,
+    JSON,
+    chosen_format,
+    lead_to_file,
+    read_file,
+    send_file,
+)
 from service.answers.following import Patience, ended_within
 from service.answers.problems import problem_of_state
 from service.errors import NotAcceptableError, NotFoundError
@@ -25,6 +32,7 @@ from service.routes.docs import (
     EVERYWHERE,
     FILE,
     HEAD,
+    LED,
     PARTS,
     PREFER,
     RESULT,
@@ -80,23 +88,34 @@ def list_files(job_id: str, services: TheServices, caller: Reader) -> FilePage:
 @router.get(
     "/jobs/{job_id}/files/{name:path}",
     response_class=Response,
-    responses={**FILE, **PARTS, **refusals(*EVERYWHERE, 404, 416, 507)},
+    responses={**FILE, **PARTS, **LED, **refusals(*EVERYWHERE, 404, 416, 507)},
     openapi_extra=CONDITIONS,
     summary="A file of a job",
 )
 async def get_file(
-    job_id: str, name: str, request: Request, services: TheServices, caller: Reader
+    job_id: str,
+    name: str,
+    request: Request,
+    services: TheServices,
+    caller: Reader,
+    redirect: Annotated[
+        bool,
+        Query(
+            description="Whether 307 may lead to where the bytes are, if that is a bucket: for a "
+            "quarter of an hour, to anybody, and without comparing them with the SHA-256."
+        ),
+    ] = False,
 ) -> Response:
     """Its bytes, whole or, by `Range` and `If-Range`, in part. It never changes; its ETag is the
     SHA-256 of it. What comes on demand is made when it is first asked for, and is the same
     from then on."""
     job = await run_sync(services.jobs.job, caller.tenant, job_id)
     files = await _files_with(services, job, name)
-    return await run_sync(_file_answer, request, services, files, name)
+    return await run_sync(_file_answer, request, services, files, name, redirect)
 
 
 def _file_answer(
-    request: Request, services: Services, files: Sequence[JobFile], name: str
+    request: Request, services: Services, files: Sequence[JobFile], name: str, redirect: bool
 ) -> Response:
     file = _find_file(files, name)
     if file is None:
@@ -104,7 +123,8 @@ def _file_answer(
             f"the job has no file '{name}'",
             remedy="'files' of its links lists those that there are",
         )
-    return send_file(request, services.blobs, file)
+    led = lead_to_file(services.blobs, file) if redirect else None
+    return led or send_file(request, services.blobs, file)
 
 
 @router.head(

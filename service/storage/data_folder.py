@@ -19,7 +19,8 @@ class DataFolder:
     """What lies where.
 
     ``occluder.db``  the database, with its log beside it.
-    ``blobs/``       meshes and results.
+    ``blobs/``       meshes and results, unless they are in a bucket.
+    ``cache/``       copies of what is in the bucket.
     ``scratch/``     work under way, of no use to another server.
     ``lock``         held by the server, with its process id.
     """
@@ -33,6 +34,10 @@ class DataFolder:
     @property
     def blobs(self) -> Path:
         return self.path / "blobs"
+
+    @property
+    def cache(self) -> Path:
+        return self.path / "cache"
 
     @property
     def scratch(self) -> Path:

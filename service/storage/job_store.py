@@ -36,6 +36,8 @@ from service.storage.rows import (
 from service.storage.tables import JobFileRow, JobRow
 from service.storage.waits import pause_after_death, pause_for_room
 
+RelyOn = Callable[[Session, Collection[Blob]], None]
+
 _EXPIRED_AT_ONCE = 200
 """Jobs that are forgotten in one transaction, so that other writers do not wait long."""
 
@@ -49,6 +51,8 @@ class SqlJobStore:
                    database has no clock that all share.
     ``shares``     what one tenant may have of the queue and of the workers.
     ``is_stored``  whether the bytes of a blob are there: a result that has lost one is no result.
+    ``rely_on``    called with the blobs of files within the transaction that adds these: what keeps
+                   a sweep of others from taking them.  Raises what undoes the transaction.
     ``release``    of this server: it gets work only where that is the one that works; None for any.
     """
 
@@ -59,9 +63,11 @@ class SqlJobStore:
         monotonic: Callable[[], float] | None = None,
         shares: Shares = Shares(),  # noqa: B008 - it never changes
         is_stored: Callable[[Blob], bool] = lambda blob: True,
+        rely_on: RelyOn = lambda session, blobs: None,
         release: str | None = None,
     ) -> None:
         self._database = database
+        self._rely_on = rely_on
         self._shares, self._is_stored, self._release = shares, is_stored, release
         self._clock = clock or database.clock
         self._pauses = monotonic or database.shared_clock
@@ -79,14 +85,14 @@ class SqlJobStore:
             most = check_room(*room) if done is None else 0
             life = self._life(session)
             row = add_job(session, submission, life.now)
-            add_files(session, row.number, submission.inputs)
+            self._add_files(session, row, submission.inputs)
             if done is None:
                 if not life.queue(row, most):  # others were faster
                     check_room(*room)
                     raise UndoneError("the queue was full for a moment")
             else:
                 results = [file for file in files_of(session, done.number) if not file.is_input]
-                add_files(session, row.number, results)
+                self._add_files(session, row, results)
                 life.reuse(row, done)
             session.flush()
             return job_of(row), done is None
@@ -112,6 +118,10 @@ class SqlJobStore:
             return all(self._is_stored(file.blob) for file in files if not file.is_input)
 
         return next(filter(is_whole, same_work(session, submission)), None)
+
+    def _add_files(self, session: Session, row: JobRow, files: Sequence[JobFile]) -> None:
+        self._rely_on(session, [file.blob for file in files])
+        add_files(session, row.number, files)
 
     def job(self, tenant: str | None, job_id: str) -> Job:
         with self._database.reading() as session:
@@ -238,7 +248,7 @@ class SqlJobStore:
             row = _claimed_row(session, claim)
             if row is None:
                 return False
-            add_files(session, row.number, files)
+            self._add_files(session, row, files)
             self._life(session).succeed(row, summary)
             return True
 
@@ -271,7 +281,7 @@ class SqlJobStore:
             if row is None or row.state is not JobState.SUCCEEDED:
                 return False
             there = {file.name for file in files_of(session, row.number)}
-            add_files(session, row.number, [file for file in files if file.name not in there])
+            self._add_files(session, row, [file for file in files if file.name not in there])
             return True
 
     @retried

@@ -16,11 +16,12 @@ from sqlalchemy import text
 from service.access.attempts import Attempts
 from service.errors import SettingsError
 from service.jobs.progress import ProgressStore
+from service.jobs.stores import BlobInventory, BlobStore
 from service.jobs.turns import Shares
 from service.settings import EngineChoice, Settings
 from service.storage.answer_store import SqlAnswerStore
 from service.storage.asset_store import SqlAssetStore
-from service.storage.blobs.file_blobs import FileBlobs
+from service.storage.blobs.opening import open_blobs
 from service.storage.check_store import SqlCheckStore
 from service.storage.data_folder import DataFolder
 from service.storage.database import Database
@@ -45,7 +46,8 @@ class Storage:
 
     database: Database
     scratch: Path
-    blobs: FileBlobs
+    blobs: BlobStore
+    inventory: BlobInventory
     jobs: SqlJobStore
     assets: SqlAssetStore
     keys: SqlKeyStore
@@ -77,13 +79,20 @@ def open_storage(settings: Settings, *, for_worker: bool = False) -> Iterator[St
     with ExitStack() as parts:
         parts.enter_context(folder.own())
         database = parts.enter_context(closing(open_database(settings)))
-        blobs = FileBlobs(folder.blobs, min_free=settings.min_free)
+        blobs = parts.enter_context(open_blobs(settings, folder, database))
         shares = Shares(settings.workers, settings.tenant_waiting, settings.tenant_running)
         yield Storage(
             database=database,
             scratch=folder.scratch,
-            blobs=blobs,
-            jobs=SqlJobStore(database, shares=shares, is_stored=blobs.has, release=__version__),
+            blobs=blobs.store,
+            inventory=blobs.inventory,
+            jobs=SqlJobStore(
+                database,
+                shares=shares,
+                is_stored=blobs.store.has,
+                rely_on=blobs.rely_on,
+                release=__version__,
+            ),
             assets=SqlAssetStore(database),
             keys=SqlKeyStore(database),
             journal=SqlJournal(database),

@@ -240,7 +240,13 @@ def test_workers_disk_and_webhooks_are_told_to_prometheus(http):
 
 def test_the_service_is_ready_and_shows_its_docs(http):
     until(lambda: http.get("/readyz").status_code == 200)
-    assert http.get("/readyz").json()["checks"] == ["database", "disk", "engine", "kernels"]
+    assert http.get("/readyz").json()["checks"] == [
+        "database",
+        "blobs",
+        "disk",
+        "engine",
+        "kernels",
+    ]
     page = http.get("/docs")
     for path in ("/docs/start.js", "/docs/swagger/swagger-ui-bundle.js", "/openapi.json"):
         assert http.get(path).status_code == 200

@@ -82,7 +82,7 @@ def test_another_secret_than_that_of_others_is_refused(here, shared, declared, t
     refused = here("serve", "--port", "0", **wrong)
     assert (refused.returncode, "another secret" in refused.stderr) == (2, True), refused.stderr
     assert here("migrate", **wrong).returncode == 0
-    with running(declared, tmp_path / "data", OCCLUDER_ENGINE="none", **wrong):
+    with running(declared, tmp_path / "occluder_data", OCCLUDER_ENGINE="none", **wrong):
         pass
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from service.errors import DatabaseDamagedError, DiskFullError, NotReadyError
+from service.errors import DatabaseDamagedError, DiskFullError, HoldLostError, NotReadyError
 from service.jobs.job import Claim, JobState, Summary
 from tests.service.engines.workplace import Workplace
 from tests.service.storage.blobs.rot import flip
@@ -404,6 +404,45 @@ def test_a_result_waits_for_room_and_a_lost_upload_is_told(tmp_path, monkeypatch
         assert place.end_of(waiting).state is JobState.SUCCEEDED
         job = place.end_of(id_)
         assert (job.failure.kind, job.failure.remedy) == ("upload-lost", "upload it again")
+
+
+@pytest.mark.parametrize("method", ["lay_out", "put_file"])
+def test_work_waits_while_files_cannot_be_read_or_stored(tmp_path, monkeypatch, method):
+    """The server that has them is away for a while."""
+    place = Workplace(tmp_path / "place", workers=1)
+    well, failures = getattr(place.blobs, method), [NotReadyError("away")] * 2
+
+    def ill(*arguments):
+        if failures:
+            raise failures.pop()
+        return well(*arguments)
+
+    monkeypatch.setattr(place.blobs, method, ill)
+    with place.open():
+        id_ = place.submit()
+        assert "away" in until(lambda: place.engine.problem)
+        job = place.end_of(id_)
+        assert (job.state, job.attempt) == (JobState.SUCCEEDED, 1)
+        until(lambda: place.engine.problem is None)
+
+
+@pytest.mark.parametrize("when", ["put_file", "succeed"])
+def test_a_result_that_was_given_up_is_made_again_at_no_cost(tmp_path, monkeypatch, when):
+    """Its process was held up for so long that others removed what no job named yet."""
+    place = Workplace(tmp_path / "place", workers=1)
+    store = place.blobs if when == "put_file" else place.jobs
+    well, failures = getattr(store, when), [HoldLostError("given up")]
+
+    def ill(*arguments):
+        if failures:
+            raise failures.pop()
+        return well(*arguments)
+
+    monkeypatch.setattr(store, when, ill)
+    with place.open():
+        job = place.end_of(place.submit())
+        assert job.state is JobState.SUCCEEDED
+        assert job.attempts - job.attempt == 2  # as many are left as before
 
 
 @pytest.mark.parametrize("way", ["rot", "unreadable"])

@@ -33,9 +33,9 @@ def work(
 ) -> None:
     """Do the jobs of servers that share a database, on any machine, and answer nobody.
 
-    It needs the database (OCCLUDER_DATABASE_URL) and the blobs as the servers have them, and none
-    of their secrets: see docs/operations.md.  Exit status: 0 there was nothing to do any more, or
-    it was told to end; 1 it could not work, and says why; 2 it is set up wrongly.
+    It needs the database (OCCLUDER_DATABASE_URL) and the bucket (OCCLUDER_BLOBS) of the servers,
+    and none of their secrets: see docs/operations.md.  Exit status: 0 there was nothing to do any
+    more, or it was told to end; 1 it could not work, and says why; 2 it is set up wrongly.
 
     Ctrl-C (or SIGTERM) gives running jobs back, for others to do, and ends; once more ends it at
     once.

@@ -161,11 +161,17 @@ def check_together(settings: Settings) -> None:
 
 
 def check_for_worker(settings: Settings) -> None:
-    """Raises :class:`~service.errors.SettingsError` where nobody would share jobs with a worker."""
+    """Raises :class:`~service.errors.SettingsError` where nobody would share jobs, or files, with a
+    worker."""
     if settings.database_url is None:
         raise SettingsError(
             "a worker takes its jobs from a database that servers share; set "
             "OCCLUDER_DATABASE_URL, or run 'occluder serve', which has workers of its own"
+        )
+    if not settings.blobs:
+        raise SettingsError(
+            "a worker needs the files of the servers, and a folder is of one server alone; set "
+            "OCCLUDER_BLOBS=s3://BUCKET/PREFIX, for the servers as well"
         )
 
 

@@ -35,11 +35,9 @@ class Cluster:
 
     @contextmanager
     def working(self, *arguments, **variables):
-        """A worker's process; its folder for blobs is the server's, as if both had a bucket."""
+        """A worker's process."""
         self.workers += 1
         data = self.folder / f"worker {self.workers}"
-        data.mkdir()
-        (data / "blobs").symlink_to(self.folder / "data" / "blobs")
         with data.with_suffix(".log").open("w") as log:
             process = subprocess.Popen(
                 [*OCCLUDER, "work", "--data", data, *arguments], stdout=subprocess.PIPE,
@@ -76,13 +74,16 @@ class Cluster:
 
 
 @pytest.fixture(scope="module")
-def shared(postgres, tmp_path_factory):
-    """Settings of all that share a database."""
+def shared(postgres, moto, tmp_path_factory):
+    """Settings of all that share a database and a bucket."""
     secret = tmp_path_factory.mktemp("secret") / "secret"
     secret.write_bytes(os.urandom(32))
     secret.chmod(0o600)
     address = postgres.database()
-    yield {"OCCLUDER_DATABASE_URL": address, "OCCLUDER_SECRET_FILE": str(secret)}
+    yield {
+        "OCCLUDER_DATABASE_URL": address, "OCCLUDER_SECRET_FILE": str(secret),
+        "OCCLUDER_BLOBS": f"s3://{moto.new_bucket()}/studio", **moto.variables,
+    }  # fmt: skip
     postgres.drop(address)
 
 
@@ -168,6 +169,7 @@ def test_the_job_of_one_that_is_killed_is_done_by_another(cluster, tmp_path):
     [
         ({"OCCLUDER_DATABASE_URL": None}, "set OCCLUDER_DATABASE_URL"),
         ({"OCCLUDER_DATABASE_URL": "postgresql://me@127.0.0.1:1/jobs"}, "check that PostgreSQL"),
+        ({"OCCLUDER_BLOBS": None}, "set OCCLUDER_BLOBS=s3://BUCKET/PREFIX"),
         ({"OCCLUDER_WORKERS": "many"}, "OCCLUDER_WORKERS cannot be 'many'"),
     ],
 )
@@ -181,11 +183,12 @@ def test_what_is_set_up_wrongly_is_a_line_and_status_2(here, shared, changes, to
     assert time.monotonic() - begun < 15.0
 
 
-def test_one_of_another_release_is_refused(here, postgres, shared):
+def test_one_of_another_release_is_refused(here, postgres, moto, shared):
     address = postgres.database()
+    own = {"OCCLUDER_DATABASE_URL": address, "OCCLUDER_BLOBS": f"s3://{moto.new_bucket()}"}
     name = address.rpartition("/")[2]
     postgres.execute("UPDATE deployment SET release = '9.0'", name)
-    refused = here("work", **shared | {"OCCLUDER_DATABASE_URL": address})
+    refused = here("work", **shared | own)
     assert (refused.returncode, "install 9.0 here" in refused.stderr) == (2, True), refused.stderr
     postgres.drop(address)
 

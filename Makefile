@@ -2,6 +2,7 @@
 # make test   format, lint, types, import contracts, tests
 # make test-slow  what takes minutes: an empty kernel cache, whole sweeps, long forms, benchmarks
 # make test-faults  kills, a full disk, damage, wrong clocks, slow clients (minutes)
+# make test-cluster  two servers, three workers, PostgreSQL and a bucket, each killed once (minutes)
 # make fuzz   ten minutes of broken files and strange meshes (FUZZ_SECONDS, FUZZ_ENGINE=guided, …),
 #             then how the time of reading grows with the bytes of a worst case
 # make mutants  small mistakes in what promises safety: which do the tests near them miss (minutes)
@@ -20,7 +21,7 @@ READY := $(VENV)/.ready
 # What tests and tools load is compiled once, also where the machine is set to keep nothing.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test kernels test-slow test-faults mutants test-pages test-blender fuzz check serve docker-check openapi bench clean
+.PHONY: demo test kernels test-slow test-faults test-cluster mutants test-pages test-blender fuzz check serve docker-check openapi bench clean
 
 demo: $(READY)
 	mkdir -p out/demo
@@ -43,6 +44,9 @@ test-slow: $(READY)
 # Real servers under faults, one after the other; the figures come at the end.
 test-faults: $(READY)
 	$(BIN)/python -m pytest -m faults -rP
+
+test-cluster: $(READY)
+	$(BIN)/python -m pytest -m cluster -rP
 
 # MUTANTS_ONLY="leases core": the files whose names hold one of these.
 MUTANTS_ONLY ?= /

@@ -11,7 +11,7 @@ python3 -m venv "$prefix/env"
 "$prefix/env/bin/pip" wheel --quiet --no-deps --wheel-dir "$prefix/wheels" "$source"
 wheel=$(ls "$prefix"/wheels/planar_occluder-*.whl)
 # With bytecode, which takes 170 MB: without it each process that starts compiles all that it imports.
-"$prefix/env/bin/pip" install --quiet -c "$source/constraints.txt" "${wheel}[service]"
+"$prefix/env/bin/pip" install --quiet -c "$source/constraints.txt" "${wheel}[service,cluster]"
 
 # All that follows runs outside of the source, whose folders would hide what the wheel holds.
 cd "$prefix"

@@ -99,6 +99,7 @@ def asset() -> Callable[[str], Path]:
 ASKED_FOR = {
     "slow": "takes long, or tries what only developers run; run by `make test-slow`",
     "faults": "a fault of a real server; run by `make test-faults`",
+    "cluster": "faults of servers that share a database; run by `make test-cluster`",
     "pages": "one of many looks at a page in a browser; run by `make test-pages`",
 }
 """Markers of tests that run only when ``-m`` names them."""

@@ -44,7 +44,11 @@ def proxy_of(server: S3Server) -> Iterator[Proxy]:
         def log_message(self, *told: object) -> None: ...
 
         def _handle(self) -> None:
-            body = self.rfile.read(int(self.headers.get("Content-Length") or 0))
+            length = int(self.headers.get("Content-Length") or 0)
+            body = self.rfile.read(length)
+            if len(body) < length:  # who asks is gone, and whoever is asked would wait for the rest
+                self.close_connection = True
+                return
             proxy.seen.append((self.command, self.path))
             answer = proxy.fault(self.command, self.path)
             if answer is not None:
@@ -72,8 +76,13 @@ def proxy_of(server: S3Server) -> Iterator[Proxy]:
 
         do_GET = do_PUT = do_POST = do_DELETE = do_HEAD = _handle
 
-    httpd = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    httpd.daemon_threads = True
+    class Quiet(ThreadingHTTPServer):
+        daemon_threads = True
+
+        def handle_error(self, *told: object) -> None:
+            """Either side may be killed in the midst of a request."""
+
+    httpd = Quiet(("127.0.0.1", 0), Handler)
     proxy.port = httpd.server_port
     thread = threading.Thread(target=httpd.serve_forever, args=(0.05,), daemon=True)
     thread.start()

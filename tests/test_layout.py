@@ -6,8 +6,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 APART = {
-    "acceptance", "bench", "contracts", "examples", "extremes", "faults", "fuzz", "golden",
-    "integrations", "mutants", "packaging", "properties", "service", "strategies",
+    "acceptance", "bench", "cluster", "contracts", "examples", "extremes", "faults", "fuzz",
+    "golden", "integrations", "mutants", "packaging", "properties", "service", "strategies",
 }  # fmt: skip
 """Folders that test more than a module, or no module of the library."""
 

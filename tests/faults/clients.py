@@ -22,12 +22,19 @@ UNDER_WAY = 8
 PATIENCE = 600.0
 
 
+def slow_box(number):
+    """A mesh that is posted once, and takes light work a while."""
+    return f"# occupy 0.2\n# {number}\n".encode() + BOX
+
+
 class Clients:
     """Post jobs by turns, each under a key of its own until it was answered; cancel some."""
 
-    def __init__(self, server, receiver, jobs, seed):
+    def __init__(self, server, receiver, jobs, seed, mesh=slow_box):
         self._server, self._receiver, self._jobs, self._seed = server, receiver, jobs, seed
+        self._mesh = mesh
         self._lock = threading.Lock()
+        self._heard, self._read = defaultdict(list), 0
         self.accepted = {}  # job ids by number
         self.cancelled = set()  # job ids
         self.lost = 0  # requests without an answer
@@ -39,10 +46,14 @@ class Clients:
 
     def deliveries(self):
         """Ids of those that were heard, by job."""
-        heard = defaultdict(list)
-        for one in list(self._receiver.heard):
-            heard[json.loads(one.body)["job"]["id"]].append(one.headers["occluder-delivery"])
-        return heard
+        with self._lock:
+            heard = self._receiver.heard
+            for one in heard[self._read : len(heard)]:  # asked for all the time
+                self._heard[json.loads(one.body)["job"]["id"]].append(
+                    one.headers["occluder-delivery"]
+                )
+                self._read += 1
+            return dict(self._heard)
 
     def _post(self, number):
         rng = random.Random(f"{self._seed} {number}")
@@ -65,7 +76,7 @@ class Clients:
         options = "&".join(f"{name}={value}" for name, value in QUICK.items())
         answer = self._answered(
             f"/v1/occluders?filename=box.obj&{options}&webhook={self._receiver.url}",
-            f"# occupy 0.2\n# {number}\n".encode() + BOX,
+            self._mesh(number),
             {"Idempotency-Key": f"{self._seed}-{number}"},
         )
         assert answer.status_code in (200, 202), answer.text
@@ -99,6 +110,14 @@ def stop_cleanly(serving):
 def assert_each_ended_once(serving, clients, deliveries, jobs):
     """Of a server that has stopped; the rows that are left."""
     left = jobs_left(serving.data)
+    assert_jobs_ended_once(left, clients, deliveries, jobs)
+    assert_folder_is_clean(serving.data)
+    assert_no_traceback(serving.log)
+    return left.values()
+
+
+def assert_jobs_ended_once(left, clients, deliveries, jobs):
+    """``left``  what there is of them, by id."""
     assert left.keys() == set(clients.accepted.values())  # none lost, none taken in twice
     assert len(left) == jobs
     for job in left.values():
@@ -110,10 +129,11 @@ def assert_each_ended_once(serving, clients, deliveries, jobs):
             assert (job.state, job.id in clients.cancelled) == ("cancelled", True)
             assert not job.results
     assert len({job.results for job in left.values() if job.results}) == 1
-    assert_folder_is_clean(serving.data)
+
+
+def assert_no_traceback(log):
     # Python's own tracker of semaphores may have something to say when its process is killed.
-    assert not re.search(r'File ".*/(service|simplifier)/', serving.log)
-    return left.values()
+    assert not re.search(r'File ".*/(service|simplifier)/', log), log
 
 
 def repeated_attempts(left):

@@ -5,12 +5,11 @@ from __future__ import annotations
 import os
 import random
 import signal
-import subprocess
-from contextlib import contextmanager, suppress
 
 import pytest
 
 from tests.faults.remains import assert_folder_is_clean, jobs_left
+from tests.faults.small_disk import filled, small_disk
 from tests.service.real import BOX
 from tests.waiting import until
 
@@ -20,34 +19,8 @@ LARGE = b"# " + random.Random(1).randbytes(1 << 19).hex().encode() + b"\n" + BOX
 
 @pytest.fixture
 def disk(tmp_path):
-    """A folder that is a small disk of its own."""
-    place = tmp_path / "disk"
-    place.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", f"size={ROOM}", "occluder-test", str(place)]
-    try:
-        done = subprocess.run(mount, capture_output=True, text=True, check=False)
-    except FileNotFoundError:
-        pytest.skip("there is no command 'mount'")
-    if done.returncode:
-        pytest.skip(f"a small disk cannot be mounted here: {done.stderr.strip()}")
-    yield place
-    subprocess.run(["umount", "--lazy", str(place)], check=True)
-
-
-@contextmanager
-def filled(disk, left=0):
-    """What is left of the disk is taken by others, to the last byte but ``left``."""
-    ballast = disk / "ballast"
-    with ballast.open("wb", buffering=0) as file:
-        for size in (1 << 16, 1):
-            with suppress(OSError):
-                while True:
-                    file.write(bytes(size))
-        file.truncate(file.tell() - left)
-    try:
-        yield
-    finally:
-        ballast.unlink()
+    with small_disk(tmp_path / "disk", ROOM) as place:
+        yield place
 
 
 def assert_refused(answer):

@@ -41,7 +41,12 @@ class RunningServer:
     def end(self, number=signal.SIGTERM):
         """Send a signal and wait; the exit status."""
         self.process.send_signal(number)
-        return self.process.wait(30)
+        try:
+            return self.process.wait(30)
+        except subprocess.TimeoutExpired:
+            self.process.send_signal(signal.SIGABRT)  # which tells where its threads are
+            self.process.wait(30)
+            raise AssertionError(f"it does not end: {self.log.read_text()[-20_000:]}") from None
 
     @property
     def workers(self):
@@ -58,7 +63,10 @@ def running(declared, data, *arguments, **variables):
     with log.open("a") as file:
         process = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=file, text=True,
-            env=environment(PYTHONPATH=declared, **{"OCCLUDER_WORKERS": "1", **variables}),
+            env=environment(
+                PYTHONPATH=declared, PYTHONFAULTHANDLER="1",
+                **{"OCCLUDER_WORKERS": "1", **variables},
+            ),
         )  # fmt: skip
     with process:
         try:

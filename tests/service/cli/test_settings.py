@@ -54,7 +54,16 @@ def test_a_slip_of_the_keyboard_is_noticed(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "file", ["docs/service.md", "docker/Dockerfile", "docker/compose.yaml", "docker/check.sh"]
+    "file",
+    [
+        "docs/service.md",
+        "docker/Dockerfile",
+        "docker/compose.yaml",
+        "docker/compose.cluster.yaml",
+        "docker/check.sh",
+        "docs/scale.md",
+        "docs/bucket.md",
+    ],
 )
 def test_every_variable_that_is_written_about_is_there(file):
     known = {f"OCCLUDER_{name.upper()}" for name in Settings.model_fields}

@@ -4,6 +4,7 @@
     submit    a submission, with as many waiting, on PostgreSQL and in the embedded file
     turns     a single job of one tenant behind 100,000 of another: in which claim it is begun
     embedded  the file alone: jobs a second, and rows by which what is listed becomes slow
+    workers   jobs a second by 1, 2 and 4 'occluder work': such as wait half a second, and bunnies
 
 A PostgreSQL server of its own in a temporary folder, which flushes each commit.  Stores are called
 as servers call them, without meshes and work.  ``scale_PART.csv`` hold the figures.
@@ -13,6 +14,8 @@ from __future__ import annotations
 
 import argparse
 import multiprocessing
+import os
+import signal
 import statistics
 import sys
 import tempfile
@@ -23,6 +26,7 @@ from pathlib import Path
 
 from sqlalchemy import text
 
+from bench.meshes import ASSETS
 from bench.record import Row, told, write_page, write_table
 from service.jobs.job import Blob, JobFile, JobKind, Submission, Summary
 from service.jobs.stores import JobFilter
@@ -30,7 +34,13 @@ from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
 from service.storage.postgres import PostgresDatabase
 from service.storage.sqlite import SqliteDatabase
+from tests.acceptance.command import ROOT
+from tests.cluster.machines import Cluster
+from tests.faults.serving import LIGHT_WORK, SURROUNDINGS
 from tests.postgres import PostgresServer, running_postgres
+from tests.service.declared import declare
+from tests.service.real import BOX
+from tests.waiting import BUSY, until
 
 RESULTS = Path("bench/results")
 CLIENTS = (1, 2, 4, 8)
@@ -110,11 +120,50 @@ def embedded_rows(arguments: argparse.Namespace) -> Iterator[Row]:
                 }
 
 
+def worker_rows(arguments: argparse.Namespace) -> Iterator[Row]:
+    """Two servers, a bucket, and hosts with a worker each, all on this machine."""
+    mesh = (ASSETS / "bunny_4968.ply").read_bytes()
+    kinds = {
+        "waiting 0.5 s": ({"FAULTS_WORK": str(LIGHT_WORK)}, 40, _slow_box, "filename=box.obj"),
+        "bunny, balanced": ({}, 8, lambda number: mesh, "filename=bunny.ply&lods=1"),
+    }
+    for kind, (variables, each, body, query) in kinds.items():
+        for hosts in (1, 2, 4):
+            with tempfile.TemporaryDirectory() as folder:
+                path = [str(SURROUNDINGS), str(declare(Path(folder) / "declared")), str(ROOT)]
+                cluster = Cluster(os.pathsep.join(path), Path(folder), hosts=hosts, **variables)
+                with closing(cluster):
+                    jobs = each * hosts if variables else each
+                    yield {"jobs": kind, "workers": hosts, **_working(cluster, jobs, body, query)}
+
+
+def _slow_box(number: int) -> bytes:
+    return f"# occupy 0.5\n# {number}\n".encode() + BOX
+
+
+def _working(cluster: Cluster, jobs: int, body: Callable[[int], bytes], query: str) -> Row:
+    """From the first job that is begun, when all of them wait, to the last that ends."""
+    for host in cluster.hosts:
+        until(lambda: "ready for jobs" in host.log, BUSY)  # noqa: B023
+        host.tell(signal.SIGSTOP)
+    for number in range(jobs):
+        answer = cluster.post(f"/v1/occluders?{query}&seed={number}", body(number))
+        assert answer.status_code == 202, answer.text
+    for host in cluster.hosts:
+        host.tell(signal.SIGCONT)
+    open_jobs = "SELECT count(*) FROM jobs WHERE ended IS NULL"
+    while cluster.rows(open_jobs) != [(0,)]:
+        time.sleep(0.2)
+    first, last = cluster.rows("SELECT min(started), max(ended) FROM jobs")[0]
+    return {"count": jobs, "jobs_s": round(jobs / (last - first), 2)}
+
+
 PARTS: dict[str, Callable[[argparse.Namespace], Iterator[Row]]] = {
     "claims": claim_rows,
     "submit": submit_rows,
     "turns": turn_rows,
     "embedded": embedded_rows,
+    "workers": worker_rows,
 }
 
 

@@ -206,6 +206,9 @@ class SqlJobStore:
     def claim(self, owner: str, lease_seconds: float) -> Claim | None:
         now = self._pauses()
         with self._database.writing() as session:
+            # Who claims next waits until this is committed.  A claim that is lost with the database
+            # server has never been: its worker finds that it does not hold the row.
+            self._database.do_without_flush(session)
             row = take_turn(session, self._shares, now, self._release)
             if row is None:
                 return None
@@ -218,6 +221,7 @@ class SqlJobStore:
     def renew(self, claims: Collection[Claim], lease_seconds: float) -> Mapping[str, bool]:
         held: dict[str, bool] = {}
         with self._database.writing() as session:
+            self._database.do_without_flush(session)
             numbers = [claim.job.number for claim in claims]
             rows = session.scalars(
                 select(JobRow)

@@ -180,11 +180,12 @@ def simplify_scene(
 
     What the folder holds of an earlier run and the scene still needs is not made again.  Work is
     spread over processes, so a script that calls this has to guard its main module (``if __name__
-    == "__main__"``).  ``scene.json`` in the folder says what could not be made and why.  Raises
-    :class:`OccluderError`.
+    == "__main__"``).  ``scene.json`` in the folder says what could not be made and why, and
+    ``scene.occs`` is the same tree in one file for engines.  Raises :class:`OccluderError`.
     """
     # Here, not above: who makes one occluder need not load what makes scenes.
     from simplifier.hierarchy.occluder_tree import leaf_occluders
+    from simplifier.hierarchy.packed_file import write_packed
     from simplifier.hierarchy.scene_build import build_occluders
     from simplifier.hierarchy.scene_file import (
         load_occluder_tree,
@@ -205,6 +206,7 @@ def simplify_scene(
     )
     write_manifest(place, scene, chosen, build)
     tree = load_occluder_tree(place)
+    write_packed(place, tree)
     if chosen.preview:
         write_scene(leaf_occluders(tree), place / "preview.glb")
     return tree

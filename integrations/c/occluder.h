@@ -57,6 +57,7 @@ typedef struct {
     double origin[3];
     float low[3], high[3];    /* box of all levels, relative to the origin */
     int single_sided;
+    int welded;               /* no two vertices of a level lie in the same place */
     size_t table;             /* where the levels' figures begin */
 } occluder_file;
 
@@ -162,6 +163,7 @@ static inline occluder_status occluder_open(const void *bytes, size_t size, occl
     file->bytes = at;
     file->size = size;
     file->single_sided = (occluder_u32_(at + 12) & 1u) != 0;
+    file->welded = (occluder_u32_(at + 12) & 2u) != 0;
     file->level_count = occluder_u32_(at + 24);
     file->table = occluder_u32_(at + 28);
     memcpy(file->origin, at + 32, sizeof file->origin);

@@ -16,6 +16,7 @@ _MEDIA_TYPES: Mapping[str, tuple[str, ...]] = {
     ".npz": ("application/x-npz",),
     ".obj": ("model/obj",),
     ".occ": ("application/x-occluder",),
+    ".occs": ("application/x-occluder-scene",),
     ".off": ("model/off",),
     ".ply": ("model/ply", "application/ply", "application/x-ply"),
     ".png": ("image/png",),

@@ -12,6 +12,7 @@ from simplifier.cli.options import SceneArgument, TransparentScene, read_options
 from simplifier.cli.running import Debug, interrupts, run_guarded
 from simplifier.geometry import scene as scenes
 from simplifier.hierarchy.occluder_tree import leaf_occluders
+from simplifier.hierarchy.packed_file import PACKED_FILE, current_packed, write_packed
 from simplifier.hierarchy.scene_build import Build, build_occluders
 from simplifier.hierarchy.scene_file import (
     load_occluder_tree,
@@ -19,7 +20,7 @@ from simplifier.hierarchy.scene_file import (
     read_summaries,
     write_manifest,
 )
-from simplifier.io.files import make_folder
+from simplifier.io.files import check_folder, make_folder, write_whole
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_writer import write_scene
 from simplifier.options.scene import SceneOptions
@@ -32,6 +33,13 @@ def scene(
         Path, typer.Option("-o", "--output", help="Folder for scene.json and the occluders.")
     ],
     *,
+    packed: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write the tree and all occluders to this file for engines, too (.occs);"
+            " it is always written to scene.occs in the folder."
+        ),
+    ] = None,
     transparent: TransparentScene = "leave-out",
     debug: Debug = False,
     **chosen: Any,
@@ -44,6 +52,8 @@ def scene(
 
     def run() -> None:
         options = read_options(SceneOptions, chosen)
+        if packed is not None:
+            check_folder(packed)  # now, not when all is made
         with interrupts() as listening:
             read = load_scene(source, transparent=transparent, memory_limit=options.memory_limit)
             make_folder(output)  # a scene that cannot be read leaves nothing behind
@@ -54,15 +64,30 @@ def scene(
                 )  # fmt: skip
             with listening.held():
                 write_manifest(output, read, options, build)
-                if options.preview:
-                    tree = load_occluder_tree(output)
-                    write_scene(leaf_occluders(tree), output / "preview.glb")
-            print_rows(str(output), _summary_rows(read, build), [*read.warnings, *build.warnings])
+                data = _write_tree(output, options.preview)
+                if packed is not None:
+                    write_whole(packed, data)
+            print_rows(
+                str(output),
+                _summary_rows(read, build, len(data)),
+                [*read.warnings, *build.warnings],
+            )
 
     run_guarded(run, debug=debug)
 
 
-def _summary_rows(read: scenes.Scene, build: Build) -> list[tuple[str, str]]:
+def _write_tree(output: Path, preview: bool) -> bytes:
+    """Write what is made of ``scene.json`` and the occluders; the bytes of ``scene.occs``."""
+    data = current_packed(output)
+    if data is None or preview:
+        tree = load_occluder_tree(output)
+        data = data or write_packed(output, tree)
+        if preview:
+            write_scene(leaf_occluders(tree), output / "preview.glb")
+    return data
+
+
+def _summary_rows(read: scenes.Scene, build: Build, packed: int) -> list[tuple[str, str]]:
     far = sum(keys.far is not None for keys in build.keys)
     near = sum(keys.near is not None for keys in build.keys)
     triangles = sum(one.triangles for one in build.summaries.values())
@@ -73,4 +98,5 @@ def _summary_rows(read: scenes.Scene, build: Build) -> list[tuple[str, str]]:
         ("nodes", f"{len(build.tree):,}, of which {far:,} with a far and {near:,} a near occluder"),
         ("occluders", f"{len(build.summaries):,} of {triangles:,} triangles"),
         ("made now", f"{build.made:,}, {build.kept:,} kept from before"),
+        ("for engines", f"{PACKED_FILE}, {packed:,} bytes"),
     ]

@@ -21,6 +21,7 @@ from simplifier.checks import check_one_of, check_whole
 from simplifier.errors import MeshError, OptionError
 from simplifier.geometry.camera import Camera, Lens
 from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.weld import edge_pairs
 from simplifier.kernels import box_verdict
 from simplifier.kernels.depth_buffer import TILE, draw_inside, draw_triangles
 from simplifier.options.scene import LARGEST_SCREEN
@@ -211,15 +212,9 @@ def shared_edges(faces: IntArray) -> IntArray:
     Where more than two faces meet at an edge, every two of them are a pair.  Vertices are the same
     when their indices are.
     """
-    ends = np.sort(faces[:, [[1, 2], [2, 0], [0, 1]]].reshape(-1, 2), axis=1)
-    order = np.lexsort((ends[:, 1], ends[:, 0]))
-    ends, thirds, owners = ends[order], faces.reshape(-1)[order], order // 3
-    pairs, step = [np.empty((0, 6), dtype=np.int32)], 1
-    while step < len(ends):
-        same = np.nonzero((ends[:-step] == ends[step:]).all(axis=1))[0]
-        if len(same) == 0:
-            break
-        columns = (thirds[same], thirds[same + step], owners[same], owners[same + step])
-        pairs.append(np.column_stack([ends[same], *columns]).astype(np.int32))
-        step += 1
-    return np.ascontiguousarray(np.concatenate(pairs))
+    one, other = edge_pairs(faces).astype(np.int32).T
+    face, corner = one // 3, one % 3
+    ends = np.column_stack([faces[face, (corner + 1) % 3], faces[face, (corner + 2) % 3]])
+    flat = faces.reshape(-1)
+    found = np.column_stack([np.sort(ends, axis=1), flat[one], flat[other], face, other // 3])
+    return np.ascontiguousarray(found, dtype=np.int32)

@@ -159,9 +159,7 @@ def _read_occluders(
     occluders = []
     for key in keys:
         try:
-            if store.checksum(key) != summaries[key].checksum:
-                raise _damage(store.path(key), "it is not what was written")
-            occluders.append(store.read(key))
+            occluders.append(store.read(key, summaries[key].checksum))
         except MeshError as error:
             raise _damage(store.path(key), error.what) from None
     return tuple(occluders)

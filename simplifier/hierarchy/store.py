@@ -13,7 +13,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.hierarchy.node import hiding_radius
 from simplifier.hierarchy.node_plan import is_key
 from simplifier.io.files import read_bytes, remove_drafts
-from simplifier.io.load import load_occluder
+from simplifier.io.load import decode_occluder
 from simplifier.io.save import save_occluder
 
 
@@ -62,13 +62,20 @@ class OccluderStore:
         save_occluder(occluder, self.path(key))
         return self.summary(key)
 
-    def read(self, key: str) -> Occluder:
-        """Raises :class:`~simplifier.errors.MeshError` where it is missing or damaged."""
-        occluder = load_occluder(self.path(key))
+    def read(self, key: str, checksum: int | None = None) -> Occluder:
+        """Raises :class:`~simplifier.errors.MeshError` where it is missing or damaged.
+
+        ``checksum``  CRC-32 that the file has to have, if that is known.
+        """
+        path = self.path(key)
+        data = read_bytes(path)
+        if checksum is not None and zlib.crc32(data) != checksum:
+            raise UnreadableMeshError("it is not what was written", where=str(path))
+        occluder = decode_occluder(data, path)  # its own file, so the suffix is not in doubt
         if not 0.0 <= occluder.error_bound < math.inf:
             raise UnreadableMeshError(
                 "it does not say how far it may stray",
-                where=str(self.path(key)),
+                where=str(path),
                 remedy="build the scene again",
             )
         return occluder

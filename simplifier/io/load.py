@@ -95,7 +95,15 @@ def load_occluder(
     :func:`load`, but for the empty mesh.
     """
     path = as_path("path", path)
-    codec, data = _open(path, allow_external, memory_limit)
+    _, data = _open(path, allow_external, memory_limit)
+    return decode_occluder(data, path)
+
+
+def decode_occluder(data: bytes, path: Path) -> Occluder:
+    """As :func:`load_occluder`, of bytes whose beginning and claims need no look; ``path`` says
+    their format.
+    """
+    codec = codec_for_reading(path)
     vertices, faces = codec.decode(data, path)
     bound = codec.error_bound(data, path) if codec.error_bound else math.inf
     try:

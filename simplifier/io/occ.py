@@ -3,7 +3,8 @@
 Little-endian; every block begins at a multiple of 16 bytes, so that a program that maps the file
 uses it in place.  ``docs/formats.md`` has it byte by byte, and ``integrations/c/occluder.h`` reads
 it.  Positions are float32 around an origin in float64, so a city in map coordinates keeps its
-millimetres; indices are 16-bit where that is enough.
+millimetres; indices are 16-bit where that is enough.  Triangles that meet share their vertices, as
+a flag says; files from before it has a meaning do not, and are read as any others.
 """
 
 from __future__ import annotations
@@ -18,12 +19,13 @@ from simplifier.errors import EmptyMeshError, OptionError, UnreadableMeshError
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.mesh import FloatArray, IndexArray, TriangleMesh
 from simplifier.geometry.occluder import Level, LodChain, Occluder
+from simplifier.geometry.weld import weld
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.float32 import box_centre, to_float32
 
 MAGIC = b"\x89OCC\r\n\x1a\n"  # as PNG's: a transfer as text damages it
 OCC_VERSION = 1
-SINGLE_SIDED = 1  # of the flags: back faces may be culled
+SINGLE_SIDED, WELDED = 1, 2  # of the flags: back faces may be culled; no two vertices are equal
 MOST_LEVELS = 64
 MOST_SHORT = 65_535  # vertices that 16-bit indices name; the last index means "restart" to some
 
@@ -160,16 +162,16 @@ def _pack(header: NDArray[np.void], rows: NDArray[np.void], occluders: list[Occl
 
     low, high = np.full(3, np.inf, np.float32), np.full(3, -np.inf, np.float32)
     for row, occluder in zip(rows, occluders, strict=True):
-        positions = to_float32(occluder.vertices - origin).astype("<f4")
+        positions, faces = weld(to_float32(occluder.vertices - origin), occluder.faces)
         width = 2 if len(positions) <= MOST_SHORT else 4
-        row["vertex_count"], row["triangle_count"] = len(positions), len(occluder.faces)
+        row["vertex_count"], row["triangle_count"] = len(positions), len(faces)
         row["index_bytes"] = width
-        row["positions"] = place(positions)
-        row["indices"] = place(occluder.faces.astype(f"<u{width}"))
+        row["positions"] = place(positions.astype("<f4"))
+        row["indices"] = place(faces.astype(f"<u{width}"))
         low = np.minimum(low, positions.min(axis=0, initial=np.inf))
         high = np.maximum(high, positions.max(axis=0, initial=-np.inf))
     header["magic"], header["version"] = MAGIC, OCC_VERSION
-    header["flags"] = SINGLE_SIDED if occluders[0].single_sided else 0
+    header["flags"] = WELDED | SINGLE_SIDED * occluders[0].single_sided
     header["file_bytes"], header["level_count"] = end, len(rows)
     header["header_bytes"] = _HEADER.itemsize
     header["origin"] = origin

@@ -7,9 +7,9 @@ reads it.  A wrong set hides what can be seen, so a checksum over all bytes refu
 
 from __future__ import annotations
 
-import zlib
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,9 +21,10 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.pvs import METHODS, UNKNOWN, Pvs, Rows
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import BOX, PRISM, ViewCells
+from simplifier.io.blocks import ALIGNED, Blocks, checksum, padded
 from simplifier.io.files import read_bytes, write_whole
-from simplifier.io.pvs_blocks import ALIGNED, HEADER, Blocks, damage, u32
 from simplifier.io.pvs_grid import tile_grid
+from simplifier.io.pvs_header import HEADER, damage, u32
 from simplifier.io.pvs_names import GROUP, decode_names, encode_names
 from simplifier.io.pvs_partly import (
     decode_altitudes,
@@ -98,11 +99,11 @@ def encode_pvs(pvs: Pvs) -> bytes:
     parts, end = [b""], HEADER.itemsize
     for name, data in _encode_blocks(pvs).items():
         header["blocks"][name] = u32(end // ALIGNED, "blocks")
-        parts.append(data.ljust(-(-len(data) // ALIGNED) * ALIGNED, b"\0"))
+        parts.append(padded(data))
         end += len(parts[-1])
     header["file_bytes"] = end
     parts[0] = header.tobytes()
-    header["checksum"] = zlib.crc32(b"".join(parts))
+    header["checksum"] = checksum(b"".join(parts), HEADER.itemsize)
     parts[0] = header.tobytes()
     return b"".join(parts)
 
@@ -160,7 +161,7 @@ def decode_pvs(data: bytes, where: str) -> Pvs:
     Nothing is made room for that the bytes do not bear out.  Raises :class:`UnreadablePvsError`.
     """
     header = _checked_header(data, where)
-    file = Blocks(data, header["blocks"], where)
+    file = Blocks(data, header["blocks"], HEADER.itemsize, partial(damage, where=where))
     objects, rows = int(header["objects"]), int(header["rows"])
     order, cells = _decode_order(file, objects), _decode_cells(file, header)
     _check_grid(file, len(cells))
@@ -210,9 +211,7 @@ def _checked_header(data: bytes, where: str) -> np.void:
     _check_flags(header, where)
     if header["file_bytes"] != len(data):
         raise damage(f"it should have {header['file_bytes']} bytes and has {len(data)}", where)
-    size, rest = HEADER.itemsize, memoryview(data)
-    found = zlib.crc32(rest[size:], zlib.crc32(bytes(4), zlib.crc32(rest[: size - 4])))
-    if found != header["checksum"]:
+    if checksum(data, HEADER.itemsize) != header["checksum"]:
         raise damage("its bytes are not those that were written: the checksum is another", where)
     if header["method"] >= len(METHODS):
         raise damage(f"its method is number {header['method']} of {len(METHODS)}", where)

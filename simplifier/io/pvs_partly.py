@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from simplifier.errors import OutputError
 from simplifier.geometry.pvs import UNKNOWN, Altitudes, Pvs, Slices
-from simplifier.io.pvs_blocks import Blocks, u32
+from simplifier.io.blocks import Blocks
+from simplifier.io.pvs_header import u32
 
 _MOST_SLICES = 127
 _HEAD = 16  # bytes, of both blocks

@@ -14,6 +14,7 @@ import numpy as np
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray, IndexArray
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.weld import weld
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.polygons import triangulate_polygons
 from simplifier.io.text import read_numbers, without_mark
@@ -88,10 +89,12 @@ def _array(text: bytes, name: str, kind: str, where: str) -> FloatArray:
 def encode(occluder: Occluder) -> bytes:
     """Text with the shortest digits that give back the same float64.
 
-    Godot itself rounds them to float32, except in builds with ``precision=double``.
+    Godot itself rounds them to float32, except in builds with ``precision=double``.  Corners in the
+    same place are one vertex: Godot transforms each for every frame.
     """
-    vertices = ", ".join(map(repr, occluder.vertices.ravel().tolist()))
-    indices = ", ".join(map(str, occluder.faces.ravel().tolist()))
+    welded, faces = weld(occluder.vertices, occluder.faces)
+    vertices = ", ".join(map(repr, welded.ravel().tolist()))
+    indices = ", ".join(map(str, faces.ravel().tolist()))
     return (
         '[gd_resource type="ArrayOccluder3D" format=3]\n\n[resource]\n'
         f"vertices = PackedVector3Array({vertices})\n"

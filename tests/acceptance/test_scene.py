@@ -78,9 +78,14 @@ def test_a_village_and_what_a_change_costs(here, tmp_path):
     assert len(shown) == 24
     before = files(tmp_path / "out")
 
-    again = built(here, tmp_path, "--preview")
+    packed = tmp_path / "town.occs"
+    again = built(here, tmp_path, "--preview", "--packed", str(packed))
     assert made(again.stdout) == (0, count)
     assert files(tmp_path / "out") == before
+    assert packed.read_bytes() == before["scene.occs"]
+    engine_tree = simplifier.load_packed_tree(packed)
+    assert list(engine_tree.objects) == document["objects"]
+    assert f"scene.occs, {packed.stat().st_size:,} bytes" in again.stdout
 
     write_scene(village(grown=13), tmp_path / "scene.glb")
     changed = built(here, tmp_path)
@@ -89,6 +94,16 @@ def test_a_village_and_what_a_change_costs(here, tmp_path):
     assert kept >= count - now
     tree = simplifier.load_occluder_tree(tmp_path / "out")
     assert tree.objects[13] == "house 13"
+    changed_tree = simplifier.load_packed_tree(tmp_path / "out" / "scene.occs")
+    assert len(changed_tree.meshes) > len(engine_tree.meshes)
+
+
+def test_a_packed_file_that_has_no_folder_is_refused_before_anything_is_made(here, tmp_path):
+    write_scene(village(), tmp_path / "scene.glb")
+    done = built(here, tmp_path, "--packed", str(tmp_path / "none" / "town.occs"))
+    assert done.returncode == 1
+    assert "there is no folder" in done.stderr
+    assert not (tmp_path / "out").exists()
 
 
 def test_bad_objects_are_named_and_the_rest_is_built(here, tmp_path):

@@ -18,6 +18,8 @@ import pytest
 
 import simplifier
 from simplifier.errors import CancelledError, OccluderError, OptionError
+from tests.fuzz.promises.scene_folders import BUILT
+from tests.io.damaged_occs import town
 from tests.solids import box
 
 ODD: Mapping[str, Any] = {
@@ -123,6 +125,13 @@ CALLS: dict[str, Callable[[Given], Call]] = {
     "load_occluder_tree": lambda given: Call(
         simplifier.load_occluder_tree, {"folder": given.folder}
     ),
+    "pack_tree": lambda given: Call(
+        simplifier.pack_tree, {"tree": simplifier.load_occluder_tree(BUILT)}
+    ),
+    "save_packed_tree": lambda given: Call(
+        simplifier.save_packed_tree, {"tree": town(), "path": given.folder / "town.occs"}
+    ),
+    "load_packed_tree": lambda given: Call(simplifier.load_packed_tree, {"path": given.path}),
     "save": lambda given: Call(
         simplifier.save, {"result": given.occluder, "path": given.folder / "saved.glb"}
     ),

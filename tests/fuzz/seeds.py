@@ -26,6 +26,7 @@ from simplifier.io.camera_path import save_camera_path
 from simplifier.io.formats import writable_suffixes
 from simplifier.io.glb_embed import embed_occluder
 from simplifier.io.load import load
+from simplifier.io.occs_file import encode_occs
 from simplifier.io.save import occluder_bytes, save_lods
 from simplifier.io.scene_writer import write_scene
 from tests.fuzz.cases import soup_of, write_case
@@ -48,6 +49,7 @@ from tests.io.builders import (
     tetrahedron,
     valid_files,
 )
+from tests.io.damaged_occs import town
 from tests.solids import box, table
 
 _OVERRIDES = b"""
@@ -128,6 +130,8 @@ def _inputs() -> Iterator[tuple[str, str, bytes]]:
     yield from _made_files()
     yield from _decided_files()
     yield "manifest", "built", (BUILT / "scene.json").read_bytes()
+    yield "occs", "built", (BUILT / "scene.occs").read_bytes()
+    yield "occs", "by_hand", encode_occs(town())
     for path in sorted((BUILT / "occluders").iterdir())[:3]:
         yield "stored", path.stem[:8], path.read_bytes()
     yield from _cases()

@@ -17,6 +17,7 @@ from tests.fuzz.cases import read_case
 from tests.fuzz.mutation.archives import reword_parts
 from tests.fuzz.mutation.documents import edit, edit_glb
 from tests.fuzz.mutation.flips import flip
+from tests.fuzz.mutation.sealed import flip_sealed
 from tests.fuzz.mutation.words import reword
 from tests.fuzz.promises import check_refusal
 from tests.fuzz.promises.builds import check_build_manifest, check_build_record
@@ -26,6 +27,7 @@ from tests.fuzz.promises.materials import check_material_file
 from tests.fuzz.promises.mesh_files import check_mesh_file
 from tests.fuzz.promises.originals import check_original
 from tests.fuzz.promises.overrides import NAMED, check_overrides
+from tests.fuzz.promises.packed_scenes import check_packed
 from tests.fuzz.promises.products import check_evaluate, check_simplify
 from tests.fuzz.promises.scene_folders import check_manifest, check_stored
 
@@ -122,6 +124,7 @@ READERS = (
     Target("build_record", check_build_record, (flip, edit, edit)),
     Target("camera_path", _camera_path, (flip, reword, edit, edit)),
     Target("manifest", check_manifest, (flip, edit, edit)),
+    Target("occs", check_packed, (flip, flip_sealed, flip_sealed, flip_sealed)),
     Target("stored", check_stored, (flip, edit_glb)),
 )
 """Inputs are changed files."""

@@ -176,10 +176,12 @@ def test_damaged_tres(old: bytes, new: bytes, message: str) -> None:
 
 def test_written_tres_is_what_godot_expects() -> None:
     lines = tres.encode(tetrahedron()).decode().splitlines()
+    assert len(lines) == 5
     assert lines[0] == '[gd_resource type="ArrayOccluder3D" format=3]'
     assert lines[2] == "[resource]"
-    assert lines[3].startswith("vertices = PackedVector3Array(0.0, 0.0, 0.0, 1.0, ")
-    assert lines[4] == "indices = PackedInt32Array(0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2)"
+    points = "0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0"
+    assert lines[3] == f"vertices = PackedVector3Array({points})"
+    assert lines[4] == "indices = PackedInt32Array(0, 1, 2, 0, 2, 3, 2, 1, 3, 0, 3, 1)"
 
 
 def test_text_off_builder_is_read() -> None:

@@ -21,9 +21,10 @@ from service.jobs.job import Summary
 
 
 def make_scene(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
-    """Results: ``scene.json``, ``preview.glb``, and ``scene.zip`` with both and all occluders.
+    """Results: ``scene.json``, the same with all occluders in one file for engines, ``scene.occs``,
+    ``preview.glb``, and ``scene.zip`` with these and each occluder by itself.
 
-    Of these there may be thousands, too many for each to be a file of the job.  Raises as
+    Of the last there may be thousands, too many for each to be a file of the job.  Raises as
     :data:`~service.engines.worker.DoTask` says, and :class:`simplifier.OccluderError`.
     """
     meter, results = Meter(tell), Path(task.results)
@@ -41,7 +42,7 @@ def make_scene(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
         raise TaskCancelledError
     meter.at("write", 0.9)
     _pack(folder, results / "scene.zip")
-    for name in ("scene.json", "preview.glb"):
+    for name in ("scene.json", "scene.occs", "preview.glb"):
         (folder / name).replace(results / name)
     document = json.loads((results / "scene.json").read_text("utf-8"))
     occluders = document["occluders"].values()

@@ -8,8 +8,8 @@ static void print(const occluder_file *file)
     printf("origin %.17g %.17g %.17g\n", file->origin[0], file->origin[1], file->origin[2]);
     printf("box %.9g %.9g %.9g %.9g %.9g %.9g\n", file->low[0], file->low[1], file->low[2],
            file->high[0], file->high[1], file->high[2]);
-    printf("sides %d screen %u fov %.17g pixels %.17g\n", file->single_sided ? 1 : 2,
-           (unsigned)file->screen_height, file->fov, file->pixel_error);
+    printf("sides %d welded %d screen %u fov %.17g pixels %.17g\n",
+           file->single_sided ? 1 : 2, file->welded, (unsigned)file->screen_height, file->fov, file->pixel_error);
     for (index = 0; index < file->level_count; ++index) {
         const occluder_level level = occluder_level_at(file, index);
         printf("level %u bound %.17g deviation %.17g from %.17g resolution %u width %u\n",

@@ -12,6 +12,7 @@ import pytest
 
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.camera import Lens
+from simplifier.geometry.mesh import as_mesh
 from simplifier.geometry.occluder import Level, LodChain, Occluder
 from simplifier.io.load import load_lods, load_occluder
 from simplifier.io.save import save_lods, save_occluder
@@ -51,9 +52,9 @@ def test_an_occluder_comes_back(program: Path, tmp_path: Path) -> None:
     (lines,) = printed(program, tmp_path / "one.occ")
     assert lines[0] == "all is well"
     world = numbers(lines, "v") + numbers(lines, "origin")
-    np.testing.assert_array_equal(world, occluder.vertices)
-    np.testing.assert_array_equal(numbers(lines, "f"), occluder.faces)
-    assert "sides 2 screen 0" in lines[3]
+    corners = world[numbers(lines, "f").astype(int)]
+    np.testing.assert_array_equal(corners, occluder.vertices[occluder.faces])
+    assert lines[3].startswith("sides 2 welded 1 screen 0")
     assert lines[4].startswith("level 0 bound 0.25 deviation nan from 0 resolution 0 width 2")
     box = numbers(lines, "box")[0] + np.tile(numbers(lines, "origin")[0], 2)
     np.testing.assert_allclose(box, [*occluder.vertices.min(0), *occluder.vertices.max(0)])
@@ -89,7 +90,7 @@ def test_indices_are_as_wide_as_needed(
 ) -> None:
     random = np.random.default_rng(0)
     vertices = random.uniform(-1, 1, (count, 3))
-    faces = np.array([[0, 1, count - 1], [count - 3, 5, count - 2]], dtype=np.int32)
+    faces = np.resize(np.arange(count, dtype=np.int32), (count // 3 + 1, 3))
     save_occluder(Occluder(vertices, faces), tmp_path / "many.occ")
     (lines,) = printed(program, tmp_path / "many.occ")
     assert lines[4].endswith(f"width {width}")
@@ -102,6 +103,35 @@ def test_single_sided_is_told(program: Path, tmp_path: Path) -> None:
     (lines,) = printed(program, tmp_path / "sheet.occ")
     assert "sides 1" in lines[3]
     assert numbers(lines, "f").tolist() == [[0, 1, 2], [2, 1, 0]]
+
+
+def test_triangles_that_meet_share_their_vertices(program: Path, tmp_path: Path) -> None:
+    whole = tetrahedron(0.25)
+    soup = Occluder(*as_mesh(whole.vertices[whole.faces]), 0.25)
+    save_occluder(soup, tmp_path / "soup.occ")
+    save_occluder(whole, tmp_path / "whole.occ")
+    assert (tmp_path / "soup.occ").read_bytes() == (tmp_path / "whole.occ").read_bytes()
+    (lines,) = printed(program, tmp_path / "soup.occ")
+    assert len(numbers(lines, "v")) == 4
+
+
+def test_a_file_from_before_they_did_is_read(program: Path, tmp_path: Path) -> None:
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0], [0, 1, 0], [0, 0, 1]], "<f4")
+    level = struct.pack("<3d2Q4I8x", 0.5, math.nan, 0.0, 192, 272, 6, 2, 2, 0)
+    header = struct.pack(
+        "<8s2IQ2I3d6f2dI28x", b"\x89OCC\r\n\x1a\n", 1, 0, 288, 1, 128, 5e6, 0, 9,
+        0, 0, 0, 1, 1, 1, 0, 0, 0,
+    )  # fmt: skip
+    indices = struct.pack("<6H4x", 0, 1, 2, 3, 4, 5)
+    (tmp_path / "old.occ").write_bytes(header + level + points.tobytes() + bytes(8) + indices)
+    (lines,) = printed(program, tmp_path / "old.occ")
+    assert lines[0] == "all is well"
+    assert lines[3].startswith("sides 2 welded 0")
+    np.testing.assert_array_equal(numbers(lines, "v"), points)
+    occluder = load_occluder(tmp_path / "old.occ")
+    assert occluder.error_bound == 0.5
+    corners = points[[[0, 1, 2], [3, 4, 5]]] + np.array([5e6, 0, 9])
+    np.testing.assert_array_equal(occluder.vertices[occluder.faces], corners)
 
 
 def test_an_occluder_that_hides_nothing(program: Path, tmp_path: Path) -> None:

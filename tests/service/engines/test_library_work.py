@@ -388,10 +388,11 @@ def test_a_scene_has_its_tree_occluders_and_all_in_one_archive(place):
     assert job.summary.input_triangles == 24
     assert job.summary.levels == len(document["occluders"]) > 0
     assert "cat.stl" in " ".join(job.summary.warnings)
-    assert set(results) == {"scene.json", "preview.glb", "scene.zip"}
+    assert set(results) == {"scene.json", "scene.occs", "preview.glb", "scene.zip"}
+    assert results["scene.occs"].startswith(b"\x89OCS\r\n\x1a\n")
     packed = zipfile.ZipFile(io.BytesIO(results["scene.zip"]))
     occluders = {one["file"] for one in document["occluders"].values()}
-    assert set(packed.namelist()) == {"scene.json", "preview.glb"} | occluders
+    assert set(packed.namelist()) == {"scene.json", "scene.occs", "preview.glb"} | occluders
     assert packed.read("scene.json") == results["scene.json"]
     assert tells_no_path(place, [results["scene.json"].decode(), repr(job.summary)])
 

@@ -1,49 +1,47 @@
-"""The header of a file of visible sets, and its blocks, looked for before they are read."""
+"""The blocks of a binary file, looked for before they are read."""
 
 from __future__ import annotations
 
+import zlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.errors import OutputError, UnreadablePvsError
+from simplifier.errors import OccluderError
 
 ALIGNED = 16
 """Every block begins at a multiple of this."""
 
 MOST = 0xFFFFFFFF
 
-BLOCKS = (
-    "order", "cells", "grid", "row_of", "row_offsets", "rows", "slices", "altitudes", "names",
-)  # fmt: skip
-HEADER = np.dtype([
-    ("magic", "S8"), ("version", "<u4"), ("flags", "<u4"), ("file_bytes", "<u8"),
-    ("objects", "<u4"), ("cells", "<u4"), ("rows", "<u4"), ("method", "<u4"), ("origin", "<f8", 3),
-    ("low", "<f4", 3), ("high", "<f4", 3), ("blocks", [(name, "<u4") for name in BLOCKS]),
-    ("scene", "V8"), ("settings", "V8"), ("checksum", "<u4"),
-])  # fmt: skip
+
+def checksum(data: bytes, header: int) -> int:
+    """CRC-32 of a file with 0 in place of the last four bytes of its header, where it is kept."""
+    whole = memoryview(data)
+    return zlib.crc32(whole[header:], zlib.crc32(bytes(4), zlib.crc32(whole[: header - 4])))
 
 
-def u32(value: int, what: str) -> int:
-    """The number, if the file has room for it.  Raises :class:`OutputError`."""
-    if value > MOST:
-        raise OutputError(
-            f"{value:,} {what} are more than the file has room for",
-            where="visible sets",
-            remedy="take fewer or larger view cells",
-        )
-    return value
+def padded(block: bytes) -> bytes:
+    """With 0 up to where the next block begins."""
+    return block.ljust(-(-len(block) // ALIGNED) * ALIGNED, b"\0")
 
 
 @dataclass(frozen=True)
 class Blocks:
-    """The blocks of a file's bytes, each looked for before it is taken."""
+    """The blocks of a file's bytes, each looked for before it is taken.
+
+    ``offsets``  where each begins, by name, in units of :data:`ALIGNED` bytes.
+    ``first``    bytes of the header, which no block reaches into.
+    ``damage``   makes the error of a file that is not as it was written from what is wrong.
+    """
 
     data: bytes
     offsets: np.void
-    where: str
+    first: int
+    damage: Callable[[str], OccluderError]
 
     def array(self, name: str, kind: Any, count: int, skip: int = 0) -> NDArray[Any]:
         """``count`` items of a block, behind its first ``skip`` bytes."""
@@ -65,17 +63,9 @@ class Blocks:
             raise self.damage(f"the offsets of its {name} do not ascend from 0")
         return offsets
 
-    def damage(self, what: str) -> UnreadablePvsError:
-        return damage(what, self.where)
-
     def _begin(self, name: str) -> int:
         return int(self.offsets[name]) * ALIGNED
 
     def _check(self, name: str, begin: int, length: int) -> None:
-        if begin < HEADER.itemsize or begin + length > len(self.data):
+        if begin < self.first or begin + length > len(self.data):
             raise self.damage(f"its {name}, {length} bytes at {begin}, are not in the file")
-
-
-def damage(what: str, where: str) -> UnreadablePvsError:
-    """The error of a file that is not as it was written."""
-    return UnreadablePvsError(what, where=where, remedy="copy or write it again")

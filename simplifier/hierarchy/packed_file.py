@@ -1,0 +1,52 @@
+"""``scene.occs`` beside ``scene.json``: the same tree in one file for engines."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import replace
+from pathlib import Path
+
+from simplifier.errors import OutputError, SceneError
+from simplifier.hierarchy.occluder_tree import OccluderTree
+from simplifier.hierarchy.packing import pack_tree
+from simplifier.hierarchy.scene_file import SCENE_FILE
+from simplifier.io.files import read_bytes, write_whole
+from simplifier.io.occs_file import decode_occs, encode_occs
+
+PACKED_FILE = "scene.occs"
+_MANIFEST = "manifest"  # of ``about``: CRC-32 of the scene.json that the file was made with
+
+
+def current_packed(folder: Path) -> bytes | None:
+    """The bytes of ``scene.occs``; None where it is not of the ``scene.json`` that is there.
+
+    Reading thousands of occluders again takes longer than all else of a build without changes.
+    """
+    try:
+        data = read_bytes(folder / PACKED_FILE, error=SceneError)
+        about = decode_occs(data, PACKED_FILE).about
+    except SceneError:
+        return None
+    return data if about.get(_MANIFEST) == _manifest(folder) else None
+
+
+def write_packed(folder: Path, tree: OccluderTree) -> bytes:
+    """Write ``scene.occs``, whole or not at all; what it holds now.
+
+    ``tree`` is what ``scene.json`` in the folder says.  Raises
+    :class:`~simplifier.errors.OutputError`; an older file is gone then.
+    """
+    path = folder / PACKED_FILE
+    try:
+        packed = pack_tree(tree)
+        about = {**packed.about, _MANIFEST: _manifest(folder)}
+        data = encode_occs(replace(packed, about=about))
+    except OutputError:
+        path.unlink(missing_ok=True)
+        raise
+    write_whole(path, data)
+    return data
+
+
+def _manifest(folder: Path) -> int:
+    return zlib.crc32(read_bytes(folder / SCENE_FILE, error=SceneError))

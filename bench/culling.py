@@ -17,11 +17,12 @@ from bench.city import City, city
 from bench.meshes import bumpy_sphere
 from bench.rates import bytes_a_second, seconds
 from bench.record import Row
-from simplifier.culling.depth_buffer import DepthBuffer, Verdict, shared_edges
+from simplifier.culling.depth_buffer import DepthBuffer, Verdict
 from simplifier.culling.item_buffer import ItemBuffer, Part
 from simplifier.geometry.camera import Camera
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.scene import Scene
+from simplifier.geometry.weld import edge_pairs
 
 _HEIGHTS = (1.7, 30.0, 150.0)  # metres: on foot, on a roof, in the air
 _ERROR = 0.05  # metres that the occluders may be off
@@ -47,9 +48,9 @@ def _city_rows(height: float, scene: City) -> Iterator[Row]:
     yield _row(f"draw at {height} m", len(triangles), pixels, draws, size, text)
 
     inner, soup = DepthBuffer(coverage="inner"), _soup(triangles)
-    edges = shared_edges(soup.faces)
+    pairs = edge_pairs(soup.faces)
     took = seconds(
-        lambda: inner.draw_mesh(soup.vertices, soup.faces, camera, _ERROR, edges), inner.clear
+        lambda: inner.draw_mesh(soup.vertices, soup.faces, camera, _ERROR, pairs), inner.clear
     )
     yield _row(f"draw inside at {height} m", len(triangles), pixels, took, size, text)
 

@@ -10,7 +10,7 @@ trap '[ -z "$server" ] || kill -9 "$server" || true; chmod -R u+w "$work"; rm -r
 # What .dockerignore lets through, and nothing else.
 mkdir "$work/source"
 (cd "$source" && tar --exclude __pycache__ -cf - pyproject.toml README.md constraints.txt \
-    simplifier service docker) | tar -xf - -C "$work/source"
+    simplifier service docker integrations/c) | tar -xf - -C "$work/source"
 
 sh "$work/source/docker/install.sh" "$work/source" "$work/app"
 cp "$work/source/docker/start.sh" "$work/source/docker/processor.sh" \

@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import get_args
 
@@ -26,6 +27,7 @@ from simplifier.io.formats import writable_suffixes
 from simplifier.io.load import load, load_occluder
 from simplifier.io.save import save_occluder
 from simplifier.kernels.item_buffer import merge_pictures
+from simplifier.kernels.native import library
 from simplifier.kernels.thin import crack_triangles
 from simplifier.options.scene import CullOptions, PathKind, PathOptions, SceneOptions
 from simplifier.options.simplify import Trim
@@ -98,8 +100,9 @@ def _simplify_and_judge(mesh: TriangleMesh, options: Options, *, exact: bool) ->
 def _cull(mesh: TriangleMesh) -> None:
     """Draw and test under both coverages, and draw the truth."""
     camera = Camera.looking(np.zeros(3), np.ones(3), np.array([0.0, 1.0, 0.0]), 60.0, 0.1)
-    for coverage in get_args(Coverage):
+    for coverage, native in product(get_args(Coverage), (library(), None)):
         buffer = DepthBuffer(16, 16, coverage)
+        buffer.native = native
         buffer.draw_mesh(mesh.vertices, mesh.faces, camera)
         buffer.test(mesh.bounds[None], camera)
     items = ItemBuffer(16, 16)

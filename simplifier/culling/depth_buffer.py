@@ -4,9 +4,7 @@ Based on hierarchical occlusion tests (Greene, Kass, Miller 1993; Zhang et al. 1
 coarse level.  New here are the depth and the margin that answer for occluders which are only known
 up to an error bound.
 
-Camera -> the sixteen numbers that the rasterising kernels take.
-
-Faces -> pairs of faces that share an edge.
+Camera -> the sixteen numbers that the kernels of the item buffer take.
 """
 
 from __future__ import annotations
@@ -19,17 +17,20 @@ from numpy.typing import NDArray
 
 from simplifier.checks import check_one_of, check_whole
 from simplifier.errors import MeshError, OptionError
+from simplifier.geometry.arrays import rounded_up
 from simplifier.geometry.camera import Camera, Lens
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.weld import edge_pairs
 from simplifier.kernels import box_verdict
-from simplifier.kernels.depth_buffer import TILE, draw_inside, draw_triangles
+from simplifier.kernels.depth_buffer import PAST, TILE, draw
+from simplifier.kernels.native import Buffer, address, library
 from simplifier.options.scene import LARGEST_SCREEN
 
 Coverage = Literal["centre", "inner"]
 """Which pixels an occluder is drawn into: with the centre in it, or with all of them in it."""
 
-_NO_EDGES = np.empty((0, 6), dtype=np.int32)
+_NO_PAIRS = np.empty((0, 2), dtype=np.uint32)
+_AS_IT_IS = np.eye(3, 4, dtype=np.float32).reshape(-1)
 
 
 class Verdict(IntEnum):
@@ -44,19 +45,19 @@ class DepthBuffer:
     """A small screen of reciprocal depths; draw and test with the same camera between clears.
 
     ``depth``  (8 r, 8 c) float32: 1 / view depth, larger is nearer, 0 is nothing; what is past the
-               screen is infinite.
+               screen is the largest number of all.
     ``tiles``  (3, r, c) float32, 8 x 8 pixels each: least reciprocal depth, largest screen error of
                an occluder in pixels, and 1 where the least must be computed again.
     ``margin`` pixels that a box's rectangle always grows by: under centre coverage half of one, for
                a centre says nothing of the rest of its pixel: those on all sides must be covered.
+    ``slack``  pixels that rounding to 32 bits may move anything by; a box grows by twice as much.
 
     With ``coverage="inner"`` nothing that can be seen between triangles is called hidden, where
     centres may miss a gap that is narrower than a pixel.  It hides less: what is thinner than a
     pixel draws nothing, nor do pixels that three triangles share.
 
-    The arrays are what kernels take that draw and test by themselves
-    (:func:`~simplifier.kernels.depth_buffer.draw_triangles`,
-    :func:`~simplifier.kernels.box_verdict.box_verdict`), with :meth:`view` of the camera.
+    ``native`` the C header of ``integrations/c`` does the work where it could be compiled, else, or
+               where this is set to None, numba's kernels, which give the same bits.
     """
 
     def __init__(self, rows: int = 180, columns: int = 320, coverage: Coverage = "centre") -> None:
@@ -65,25 +66,28 @@ class DepthBuffer:
         self.coverage = coverage
         self.rows, self.columns = int(rows), int(columns)
         tiles = -(-self.rows // TILE), -(-self.columns // TILE)
-        self.depth = np.zeros((tiles[0] * TILE, tiles[1] * TILE), dtype=np.float32)
-        self.tiles = np.zeros((3, *tiles), dtype=np.float32)
+        pixels = tiles[0] * tiles[1] * TILE * TILE
+        # One block: the header reads eight numbers at a time, past the end of either.
+        block = np.zeros(pixels + 3 * tiles[0] * tiles[1] + TILE, dtype=np.float32)
+        self.depth = block[:pixels].reshape(tiles[0] * TILE, tiles[1] * TILE)
+        self.tiles = block[pixels:-TILE].reshape(3, *tiles)
         self.margin = 0.5 if coverage == "centre" else 0.0
-        self._camera: Camera | None = None
-        self._view: FloatArray = np.zeros(16)
-        self._corners = np.arange(3, dtype=np.int32).reshape(-1, 3)
+        self.slack = max(self.rows, self.columns) / 262_144.0
         self.clear()
+        self._size = np.array([self.rows, self.columns], dtype=np.int64)
+        self._room = Room()
+        self.native = library()
+        self._camera: Camera | None = None
+        self._lens = np.array([0.0, 0.0, self.margin, self.slack])
+        self._eye, self._axes = np.zeros(3), np.zeros((3, 3))
+        self._screen = np.zeros(9)
+        self._soup = np.arange(3, dtype=np.int32).reshape(-1, 3)
 
     def clear(self) -> None:
         """Forget what was drawn."""
-        self.depth.fill(np.inf)
+        self.depth.fill(PAST)
         self.depth[: self.rows, : self.columns] = 0.0
         self.tiles.fill(0.0)
-
-    def view(self, camera: Camera) -> FloatArray:
-        """(16,) float64 of the camera, for kernels; kept until another camera comes."""
-        if camera is not self._camera:
-            self._camera, self._view = camera, screen_view(camera, self.rows, self.columns)
-        return self._view
 
     def draw(self, triangles: FloatArray, camera: Camera, error: float | FloatArray = 0.0) -> None:
         """Draw both sides of occluder triangles (m, 3, 3), world units.
@@ -98,8 +102,10 @@ class DepthBuffer:
         """
         if triangles.ndim != 3 or triangles.shape[1:] != (3, 3):
             raise MeshError(f"triangles have shape {triangles.shape}", remedy="pass (m, 3, 3)")
-        vertices = np.ascontiguousarray(triangles, dtype=np.float64).reshape(-1, 3)
-        self._draw(vertices, self._soup(len(triangles)), _NO_EDGES, camera, error)
+        if len(triangles) > len(self._soup):
+            self._soup = np.arange(6 * len(triangles), dtype=np.int32).reshape(-1, 3)
+        corners = np.ascontiguousarray(triangles, dtype=np.float64).reshape(-1, 3)
+        self._draw(corners, self._soup[: len(triangles)], _NO_PAIRS, camera, error)
 
     def draw_mesh(
         self,
@@ -107,36 +113,44 @@ class DepthBuffer:
         faces: IntArray,
         camera: Camera,
         error: float | FloatArray = 0.0,
-        edges: IntArray | None = None,
+        pairs: NDArray[np.uint32] | None = None,
     ) -> None:
         """As :meth:`draw`, of ``vertices`` (n, 3) world units and ``faces`` (m, 3) int32.
 
-        ``edges`` is what :func:`~simplifier.culling.depth_buffer.shared_edges` says of the faces;
-        inner coverage needs it, and finds it where it is not given.
+        ``pairs`` is what :func:`~simplifier.geometry.weld.edge_pairs` says of the faces; inner
+        coverage needs it, and finds it where it is not given.
 
         Raises :class:`MeshError` for wrong shapes and for faces that name no vertex.
         """
         _check_mesh(vertices, faces)
-        if edges is None:
-            edges = shared_edges(faces) if self.coverage == "inner" else _NO_EDGES
-        self._draw(vertices, faces, edges, camera, error)
+        if pairs is None:
+            pairs = edge_pairs(faces) if self.coverage == "inner" else _NO_PAIRS
+        self._draw(vertices, faces, pairs, camera, error)
 
     def test(self, boxes: FloatArray, camera: Camera) -> NDArray[np.uint8]:
         """(n,) :class:`Verdict` of world-space boxes (n, 2, 3): lowest and highest corners.
 
         OUTSIDE when all corners lie behind one plane of the frustum.  VISIBLE when the box reaches
         before the near plane.  HIDDEN when every pixel of the screen that the box's screen
-        rectangle meets, grown by the margin, holds something nearer than the box's nearest corner.
+        rectangle meets, grown by the margin, holds something nearer than the box's nearest corner,
+        or every pixel that its outline meets, grown as well, something nearer than its front.
         The margin is the largest screen error of the occluders in the tiles that the grown
-        rectangle meets, plus ``margin``.
+        rectangle meets, plus ``margin``, plus what rounding may be off.
         """
         if boxes.ndim != 3 or boxes.shape[1:] != (2, 3):
             raise MeshError(f"boxes have shape {boxes.shape}", remedy="pass (n, 2, 3)")
+        self._look(camera)
         verdicts = np.empty(len(boxes), dtype=np.uint8)
-        box_verdict.judge_boxes(
-            np.require(boxes, np.float64, ["C", "W"]), self.view(camera), self.depth, self.tiles,
-            self.margin, verdicts,
-        )  # fmt: skip
+        corners = np.require(boxes, np.float64, ["C", "W"])
+        if self.native is not None:
+            self.native.occluder_native_test(
+                self._as_header_has_it(0), address(corners), len(corners), address(verdicts)
+            )
+        else:
+            box_verdict.judge_boxes(
+                corners, self._eye, self._screen.astype(np.float32), self._axes, self._lens,
+                self._size, self.depth, self.tiles, verdicts,
+            )  # fmt: skip
         return verdicts
 
     def depth_image(self) -> NDArray[np.uint8]:
@@ -151,28 +165,74 @@ class DepthBuffer:
         grey = 55.0 + 200.0 * (shade - low) / max(high - low, 1e-9)
         return np.where(drawn, np.minimum(grey, 255.0), 0.0).astype(np.uint8)
 
-    def _soup(self, count: int) -> IntArray:
-        """(count, 3) int32: corners of triangles that share none."""
-        if count > len(self._corners):
-            self._corners = np.arange(6 * count, dtype=np.int32).reshape(-1, 3)
-        return self._corners[:count]
+    def _look(self, camera: Camera) -> None:
+        if camera is not self._camera:
+            self._camera = camera
+            self._lens[:2] = Lens(self.rows, camera.fov).focal, camera.near
+            self._eye[:], self._axes[:] = camera.position, camera.axes
+            right, up, ahead = camera.axes
+            self._screen[:3] = self._lens[0] * right + 0.5 * self.columns * ahead
+            self._screen[3:6] = -self._lens[0] * up + 0.5 * self.rows * ahead
+            self._screen[6:] = ahead
+
+    def _as_header_has_it(self, vertices: int) -> Buffer:
+        """What the header takes; there is room for so many vertices."""
+        points = self._room.points(vertices)
+        return Buffer(
+            address(self.depth), address(points), address(self._eye), address(self._axes),
+            address(self._lens), self.rows, self.columns, points.shape[1],
+            self.coverage == "inner",
+        )  # fmt: skip
 
     def _draw(
-        self, vertices: FloatArray, faces: IntArray, edges: IntArray, camera: Camera,
+        self, vertices: FloatArray, faces: IntArray, pairs: NDArray[np.uint32], camera: Camera,
         error: float | FloatArray,
     ) -> None:  # fmt: skip
-        errors = np.empty(len(faces))
-        errors[:] = error
+        errors = np.atleast_1d(np.asarray(error, dtype=np.float64))
         if not (errors >= 0.0).all():
             raise OptionError("an occluder's error is below 0", remedy="give lengths of 0 or more")
+        strayed = rounded_up(np.minimum(errors, np.float64(PAST)))
+        if len(strayed) != 1 and len(strayed) != len(faces):
+            raise MeshError(
+                f"{len(strayed)} errors of {len(faces)} triangles",
+                remedy="give one, or one for each",
+            )
         points = np.require(vertices, np.float64, ["C", "W"])
         indices = np.require(faces, np.int32, ["C", "W"])
-        view = self.view(camera)
-        if self.coverage == "centre":
-            draw_triangles(points, indices, errors, view, self.depth, self.tiles)
+        shared = np.require(pairs, np.uint32, ["C", "W"])
+        self._look(camera)
+        if self.native is not None:
+            self.native.occluder_native_draw(
+                self._as_header_has_it(len(points)), address(points), len(points), address(indices),
+                len(indices), address(shared), len(shared), address(strayed), len(strayed),
+                address(self._room.positions(len(points))),
+            )  # fmt: skip
         else:
-            pairs = np.require(edges, np.int32, ["C", "W"])
-            draw_inside(points, indices, pairs, errors, view, self.depth, self.tiles)
+            draw(
+                points, self._eye, _AS_IT_IS, indices, shared, strayed, self._screen, self._lens,
+                self._size, self.coverage == "inner", self.depth, self.tiles,
+                self._room.points(len(points)),
+            )  # fmt: skip
+
+
+class Room:
+    """Arrays to work in, which grow."""
+
+    def __init__(self) -> None:
+        self._points = np.empty((3, 0), dtype=np.float32)
+        self._positions = np.empty((0, 3), dtype=np.float32)
+
+    def points(self, count: int) -> NDArray[np.float32]:
+        """(3, count or more)."""
+        if self._points.shape[1] < count:
+            self._points = np.empty((3, 2 * count), dtype=np.float32)
+        return self._points
+
+    def positions(self, count: int) -> NDArray[np.float32]:
+        """(count or more, 3)."""
+        if len(self._positions) < count:
+            self._positions = np.empty((2 * count, 3), dtype=np.float32)
+        return self._positions
 
 
 def _check_mesh(vertices: FloatArray, faces: IntArray) -> None:
@@ -204,17 +264,3 @@ def check_screen(rows: int, columns: int) -> None:
     """Raises :class:`OptionError` for a screen that the kernels cannot draw."""
     check_whole("rows", rows, 1, LARGEST_SCREEN)
     check_whole("columns", columns, 1, LARGEST_SCREEN)
-
-
-def shared_edges(faces: IntArray) -> IntArray:
-    """(k, 6) int32 of ``faces`` (m, 3): both ends of an edge, the two third corners, the two faces.
-
-    Where more than two faces meet at an edge, every two of them are a pair.  Vertices are the same
-    when their indices are.
-    """
-    one, other = edge_pairs(faces).astype(np.int32).T
-    face, corner = one // 3, one % 3
-    ends = np.column_stack([faces[face, (corner + 1) % 3], faces[face, (corner + 2) % 3]])
-    flat = faces.reshape(-1)
-    found = np.column_stack([np.sort(ends, axis=1), flat[one], flat[other], face, other // 3])
-    return np.ascontiguousarray(found, dtype=np.int32)

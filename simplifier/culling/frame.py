@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.culling.depth_buffer import DepthBuffer, Verdict, shared_edges
+from simplifier.culling.depth_buffer import DepthBuffer, Verdict, screen_view
 from simplifier.culling.drawn import Drawn, Way
 from simplifier.culling.fate import Counts, Fate, fates, object_sums, object_verdicts
 from simplifier.culling.item_buffer import ItemBuffer
@@ -19,10 +19,11 @@ from simplifier.geometry.camera import Camera, Lens
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import BoolArray
+from simplifier.geometry.weld import edge_pairs
 from simplifier.hierarchy.occluder_tree import OccluderTree
 from simplifier.hierarchy.parts import Parts
 from simplifier.hierarchy.visible_nodes import CutFinder
-from simplifier.kernels.box_verdict import mark_outside
+from simplifier.kernels.frustum import mark_outside
 from simplifier.options.scene import CullOptions
 
 
@@ -192,7 +193,7 @@ class _Placed:
     vertices: FloatArray
     faces: IntArray
     error: float
-    edges: IntArray | None
+    edges: NDArray[np.uint32] | None
 
 
 class Culler:
@@ -217,7 +218,8 @@ class Culler:
     def in_frustum(self, camera: Camera) -> BoolArray:
         """(p,) the parts whose box is not wholly beside the view frustum."""
         outside = np.empty(len(self._part_boxes), dtype=np.bool_)
-        mark_outside(self._part_boxes, self.buffer.view(camera), outside)
+        view = screen_view(camera, self.buffer.rows, self.buffer.columns)
+        mark_outside(self._part_boxes, view, outside)
         return ~outside
 
     def cull(self, camera: Camera) -> Culled:
@@ -244,7 +246,7 @@ class Culler:
         """Kept for later frames."""
         if (node, level) not in self._placed:
             vertices, faces, error = self.tree.placed(node, level)
-            edges = shared_edges(faces) if self.buffer.coverage == "inner" else None
+            edges = edge_pairs(faces) if self.buffer.coverage == "inner" else None
             self._placed[node, level] = _Placed(vertices, faces, error, edges)
         return self._placed[node, level]
 

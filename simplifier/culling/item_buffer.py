@@ -12,7 +12,7 @@ from simplifier.culling.depth_buffer import check_screen, screen_view
 from simplifier.geometry.camera import Camera
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.scene import Scene
-from simplifier.kernels.box_verdict import mark_outside
+from simplifier.kernels.frustum import mark_outside
 from simplifier.kernels.item_buffer import NOTHING, draw_items, merge_pictures
 from simplifier.kernels.threads import run_chunks, thread_count
 

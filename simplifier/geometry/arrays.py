@@ -114,3 +114,10 @@ def _real_numbers(name: str, given: ArrayLike, where: str) -> NDArray[Any]:
 
 def _array_error(what: str, where: str) -> MeshError:
     return MeshError(what, where=where, remedy="pass an array of real numbers")
+
+
+def rounded_up(values: NDArray[np.float64]) -> NDArray[np.float32]:
+    """The least float32 that is no less than each of ``values``, which may be infinite then."""
+    with np.errstate(over="ignore", under="ignore"):
+        rounded = values.astype(np.float32)
+    return np.nextafter(rounded, np.float32(np.inf), where=rounded < values, out=rounded)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from simplifier.checks import check_kind
 from simplifier.errors import OutputError
+from simplifier.geometry.arrays import rounded_up
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.packed_tree import (
@@ -97,8 +98,8 @@ def _float32(values: FloatArray) -> NDArray[np.float32]:
 
 
 def _rounded_up(values: FloatArray) -> NDArray[np.float32]:
-    rounded = _float32(values)
-    return np.nextafter(rounded, np.inf, where=rounded < values, out=rounded)
+    _float32(values)  # raises where they are too large
+    return rounded_up(values)
 
 
 @dataclass

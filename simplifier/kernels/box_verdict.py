@@ -1,19 +1,18 @@
 """Is a box hidden by what a depth buffer holds?
 
+As ``integrations/c/occluder_buffer.h`` tests it, number by number (:mod:`depth_buffer`).
+
 A box is judged by its screen rectangle at the depth of its nearest corner, both on the safe side,
-and where that does not settle it by its own outline and front, which find a
-third more hidden boxes indoors; by the outline alone it would be nearly none.  Both grow by a
-margin for what the occluders' outlines may be off: the largest screen error of the tiles that the
-rectangle meets, which is asked again of the larger rectangle until it settles.
+and where that does not settle it by its own outline and front, which find a third more hidden
+boxes indoors; by the outline alone it would be nearly none.  Both grow by a margin for what the
+occluders' outlines may be off: the largest screen error of the tiles that the rectangle meets,
+which is asked again of the larger rectangle until it settles; half a pixel where centres count; and
+the slack.
 
-Is a box hidden by a depth buffer, judged by its own outline and its own front?
-
-Exacter than the screen rectangle at the depth of its nearest corner, and dearer.  A row of pixels
+Outline and front are exacter than the rectangle, and dearer.  A row of pixels
 is tested where it meets the convex outline of the corners, and a pixel at the depth where its line
 of sight enters the box: a plane's reciprocal depth is linear over the screen, and the line is in
 the box only from behind all planes that face the camera, so the least of theirs is where it enters.
-
-Blocks of pixels against one depth, by tiles where those settle it.
 """
 
 from __future__ import annotations
@@ -21,230 +20,255 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.compile import inline_kernel, kernel
-from simplifier.kernels.depth_buffer import ERROR, FARTHEST, STALE, TILE, TILE_SHIFT
-from simplifier.kernels.perspective import COLUMNS, FOCAL, NEAR, ROWS, project_point
+from simplifier.kernels.depth_buffer import (
+    ERROR,
+    FARTHEST,
+    FOCAL,
+    FOUR,
+    HALF,
+    LARGEST,
+    MARGIN,
+    NEAR,
+    NEARER,
+    ONE,
+    PAST,
+    ROUNDED,
+    SLACK,
+    TILE,
+    TWO,
+    ZERO,
+    fresh,
+)
 
 VISIBLE, HIDDEN, OUTSIDE = 0, 1, 2
 
-_SLACK = 1e-6  # pixels, for rounding
 _ROUNDS = 8  # of the margin; a box that has not settled by then counts as visible
-_UP = 1.0 + 2.0**-22  # before rounding to float32: the result is not below
 
 
 @kernel
-def judge_boxes(boxes, view, depth, tiles, margin, verdicts):
+def judge_boxes(boxes, eye, screen, axes, lens, size, depth, tiles, verdicts):
     """Fill ``verdicts`` (n,) uint8 for ``boxes`` (n, 2, 3) float64, lowest and highest corners.
 
-    ``view``    (16,) float64, :mod:`perspective`.
-    ``depth``   (8 r, 8 c) float32, ``tiles`` (3, r, c) float32: :mod:`depth_buffer`; stale tiles
-                that decide are made fresh.
-    ``margin``  pixels, 0 or more: the least that rectangles grow by.
+    ``eye``     (3,) float64, which is taken from them.
+    ``screen``  (9,) float32: world axes to pixels times depth, and depth.
+    ``axes``    (3, 3) float64: right, up and ahead.
+    ``lens``, ``size``, ``depth``, ``tiles``  as in :mod:`depth_buffer`; stale tiles that decide are
+                made fresh.
     """
-    corners, edges, planes = np.empty((8, 2)), np.empty((EDGES, 4)), np.empty((PLANES, 3))
+    low, high = np.empty(3, dtype=np.float32), np.empty(3, dtype=np.float32)
+    corners, edges = np.empty((2, 8), dtype=np.float32), np.empty((12, 7), dtype=np.float32)
+    fronts, bounds = np.empty((3, 3), dtype=np.float32), np.empty(6, dtype=np.float32)
     for index in range(len(boxes)):
+        for axis in range(3):
+            low[axis] = np.float32(boxes[index, 0, axis] - eye[axis])
+            high[axis] = np.float32(boxes[index, 1, axis] - eye[axis])
         verdicts[index] = box_verdict(
-            boxes, index, view, depth, tiles, margin, corners, edges, planes
+            low, high, screen, axes, lens, size, depth, tiles, corners, edges, fronts, bounds
         )
 
 
 @kernel
-def box_verdict(boxes, index, view, depth, tiles, margin, corners, edges, planes):
-    """VISIBLE, HIDDEN or OUTSIDE for one of ``boxes``; what is not a number is visible.
+def box_verdict(
+    low, high, screen, axes, lens, size, depth, tiles, corners, edges, fronts, bounds
+):  # fmt: skip
+    """VISIBLE, HIDDEN or OUTSIDE; what is not a number is visible.
 
-    ``corners`` (8, 2), ``edges`` (12, 4), ``planes`` (3, 3) float64: room to work in.
+    ``low``, ``high``  (3,) float32, around the eye.
+    ``corners`` (2, 8), ``edges`` (12, 7), ``fronts`` (3, 3), ``bounds`` (6,) float32: to work in.
     """
-    verdict, left, right, top, bottom, nearest = screen_rectangle(boxes, index, view)
+    verdict = screen_outline(low, high, screen, lens, size, corners, bounds)
     if verdict != HIDDEN:
         return verdict
-    value = np.float32(_UP / nearest)
-    rows, columns = np.int64(view[ROWS]), np.int64(view[COLUMNS])
-    grown = margin
+    left, right, top, bottom = bounds[0], bounds[1], bounds[2], bounds[3]
+    value, margin = NEARER / bounds[4], np.float32(lens[MARGIN])
+    # No margin is less than that of a tile which the box meets anyway.
+    blur = tiles[ERROR, pixel(top, size[0]) // TILE, pixel(left, size[1]) // TILE]
     for _ in range(_ROUNDS):
-        reach = grown + _SLACK
-        first_row, last_row = _pixel(top - reach, rows), _pixel(bottom + reach, rows)
-        first, last = _pixel(left - reach, columns), _pixel(right + reach, columns)
-        needed = margin + largest_blur(tiles, first_row, last_row, first, last)
-        if needed <= grown:
+        reach = margin + blur + bounds[5]
+        first_row, last_row = pixel(top - reach, size[0]), pixel(bottom + reach, size[0])
+        first, last = pixel(left - reach, size[1]), pixel(right + reach, size[1])
+        needed = largest_blur(tiles, first_row, last_row, first, last)
+        if needed <= blur:
             if is_block_nearer(depth, tiles, value, first_row, last_row, first, last):
                 return HIDDEN
-            if is_outline_hidden(boxes, index, view, depth, reach, corners, edges, planes):
+            if is_outline_hidden(
+                low, high, axes, lens, size, depth, value, reach, corners, edges, fronts, bounds
+            ):
                 return HIDDEN
             return VISIBLE
-        grown = needed
+        blur = needed
     return VISIBLE
 
 
 @kernel
-def screen_rectangle(boxes, index, view):
-    """(verdict, left, right, top, bottom, nearest): bounds in pixels, and the least depth.
+def screen_outline(low, high, screen, lens, size, corners, bounds):
+    """Fill ``corners`` (2, 8), pixels, and ``bounds`` (6,): left, right, top and bottom, the least
+    depth, rounded down, and the pixels that all are off at most.
 
-    The verdict is OUTSIDE when all corners lie behind one plane of the view frustum, VISIBLE when
-    the box reaches before the near plane, and HIDDEN, which is to be proved, otherwise.
+    OUTSIDE when all corners lie beyond one plane of the view frustum, VISIBLE when the box reaches
+    before the near plane, and HIDDEN, which is to be proved, otherwise.
     """
-    rows, columns, near = view[ROWS], view[COLUMNS], view[NEAR]
-    left, right, top, bottom = np.inf, -np.inf, np.inf, -np.inf
-    nearest, farthest = np.inf, -np.inf
-    most_x, most_y, least_x, least_y = -np.inf, -np.inf, -np.inf, -np.inf
-    doubt = 0.0  # NaN as soon as something is not finite
+    rows, columns = np.float32(size[0]), np.float32(size[1])
+    focal, near = np.float32(lens[FOCAL]), np.float32(lens[NEAR])
+    extent = (max(abs(low[0]), abs(high[0])) + max(abs(low[1]), abs(high[1]))) + max(
+        abs(low[2]), abs(high[2])
+    )
+    doubt = ((((low[0] + low[1]) + low[2]) + high[0]) + high[1]) + high[2]
+    if not (np.isfinite(doubt) and extent < LARGEST):
+        return VISIBLE
+    deep = ROUNDED * extent
+    wide = deep * (focal + TWO * max(columns, rows))
+    left, right, top, bottom, nearest, farthest = PAST, -PAST, PAST, -PAST, PAST, -PAST
+    most_x, most_y, least_x, least_y = -PAST, -PAST, -PAST, -PAST
     for corner in range(8):
-        x, y, z = project_point(
-            view, boxes[index, corner & 1, 0], boxes[index, (corner >> 1) & 1, 1],
-            boxes[index, corner >> 2, 2],
-        )  # fmt: skip
-        doubt += 0.0 * (x + y + z)
-        scale = 1.0 / z
-        left, right = min(left, x * scale), max(right, x * scale)
-        top, bottom = min(top, y * scale), max(bottom, y * scale)
+        px = high[0] if corner & 1 else low[0]
+        py = high[1] if corner & 2 else low[1]
+        pz = high[2] if corner & 4 else low[2]
+        x = (screen[0] * px + screen[1] * py) + screen[2] * pz
+        y = (screen[3] * px + screen[4] * py) + screen[5] * pz
+        z = (screen[6] * px + screen[7] * py) + screen[8] * pz
         nearest, farthest = min(nearest, z), max(farthest, z)
         most_x, most_y = max(most_x, x), max(most_y, y)
         least_x, least_y = max(least_x, columns * z - x), max(least_y, rows * z - y)
-    verdict = HIDDEN
-    if doubt != 0.0:
-        verdict = VISIBLE
-    elif farthest < near or min(most_x, most_y, least_x, least_y) < 0.0:
-        verdict = OUTSIDE
-    elif nearest < near:
-        verdict = VISIBLE
-    return verdict, left, right, top, bottom, nearest
+        corners[0, corner], corners[1, corner] = x * (ONE / z), y * (ONE / z)
+        left, right = min(left, corners[0, corner]), max(right, corners[0, corner])
+        top, bottom = min(top, corners[1, corner]), max(bottom, corners[1, corner])
+    if nearest - deep < near:
+        if farthest + deep < near or most_x + wide < ZERO or most_y + wide < ZERO:
+            return OUTSIDE
+        return OUTSIDE if least_x + wide < ZERO or least_y + wide < ZERO else VISIBLE
+    bounds[0], bounds[1], bounds[2], bounds[3] = left, right, top, bottom
+    bounds[4] = nearest - deep
+    bounds[5] = TWO * np.float32(lens[SLACK]) + wide / bounds[4]
+    if right + bounds[5] < ZERO or left - bounds[5] > columns:
+        return OUTSIDE
+    return OUTSIDE if bottom + bounds[5] < ZERO or top - bounds[5] > rows else HIDDEN
 
 
 @inline_kernel
-def _pixel(place, count):
+def pixel(place, count):
     """The pixel of 0..count - 1 that holds a place, or the one at that end of the screen."""
-    return np.int64(min(max(place, 0.0), float(count - 1)))
+    return np.int64(min(max(place, ZERO), np.float32(count - 1)))
 
 
 @kernel
-def mark_outside(boxes, view, outside):
-    """Fill ``outside`` (n,) bool: which of ``boxes`` lie behind a plane of the view frustum."""
-    for index in range(len(boxes)):
-        outside[index] = screen_rectangle(boxes, index, view)[0] == OUTSIDE
+def is_outline_hidden(
+    low, high, axes, lens, size, depth, value, reach, corners, edges, fronts, bounds
+):  # fmt: skip
+    """Whether the depth buffer is nearer wherever a box may be seen.
 
-
-EDGES, PLANES = 12, 3
-
-_OUTLINE_UP = 1.0 + 2.0**-20  # for rounding, in favour of visible
-_FLAT = 1e-9  # pixels; an edge that rises less has no slope
-
-
-@kernel
-def is_outline_hidden(boxes, index, view, depth, grown, corners, edges, planes):
-    """Whether the depth buffer is nearer wherever one of ``boxes`` may be seen.
-
-    ``view``, ``depth``  as for :mod:`box_verdict`; the box lies before the near plane.
-    ``grown``   pixels that the outline grows by on all sides, 0 or more.
-    ``corners`` (8, 2), ``edges`` (12, 4), ``planes`` (3, 3) float64: room to work in.
+    ``value``  the reciprocal depth of its nearest corner.
+    ``reach``  pixels that the outline grows by on all sides.
     """
-    rows, columns = view[ROWS], view[COLUMNS]
-    top, bottom, nearest = _project_corners(boxes, index, view, corners)
-    _find_edges(corners, edges)
-    count = _front_planes(boxes, index, view, grown + 0.5, planes)
-    largest = _OUTLINE_UP / nearest
-    first_row = np.int64(min(max(top - grown, 0.0), rows - 1.0))
-    last_row = np.int64(min(max(bottom + grown, 0.0), rows - 1.0))
+    rows, columns = size[0], size[1]
+    count = front_planes(low, high, axes, lens, size, reach + HALF, fronts)
+    # A corner and the one across the box: what lies between is within the outline.
+    middle_x = HALF * (corners[0, 0] + corners[0, 7])
+    middle_y = HALF * (corners[1, 0] + corners[1, 7])
+    if ZERO <= middle_x < np.float32(columns) and ZERO <= middle_y < np.float32(rows):
+        row, column = pixel(middle_y, rows), pixel(middle_x, columns)
+        if not depth[row, column] > entry(fronts, count, value, row, column):
+            return False  # as most that can be seen, without a look at the rest
+    find_edges(corners, bounds, edges)
+    first_row, last_row = pixel(bounds[2] - reach, rows), pixel(bounds[3] + reach, rows)
     for row in range(first_row, last_row + 1):
-        left, right = _extent(edges, row - grown, row + 1.0 + grown)
-        if not (left <= right and right + grown >= 0.0 and left - grown <= columns):
+        begin = first_row + (row - first_row) // 8 * 8
+        step = np.float32(row - begin)
+        left, right = extents(
+            edges, (np.float32(begin) - reach) + step, ((np.float32(begin) + ONE) + reach) + step
+        )
+        left, right = left - reach, right + reach
+        if not (left <= right and right >= ZERO and left <= np.float32(columns)):
             continue
-        first = np.int64(min(max(left - grown, 0.0), columns - 1.0))
-        last = np.int64(min(max(right + grown, 0.0), columns - 1.0))
-        if not _is_row_nearer(depth, row, first, last, planes, count, largest):
-            return False
+        for column in range(pixel(left, columns), pixel(right, columns) + 1):
+            if not depth[row, column] > entry(fronts, count, value, row, column):
+                return False
     return True
 
 
 @inline_kernel
-def _project_corners(boxes, index, view, corners):
-    """Pixels of the corners; (top, bottom, least depth)."""
-    top, bottom, nearest = np.inf, -np.inf, np.inf
-    for corner in range(8):
-        x, y, z = project_point(
-            view, boxes[index, corner & 1, 0], boxes[index, (corner >> 1) & 1, 1],
-            boxes[index, corner >> 2, 2],
-        )  # fmt: skip
-        corners[corner, 0], corners[corner, 1] = x / z, y / z
-        top, bottom = min(top, y / z), max(bottom, y / z)
-        nearest = min(nearest, z)
-    return top, bottom, nearest
+def entry(fronts, count, value, row, column):
+    """The reciprocal depth at which the line of sight of a pixel enters a box."""
+    result = value
+    for k in range(count):
+        result = min(
+            result,
+            (fronts[k, 0] + fronts[k, 2] * np.float32(row)) + fronts[k, 1] * np.float32(column),
+        )
+    return result
 
 
-@inline_kernel
-def _find_edges(corners, edges):
-    """Fill ``edges``: least and largest y, x at the least, and the slope of x over y.
+@kernel
+def find_edges(corners, bounds, edges):
+    """Fill ``edges`` (12, 7): upper and lower y, x at the upper end, the slope of x over y, least
+    and largest x, and the pixels that x may be off.
 
-    An outline's edges are among the box's twelve, and the others lie within it.
+    An outline's edges are among the box's twelve, and the others lie within it.  Those that rise by
+    less than a pixel have no slope, and count as a whole.
     """
+    far_x, far_y = max(abs(bounds[0]), abs(bounds[1])), max(abs(bounds[2]), abs(bounds[3]))
+    give = TWO * ROUNDED * max(far_x, far_y)
     count = 0
-    for low in range(8):
+    for corner in range(8):
         for axis in range(3):
-            high = low | (1 << axis)
-            if high == low:
+            upper, lower = corner, corner | (1 << axis)
+            if upper == lower:
                 continue
-            a, b = low, high
-            if corners[a, 1] > corners[b, 1]:
-                a, b = b, a
-            rise = corners[b, 1] - corners[a, 1]
-            edges[count, 0], edges[count, 1] = corners[a, 1], corners[b, 1]
-            edges[count, 2] = corners[a, 0]
-            edges[count, 3] = (corners[b, 0] - corners[a, 0]) / max(rise, _FLAT)
+            if corners[1, upper] > corners[1, lower]:
+                upper, lower = lower, upper
+            edges[count, 0], edges[count, 1] = corners[1, upper], corners[1, lower]
+            edges[count, 2] = corners[0, upper]
+            rise = edges[count, 1] - edges[count, 0]
+            edges[count, 3] = ZERO
+            if rise > ONE:
+                edges[count, 3] = (corners[0, lower] - corners[0, upper]) / rise
+            edges[count, 4] = min(corners[0, upper], corners[0, lower])
+            edges[count, 5] = max(corners[0, upper], corners[0, lower])
+            edges[count, 6] = give * (ONE + abs(edges[count, 3]))
             count += 1
 
 
-@inline_kernel
-def _extent(edges, low, high):
+@kernel
+def extents(edges, low, high):
     """Least and largest x of the outline between two heights."""
-    left, right = np.inf, -np.inf
-    for edge in range(EDGES):
+    left, right = PAST, -PAST
+    for edge in range(12):
         begin, end = max(edges[edge, 0], low), min(edges[edge, 1], high)
-        if begin <= end:
-            slope = edges[edge, 3]
-            a = edges[edge, 2] + (begin - edges[edge, 0]) * slope
-            b = edges[edge, 2] + (max(end, edges[edge, 0] + _FLAT) - edges[edge, 0]) * slope
-            left, right = min(left, a, b), max(right, a, b)
+        if end < begin:
+            continue
+        here, there = edges[edge, 4], edges[edge, 5]
+        if edges[edge, 1] - edges[edge, 0] > ONE:
+            a = edges[edge, 2] + (begin - edges[edge, 0]) * edges[edge, 3]
+            b = edges[edge, 2] + (end - edges[edge, 0]) * edges[edge, 3]
+            here, there = min(a, b), max(a, b)
+        left, right = min(left, here - edges[edge, 6]), max(right, there + edges[edge, 6])
     return left, right
 
 
-@inline_kernel
-def _front_planes(boxes, index, view, reach, planes):
-    """Number of sides that face the camera; ``planes``: reciprocal depth as a + b column + c row.
+@kernel
+def front_planes(low, high, axes, lens, size, reach, planes):
+    """Number of sides that face the eye; ``planes``: reciprocal depth as a + b column + c row.
 
-    At the pixel's centre, plus what it may rise within ``reach`` pixels of it.
+    At the pixel's centre, plus what it may rise within ``reach`` pixels of it and what rounding
+    takes.
     """
-    focal = view[FOCAL]
-    middle_x, middle_y = 0.5 * view[COLUMNS], 0.5 * view[ROWS]
+    focal = np.float32(lens[FOCAL])
+    middle_x, middle_y = HALF * np.float32(size[1]), HALF * np.float32(size[0])
     count = 0
     for axis in range(3):
-        camera = view[axis]
-        gap = boxes[index, 0, axis] - camera
-        if gap <= 0.0:
-            gap = boxes[index, 1, axis] - camera
-            if gap >= 0.0:
-                continue
-        ahead = view[9 + axis]
-        across = (view[3 + axis] - middle_x * ahead) / focal
-        down = (view[6 + axis] - middle_y * ahead) / focal
-        b, c = across / (focal * gap), down / (focal * gap)
-        a = ahead / gap - b * (middle_x - 0.5) - c * (middle_y - 0.5)
-        planes[count, 0] = a + (abs(b) + abs(c)) * reach
+        gap = low[axis] if low[axis] > ZERO else high[axis]
+        if not (low[axis] > ZERO or high[axis] < ZERO):
+            continue
+        ahead = np.float32(axes[2, axis])
+        b = np.float32(axes[0, axis]) / (focal * gap)
+        c = np.float32(axes[1, axis]) / (-focal * gap)
+        a = (ahead / gap - b * (middle_x - HALF)) - c * (middle_y - HALF)
+        planes[count, 0] = (a + (abs(b) + abs(c)) * reach) + (FOUR * ROUNDED) * (
+            (abs(ahead / gap) + (TWO * abs(b)) * middle_x) + (TWO * abs(c)) * middle_y
+        )
         planes[count, 1], planes[count, 2] = b, c
         count += 1
     return count
-
-
-@inline_kernel
-def _is_row_nearer(depth, row, first, last, planes, count, largest):
-    """Whether the buffer is nearer than the box in all of a row's pixels ``first`` to ``last``."""
-    a0, b0 = planes[0, 0] + planes[0, 2] * row, planes[0, 1]
-    a1, b1, a2, b2 = a0, b0, a0, b0
-    if count > 1:
-        a1, b1 = planes[1, 0] + planes[1, 2] * row, planes[1, 1]
-    if count > 2:
-        a2, b2 = planes[2, 0] + planes[2, 2] * row, planes[2, 1]
-    for column in range(first, last + 1):
-        entry = min(a0 + b0 * column, a1 + b1 * column, a2 + b2 * column) * _OUTLINE_UP
-        if not depth[row, column] > min(entry, largest):
-            return False
-    return True
 
 
 @kernel
@@ -253,50 +277,29 @@ def is_block_nearer(depth, tiles, value, first_row, last_row, first_column, last
 
     ``value``  float32, the reciprocal depth that they must exceed.
     """
-    for tile_row in range(first_row >> TILE_SHIFT, (last_row >> TILE_SHIFT) + 1):
-        for tile in range(first_column >> TILE_SHIFT, (last_column >> TILE_SHIFT) + 1):
-            if not is_tile_nearer(depth, tiles, tile_row, tile, value):
-                row, column = tile_row << TILE_SHIFT, tile << TILE_SHIFT
-                least = least_of(
-                    depth,
-                    max(first_row, row), min(last_row, row + TILE - 1),
-                    max(first_column, column), min(last_column, column + TILE - 1),
-                )  # fmt: skip
-                if not least > value:
-                    return False
+    for tile_row in range(first_row // TILE, last_row // TILE + 1):
+        for tile in range(first_column // TILE, last_column // TILE + 1):
+            if (
+                tiles[FARTHEST, tile_row, tile] > value
+                or fresh(depth, tiles, tile_row, tile) > value
+            ):
+                continue
+            for row in range(
+                max(first_row, tile_row * TILE), min(last_row, tile_row * TILE + 7) + 1
+            ):
+                for column in range(
+                    max(first_column, tile * TILE), min(last_column, tile * TILE + 7) + 1
+                ):
+                    if not depth[row, column] > value:
+                        return False
     return True
 
 
-@inline_kernel
+@kernel
 def largest_blur(tiles, first_row, last_row, first_column, last_column):
     """Largest screen error of the tiles of a block of pixels."""
-    blur = np.float32(0.0)
-    for tile_row in range(first_row >> TILE_SHIFT, (last_row >> TILE_SHIFT) + 1):
-        for tile in range(first_column >> TILE_SHIFT, (last_column >> TILE_SHIFT) + 1):
+    blur = ZERO
+    for tile_row in range(first_row // TILE, last_row // TILE + 1):
+        for tile in range(first_column // TILE, last_column // TILE + 1):
             blur = max(blur, tiles[ERROR, tile_row, tile])
     return blur
-
-
-@inline_kernel
-def is_tile_nearer(depth, tiles, tile_row, tile, value):
-    """Whether all pixels of a tile are nearer; a stale tile is made fresh when it would not be."""
-    if tiles[FARTHEST, tile_row, tile] > value:
-        return True
-    if tiles[STALE, tile_row, tile] == 0.0:
-        return False
-    row, column = tile_row << TILE_SHIFT, tile << TILE_SHIFT
-    tiles[STALE, tile_row, tile] = 0.0
-    tiles[FARTHEST, tile_row, tile] = least_of(
-        depth, row, row + TILE - 1, column, column + TILE - 1
-    )
-    return tiles[FARTHEST, tile_row, tile] > value
-
-
-@kernel
-def least_of(depth, first_row, last_row, first_column, last_column):
-    """Least reciprocal depth of a block of pixels, ends included."""
-    least = np.float32(np.inf)
-    for row in range(first_row, last_row + 1):
-        for column in range(first_column, last_column + 1):
-            least = min(least, depth[row, column])
-    return least

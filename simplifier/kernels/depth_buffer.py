@@ -1,22 +1,30 @@
-"""Occluders drawn into a small depth buffer, and boxes tested against it.
+"""Occluders drawn into a small depth buffer, as ``integrations/c/occluder_buffer.h`` draws them.
 
-What is stored is the *reciprocal* of the view depth, float32: it is linear over the screen, larger
-is nearer, 0 is nothing.  Tiles of 8 x 8 pixels keep the least of theirs (Greene, Kass, Miller:
-Hierarchical Z-Buffer Visibility, with one level in place of a pyramid), so most boxes are settled
-by a few tiles.  A tile that was drawn to is *stale*: its least is computed again when a box asks
-for it and not before; until then the old one is still a lower bound: drawing only brings nearer.
+This is what culling runs on where that header could not be compiled, and the plain reading of it:
+the same numbers of 32 bits are added in the same order, so that both fill a buffer bit by bit alike
+(``tests/kernels/test_native.py``).  What eight lanes do there at once is a loop over eight here.
+
+What is stored is the *reciprocal* of the view depth: it is linear over the screen, larger is
+nearer, 0 is nothing.  Tiles of 8 x 8 pixels keep the least of theirs (Greene, Kass, Miller:
+Hierarchical Z-Buffer Visibility, with one level in place of a pyramid), so that triangles behind
+what is drawn are left out, and most boxes settled, by a few tiles.  A tile that was drawn to is
+*stale*: its least is computed again when somebody asks for it and not before.
+
+Triangles are drawn up to their edges' half planes, tile by tile (Pineda: A Parallel Algorithm for
+Polygon Rasterization).
 
 Doubt always goes against the occluder.  Its depth is pushed away by its error bound e: the true
 reciprocal of depth + e is s / (1 + e s) with s linear over the screen, which is concave in s, so
-interpolating the corners' values linearly stays below it, on the far side.  Rounding to float32 is
-paid for by pushing every value 2^-22 of the triangle's nearest further.
+interpolating the corners' values linearly stays below it, on the far side.  What rounding takes is
+pushed away, too: a few units of 2^-20 of the nearest value, more for the planes of slender
+triangles, and what a plane falls by within the ``slack``, the pixels that rounding may move
+anything by.
 
-Occluders drawn into the pixels that lie wholly inside them.
-
-A pixel's square is inside a half plane when its centre is, after the half plane's edge has moved
-inwards by half of |a| + |b| with (a, b) the edge's normal (Akenine-Moeller and Aila: Conservative
-and Tiled Rasterization Using a Modified Triangle Setup, with the sign turned).  A convex polygon is
-the intersection of its half planes; what is stored is its farthest depth over the square.
+Inner coverage draws occluders into the pixels that lie wholly inside them.  A pixel's square is
+inside a half plane when its centre is, after the half plane's edge has moved inwards by half of
+|a| + |b| with (a, b) the edge's normal (Akenine-Moeller and Aila: Conservative and Tiled
+Rasterization Using a Modified Triangle Setup, with the sign turned).  A convex polygon is the
+intersection of its half planes; what is stored is its farthest depth over the square.
 
 All half planes of a polygon lie on the same side of their edges, by the sign of its area.  What a
 point lies inwards of each edge, times the edge's length, adds up to twice the area, so a polygon
@@ -34,330 +42,523 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.compile import inline_kernel, kernel
-from simplifier.kernels.perspective import (
-    COLUMNS,
-    CORNERS,
-    FOCAL,
-    ROWS,
-    clip_face,
-    first_centre,
-    project_points,
-)
+from simplifier.kernels.perspective import clip
 
 TILE = 8
-TILE_SHIFT = 3  # TILE is 1 << TILE_SHIFT
 
 FARTHEST, ERROR, STALE = 0, 1, 2
 """Layers of the tiles: least reciprocal depth, largest screen error in pixels, 1 where stale."""
 
-THINNEST = 1e-4
-"""Pixels; a thinner triangle's plane drowns in rounding, so its farthest corner stands for it."""
+FOCAL, NEAR, MARGIN, SLACK = 0, 1, 2, 3
+"""Places in a lens: pixels of a unit length at unit depth, near plane, least margin, slack."""
 
-PUSH = 2.0**-22
-"""Share of a triangle's nearest reciprocal depth that pays for rounding to float32."""
+GUARD = 4.0
+"""Times the screen's longer side: pixels from its corner beyond which triangles are clipped."""
 
-_UP = 1.0 + 2.0**-22  # before rounding to float32: the result is not below
+CORNERS = 8
+"""A triangle clipped by the near plane and four guard planes has at most so many."""
+
+ZERO, HALF, ONE, SEVEN = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(7.0)
+TWO, FOUR, EIGHT = np.float32(2.0), np.float32(4.0), np.float32(8.0)
+
+ROUNDED = np.float32(2.0**-20)
+"""What a few roundings to 24 bits take."""
+
+NEARER, FARTHER = np.float32(1.0 + 2.0**-20), np.float32(1.0 - 2.0**-20)
+"""Factors that rounding cannot undo."""
+
+LARGEST = np.float32(1e30)
+"""Of a length or an error; products have to fit."""
+
+PAST = np.float32(np.finfo(np.float32).max)
+"""Of pixels past the screen, which are in nobody's way."""
+
+
+@inline_kernel
+def fresh(depth, tiles, row, column):
+    """The least of a tile's pixels."""
+    if tiles[STALE, row, column] != ZERO:
+        tiles[STALE, row, column] = ZERO
+        tiles[FARTHEST, row, column] = least_of(depth, row * TILE, column * TILE)
+    return tiles[FARTHEST, row, column]
 
 
 @kernel
-def draw_triangles(vertices, faces, errors, view, depth, tiles):
-    """Draw both sides of ``faces`` where they cover pixel centres.
+def least_of(depth, top, left):
+    """The least of the pixels of a tile."""
+    least = depth[top, left]
+    for row in range(top, top + TILE):
+        for column in range(left, left + TILE):
+            least = min(least, depth[row, column])
+    return least
 
-    ``vertices``  (n, 3) float64, world units.     ``faces``  (m, 3) int32.
-    ``errors``    (m,) float64, world units, 0 or more, infinite: not drawn.
-    ``view``      (16,) float64, :mod:`perspective`.
-    ``depth``     (8 r, 8 c) float32, rows and columns past the screen infinite.
+
+@kernel
+def draw(
+    vertices, eye, transform, faces, pairs, errors, screen, lens, size, inner, depth, tiles, points,
+):  # fmt: skip
+    """Draw both sides of ``faces`` where they cover pixels.
+
+    ``vertices``  (n, 3) float32 in their own space, and ``eye`` (3,) float64 of 0; or float64 in
+                  the world, and the eye, which is taken from them.
+    ``transform`` (12,) float32: three rows that take (x, y, z, 1) to world axes around the eye.
+    ``faces``     (m, 3) int32.
+    ``pairs``     (k, 2) uint32: corners opposite of shared edges, drawn where ``inner``.
+    ``errors``    (m,) or (1,) float32, world units, 0 or more; from LARGEST on not drawn.
+    ``screen``    (9,) float64: world axes to pixels times depth, and depth.
+    ``lens``      (4,) float64: FOCAL, NEAR, MARGIN and SLACK.
+    ``size``      (2,) int64: rows and columns of the screen.
+    ``inner``     whether pixels count only where they lie wholly in what is drawn.
+    ``depth``     (8 r, 8 c) float32, what is past the screen PAST.
     ``tiles``     (3, r, c) float32.
+    ``points``    (3, n or more) float32: room for pixels and depths, -1 for what is to be clipped.
     """
-    points = np.empty((len(vertices), 3))
+    matrix = np.empty(12)
+    for row in range(3):
+        for column in range(4):
+            matrix[4 * row + column] = (
+                screen[3 * row] * transform[column] + screen[3 * row + 1] * transform[4 + column]
+            ) + screen[3 * row + 2] * transform[8 + column]
+    guard = GUARD * max(size[0], size[1])
+    _project_points(vertices, eye, matrix, lens[NEAR], guard, points)
     polygon, spare = np.empty((CORNERS, 3)), np.empty((CORNERS, 3))
-    project_points(vertices, view, points)
-    for face in range(len(faces)):
-        if not errors[face] < np.inf:
-            continue
-        i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
-        nearest = min(points[i, 2], points[j, 2], points[k, 2])
-        if nearest > 0.0:
-            blur = errors[face] * view[FOCAL] / nearest
-            _draw_triangle(points, i, j, k, errors[face], blur, view, depth, tiles)
-            continue
-        count = clip_face(vertices, i, j, k, view, polygon, spare)
-        nearest = least_depth(polygon, count)
-        for last in range(2, count):
-            blur = errors[face] * view[FOCAL] / nearest
-            _draw_triangle(polygon, 0, last - 1, last, errors[face], blur, view, depth, tiles)
+    corners, room = np.empty((8, 10), dtype=np.float32), np.empty((8, 5), dtype=np.float32)
+    edges, planes = np.empty((CORNERS, 7), dtype=np.float32), np.empty((2, 6), dtype=np.float32)
+    outline = np.empty((CORNERS, 3), dtype=np.float32)
+    for begin in range(0, len(faces), 8):
+        count = min(len(faces) - begin, 8)
+        chosen, behind = 0, 0
+        for lane in range(count):
+            face = begin + lane
+            for corner in range(3):
+                for axis in range(3):
+                    corners[lane, 3 * corner + axis] = points[axis, faces[face, corner]]
+            corners[lane, 9] = errors[face] if len(errors) > 1 else errors[0]
+            if corners[lane, 9] < LARGEST:
+                if min(corners[lane, 2], min(corners[lane, 5], corners[lane, 8])) < ZERO:
+                    behind |= 1 << lane
+                else:
+                    chosen |= 1 << lane
+        _draw_eight(corners, chosen, room, edges, planes, lens, size, inner, depth, tiles)
+        for lane in range(count):
+            if (behind >> lane) & 1:
+                error = corners[lane, 9]
+                for corner in range(3):
+                    _project(vertices, faces[begin + lane, corner], eye, matrix, polygon, corner)
+                sides = _clip_to_pixels(polygon, spare, lens[NEAR], guard, outline)
+                if sides >= 3 and inner:
+                    _draw_polygon(outline, sides, error, edges, planes, lens, size, depth, tiles)
+                elif sides >= 3:
+                    _draw_fan(outline, sides, error, room, edges, planes, lens, size, depth, tiles)
+    if inner:
+        _draw_pairs(faces, pairs, errors, edges, planes, lens, size, depth, tiles, points)
 
 
 @inline_kernel
-def least_depth(polygon, count):
-    """Of the corners of a polygon."""
-    nearest = np.inf
-    for corner in range(count):
-        nearest = min(nearest, polygon[corner, 2])
-    return nearest
+def _project(vertices, index, eye, matrix, out, place):
+    """Homogeneous pixels of a vertex: pixels times depth, and depth."""
+    x = np.float64(np.float32(vertices[index, 0] - eye[0]))
+    y = np.float64(np.float32(vertices[index, 1] - eye[1]))
+    z = np.float64(np.float32(vertices[index, 2] - eye[2]))
+    for axis in range(3):
+        out[place, axis] = (
+            (matrix[4 * axis] * x + matrix[4 * axis + 1] * y) + matrix[4 * axis + 2] * z
+        ) + matrix[4 * axis + 3]
 
 
 @kernel
-def plane_through(points, a, b, c, error):
-    """Slopes along x and y of the pushed reciprocal depth, and its value at corner ``a``.
-
-    Slopes of 0 and the farthest corner's value for a triangle too thin to have a plane.
-    """
-    p = 1.0 / (points[a, 2] + error)
-    q = 1.0 / (points[b, 2] + error)
-    r = 1.0 / (points[c, 2] + error)
-    bx, by = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
-    cx, cy = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
-    area = bx * cy - cx * by
-    longest = max(abs(bx), abs(by), abs(cx), abs(cy), abs(bx - cx), abs(by - cy))
-    push = PUSH * max(p, q, r)
-    if not abs(area) > THINNEST * longest:
-        return 0.0, 0.0, min(p, q, r) - push
-    slope_x = ((q - p) * cy - (r - p) * by) / area
-    slope_y = ((r - p) * bx - (q - p) * cx) / area
-    return slope_x, slope_y, p - push
-
-
-@kernel
-def _draw_triangle(points, a, b, c, error, blur, view, depth, tiles):
-    """``blur`` is the screen error, pixels.
-
-    Row y belongs to a triangle when low <= y < high, and on it the centres from the left crossing,
-    included, to the right one, excluded; a shared edge has the same crossings in both triangles.
-    """
-    if points[a, 1] > points[b, 1]:
-        a, b = b, a
-    if points[b, 1] > points[c, 1]:
-        b, c = c, b
-    if points[a, 1] > points[b, 1]:
-        a, b = b, a
-    rows, columns = view[ROWS], view[COLUMNS]
-    bottom, top = first_centre(points[a, 1], rows), first_centre(points[c, 1], rows)
-    if bottom >= top:
-        return
-    ax, ay, bx, by = points[a, 0], points[a, 1], points[b, 0], points[b, 1]
-    cx, cy = points[c, 0], points[c, 1]
-    if first_centre(min(ax, bx, cx), columns) >= first_centre(max(ax, bx, cx), columns):
-        return
-    bend = first_centre(by, rows)
-    slope_x, slope_y, start = plane_through(points, a, b, c, error)
-    long_slope = (cx - ax) / (cy - ay)
-    first_column, last_column = np.int64(columns), np.int64(-1)
-    # An edge without rows has an infinite slope, and is not used.
-    other_x, other_y, other_slope = ax, ay, (bx - ax) / (by - ay)
-    for row in range(bottom, top):
-        if row == bend:
-            other_x, other_y, other_slope = bx, by, (cx - bx) / (cy - by)
-        x0 = ax + (row - ay) * long_slope
-        x1 = other_x + (row - other_y) * other_slope
-        first = first_centre(min(x0, x1), columns)
-        end = first_centre(max(x0, x1), columns)
-        if first < end:
-            value = start + slope_x * (first - ax) + slope_y * (row - ay)
-            fill_span(depth, row, first, end, value, slope_x)
-            first_column = min(first_column, first)
-            last_column = max(last_column, end - 1)
-        if (row & (TILE - 1)) == TILE - 1 or row == top - 1:
-            touch(tiles, row >> TILE_SHIFT, first_column, last_column, blur)
-            first_column, last_column = np.int64(columns), np.int64(-1)
-
-
-@inline_kernel
-def fill_span(depth, row, first, end, value, slope):
-    """The nearer of what is there and a plane; all centres must lie within the triangle."""
-    start, step = np.float32(value), np.float32(slope)
-    for column in range(end - first):
-        here = start + np.float32(column) * step
-        depth[row, first + column] = max(depth[row, first + column], here)
-
-
-@inline_kernel
-def touch(tiles, tile_row, first_column, last_column, blur):
-    """The tiles of columns that were written to: stale, and at least as blurred."""
-    for tile in range(first_column >> TILE_SHIFT, (last_column >> TILE_SHIFT) + 1):
-        tiles[STALE, tile_row, tile] = 1.0
-        tiles[ERROR, tile_row, tile] = max(tiles[ERROR, tile_row, tile], np.float32(blur * _UP))
-
-
-_HALF = 0.5 + THINNEST  # pixels; the excess pays for rounding
-_PLANES = 8
-
-
-@kernel
-def draw_inside(vertices, faces, edges, errors, view, depth, tiles):
-    """As :func:`depth_buffer.draw_triangles`, into pixels wholly inside.
-
-    ``edges``  (k, 6) int32: the ends of an edge that two faces share, their third corners, and the
-               two faces; each pair of faces at most once.
-    """
-    points = np.empty((len(vertices), 3))
-    polygon, spare = np.empty((CORNERS, 3)), np.empty((CORNERS, 3))
-    planes = np.empty((_PLANES, 5))
-    project_points(vertices, view, points)
-    for face in range(len(faces)):
-        if not errors[face] < np.inf:
-            continue
-        i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
-        count = 3
-        if min(points[i, 2], points[j, 2], points[k, 2]) > 0.0:
-            for axis in range(3):
-                polygon[0, axis] = points[i, axis]
-                polygon[1, axis] = points[j, axis]
-                polygon[2, axis] = points[k, axis]
+def _project_points(vertices, eye, matrix, near, guard, points):
+    """Pixels with centres at whole numbers, and depth; -1 for what cannot be divided by it."""
+    at = np.empty((1, 3))
+    for index in range(len(vertices)):
+        _project(vertices, index, eye, matrix, at, 0)
+        x, y, z = at[0, 0], at[0, 1], at[0, 2]
+        if near <= z < np.float64(LARGEST) and abs(x) <= guard * z and abs(y) <= guard * z:
+            share = 1.0 / z
+            points[0, index] = np.float32(x * share - 0.5)
+            points[1, index] = np.float32(y * share - 0.5)
+            points[2, index] = np.float32(z)
         else:
-            count = clip_face(vertices, i, j, k, view, polygon, spare)
-        count = _without_short_edges(polygon, count)
-        if count >= 3:
-            _draw_polygon(polygon, count, errors[face], planes, view, depth, tiles)
-    for edge in range(len(edges)):
-        error, other = errors[edges[edge, 4]], errors[edges[edge, 5]]
-        if max(error, other) < np.inf:
-            _draw_pair(points, edges[edge], error, other, planes, view, depth, tiles)
+            points[0, index], points[1, index], points[2, index] = ZERO, ZERO, -ONE
 
 
 @kernel
-def _without_short_edges(polygon, count):
-    """Leave corners out that are so near to the next that the edge has no direction.
-
-    What is left lies within the polygon.
-    """
-    kept = 0
+def _clip_to_pixels(polygon, spare, near, guard, outline):
+    """Corners that are left of a triangle of homogeneous pixels, as :func:`_project_points` has
+    them."""
+    for corner in range(3):
+        size = abs(polygon[corner, 0]) + abs(polygon[corner, 1]) + abs(polygon[corner, 2])
+        if not size < np.float64(LARGEST):
+            return 0
+    count = clip(polygon, spare, near, guard)
     for corner in range(count):
-        after = corner + 1 if corner + 1 < count else 0
-        if not _are_close(polygon, corner, after):
-            for axis in range(3):
-                polygon[kept, axis] = polygon[corner, axis]
-            kept += 1
-    return kept
+        share = 1.0 / polygon[corner, 2]
+        outline[corner, 0] = np.float32(polygon[corner, 0] * share - 0.5)
+        outline[corner, 1] = np.float32(polygon[corner, 1] * share - 0.5)
+        outline[corner, 2] = np.float32(polygon[corner, 2])
+    return count
+
+
+@kernel
+def _draw_eight(corners, chosen, room, edges, planes, lens, size, inner, depth, tiles):
+    """Those of the first eight ``corners`` (8, 10) float32 whose bits are set: pixels and depths of
+    three corners, and the error.  All are looked for behind what is drawn before any is drawn.
+
+    ``room``  (8, 5) float32: the nearest value, and the pixels from left, top to right, bottom.
+    """
+    slack = np.float32(lens[SLACK])
+    inset = HALF + slack if inner else -slack
+    last_row, last_column = np.float32(size[0] - 1), np.float32(size[1] - 1)
+    open_ = 0
+    for lane in range(8):
+        if not (chosen >> lane) & 1:
+            continue
+        ax, ay, az = corners[lane, 0], corners[lane, 1], corners[lane, 2]
+        bx, by, bz = corners[lane, 3], corners[lane, 4], corners[lane, 5]
+        cx, cy, cz = corners[lane, 6], corners[lane, 7], corners[lane, 8]
+        left = max(np.ceil(min(ax, min(bx, cx)) + inset), ZERO)
+        top = max(np.ceil(min(ay, min(by, cy)) + inset), ZERO)
+        right = min(np.floor(max(ax, max(bx, cx)) - inset), last_column)
+        bottom = min(np.floor(max(ay, max(by, cy)) - inset), last_row)
+        if right < left or bottom < top:
+            continue
+        nearest = NEARER / (min(az, min(bz, cz)) + corners[lane, 9])
+        room[lane, 0] = nearest
+        room[lane, 1], room[lane, 2], room[lane, 3], room[lane, 4] = left, top, right, bottom
+        if not _is_behind(room, lane, nearest, depth, tiles):
+            open_ |= 1 << lane
+    for lane in range(8):
+        if (open_ >> lane) & 1:
+            _draw_triangle(corners, lane, room, edges, planes, lens, inset, inner, depth, tiles)
+
+
+@kernel
+def _is_behind(room, lane, nearest, depth, tiles):
+    """Whether all tiles that a triangle's pixels are in are as near as its nearest value."""
+    for row in range(np.int64(room[lane, 2]) >> 3, (np.int64(room[lane, 4]) >> 3) + 1):
+        for column in range(np.int64(room[lane, 1]) >> 3, (np.int64(room[lane, 3]) >> 3) + 1):
+            if tiles[FARTHEST, row, column] >= nearest:
+                continue
+            if not fresh(depth, tiles, row, column) >= nearest:
+                return False
+    return True
+
+
+@kernel
+def _draw_triangle(corners, lane, room, edges, planes, lens, inset, inner, depth, tiles):
+    slack, error = np.float32(lens[SLACK]), corners[lane, 9]
+    ax, ay, az = corners[lane, 0], corners[lane, 1], corners[lane, 2]
+    bx, by, bz = corners[lane, 3], corners[lane, 4], corners[lane, 5]
+    cx, cy, cz = corners[lane, 6], corners[lane, 7], corners[lane, 8]
+    nearest = room[lane, 0]
+    p, q, r = ONE / (az + error), ONE / (bz + error), ONE / (cz + error)
+    ux, uy, vx, vy = bx - ax, by - ay, cx - ax, cy - ay
+    area = ux * vy - vx * uy
+    wide = max(ax, max(bx, cx)) - min(ax, min(bx, cx))
+    high = max(ay, max(by, cy)) - min(ay, min(by, cy))
+    if not max(wide, high) * slack < abs(area):
+        return  # thinner than what rounding may move its corners it has no plane
+    share = ONE / area
+    dq, dr = q - p, r - p
+    slope_x = (dq * vy - dr * uy) * share
+    slope_y = (dr * ux - dq * vx) * share
+    slender = ONE + abs((wide * high) * share)
+    spread = abs(slope_x) * (wide + EIGHT) + abs(slope_y) * (high + EIGHT)
+    spare = HALF + TWO * slack if inner else TWO * slack
+    push = ROUNDED * (nearest + spread * slender) + spare * (abs(slope_x) + abs(slope_y))
+    planes[0, 0], planes[0, 1], planes[0, 2] = slope_x, slope_y, p - push
+    planes[0, 3], planes[0, 4] = ax, ay
+    planes[0, 5] = min(p, min(q, r)) * FARTHER
+    blur = (error * (np.float32(lens[FOCAL]) * NEARER)) / min(az, min(bz, cz))
+    sign = -ONE if area < ZERO else ONE
+    set_edge(edges, 0, ax, ay, bx, by, sign, inset)
+    set_edge(edges, 1, bx, by, cx, cy, sign, inset)
+    set_edge(edges, 2, cx, cy, ax, ay, sign, inset)
+    fill_region(
+        edges, 3, planes, 1, nearest, blur, np.int64(room[lane, 1]), np.int64(room[lane, 2]),
+        np.int64(room[lane, 3]), np.int64(room[lane, 4]), depth, tiles,
+    )  # fmt: skip
 
 
 @inline_kernel
-def _are_close(points, a, b):
-    gap = max(abs(points[a, 0] - points[b, 0]), abs(points[a, 1] - points[b, 1]))
-    return gap < THINNEST
+def set_edge(edges, place, from_x, from_y, to_x, to_y, sign, inset):
+    """The side of an edge that lies to the left of it where ``sign`` is 1, ``inset`` squares in.
+
+    ``edges``  (8, 7) float32 of half planes a (x - px) + b (y - py) + c >= 0: a, b, c, px, py, and
+               by what their values may grow and fall within a tile.
+    """
+    a, b = sign * (from_y - to_y), sign * (to_x - from_x)
+    edges[place, 0], edges[place, 1] = a, b
+    edges[place, 2] = -inset * (abs(a) + abs(b))
+    edges[place, 3], edges[place, 4] = from_x, from_y
+    edges[place, 5] = SEVEN * (max(a, ZERO) + max(b, ZERO))
+    edges[place, 6] = SEVEN * (min(a, ZERO) + min(b, ZERO))
 
 
 @inline_kernel
-def _area(points, a, b, c):
+def plane_at(planes, place, x, y):
+    """Of ``planes`` (2, 6) float32: slopes, a value and the pixel that it is of, the least."""
+    return (planes[place, 2] + planes[place, 0] * (x - planes[place, 3])) + planes[place, 1] * (
+        y - planes[place, 4]
+    )
+
+
+@kernel
+def fill_region(
+    edges, count, planes, several, nearest, blur, left, top, right, bottom, depth, tiles
+):  # fmt: skip
+    """Draw the pixels of a block that are inside of ``count`` half planes, where they are nearer.
+
+    ``several``  planes, 1 or 2, of which the farther holds; ``nearest`` is no less than its values.
+    """
+    starts = np.empty(CORNERS, dtype=np.float32)
+    for row in range(top >> 3, (bottom >> 3) + 1):
+        for column in range(left >> 3, (right >> 3) + 1):
+            if tiles[FARTHEST, row, column] >= nearest:
+                continue
+            x, y = np.float32(8 * column), np.float32(8 * row)
+            first = max(top - 8 * row, 0)
+            beside = False
+            for k in range(count):
+                value = edges[k, 2] + (
+                    edges[k, 0] * (x - edges[k, 3]) + edges[k, 1] * (y - edges[k, 4])
+                )
+                beside |= value + edges[k, 5] < ZERO
+                starts[k] = value + edges[k, 1] * np.float32(first)
+            if beside or fresh(depth, tiles, row, column) >= nearest:
+                continue
+            tiles[STALE, row, column] = ONE
+            tiles[ERROR, row, column] = max(tiles[ERROR, row, column], blur)
+            fill_tile(
+                edges, count, starts, planes, several, 8 * row, 8 * column, first,
+                min(bottom - 8 * row, 7), max(left - 8 * column, 0), min(right - 8 * column, 7),
+                depth,
+            )  # fmt: skip
+
+
+@kernel
+def fill_tile(
+    edges, count, starts, planes, several, top, left, first, last, begin, end, depth
+):  # fmt: skip
+    """Those in lines ``first`` to ``last`` and columns ``begin`` to ``end`` of a tile.
+
+    ``starts``  (8,) float32 of the half planes in the first of these lines, at the tile's left end.
+    """
+    x, y = np.float32(left), np.float32(top)
+    start = plane_at(planes, 0, x, y) + planes[0, 1] * np.float32(first)
+    other = start
+    if several > 1:
+        other = plane_at(planes, 1, x, y) + planes[1, 1] * np.float32(first)
+    a, b, c = edges[0, 1], edges[1, 1], edges[2, 1]
+    for lane in range(begin, end + 1):
+        along = np.float32(lane)
+        here, there = start + planes[0, 0] * along, other + planes[1, 0] * along
+        p, q = starts[0] + edges[0, 0] * along, starts[1] + edges[1, 0] * along
+        r = starts[2] + edges[2, 0] * along
+        for line in range(top + first, top + last + 1):
+            inside = not (p < ZERO or q < ZERO or r < ZERO)
+            if inside and count > 3:
+                inside = is_inside(edges, count, starts, along, line - top - first)
+            value = max(here, planes[0, 5])
+            if several > 1:
+                value = min(value, max(there, planes[1, 5]))
+                there += planes[1, 1]
+            if inside and value > depth[line, left + lane]:
+                depth[line, left + lane] = value
+            p, q, r = p + a, q + b, r + c
+            here += planes[0, 1]
+
+
+@kernel
+def is_inside(edges, count, starts, along, steps):
+    """Of the half planes from the fourth on, so many lines below the first."""
+    for k in range(3, count):
+        value = starts[k] + edges[k, 0] * along
+        for _ in range(steps):
+            value += edges[k, 1]
+        if value < ZERO:
+            return False
+    return True
+
+
+@kernel
+def _draw_fan(outline, sides, error, room, edges, planes, lens, size, depth, tiles):
+    """The triangles of a clipped one, by the centres of pixels."""
+    fan = np.empty((8, 10), dtype=np.float32)
+    for lane in range(sides - 2):
+        for axis in range(3):
+            fan[lane, axis] = outline[0, axis]
+            fan[lane, 3 + axis] = outline[lane + 1, axis]
+            fan[lane, 6 + axis] = outline[lane + 2, axis]
+        fan[lane, 9] = error
+    chosen = (1 << (sides - 2)) - 1
+    _draw_eight(fan, chosen, room, edges, planes, lens, size, False, depth, tiles)
+
+
+@inline_kernel
+def area_of(points, a, b, c):
     """Twice the triangle's, above 0 where edge a -> b has c on the side of +1."""
-    bx, by = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
-    cx, cy = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
-    return bx * cy - cx * by
+    return (points[b, 0] - points[a, 0]) * (points[c, 1] - points[a, 1]) - (
+        points[c, 0] - points[a, 0]
+    ) * (points[b, 1] - points[a, 1])
+
+
+@kernel
+def plane_of(points, count, a, b, c, error, spare, slack, planes, place):
+    """Set a plane through three of ``points`` (count, 3) float32, pixels and depths, pushed away by
+    ``error`` and by what rounding takes over all of them.
+
+    ``spare``  pixels around them that are paid for, too.
+
+    False where the three are too thin for a plane; it is level then, at the farthest of the points.
+    """
+    low_x, low_y, low_z = points[0, 0], points[0, 1], points[0, 2]
+    high_x, high_y, high_z = low_x, low_y, low_z
+    for corner in range(1, count):
+        low_x, high_x = min(low_x, points[corner, 0]), max(high_x, points[corner, 0])
+        low_y, high_y = min(low_y, points[corner, 1]), max(high_y, points[corner, 1])
+        low_z, high_z = min(low_z, points[corner, 2]), max(high_z, points[corner, 2])
+    p = ONE / (points[a, 2] + error)
+    dq, dr = ONE / (points[b, 2] + error) - p, ONE / (points[c, 2] + error) - p
+    ux, uy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+    vx, vy = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
+    area = ux * vy - vx * uy
+    wide, tall = high_x - low_x, high_y - low_y
+    planes[place, 5] = ONE / (high_z + error) * FARTHER
+    planes[place, 0], planes[place, 1], planes[place, 2] = ZERO, ZERO, planes[place, 5]
+    planes[place, 3], planes[place, 4] = points[a, 0], points[a, 1]
+    if not abs(area) > max(wide, tall) * slack:
+        return False
+    share = ONE / area
+    slope_x, slope_y = (dq * vy - dr * uy) * share, (dr * ux - dq * vx) * share
+    spread = abs(slope_x) * (wide + EIGHT) + abs(slope_y) * (tall + EIGHT)
+    planes[place, 0], planes[place, 1] = slope_x, slope_y
+    planes[place, 2] = (
+        p
+        - ROUNDED * (NEARER / (low_z + error) + spread * (ONE + abs(wide * tall * share)))
+        - (spare + TWO * slack) * (abs(slope_x) + abs(slope_y))
+    )
+    return True
+
+
+@kernel
+def _draw_polygon(outline, sides, error, edges, planes, lens, size, depth, tiles):
+    """A convex polygon, into the pixels that lie wholly in it.
+
+    The pushed corners of a clipped one do not lie in a plane: there s / (1 + e s) is replaced by
+    its chord from the farthest corner's s to the nearest one's, which is nowhere nearer.
+    """
+    slack = np.float32(lens[SLACK])
+    inset = HALF + slack
+    low_x, low_y, low_z = outline[0, 0], outline[0, 1], outline[0, 2]
+    high_x, high_y, high_z = low_x, low_y, low_z
+    for corner in range(1, sides):
+        low_x, high_x = min(low_x, outline[corner, 0]), max(high_x, outline[corner, 0])
+        low_y, high_y = min(low_y, outline[corner, 1]), max(high_y, outline[corner, 1])
+        low_z, high_z = min(low_z, outline[corner, 2]), max(high_z, outline[corner, 2])
+    left, top, right, bottom = held(
+        low_x + inset, low_y + inset, high_x - inset, high_y - inset, size
+    )
+    if left > right or top > bottom:
+        return
+    area, largest, best = ZERO, -ONE, 2
+    for corner in range(2, sides):
+        part = area_of(outline, 0, corner - 1, corner)
+        area += part
+        if abs(part) > largest:
+            best, largest = corner, abs(part)
+    sign = ONE if area > ZERO else -ONE
+    for corner in range(sides):
+        after = corner + 1 if corner + 1 < sides else 0
+        set_edge(
+            edges, corner, outline[corner, 0], outline[corner, 1], outline[after, 0],
+            outline[after, 1], sign, inset,
+        )  # fmt: skip
+    most, least = NEARER / low_z, FARTHER / high_z
+    if plane_of(outline, sides, 0, best - 1, best, ZERO, HALF, slack, planes, 0):
+        chord = FARTHER / ((ONE + error * least) * (ONE + error * most))
+        planes[0, 2] = (
+            chord * (planes[0, 2] - least) + least / (ONE + error * least) - ROUNDED * most
+        )
+        planes[0, 0], planes[0, 1] = planes[0, 0] * chord, planes[0, 1] * chord
+        planes[0, 5] = FARTHER * (ONE / (high_z + error))
+    else:
+        planes[0, 2] = planes[0, 5] = FARTHER * (ONE / (high_z + error))
+    fill_region(
+        edges, sides, planes, 1, NEARER / (low_z + error),
+        error * (np.float32(lens[FOCAL]) * NEARER) / low_z, left, top, right, bottom, depth, tiles,
+    )  # fmt: skip
 
 
 @inline_kernel
-def _set_plane(planes, index, points, p, q, side, inset):
-    """The half plane on a side of edge p -> q, 1 or -1, moved inwards by ``inset`` squares."""
-    a, b = points[p, 1] - points[q, 1], points[q, 0] - points[p, 0]
-    planes[index, 0], planes[index, 1] = side * a, side * b
-    planes[index, 2], planes[index, 3] = points[p, 0], points[p, 1]
-    planes[index, 4] = inset * (abs(a) + abs(b))
+def held(left, top, right, bottom, size):
+    """The whole pixels of a block on the screen; where there are none, an end is before a begin."""
+    last_row, last_column = np.float32(size[0] - 1), np.float32(size[1] - 1)
+    if not (left <= last_column and right >= ZERO and top <= last_row and bottom >= ZERO):
+        return 1, 1, 0, 0
+    return (
+        np.int64(np.ceil(max(left, ZERO))), np.int64(np.ceil(max(top, ZERO))),
+        np.int64(np.floor(min(right, last_column))), np.int64(np.floor(min(bottom, last_row))),
+    )  # fmt: skip
 
 
 @kernel
-def _span(planes, count, row, columns):
-    """First column and the one past the last whose centres are in all half planes."""
-    low, high = 0.0, columns - 1.0
-    for index in range(count):
-        a = planes[index, 0]
-        rest = planes[index, 4] - planes[index, 1] * (row - planes[index, 3])
-        if a > 0.0:
-            low = max(low, planes[index, 2] + rest / a)
-        elif a < 0.0:
-            high = min(high, planes[index, 2] + rest / a)
-        elif rest > 0.0:
-            return 0, 0
-    if low > high:
-        return 0, 0
-    return np.int64(np.ceil(low)), np.int64(np.floor(high)) + 1
+def _draw_pairs(faces, pairs, errors, edges, planes, lens, size, depth, tiles, points):
+    corners = np.empty((4, 3), dtype=np.float32)
+    for pair in range(len(pairs)):
+        one, two = np.int64(pairs[pair, 0]), np.int64(pairs[pair, 1])
+        face, k = one // 3, one % 3
+        error = errors[face] if len(errors) > 1 else errors[0]
+        other = errors[two // 3] if len(errors) > 1 else errors[0]
+        nearest = ONE
+        for place in range(4):
+            if place == 3:
+                vertex = faces[two // 3, two % 3]
+            else:
+                vertex = faces[face, (k + 1 + place) % 3]
+            for axis in range(3):
+                corners[place, axis] = points[axis, vertex]
+            nearest = min(nearest, corners[place, 2])
+        if nearest >= ZERO and max(error, other) < LARGEST:
+            draw_pair(corners, error, other, edges, planes, lens, size, depth, tiles)
 
 
 @kernel
-def _draw_polygon(polygon, count, error, planes, view, depth, tiles):
-    area, bottom, top = 0.0, np.inf, -np.inf
-    for corner in range(count):
-        bottom, top = min(bottom, polygon[corner, 1]), max(top, polygon[corner, 1])
-        if corner >= 2:
-            area += _area(polygon, 0, corner - 1, corner)
-    side = 1.0 if area > 0.0 else -1.0
-    for corner in range(count):
-        after = corner + 1 if corner + 1 < count else 0
-        _set_plane(planes, corner, polygon, corner, after, side, _HALF)
-    slope_x, slope_y, start = _polygon_plane(polygon, count, error)
-    start -= 0.5 * (abs(slope_x) + abs(slope_y))
-    blur = error * view[FOCAL] / least_depth(polygon, count)
-    columns = view[COLUMNS]
-    for row in range(first_centre(bottom, view[ROWS]), first_centre(top, view[ROWS])):
-        first, end = _span(planes, count, row, columns)
-        if first < end:
-            value = start + slope_x * (first - polygon[0, 0]) + slope_y * (row - polygon[0, 1])
-            fill_span(depth, row, first, end, value, slope_x)
-            touch(tiles, row >> TILE_SHIFT, first, end - 1, blur)
+def draw_pair(corners, error, other, edges, planes, lens, size, depth, tiles):
+    """The pixels across a shared edge that lie in both triangles together.
 
-
-@kernel
-def _polygon_plane(polygon, count, error):
-    """Slopes and value at the first corner of a plane that is nowhere nearer than the occluder.
-
-    A triangle's pushed corners span a plane.  Those of a clipped one do not: there f(s) =
-    s / (1 + e s) is replaced by its chord from the farthest corner's s to the nearest one's.
+    ``corners``  (4, 3) float32: the ends of the edge, then the corners opposite of it.
     """
-    if count == 3:
-        return plane_through(polygon, 0, 1, 2, error)
-    best, largest = 2, -1.0
-    least, most = np.inf, 0.0
-    for corner in range(count):
-        least, most = min(least, 1.0 / polygon[corner, 2]), max(most, 1.0 / polygon[corner, 2])
-        if corner >= 2:
-            px, py = polygon[corner - 1, 0] - polygon[0, 0], polygon[corner - 1, 1] - polygon[0, 1]
-            qx, qy = polygon[corner, 0] - polygon[0, 0], polygon[corner, 1] - polygon[0, 1]
-            if abs(px * qy - qx * py) > largest:
-                best, largest = corner, abs(px * qy - qx * py)
-    slope_x, slope_y, start = plane_through(polygon, 0, best - 1, best, 0.0)
-    chord = 1.0 / ((1.0 + error * least) * (1.0 + error * most))
-    start = chord * (start - least) + least / (1.0 + error * least) - PUSH * most
-    return chord * slope_x, chord * slope_y, start
-
-
-@kernel
-def _draw_pair(points, edge, error, other, planes, view, depth, tiles):
-    """The pixels across the shared edge that lie in both triangles together."""
-    a, b, c, d = edge[0], edge[1], edge[2], edge[3]
-    if min(points[a, 2], points[b, 2], points[c, 2], points[d, 2]) <= 0.0:
+    slack = np.float32(lens[SLACK])
+    sign = ONE if area_of(corners, 0, 1, 2) > ZERO else -ONE
+    if area_of(corners, 0, 1, 2) == ZERO or sign * area_of(corners, 0, 1, 3) >= ZERO:
+        return  # no area, or folded: both lie on one side
+    left, top, right, bottom = held(
+        min(corners[0, 0], corners[1, 0]) - ONE, min(corners[0, 1], corners[1, 1]) - ONE,
+        max(corners[0, 0], corners[1, 0]) + ONE, max(corners[0, 1], corners[1, 1]) + ONE, size,
+    )  # fmt: skip
+    if left > right or top > bottom:
         return
-    if _are_close(points, a, b):
-        return
-    side = 1.0 if _area(points, a, b, c) > 0.0 else -1.0
-    if side * _area(points, a, b, d) > 0.0:
-        return  # folded: both lie on one side
-    _set_plane(planes, 0, points, a, b, side, -0.5)
-    _set_plane(planes, 1, points, a, b, -side, -0.5)
-    _set_plane(planes, 2, points, a, c, -side, _HALF)
-    _set_plane(planes, 3, points, b, c, side, _HALF)
-    _set_plane(planes, 4, points, a, d, side, _HALF)
-    _set_plane(planes, 5, points, b, d, -side, _HALF)
-    bottom = first_centre(min(points[a, 1], points[b, 1]) - 1.0, view[ROWS])
-    top = first_centre(max(points[a, 1], points[b, 1]) + 1.0, view[ROWS])
-    nearest = min(points[a, 2], points[b, 2], points[c, 2], points[d, 2])
-    blur = max(error, other) * view[FOCAL] / nearest
-    for row in range(bottom, top):
-        first, end = _span(planes, 6, row, view[COLUMNS])
-        if first < end:
-            _fill_pair(points, a, b, c, d, error, other, row, first, end, depth)
-            touch(tiles, row >> TILE_SHIFT, first, end - 1, blur)
-
-
-@kernel
-def _fill_pair(points, a, b, c, d, error, other, row, first, end, depth):
-    """A few pixels, in float64: outside of a thin triangle its plane may be steep."""
-    px, py, p = plane_through(points, a, b, c, error)
-    qx, qy, q = plane_through(points, a, b, d, other)
-    p += py * (row - points[a, 1]) - 0.5 * (abs(px) + abs(py))
-    q += qy * (row - points[a, 1]) - 0.5 * (abs(qx) + abs(qy))
-    # Within a triangle nothing is farther than its farthest corner, whatever its plane says.
-    p_least = (1.0 - PUSH) / (max(points[a, 2], points[b, 2], points[c, 2]) + error)
-    q_least = (1.0 - PUSH) / (max(points[a, 2], points[b, 2], points[d, 2]) + other)
-    for column in range(first, end):
-        here = column - points[a, 0]
-        value = np.float32(min(max(p + px * here, p_least), max(q + qx * here, q_least)))
-        depth[row, column] = max(depth[row, column], value)
+    inset = HALF + slack
+    for place in range(6):
+        # Around either triangle; the shared edge holds what it passes through.
+        side, step = place // 3, place % 3
+        third = 2 + side
+        begin = (0 if side == 0 else 1) if step == 0 else (third if step == 2 else 1 - side)
+        end = (1 if side == 0 else 0) if step == 0 else (side if step == 2 else third)
+        set_edge(
+            edges, place, corners[begin, 0], corners[begin, 1], corners[end, 0], corners[end, 1],
+            sign, -HALF if step == 0 else inset,
+        )  # fmt: skip
+    plane_of(corners, 3, 0, 1, 2, error, HALF, slack, planes, 0)
+    triangle = np.empty((3, 3), dtype=np.float32)
+    for axis in range(3):
+        triangle[0, axis], triangle[1, axis] = corners[0, axis], corners[1, axis]
+        triangle[2, axis] = corners[3, axis]
+    plane_of(triangle, 3, 0, 1, 2, other, HALF, slack, planes, 1)
+    nearest = min(min(corners[0, 2], corners[1, 2]), min(corners[2, 2], corners[3, 2]))
+    fill_region(
+        edges, 6, planes, 2, NEARER / (nearest + min(error, other)),
+        max(error, other) * (np.float32(lens[FOCAL]) * NEARER) / nearest, left, top, right, bottom,
+        depth, tiles,
+    )  # fmt: skip

@@ -16,6 +16,7 @@ from simplifier.kernels.compile import inline_kernel, kernel
 from simplifier.kernels.perspective import (
     COLUMNS,
     CORNERS,
+    GUARD,
     NEAR,
     ROWS,
     clip,
@@ -96,7 +97,7 @@ def _clip_face(vertices, i, j, k, transform, view, polygon, spare):
         vertex = i if corner == 0 else (j if corner == 1 else k)
         x, y, z = _transform(transform, vertices, vertex)
         polygon[corner, 0], polygon[corner, 1], polygon[corner, 2] = x, y, z
-    count = clip(polygon, spare, view[NEAR])
+    count = clip(polygon, spare, view[NEAR], GUARD)
     for corner in range(count):
         scale = 1.0 / polygon[corner, 2]
         polygon[corner, 0] = polygon[corner, 0] * scale - 0.5

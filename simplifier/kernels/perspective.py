@@ -52,19 +52,20 @@ def is_drawable(x, y, depth, near):
 
 
 @inline_kernel
-def _side(polygon, corner, plane, near):
+def _side(polygon, corner, plane, near, guard):
     """Above or at 0 on the side of the plane that is kept."""
     if plane == 0:
         return polygon[corner, 2] - near
     sign = 1.0 if plane & 1 else -1.0
-    return GUARD * polygon[corner, 2] + sign * polygon[corner, (plane - 1) >> 1]
+    return guard * polygon[corner, 2] + sign * polygon[corner, (plane - 1) >> 1]
 
 
 @kernel
-def clip(polygon, spare, near):
+def clip(polygon, spare, near, guard):
     """Corners left of the triangle in ``polygon[:3]``, 0 or 3 to 8; it stays in ``polygon``.
 
     ``polygon``, ``spare``  (8, 3) float64, homogeneous pixels.
+    ``guard``               pixels from the corner of the screen beyond which it is clipped.
 
     A crossing is computed from the end that is kept to the other one, so two triangles that share
     an edge get the same bits for it.
@@ -75,7 +76,7 @@ def clip(polygon, spare, near):
             return 0
     count = 3
     for plane in range(5):
-        count = _clip_by_plane(polygon, count, plane, near, spare)
+        count = _clip_by_plane(polygon, count, plane, near, guard, spare)
         if count < 3:
             return 0
         for corner in range(count):
@@ -85,12 +86,12 @@ def clip(polygon, spare, near):
 
 
 @kernel
-def _clip_by_plane(polygon, count, plane, near, out):
+def _clip_by_plane(polygon, count, plane, near, guard, out):
     kept = 0
     for corner in range(count):
         after = corner + 1 if corner + 1 < count else 0
-        here = _side(polygon, corner, plane, near)
-        there = _side(polygon, after, plane, near)
+        here = _side(polygon, corner, plane, near, guard)
+        there = _side(polygon, after, plane, near, guard)
         if here >= 0.0:
             for axis in range(3):
                 out[kept, axis] = polygon[corner, axis]
@@ -109,47 +110,7 @@ def _clip_by_plane(polygon, count, plane, near, out):
     return kept
 
 
-@kernel
-def project_points(vertices, view, points):
-    """Fill ``points`` (n, 3): pixel x and y with centres at the integers, and depth.
-
-    ``vertices`` (n, 3) float64, world units.  A depth of -1 marks a point that cannot be divided:
-    triangles that have one go through :func:`clip`.
-    """
-    near = view[NEAR]
-    for index in range(len(vertices)):
-        x, y, depth = project_point(
-            view, vertices[index, 0], vertices[index, 1], vertices[index, 2]
-        )  # fmt: skip
-        if is_drawable(x, y, depth, near):
-            scale = 1.0 / depth
-            points[index, 0] = x * scale - 0.5
-            points[index, 1] = y * scale - 0.5
-            points[index, 2] = depth
-        else:
-            points[index, 2] = -1.0
-
-
 @inline_kernel
 def first_centre(value, end):
     """The first integer at or above ``value``, within 0..end."""
     return np.int64(np.ceil(min(max(value, 0.0), float(end))))
-
-
-@kernel
-def clip_face(vertices, a, b, c, view, polygon, spare):
-    """Corners of what is left of a face, in ``polygon`` as :func:`project_points` writes them."""
-    for corner in range(3):
-        vertex = a if corner == 0 else (b if corner == 1 else c)
-        x, y, depth = project_point(
-            view, vertices[vertex, 0], vertices[vertex, 1], vertices[vertex, 2]
-        )  # fmt: skip
-        polygon[corner, 0] = x
-        polygon[corner, 1] = y
-        polygon[corner, 2] = depth
-    count = clip(polygon, spare, view[NEAR])
-    for corner in range(count):
-        scale = 1.0 / polygon[corner, 2]
-        polygon[corner, 0] = polygon[corner, 0] * scale - 0.5
-        polygon[corner, 1] = polygon[corner, 1] * scale - 0.5
-    return count

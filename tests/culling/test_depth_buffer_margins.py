@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
 from simplifier.errors import MeshError, OptionError
 from simplifier.geometry.camera import Camera
-from simplifier.kernels.depth_buffer import ERROR, FARTHEST, STALE, TILE
+from simplifier.kernels.depth_buffer import ERROR, FARTHEST, PAST, STALE, TILE
 
 ROWS, COLUMNS = 19, 26  # no whole number of tiles
 AHEAD = Camera(np.zeros(3), np.diag([-1.0, 1.0, 1.0]), 90.0, 0.1)
@@ -153,7 +153,7 @@ def test_an_error_moves_an_occluder_away_by_as_much(coverage, error):
         assert (buffer.test(box, AHEAD)[0] == Verdict.HIDDEN) == hidden
 
 
-def test_what_is_past_the_screen_is_infinitely_near_whatever_was_drawn():
+def test_what_is_past_the_screen_is_nearer_than_all_whatever_was_drawn():
     """So it stands in nobody's way, from the first box on."""
     buffer = DepthBuffer(ROWS, COLUMNS)
     assert buffer.depth.shape == (24, 32)  # whole tiles, and no more
@@ -162,10 +162,10 @@ def test_what_is_past_the_screen_is_infinitely_near_whatever_was_drawn():
     past[:ROWS, :COLUMNS] = False
     triangle, *_ = half_plane(0.3, 400.0, 5.0)
     for _ in range(2):
-        assert (buffer.depth[past] == np.inf).all()
+        assert (buffer.depth[past] == PAST).all()
         assert (buffer.depth[~past] == 0.0).all()
         buffer.draw(triangle, AHEAD)
-        assert (buffer.depth[past] == np.inf).all()
+        assert (buffer.depth[past] == PAST).all()
         buffer.clear()
 
 

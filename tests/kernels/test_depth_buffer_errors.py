@@ -1,17 +1,13 @@
-"""Errors of triangles side by side, and triangles too thin to have a plane."""
+"""Errors of triangles side by side, and errors without a bound."""
 
 from __future__ import annotations
 
-from itertools import permutations
-
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from simplifier.culling.depth_buffer import DepthBuffer
 from simplifier.geometry.camera import Camera, Lens
-from simplifier.kernels.depth_buffer import ERROR, PUSH, THINNEST, TILE, plane_through
+from simplifier.kernels.depth_buffer import ERROR, TILE
 
 ROWS, COLUMNS = 16, 24
 AHEAD = Camera(np.zeros(3), np.diag([-1.0, 1.0, 1.0]), 70.0, 0.1)
@@ -66,39 +62,3 @@ def test_an_error_without_a_bound_draws_nothing_and_blurs_nothing(clipped, cover
         np.testing.assert_array_equal(known.depth, expected.depth)
         np.testing.assert_array_equal(known.tiles, expected.tiles)
     assert alone.tiles.any()
-
-
-@settings(max_examples=60)
-@given(st.integers(0, 2**32 - 1), st.sampled_from([0.0, 0.3]))
-def test_a_plane_goes_through_the_pushed_corners(seed, error):
-    rng = np.random.default_rng(seed)
-    points = np.column_stack([rng.uniform(-50.0, 50.0, (3, 2)), rng.uniform(0.5, 9.0, 3)])
-    sides = points[[1, 2, 0], :2] - points[:, :2]
-    area = abs(sides[0, 0] * sides[1, 1] - sides[0, 1] * sides[1, 0])
-    if area < 1.0:
-        return
-    slope_x, slope_y, start = plane_through(points, 0, 1, 2, error)
-    values = 1.0 / (points[:, 2] + error)
-    found = start + (points[:, :2] - points[0, :2]) @ [slope_x, slope_y]
-    np.testing.assert_allclose(found, values - PUSH * values.max(), rtol=1e-9, atol=1e-12)
-
-
-@pytest.mark.parametrize("order", list(permutations(range(3))))
-@pytest.mark.parametrize("along", [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0), (0.6, -0.8)])
-@pytest.mark.parametrize("length", [0.01, 1.0, 100.0])
-def test_a_triangle_thinner_than_a_plane_needs_has_its_farthest_corner_all_over(
-    order, along, length
-):
-    """Thinner by its height above its longest side, whichever that is and wherever it points."""
-    along = np.array(along)
-    normal = np.array([-along[1], along[0]])
-    depths = np.array([2.0, 3.0, 7.0])
-    for share, thin in ((0.95, True), (1.05, False)):
-        height = share * THINNEST * np.abs(along).max()
-        places = np.array([[0.0, 0.0], length * along, 0.4 * length * along + height * normal])
-        if thin or length > 2.0 * height:
-            points = np.column_stack([places, depths])[list(order)]
-            slope_x, slope_y, start = plane_through(points, 0, 1, 2, 0.25)
-            assert (slope_x == 0.0 and slope_y == 0.0) == thin
-            if thin:
-                assert start == pytest.approx(1.0 / 7.25 - PUSH / 2.25, rel=1e-12)

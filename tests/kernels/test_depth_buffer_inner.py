@@ -7,11 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.culling.depth_buffer import DepthBuffer, shared_edges
-from simplifier.kernels.depth_buffer import _draw_polygon
-from simplifier.kernels.perspective import COLUMNS as PIXEL_COLUMNS
-from simplifier.kernels.perspective import FOCAL
-from simplifier.kernels.perspective import ROWS as PIXEL_ROWS
+from simplifier.culling.depth_buffer import DepthBuffer
+from simplifier.geometry.camera import Camera
 from tests.rasters import looking_ahead, nearest, random_camera
 
 ROWS, COLUMNS, FINE = 15, 21, 16
@@ -21,9 +18,9 @@ def screen(buffer):
     return buffer.depth[: buffer.rows, : buffer.columns].astype(np.float64)
 
 
-def drawn(vertices, faces, camera, coverage="inner", error=0.0, edges=None):
+def drawn(vertices, faces, camera, coverage="inner", error=0.0, pairs=None):
     buffer = DepthBuffer(ROWS, COLUMNS, coverage)
-    buffer.draw_mesh(vertices, np.asarray(faces, np.int32), camera, error, edges)
+    buffer.draw_mesh(vertices, np.asarray(faces, np.int32), camera, error, pairs)
     return screen(buffer)
 
 
@@ -68,16 +65,16 @@ def test_a_triangle_seen_from_its_edge_draws_nothing(seed):
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_pixel_is_inside_by_more_than_rounding(turned):
     """A corner that runs along borders of pixels, a little within or past them."""
+    size = 9
+    camera = Camera(np.zeros(3), np.diag([1.0, -1.0, 1.0]), 90.0, 0.1)
     for past, side in ((-1e-5, 5), (0.0, 5), (2e-4, 6)):
-        low, high = 2.5 - past, 50.0
-        points = np.array([[low, low, 3.0], [high, low, 3.0], [low, high, 3.0]])
-        polygon = points[::-1].copy() if turned else points
-        depth = np.zeros((16, 16), dtype=np.float32)
-        view = np.zeros(16)
-        view[[FOCAL, PIXEL_COLUMNS, PIXEL_ROWS]] = 10.0, 9.0, 9.0
-        _draw_polygon(polygon, 3, 0.0, np.empty((8, 5)), view, depth, np.zeros((3, 2, 2), "f4"))
-        assert np.count_nonzero(depth) == side * side
-        assert (depth[9 - side : 9, 9 - side : 9] > 0.0).all()
+        low, high = 3.0 - past, 50.0
+        places = np.array([[low, low], [high, low], [low, high]])[:: -1 if turned else 1]
+        vertices = np.column_stack([(places - size / 2) / (size / 2) * 3.0, np.full(3, 3.0)])
+        buffer = DepthBuffer(size, size, "inner")
+        buffer.draw_mesh(vertices, np.array([[0, 1, 2]], np.int32), camera)
+        assert np.count_nonzero(screen(buffer)) == side * side
+        assert (screen(buffer)[size - side :, size - side :] > 0.0).all()
 
 
 @settings(max_examples=30)
@@ -113,7 +110,7 @@ def test_nothing_is_lost_on_an_edge_of_two_triangles():
     square = np.array([[-9, -9, 4], [9, -9, 6], [9, 9, 7], [-9, 9, 5]], dtype=np.float64)
     for faces in ([[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [3, 1, 2]]):
         assert (drawn(square, faces, camera) > 0.0).all()
-        alone = drawn(square, faces, camera, edges=np.empty((0, 6), np.int32))
+        alone = drawn(square, faces, camera, pairs=np.empty((0, 2), np.uint32))
         assert 10 < np.count_nonzero(alone == 0.0) < 60
 
 
@@ -148,11 +145,3 @@ def test_ground_through_the_camera_plane_is_drawn():
     whole = by_pixel(nearest(vertices[faces], camera, ROWS, COLUMNS, FINE)[0]).min(axis=2)
     assert (depth <= whole).all()
     assert np.count_nonzero(depth) > 0.8 * np.count_nonzero(whole) > 40
-
-
-def test_shared_edges():
-    faces = np.array([[0, 1, 2], [2, 1, 3], [4, 5, 6], [1, 2, 7]], np.int32)
-    pairs = {(tuple(row[:2]), frozenset(row[4:])): row[2:4] for row in shared_edges(faces).tolist()}
-    assert set(pairs) == {((1, 2), frozenset(p)) for p in ((0, 1), (0, 3), (1, 3))}
-    assert sorted(pairs[(1, 2), frozenset((0, 3))]) == [0, 7]
-    assert shared_edges(faces[:0]).shape == shared_edges(faces[2:3]).shape == (0, 6)

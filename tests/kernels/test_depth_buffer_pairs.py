@@ -7,22 +7,35 @@ import pytest
 from shapely import Polygon, box
 from shapely.ops import unary_union
 
-from simplifier.kernels.depth_buffer import ERROR, PUSH, STALE, TILE, _draw_pair, _fill_pair
-from simplifier.kernels.perspective import COLUMNS, FOCAL, ROWS
+from simplifier.kernels.depth_buffer import (
+    CORNERS,
+    ERROR,
+    FOCAL,
+    NEAR,
+    SLACK,
+    STALE,
+    TILE,
+    _draw_pairs,
+)
 
 SIZE = 2 * TILE  # rows and columns of the screen
-LENS = 10.0  # its focal length
-PAIR = np.array([0, 1, 2, 3, 0, 1], dtype=np.int32)
+LENS = np.zeros(4)
+LENS[[FOCAL, NEAR, SLACK]] = 10.0, 0.1, SIZE / 262_144
+FACES = np.array([[0, 1, 2], [1, 0, 3]], dtype=np.int32)
+PAIR = np.array([[2, 5]], dtype=np.uint32)  # corners opposite of the edge from 0 to 1
+PUSH = 1e-3  # what rounding is paid for with, at most, of thick triangles
 
 
-def drawn(points, error=0.0, other=0.0, edge=PAIR):
-    """Depths and tiles; of the room for half planes, what is not used would hold nothing."""
-    view, planes = np.zeros(16), np.zeros((8, 5))
-    view[[FOCAL, COLUMNS, ROWS]] = LENS, SIZE, SIZE
-    planes[6:, 4] = 1.0
+def drawn(points, error=0.0, other=0.0):
+    """Depths and tiles of a pair alone, without its triangles."""
     depth = np.zeros((SIZE, SIZE), dtype=np.float32)
     tiles = np.zeros((3, 2, 2), dtype=np.float32)
-    _draw_pair(np.asarray(points, dtype=np.float64), edge, error, other, planes, view, depth, tiles)
+    planes, edges = np.zeros((2, 6), np.float32), np.full((CORNERS, 7), -1.0, np.float32)
+    corners = np.ascontiguousarray(np.asarray(points).T, dtype=np.float32)
+    _draw_pairs(
+        FACES, PAIR, np.array([error, other], np.float32), edges, planes, LENS,
+        np.array([SIZE, SIZE]), depth, tiles, corners,
+    )  # fmt: skip
     return depth, tiles
 
 
@@ -38,6 +51,7 @@ def least_value(corners, error, row, column):
 
 def check(points, depth, tiles, error, other):
     """Only pixels of the union, at the farther of both triangles, and the tiles know of it."""
+    points = np.asarray(points, dtype=np.float32).astype(np.float64)
     union = unary_union([Polygon(points[[0, 1, 2], :2]), Polygon(points[[0, 1, 3], :2])])
     allowed = union.buffer(1e-9)
     nearest = 1.0 / points[:, 2].min()
@@ -47,12 +61,12 @@ def check(points, depth, tiles, error, other):
             least_value(points[[0, 1, 2]], error, row, column),
             least_value(points[[0, 1, 3]], other, row, column),
         )
-        assert exact - 1.5 * PUSH * nearest <= depth[row, column] <= exact
+        assert depth[row, column] <= exact
     met = (depth > 0.0).reshape(2, TILE, 2, TILE).any(axis=(1, 3))
-    blur = max(error, other) * LENS * nearest
-    assert (tiles[STALE] == met).all()
+    blur = max(error, other) * 10.0 * nearest
+    assert (tiles[STALE] >= met).all()
     assert (tiles[ERROR] >= blur * met).all()
-    np.testing.assert_allclose(tiles[ERROR], blur * met, rtol=1e-6)
+    np.testing.assert_allclose(tiles[ERROR], blur * (tiles[STALE] == 1.0), rtol=1e-5)
 
 
 def test_any_pair_is_drawn_within_its_union_and_no_nearer_than_it_is():
@@ -145,31 +159,25 @@ def test_a_pair_without_an_area_on_one_side_draws_nothing(same, gap):
             points[2, :2] = points[0, :2] + between + away
         else:
             points[same[1], :2] = points[same[0], :2] + away
-        depth, tiles = drawn(points)
-        assert not depth.any()
-        assert not tiles.any()
+        assert not drawn(points)[0].any()
         points[:, :2] = points[seed % 4, :2] + gap * rng.uniform(-1.0, 1.0, (4, 2))
-        depth, tiles = drawn(points)
-        assert not depth.any()
-        assert not tiles.any()
+        assert not drawn(points)[0].any()
 
 
-def test_the_values_of_a_pair_are_those_of_the_farther_triangle_all_along_a_row():
-    """Of flat, steep and thin ones; columns keep what is nearer already."""
-    for seed in range(40):
+def test_the_values_of_a_pair_are_those_of_the_farther_triangle():
+    """Of flat and of steep ones; what is nearer already stays."""
+    compared = 0
+    for seed in range(80):
         rng = np.random.default_rng(seed)
-        points = np.column_stack([rng.uniform(0.0, 16.0, (4, 2)), rng.uniform(0.5, 5.0, 4)])
+        points = np.array([[-9.0, 5.3], [24.0, 8.3], [12.0, 40.0], [2.0, -40.0]])
+        points = np.column_stack([points + rng.uniform(-2.0, 2.0, (4, 2)), rng.uniform(2, 5, 4)])
         if seed % 4 == 0:
             points[:, 2] = 2.0
         error, other = rng.choice([0.0, 0.3, 2.0], 2)
-        first, end = 3, 12
-        depth = np.zeros((SIZE, SIZE), dtype=np.float32)
-        depth[7, 5] = 9.0
-        _fill_pair(points, 0, 1, 2, 3, error, other, 7, first, end, depth)
-        assert depth[7, 5] == 9.0
-        assert np.count_nonzero(depth) == np.count_nonzero(depth[7, first:end]) == end - first
-        for column in set(range(first, end)) - {5}:
-            mine = least_value(points[[0, 1, 2]], error, 7, column)
-            exact = min(mine, least_value(points[[0, 1, 3]], other, 7, column))
-            slack = 1.5 * PUSH / points[:, 2].min() + 1e-9
-            assert exact - slack <= depth[7, column] <= exact
+        depth, _ = drawn(points, error, other)
+        for row, column in np.argwhere(depth > 0.0):
+            mine = least_value(points[[0, 1, 2]], error, row, column)
+            exact = min(mine, least_value(points[[0, 1, 3]], other, row, column))
+            assert exact - PUSH <= depth[row, column] <= exact + 1e-6
+            compared += 1
+    assert compared > 500

@@ -53,12 +53,11 @@ TARGETS = (
     Target(
         "simplifier/culling/depth_buffer.py",
         ("tests/culling/test_depth_buffer_margins.py", *_BOXES,
-         "tests/kernels/test_depth_buffer_inner.py::test_shared_edges",
          "tests/kernels/test_depth_buffer_inner.py::test_nothing_is_lost_on_an_edge_of_two_triangles"),
         functions=(
-            "DepthBuffer.__init__", "DepthBuffer.clear", "DepthBuffer.view", "DepthBuffer.draw",
-            "DepthBuffer.draw_mesh", "DepthBuffer.test", "DepthBuffer._soup", "DepthBuffer._draw",
-            "_check_mesh", "screen_view", "shared_edges",
+            "DepthBuffer.__init__", "DepthBuffer.clear", "DepthBuffer.draw",
+            "DepthBuffer.draw_mesh", "DepthBuffer.test", "DepthBuffer._look", "DepthBuffer._draw",
+            "_check_mesh", "screen_view",
         ),
     ),
     Target(
@@ -67,6 +66,7 @@ TARGETS = (
          "tests/culling/test_depth_buffer_margins.py", "tests/kernels/test_box_verdict_outline.py"),
         compiled=False,
     ),
+    Target("simplifier/kernels/frustum.py", ("tests/kernels/test_frustum.py",), compiled=False),
     Target(
         "simplifier/kernels/depth_buffer.py",
         ("tests/kernels/test_depth_buffer_errors.py",

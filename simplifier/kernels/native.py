@@ -1,0 +1,118 @@
+"""The C headers of ``integrations/c`` as kernels, where this machine has a C compiler.
+
+They fill arrays as the kernels of :mod:`depth_buffer` and :mod:`box_verdict` do, bit by bit, in a
+fraction of the time.  They are compiled on first use and kept where numba keeps its kernels;
+without a compiler :func:`library` is None, and numba's kernels do the work
+(``docs/decisions/0029-headers-compiled-on-first-use.md``).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import platform
+import shutil
+import subprocess
+import tempfile
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+
+SWITCH = "OCCLUDER_NATIVE"
+"""Environment: "off" leaves the headers aside."""
+
+_HERE = Path(__file__).parent
+_SOURCES = ("native.c", "occluder_buffer.h")
+# Products and sums are rounded one by one, as numba's are.
+_FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-fPIC")
+_SECONDS = 120.0  # that a compiler may take, which needs two
+
+
+@cache
+def library() -> ctypes.CDLL | None:
+    """What this machine can run; None where that is nothing."""
+    if os.environ.get(SWITCH, "").lower() == "off" or numba.config.DISABLE_JIT:
+        return None
+    compiler = "" if platform.system() == "Windows" else os.environ.get("CC") or "cc"
+    sources = _read_sources()
+    if shutil.which(compiler) is None or sources is None:
+        return None
+    x86 = platform.machine().lower() in ("x86_64", "amd64")
+    for flags in ((*_FLAGS, "-mavx2"), _FLAGS) if x86 else (_FLAGS,):
+        found = _loaded(compiler, flags, sources)
+        if found is not None and found.occluder_native_runs():
+            return _declared(found)
+    return None
+
+
+def _read_sources() -> bytes | None:
+    try:
+        return b"\0".join((_HERE / name).read_bytes() for name in _SOURCES)
+    except OSError:
+        return None
+
+
+def _loaded(compiler: str, flags: tuple[str, ...], sources: bytes) -> ctypes.CDLL | None:
+    """Named after all that it hangs on, so that what was compiled before is right or not there."""
+    given = "\0".join((compiler, *flags, platform.platform())).encode()
+    name = f"native_{hashlib.blake2b(given + sources, digest_size=8).hexdigest()}.so"
+    for folder in _folders():
+        with suppress(OSError):
+            if not (folder / name).is_file():
+                folder.mkdir(parents=True, exist_ok=True)
+                _compile(compiler, flags, folder / name)
+            return ctypes.CDLL(str(folder / name))
+    return None
+
+
+def _folders() -> list[Path]:
+    """Where numba keeps kernels: where it is told to, else beside them, else with the user's."""
+    if numba.config.CACHE_DIR:
+        return [Path(numba.config.CACHE_DIR)]
+    home = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
+    return [_HERE / "__pycache__", Path(home) / "planar-occluder"]
+
+
+def _compile(compiler: str, flags: tuple[str, ...], target: Path) -> None:
+    """Whole or not at all, whoever else does the same.  Raises :class:`OSError`."""
+    with tempfile.TemporaryDirectory(prefix="native", dir=target.parent) as folder:
+        made = Path(folder) / target.name
+        command = [compiler, *flags, str(_HERE / _SOURCES[0]), "-o", str(made), "-lm"]
+        try:
+            subprocess.run(command, check=True, capture_output=True, timeout=_SECONDS)
+        except subprocess.SubprocessError as error:
+            raise OSError(str(error)) from None
+        made.replace(target)
+
+
+def address(array: Any) -> int:
+    """Of a contiguous array's first number; the array has to live as long as it is used."""
+    return int(array.__array_interface__["data"][0])
+
+
+class Buffer(ctypes.Structure):
+    """``native_buffer`` of ``native.c``."""
+
+    _fields_ = (
+        ("depth", ctypes.c_void_p), ("points", ctypes.c_void_p), ("eye", ctypes.c_void_p),
+        ("axes", ctypes.c_void_p), ("lens", ctypes.c_void_p), ("rows", ctypes.c_int64),
+        ("columns", ctypes.c_int64), ("most_vertices", ctypes.c_int64), ("inner", ctypes.c_int64),
+    )  # fmt: skip
+
+
+def _declared(found: ctypes.CDLL) -> ctypes.CDLL:
+    array, count, buffer = ctypes.c_void_p, ctypes.c_int64, ctypes.POINTER(Buffer)
+    kinds: dict[str, tuple[Any, ...]] = {
+        "occluder_native_draw": (
+            buffer, array, count, array, count, array, count, array, count, array,
+        ),
+        "occluder_native_test": (buffer, array, count, array),
+    }  # fmt: skip
+    for name, arguments in kinds.items():
+        function = getattr(found, name)
+        function.argtypes, function.restype = arguments, None
+    return found

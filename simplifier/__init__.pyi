@@ -4,10 +4,10 @@ from .api import evaluate as evaluate
 from .api import save as save
 from .api import simplify as simplify
 from .api import simplify_scene as simplify_scene
+from .culling.culler import Culled as Culled
+from .culling.culler import Culler as Culler
 from .culling.depth_buffer import DepthBuffer as DepthBuffer
 from .culling.depth_buffer import Verdict as Verdict
-from .culling.frame import Culled as Culled
-from .culling.frame import Culler as Culler
 from .errors import BackendUnavailableError as BackendUnavailableError
 from .errors import CancelledError as CancelledError
 from .errors import EmptyMeshError as EmptyMeshError

@@ -30,6 +30,7 @@ Coverage = Literal["centre", "inner"]
 """Which pixels an occluder is drawn into: with the centre in it, or with all of them in it."""
 
 _NO_PAIRS = np.empty((0, 2), dtype=np.uint32)
+_NOWHERE = np.zeros(3)
 _AS_IT_IS = np.eye(3, 4, dtype=np.float32).reshape(-1)
 
 
@@ -127,6 +128,35 @@ class DepthBuffer:
             pairs = edge_pairs(faces) if self.coverage == "inner" else _NO_PAIRS
         self._draw(vertices, faces, pairs, camera, error)
 
+    def draw_placed(
+        self,
+        positions: NDArray[np.float32],
+        faces: IntArray,
+        transform: NDArray[np.float32],
+        camera: Camera,
+        error: float,
+        pairs: NDArray[np.uint32],
+    ) -> None:
+        """As :meth:`draw_mesh`, of ``positions`` (n, 3) float32 in a space of their own.
+
+        ``transform``  (12,) float32: three rows that take (x, y, z, 1) to world axes around the
+                       camera.  Shapes and indices are not checked.
+        """
+        strayed = rounded_up(np.array([error], dtype=np.float64))
+        self._look(camera)
+        if self.native is not None:
+            self.native.occluder_native_draw_placed(
+                self.as_header_has_it(camera, len(positions)), address(positions), len(positions),
+                address(faces), len(faces), address(pairs), len(pairs), address(transform),
+                address(strayed),
+            )  # fmt: skip
+        else:
+            draw(
+                positions, _NOWHERE, transform, faces, pairs, strayed, self._screen, self._lens,
+                self._size, self.coverage == "inner", self.depth, self.tiles,
+                self._room.points(len(positions)),
+            )  # fmt: skip
+
     def test(self, boxes: FloatArray, camera: Camera) -> NDArray[np.uint8]:
         """(n,) :class:`Verdict` of world-space boxes (n, 2, 3): lowest and highest corners.
 
@@ -144,7 +174,7 @@ class DepthBuffer:
         corners = np.require(boxes, np.float64, ["C", "W"])
         if self.native is not None:
             self.native.occluder_native_test(
-                self._as_header_has_it(0), address(corners), len(corners), address(verdicts)
+                self.as_header_has_it(camera, 0), address(corners), len(corners), address(verdicts)
             )
         else:
             box_verdict.judge_boxes(
@@ -175,8 +205,9 @@ class DepthBuffer:
             self._screen[3:6] = -self._lens[0] * up + 0.5 * self.rows * ahead
             self._screen[6:] = ahead
 
-    def _as_header_has_it(self, vertices: int) -> Buffer:
-        """What the header takes; there is room for so many vertices."""
+    def as_header_has_it(self, camera: Camera, vertices: int) -> Buffer:
+        """What the header takes to look through a camera; there is room for so many vertices."""
+        self._look(camera)
         points = self._room.points(vertices)
         return Buffer(
             address(self.depth), address(points), address(self._eye), address(self._axes),
@@ -203,9 +234,9 @@ class DepthBuffer:
         self._look(camera)
         if self.native is not None:
             self.native.occluder_native_draw(
-                self._as_header_has_it(len(points)), address(points), len(points), address(indices),
-                len(indices), address(shared), len(shared), address(strayed), len(strayed),
-                address(self._room.positions(len(points))),
+                self.as_header_has_it(camera, len(points)), address(points), len(points),
+                address(indices), len(indices), address(shared), len(shared), address(strayed),
+                len(strayed), address(self._room.positions(len(points))),
             )  # fmt: skip
         else:
             draw(

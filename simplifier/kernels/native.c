@@ -1,6 +1,7 @@
 /* The headers of integrations/c as a library for Python: native.py calls these by ctypes.  Arrays are
  * numpy's, checked there. */
 #include "occluder_buffer.h"
+#include "occluder_tree.h"
 
 #if defined(_WIN32)
 #define SHARED __declspec(dllexport)
@@ -105,4 +106,78 @@ SHARED void occluder_native_test(
             corners[k] = (float)(boxes[6 * index + k] - native->eye[k % 3]);
         verdicts[index] = (uint8_t)occluder_buffer_test(&buffer, corners, corners + 3);
     }
+}
+
+/* As occluder_native_draw(), of positions in a space of their own. */
+SHARED void occluder_native_draw_placed(
+    const native_buffer *native, const float *positions, int64_t vertex_count, const int32_t *faces,
+    int64_t face_count, const uint32_t *pairs, int64_t pair_count, const float *transform,
+    const float *error)
+{
+    occluder_buffer buffer = opened(native);
+    occluder_mesh mesh;
+    mesh.positions = positions;
+    mesh.indices = faces;
+    mesh.vertex_count = (uint32_t)vertex_count;
+    mesh.triangle_count = (uint32_t)face_count;
+    mesh.index_bytes = 4;
+    mesh.pairs = pairs;
+    mesh.pair_count = (uint32_t)pair_count;
+    occluder_buffer_draw(&buffer, &mesh, transform, error[0]);
+}
+
+SHARED int64_t occluder_native_tree_bytes(void)
+{
+    return (int64_t)sizeof(occluder_tree);
+}
+
+/* Opens a file; the status, and in `sizes` the bytes of room, the nodes and the most vertices. */
+SHARED int64_t occluder_native_open(
+    const void *bytes, int64_t size, occluder_tree *tree, int64_t sizes[3])
+{
+    const occluder_tree_status status = occluder_tree_open(bytes, (size_t)size, tree);
+    sizes[0] = (int64_t)occluder_tree_room(tree);
+    sizes[1] = tree->node_count;
+    sizes[2] = tree->most_vertices;
+    return status;
+}
+
+typedef struct {
+    occluder_buffer buffer;
+    uint32_t *drawn;         /* node and level of each */
+} recorder;
+
+static void draw_recorded(void *user, const occluder_drawing *drawing)
+{
+    recorder *one = (recorder *)user;
+    *one->drawn++ = drawing->node;
+    *one->drawn++ = (uint32_t)drawing->is_near;
+    occluder_buffer_draw(&one->buffer, drawing->mesh, drawing->transform, drawing->error);
+}
+
+static occluder_verdict test_recorded(void *user, const float low[3], const float high[3])
+{
+    return occluder_buffer_test(&((recorder *)user)->buffer, low, high);
+}
+
+/* A frame in a buffer that was cleared; in `counts` the occluders, triangles and nodes. */
+SHARED void occluder_native_cull(
+    const native_buffer *native, const occluder_tree *tree, void *room, double pixel_error,
+    int64_t most_triangles, uint32_t *drawn, uint8_t *verdicts, int64_t counts[3])
+{
+    recorder one;
+    occluder_rasteriser rasteriser;
+    occluder_limits limits;
+    occluder_drawn found;
+    one.buffer = opened(native);
+    one.drawn = drawn;
+    rasteriser.user = &one;
+    rasteriser.draw = draw_recorded;
+    rasteriser.test = test_recorded;
+    limits.pixel_error = pixel_error;
+    limits.most_triangles = (uint32_t)most_triangles;
+    occluder_tree_cull(tree, &one.buffer.view, &limits, &rasteriser, room, verdicts, &found);
+    counts[0] = found.occluders;
+    counts[1] = found.triangles;
+    counts[2] = found.nodes;
 }

@@ -18,15 +18,16 @@ import tempfile
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
+import numpy as np
 
 SWITCH = "OCCLUDER_NATIVE"
 """Environment: "off" leaves the headers aside."""
 
 _HERE = Path(__file__).parent
-_SOURCES = ("native.c", "occluder_buffer.h")
+_SOURCES = ("native.c", "occluder_buffer.h", "occluder_tree.h")
 # Products and sums are rounded one by one, as numba's are.
 _FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-fPIC")
 _SECONDS = 120.0  # that a compiler may take, which needs two
@@ -104,15 +105,63 @@ class Buffer(ctypes.Structure):
     )  # fmt: skip
 
 
+class Counts(NamedTuple):
+    """What a walk drew, and how many nodes it met."""
+
+    occluders: int
+    triangles: int
+    nodes: int
+
+
+class NativeTree:
+    """The bytes of an ``.occs`` file, opened; there has to be a :func:`library`.
+
+    ``drawn``  (k, 2) uint32: node and level of the occluders of the last frame.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        found = library()
+        assert found is not None
+        self._library = found
+        words = np.zeros(-(-len(data) // 8), dtype=np.uint64)  # aligned
+        words.view(np.uint8)[: len(data)] = np.frombuffer(data, np.uint8)
+        self._words, sizes = words, np.zeros(3, dtype=np.int64)
+        self._tree = np.zeros(-(-found.occluder_native_tree_bytes() // 8), dtype=np.uint64)
+        status = found.occluder_native_open(
+            address(words), len(data), address(self._tree), address(sizes)
+        )
+        assert status == 0, status  # of what was checked before
+        self._room = np.zeros(-(-int(sizes[0]) // 8), dtype=np.uint64)
+        self.most_vertices = int(sizes[2])
+        self.drawn = np.zeros((int(sizes[1]), 2), dtype=np.uint32)
+        self._counts = np.zeros(3, dtype=np.int64)
+
+    def cull(self, buffer: Buffer, pixel_error: float, most: int, verdicts: int) -> Counts:
+        """A frame in a buffer that was cleared; ``verdicts`` is where those of the parts go."""
+        self._library.occluder_native_cull(
+            buffer, address(self._tree), address(self._room), pixel_error, most,
+            address(self.drawn), verdicts, address(self._counts),
+        )  # fmt: skip
+        return Counts(*self._counts.tolist())
+
+
 def _declared(found: ctypes.CDLL) -> ctypes.CDLL:
     array, count, buffer = ctypes.c_void_p, ctypes.c_int64, ctypes.POINTER(Buffer)
     kinds: dict[str, tuple[Any, ...]] = {
         "occluder_native_draw": (
             buffer, array, count, array, count, array, count, array, count, array,
         ),
+        "occluder_native_draw_placed": (
+            buffer, array, count, array, count, array, count, array, array,
+        ),
         "occluder_native_test": (buffer, array, count, array),
+        "occluder_native_tree_bytes": (),
+        "occluder_native_open": (array, count, array, array),
+        "occluder_native_cull": (
+            buffer, array, array, ctypes.c_double, count, array, array, array,
+        ),
     }  # fmt: skip
     for name, arguments in kinds.items():
         function = getattr(found, name)
-        function.argtypes, function.restype = arguments, None
+        function.argtypes, function.restype = arguments, ctypes.c_int64
     return found

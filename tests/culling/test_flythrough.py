@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from simplifier.culling.culler import Culler
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
 from simplifier.culling.fate import Counts, Fate
 from simplifier.culling.flythrough import fly
-from simplifier.culling.frame import Culler
 from simplifier.culling.item_buffer import ItemBuffer
 from simplifier.errors import CancelledError, OptionError, SceneError, UnreadablePathError
 from simplifier.geometry.camera import CameraPath

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from simplifier.geometry.camera import Camera, Lens
 from simplifier.hierarchy.occluder_tree import FAR, NEAR
+from simplifier.hierarchy.packing import pack_tree
 from simplifier.hierarchy.scene_file import load_occluder_tree
 from simplifier.hierarchy.tree import build_tree
 from simplifier.hierarchy.visible_nodes import CutFinder
@@ -209,7 +210,7 @@ def occluders(tmp_path_factory):
 
 
 def test_of_a_built_scene(occluders):
-    finder = CutFinder.of(occluders)
+    finder = CutFinder.of(pack_tree(occluders))
     middle = occluders.tree.bounds[0].mean(axis=0)
     within = cut(finder, camera_at(middle), 0.5)
     assert within

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from simplifier import simplify_scene
+from simplifier.culling.culler import Culler
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
-from simplifier.culling.frame import Culler
 from simplifier.geometry.camera import Camera
 from simplifier.hierarchy.scene_file import load_occluder_tree
 from simplifier.io.objects import Objects

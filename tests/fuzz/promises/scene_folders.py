@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from simplifier.culling.culler import Culler
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
-from simplifier.culling.frame import Culler
 from simplifier.geometry.camera import Camera
 from simplifier.hierarchy.occluder_tree import OccluderTree
 from simplifier.hierarchy.scene_file import load_occluder_tree, occluder_store, read_summaries

@@ -1,0 +1,1 @@
+../../integrations/c/occluder_tree.h

@@ -368,10 +368,11 @@ static inline int occluder_tree_check_parts_(const occluder_tree *tree)
         && occluder_tree_finite64_(tree->transforms, 12 * (size_t)tree->transform_count);
 }
 
-/* The largest of some indices, and 1: 0 where there is none. */
+/* The largest of the indices, what fills their last word among them, and 1: 0 where there is none. */
 static inline uint32_t occluder_tree_past_(const occluder_mesh *mesh)
 {
-    const size_t count = 3 * (size_t)mesh->triangle_count;
+    const size_t corners = 3 * (size_t)mesh->triangle_count;
+    const size_t count = corners + (mesh->index_bytes == 2 ? corners % 2 : 0);
     uint32_t most = 0;
     size_t corner;
     if (!count)

@@ -164,8 +164,9 @@ class Culler:
 def _around(rows: FloatArray, origin: FloatArray, eye: FloatArray) -> NDArray[np.float32]:
     """(12,) rows that take what is around ``origin``, placed by ``rows`` (3, 4), around the eye."""
     a, b, c, d = rows.T
-    placed = ((a * origin[0] + b * origin[1]) + c * origin[2]) + d
-    return np.column_stack([rows[:, :3], placed - eye]).astype(np.float32).reshape(-1)
+    with np.errstate(over="ignore", invalid="ignore"):  # of a damaged tree: it is not drawn then
+        placed = ((a * origin[0] + b * origin[1]) + c * origin[2]) + d
+        return np.column_stack([rows[:, :3], placed - eye]).astype(np.float32).reshape(-1)
 
 
 def _children(ranges: IntArray) -> IntArray:

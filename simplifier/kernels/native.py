@@ -116,6 +116,8 @@ class Counts(NamedTuple):
 class NativeTree:
     """The bytes of an ``.occs`` file, opened; there has to be a :func:`library`.
 
+    Raises :class:`ValueError` for what the header refuses.
+
     ``drawn``  (k, 2) uint32: node and level of the occluders of the last frame.
     """
 
@@ -130,7 +132,8 @@ class NativeTree:
         status = found.occluder_native_open(
             address(words), len(data), address(self._tree), address(sizes)
         )
-        assert status == 0, status  # of what was checked before
+        if status != 0:
+            raise ValueError(f"occluder_tree_open() gives {status}")
         self._room = np.zeros(-(-int(sizes[0]) // 8), dtype=np.uint64)
         self.most_vertices = int(sizes[2])
         self.drawn = np.zeros((int(sizes[1]), 2), dtype=np.uint32)

@@ -32,7 +32,11 @@ def cull(
         Path, typer.Argument(help="The scene that the occluders were made for: a file or a folder.")
     ],
     occluders: Annotated[
-        Path, typer.Option(help="Folder that 'occluder scene' wrote for this scene.")
+        Path,
+        typer.Option(
+            help="Folder that 'occluder scene' wrote for this scene, or a scene file of occluders "
+            "that were made elsewhere."
+        ),
     ],
     path: Annotated[Path, typer.Option(help="Camera path: 'occluder path' writes one.")],
     output: Annotated[
@@ -57,14 +61,14 @@ def cull(
     def run() -> None:
         options = read_options(CullOptions, chosen)
         with interrupts() as listening:
-            cameras, tree = load_camera_path(path), load_occluder_tree(occluders)
+            cameras, drawn = load_camera_path(path), _load(occluders)
             held = None if pvs is None else load_pvs(pvs)
             read = load_scene(scene, transparent=options.transparent)  # last, for it takes longest
             sets = None
             if held is not None:
                 sets = VisibleSets.of(held, whole_scene(scene, read), read, hiding_of(scene, read))
             make_folder(output)
-            flown = _fly(read, tree, cameras, options, sets, listening)
+            flown = _fly(read, drawn, cameras, options, sets, listening)
             with listening.deferred():  # what was measured is not to be lost to a late Ctrl-C
                 for name, data in flythrough_files(flown, scene.resolve().name):
                     with listening.held():
@@ -82,9 +86,16 @@ def cull(
     run_guarded(run, debug=debug)
 
 
+def _load(occluders: Path) -> OccluderTree | Scene:
+    """What is a file holds occluders as objects, whatever they look like."""
+    if occluders.is_file():
+        return load_scene(occluders, transparent="keep")
+    return load_occluder_tree(occluders)
+
+
 def _fly(
-    read: Scene, tree: OccluderTree, path: CameraPath, options: CullOptions,
+    read: Scene, occluders: OccluderTree | Scene, path: CameraPath, options: CullOptions,
     sets: VisibleSets | None, listening: Interrupts,
 ) -> Flythrough:  # fmt: skip
     with listening.deferred() as cancel, run_bar(len(path.cameras)) as tell:
-        return fly(read, tree, path, options, tell, cancel, sets)
+        return fly(read, occluders, path, options, tell, cancel, sets)

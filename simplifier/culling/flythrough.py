@@ -68,7 +68,7 @@ class Flythrough:
 
 def fly(
     scene: Scene,
-    tree: OccluderTree,
+    occluders: OccluderTree | Scene,
     path: CameraPath,
     options: CullOptions,
     tell: TellStep = lambda done, name: None,
@@ -77,18 +77,20 @@ def fly(
 ) -> Flythrough:
     """Cull the scene from every camera of the path and count what is hidden rightly and wrongly.
 
+    ``occluders``  that were built for the scene, or a scene of some that were made elsewhere.
+
     With ``sets`` it is also counted what they leave to be drawn, alone and with the occluders.
 
     Once ``cancel`` is set the frames measured by then are returned, or, if there is none,
     :class:`CancelledError` raised.  Raises :class:`SceneError` where the occluders are not those of
-    the scene, and :class:`UnreadablePathError` for a path without frames.
+    the scene, or lie beside it, and :class:`UnreadablePathError` for a path without frames.
     """
     if not path.cameras:
         raise UnreadablePathError(
             "it has no frames", where=f"path '{path.name}'", remedy="give it one or more"
         )
-    parts = matching_parts(scene, tree)
-    measure = FrameMeasure(scene, parts, tree, options, sets)
+    parts = split_large(scene) if isinstance(occluders, Scene) else matching_parts(scene, occluders)
+    measure = FrameMeasure(scene, parts, occluders, options, sets)
     chosen = _even_places(len(path.cameras), options.shots)
     frames, shots = [], []
     for index, camera in enumerate(path.cameras):

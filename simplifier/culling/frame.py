@@ -12,6 +12,7 @@ from simplifier.culling.culler import Culled, Culler
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
 from simplifier.culling.drawn import Drawn, Way
 from simplifier.culling.fate import Counts, Fate, fates, object_sums, object_verdicts
+from simplifier.culling.given_occluders import GivenCuller
 from simplifier.culling.item_buffer import ItemBuffer
 from simplifier.culling.shot import Shot, view_picture
 from simplifier.culling.visible_sets import VisibleSets
@@ -101,15 +102,19 @@ class FrameMeasure:
         self,
         scene: Scene,
         parts: Parts,
-        tree: OccluderTree,
+        occluders: OccluderTree | Scene,
         options: CullOptions,
         sets: VisibleSets | None = None,
     ) -> None:
         self._parts, self._repeats, self._sets = parts, options.repeats, sets
         self._triangles = scene.triangle_counts
-        inner = tree.options.conservative
+        inner = isinstance(occluders, OccluderTree) and occluders.options.conservative
         self.buffer = DepthBuffer(options.rows, options.columns, "inner" if inner else "centre")
-        self._culler = Culler(tree, self.buffer, options.pixel_error)
+        self._culler: Culler | GivenCuller
+        if isinstance(occluders, OccluderTree):
+            self._culler = Culler(occluders, self.buffer, options.pixel_error)
+        else:
+            self._culler = GivenCuller(occluders, parts.scene.bounds(), self.buffer)
         self.pixel_error = self._culler.pixel_error
         self._truth = ItemBuffer(options.rows * options.detail, options.columns * options.detail)
         self._fates = np.zeros(len(parts.object_of), dtype=np.uint8)

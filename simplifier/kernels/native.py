@@ -3,7 +3,7 @@
 They fill arrays as the kernels of :mod:`depth_buffer` and :mod:`box_verdict` do, bit by bit, in a
 fraction of the time.  They are compiled on first use and kept where numba keeps its kernels;
 without a compiler :func:`library` is None, and numba's kernels do the work
-(``docs/decisions/0029-headers-compiled-on-first-use.md``).
+(``docs/decisions/0031-headers-compiled-on-first-use.md``).
 """
 
 from __future__ import annotations

@@ -54,7 +54,8 @@ def imported(program, project, command, options, *materials):
     found = {}
     for line in done.stdout.splitlines():
         word, _, rest = line.partition(" ")
-        found.setdefault(word, []).append(rest)
+        if not rest.startswith(("Wedge.fbx: weak: ", "Wedge.fbx: unusable: ")):
+            found.setdefault(word, []).append(rest)
     assert list((project / "Temp").glob("*")) == []
     return found
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,9 +11,12 @@ import typer
 from simplifier.cli.console import count_bar, print_rows
 from simplifier.cli.options import SceneArgument, TransparentScene, read_options, with_options
 from simplifier.cli.running import Debug, interrupts, run_guarded
+from simplifier.culling.ranking import around, found_within, rank_occluders
+from simplifier.errors import MeshError, OptionError, SceneError
 from simplifier.geometry import scene as scenes
+from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.hierarchy.occluder_tree import leaf_occluders
-from simplifier.hierarchy.packed_file import PACKED_FILE, current_packed, write_packed
+from simplifier.hierarchy.packed_file import PACKED_FILE, current_packed, write_packed, write_ranked
 from simplifier.hierarchy.scene_build import Build, build_occluders
 from simplifier.hierarchy.scene_file import (
     load_occluder_tree,
@@ -20,10 +24,14 @@ from simplifier.hierarchy.scene_file import (
     read_summaries,
     write_manifest,
 )
+from simplifier.io.camera_path import load_camera_path
 from simplifier.io.files import check_folder, make_folder, write_whole
+from simplifier.io.occs_file import decode_occs
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_writer import write_scene
-from simplifier.options.scene import SceneOptions
+from simplifier.options.scene import PathKind, PathOptions, SceneOptions
+
+_RANKING_FRAMES = 60  # every other one ranks, the others judge
 
 
 @with_options(SceneOptions)
@@ -40,6 +48,20 @@ def scene(
             " it is always written to scene.occs in the folder."
         ),
     ] = None,
+    frame_triangles: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="Rank the occluders for frames of so many occluder triangles, by what each hides"
+            " along a path, in the files for engines.",
+        ),
+    ] = None,
+    path: Annotated[
+        Path | None,
+        typer.Option(
+            help="Camera path to rank along, with views to all sides; without it a walk is made."
+        ),
+    ] = None,
     transparent: TransparentScene = "leave-out",
     debug: Debug = False,
     **chosen: Any,
@@ -54,6 +76,11 @@ def scene(
         options = read_options(SceneOptions, chosen)
         if packed is not None:
             check_folder(packed)  # now, not when all is made
+        if path is not None and frame_triangles is None:
+            raise OptionError(
+                "a path is for ranking", where="--path", remedy="give --frame-triangles, too"
+            )
+        given = None if path is None else load_camera_path(path)
         with interrupts() as listening:
             read = load_scene(source, transparent=transparent, memory_limit=options.memory_limit)
             make_folder(output)  # a scene that cannot be read leaves nothing behind
@@ -65,13 +92,15 @@ def scene(
             with listening.held():
                 write_manifest(output, read, options, build)
                 data = _write_tree(output, options.preview)
-                if packed is not None:
+            rows = _summary_rows(read, build, len(data))
+            if frame_triangles is not None:
+                cameras = (given or _walk(read, options)).cameras
+                data, told = _rank(output, data, cameras, options, frame_triangles)
+                rows.append(("ranked", told))
+            if packed is not None:
+                with listening.held():
                     write_whole(packed, data)
-            print_rows(
-                str(output),
-                _summary_rows(read, build, len(data)),
-                [*read.warnings, *build.warnings],
-            )
+            print_rows(str(output), rows, [*read.warnings, *build.warnings])
 
     run_guarded(run, debug=debug)
 
@@ -85,6 +114,49 @@ def _write_tree(output: Path, preview: bool) -> bytes:
         if preview:
             write_scene(leaf_occluders(tree), output / "preview.glb")
     return data
+
+
+def _walk(read: scenes.Scene, options: SceneOptions) -> CameraPath:
+    """Through the scene, of the first kind that there is room for."""
+    # Here, not above: what it needs of scipy takes longer to load than a small change to build.
+    from simplifier.camera_paths.generate import generate_path
+
+    kinds: tuple[PathKind, ...] = ("street", "inside", "roof")
+    for kind in kinds:
+        try:
+            return generate_path(read, PathOptions(kind, _RANKING_FRAMES, options.up))
+        except MeshError:
+            continue
+    raise SceneError(
+        "there is no way through the scene to rank its occluders along",
+        remedy="give a camera path with --path",
+    )
+
+
+def _rank(
+    output: Path, data: bytes, cameras: Sequence[Camera], options: SceneOptions, most: int
+) -> tuple[bytes, str]:
+    """Rank by every other camera, and judge by those between; the bytes of ``scene.occs``, and what
+    to tell."""
+    tree = decode_occs(data, PACKED_FILE)
+    views = [view for camera in cameras[::2] for view in around(camera)]
+    others = [view for camera in cameras[1::2] for view in around(camera)] or views
+    size = options.rows, options.rows * 16 // 9
+    with count_bar("views") as tell:
+        ranking = rank_occluders(tree, views, *size, tell)
+    whole = found_within(tree, others, *size, None)
+    before = found_within(tree, others, *size, most)
+    after = found_within(ranking.tree, others, *size, most)
+    told = (
+        f"{ranking.useful:,} of {ranking.drawn:,} occluders that {len(views):,} views drew; within"
+        f" {most:,} triangles a frame {_share(after, whole)} of what the whole tree finds from"
+        f" other views, {_share(before, whole)} without ranks"
+    )
+    return write_ranked(output, ranking.tree, most), told
+
+
+def _share(count: int, whole: int) -> str:
+    return f"{count / max(whole, 1):.1%}"
 
 
 def _summary_rows(read: scenes.Scene, build: Build, packed: int) -> list[tuple[str, str]]:

@@ -105,7 +105,7 @@ class Culler:
         for node, level in self._finder.cut(
             camera, focal, self.pixel_error, skip, self.most_triangles
         ):
-            triangles += self._draw(node, level, camera)
+            triangles += self.draw(node, level, camera)
             drawn.append((node, level))
         return Culled(self._verdicts(camera), tuple(drawn), triangles)
 
@@ -119,7 +119,7 @@ class Culler:
         drawn = tree.drawn[: counts.occluders].tolist()
         return Culled(verdicts, tuple((node, level) for node, level in drawn), counts.triangles)
 
-    def _draw(self, node: int, level: int, camera: Camera) -> int:
+    def draw(self, node: int, level: int, camera: Camera) -> int:
         """Draw an occluder; how many triangles it has."""
         row = self.packed.nodes[node]
         mesh = self._mesh(int(row["far"] if level == FAR else row["near"]))

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from simplifier.errors import OutputError, SceneError
+from simplifier.geometry.packed_tree import PackedTree
 from simplifier.hierarchy.occluder_tree import OccluderTree
 from simplifier.hierarchy.packing import pack_tree
 from simplifier.hierarchy.scene_file import SCENE_FILE
@@ -14,11 +15,12 @@ from simplifier.io.files import read_bytes, write_whole
 from simplifier.io.occs_file import decode_occs, encode_occs
 
 PACKED_FILE = "scene.occs"
+_RANKED = "frame_triangles"  # of ``about``: the budget that occluders were ranked for
 _MANIFEST = "manifest"  # of ``about``: CRC-32 of the scene.json that the file was made with
 
 
 def current_packed(folder: Path) -> bytes | None:
-    """The bytes of ``scene.occs``; None where it is not of the ``scene.json`` that is there.
+    """The bytes of ``scene.occs``; None where it is ranked, or not of the ``scene.json`` there.
 
     Reading thousands of occluders again takes longer than all else of a build without changes.
     """
@@ -27,7 +29,8 @@ def current_packed(folder: Path) -> bytes | None:
         about = decode_occs(data, PACKED_FILE).about
     except SceneError:
         return None
-    return data if about.get(_MANIFEST) == _manifest(folder) else None
+    current = about.get(_MANIFEST) == _manifest(folder) and _RANKED not in about
+    return data if current else None
 
 
 def write_packed(folder: Path, tree: OccluderTree) -> bytes:
@@ -45,6 +48,14 @@ def write_packed(folder: Path, tree: OccluderTree) -> bytes:
         path.unlink(missing_ok=True)
         raise
     write_whole(path, data)
+    return data
+
+
+def write_ranked(folder: Path, ranked: PackedTree, frame_triangles: int) -> bytes:
+    """Write ``scene.occs`` with the worth of its nodes, whole or not at all; what it holds now."""
+    about = {**ranked.about, _RANKED: frame_triangles}
+    data = encode_occs(replace(ranked, about=about))
+    write_whole(folder / PACKED_FILE, data)
     return data
 
 

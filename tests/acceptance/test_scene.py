@@ -16,6 +16,7 @@ import pytest
 import simplifier
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.scene import Scene
+from simplifier.io.camera_path import save_camera_path
 from simplifier.io.scene_writer import write_scene
 from tests.acceptance.command import OCCLUDER, ROOT, environment, occluder, read_all, read_until
 from tests.io.builders import GltfBuilder
@@ -96,6 +97,45 @@ def test_a_village_and_what_a_change_costs(here, tmp_path):
     assert tree.objects[13] == "house 13"
     changed_tree = simplifier.load_packed_tree(tmp_path / "out" / "scene.occs")
     assert len(changed_tree.meshes) > len(engine_tree.meshes)
+
+
+def test_occluders_are_ranked_along_a_path_or_a_walk_and_not_without(here, tmp_path):
+    write_scene(village(), tmp_path / "scene.glb")
+    assert built(here, tmp_path).returncode == 0
+    plain = files(tmp_path / "out")
+    eyes = [[x, 1.0, z] for x in (-5.0, 30.0) for z in (0.0, 25.0)]
+    write_path(tmp_path / "walk.json", eyes)
+    packed = tmp_path / "town.occs"
+    ranked = ("--frame-triangles", "40", "--path", str(tmp_path / "walk.json"))
+    done = built(here, tmp_path, *ranked, "--packed", str(packed))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "occluders that 8 views drew" in " ".join(done.stdout.replace("│", " ").split())
+    tree = simplifier.load_packed_tree(packed)
+    assert tree.about["frame_triangles"] == 40
+    assert set(tree.worth.tolist()) > {1.0}
+    first = files(tmp_path / "out")
+    assert first["scene.occs"] == packed.read_bytes()
+    assert {**first, "scene.occs": b""} == {**plain, "scene.occs": b""}
+    built(here, tmp_path, *ranked)
+    assert files(tmp_path / "out") == first
+    assert built(here, tmp_path, "--frame-triangles", "40").returncode == 0
+    assert built(here, tmp_path).returncode == 0
+    assert files(tmp_path / "out") == plain
+
+
+def write_path(path, eyes):
+    """Cameras of 60 degrees that look along x."""
+    ahead, up = np.array([1.0, 0.0, 0.2]), np.array([0.0, 1.0, 0.0])
+    cameras = [simplifier.Camera.looking(np.array(eye), ahead, up, 60.0, 0.1) for eye in eyes]
+    save_camera_path(simplifier.CameraPath("by hand", tuple(cameras)), path)
+
+
+def test_a_path_without_a_budget_is_refused_before_anything_is_made(here, tmp_path):
+    write_scene(village(), tmp_path / "scene.glb")
+    done = built(here, tmp_path, "--path", str(tmp_path / "walk.json"))
+    assert done.returncode != 0
+    assert "--frame-triangles" in done.stderr
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_packed_file_that_has_no_folder_is_refused_before_anything_is_made(here, tmp_path):

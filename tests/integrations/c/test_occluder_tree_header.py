@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import platform
+import shutil
 import struct
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +19,7 @@ from simplifier.geometry.packed_tree import PackedTree
 from simplifier.hierarchy.packing import pack_tree
 from simplifier.io.occs_file import decode_occs, encode_occs
 from tests.culling.test_culler import random_tree
-from tests.integrations.c.programs import CHECKED, HEADERS, LANGUAGES, compiled, printed
+from tests.integrations.c.programs import CHECKED, HEADERS, LANGUAGES, STRICT, compiled, printed
 from tests.io.damaged_occs import DAMAGES, patched, town
 from tests.rasters import random_camera
 
@@ -31,11 +33,27 @@ WAYS = {
 }
 
 
-@pytest.fixture(scope="module", params=WAYS)
+@pytest.fixture(scope="module", params=[*WAYS, "NEON"])
 def program(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    compiler, flags = WAYS[request.param]
     folder = tmp_path_factory.mktemp("c")
+    if request.param == "NEON":
+        return emulated(folder)
+    compiler, flags = WAYS[request.param]
     return compiled(folder, "walk_tree.c", compiler, "-ffp-contract=off", *flags)
+
+
+def emulated(folder: Path) -> Path:
+    """For 64-bit ARM, run by qemu."""
+    if shutil.which("aarch64-linux-gnu-gcc") is None or shutil.which("qemu-aarch64") is None:
+        pytest.skip("there are no aarch64-linux-gnu-gcc and qemu-aarch64 here")
+    made = folder / "walk_tree"
+    source = Path(__file__).parent / "walk_tree.c"
+    command = ["aarch64-linux-gnu-gcc", "-std=c99", *STRICT, "-O2", "-ffp-contract=off", "-static"]
+    subprocess.run([*command, f"-I{HEADERS}", source, "-o", made, "-lm"], check=True)
+    script = folder / "run"
+    script.write_text(f'#!/bin/sh\nexec qemu-aarch64 {made} "$@"\n')
+    script.chmod(0o700)
+    return script
 
 
 @pytest.fixture(scope="module")

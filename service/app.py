@@ -119,6 +119,7 @@ def open_services(settings: Settings) -> Iterator[Services]:
 
         cleaner = Cleaner(
             jobs,
+            stores.assets,
             blobs,
             stores.journal,
             stores.answers,

@@ -31,7 +31,13 @@ class Action(StrEnum):
     """The tenant."""
     THRESHOLDS_SET = "thresholds-set"
     """An asset, with its thresholds ``before`` and ``after``."""
+    FOLDER_THRESHOLDS_SET = "folder-thresholds-set"
+    """A folder by its path, empty for the project; with its thresholds ``before`` and ``after``."""
+    ASSET_RENAMED = "asset-renamed"
+    """An asset, with its names ``before`` and ``after``."""
     ASSET_REMOVED = "asset-removed"
+    """An asset; ``goes`` is until when it can be restored, where it can."""
+    ASSET_RESTORED = "asset-restored"
     """An asset."""
 
 

@@ -283,7 +283,7 @@ class _Assets(Collector):
             if summary is None:
                 continue
             names = [asset.tenant, asset.name]
-            held = asset.thresholds.held_by(summary)
+            held = asset.demanded.held_by(summary)
             for gauge, value in (
                 (precision, summary.precision), (recall, summary.recall),
                 (overhang, summary.overhang), (holds, held),

@@ -28,8 +28,11 @@ from service.schemas.asset import (
     AssetBody,
     AssetPageBody,
     Comparison,
+    FolderThresholds,
+    FolderThresholdsList,
     Name,
     NewAsset,
+    NewName,
     Run,
     RunPageBody,
     ThresholdsBody,
@@ -150,6 +153,45 @@ def put_thresholds(
     return _asset_body(caller, asset)
 
 
+@router.put(
+    "/assets/{asset_id}/name",
+    responses=refusals(*EVERYWHERE, 404, 409, 413, 507),
+    summary="Rename an asset",
+)
+def put_name(
+    asset_id: str, new: NewName, request: Request, services: TheServices, caller: Curator
+) -> AssetBody:
+    """By an admin's key; its runs stay its own. 409 where another asset has the name."""
+    asset = services.assets.rename(
+        caller.tenant, asset_id, new.name, by=caller.at(address_of(request))
+    )
+    return _asset_body(caller, asset)
+
+
+@router.get(
+    "/thresholds", responses=refusals(*EVERYWHERE), summary="List the thresholds of folders"
+)
+def list_thresholds(services: TheServices, caller: Reader) -> FolderThresholdsList:
+    """Those that count for all assets in a folder which do not set them themselves."""
+    found = services.assets.folder_thresholds(caller.tenant)
+    return FolderThresholdsList(
+        items=[FolderThresholds.at(path, found[path]) for path in sorted(found)]
+    )
+
+
+@router.put(
+    "/thresholds", responses=refusals(*EVERYWHERE, 413, 507), summary="Set a folder's thresholds"
+)
+def put_folder_thresholds(
+    new: FolderThresholds, request: Request, services: TheServices, caller: Curator
+) -> FolderThresholds:
+    """From now on, by an admin's key; what is left out or null is up to the folder above."""
+    services.assets.set_folder_thresholds(
+        caller.tenant, new.folder, new.demands, by=caller.at(address_of(request))
+    )
+    return new
+
+
 @router.get(
     "/assets/{asset_id}/runs", responses=refusals(*EVERYWHERE, 404), summary="List an asset's runs"
 )
@@ -160,7 +202,7 @@ def list_runs(
     asset = services.assets.asset(caller.tenant, asset_id)
     page = services.assets.runs(caller.tenant, asset_id, before=wanted.cursor, limit=wanted.limit)
     return RunPageBody(
-        items=[Run.of(job, asset.thresholds) for job in page.runs],
+        items=[Run.of(job, asset.demanded) for job in page.runs],
         next=next_page(f"/v1/assets/{asset_id}/runs", wanted, page.cursor),
     )
 
@@ -195,8 +237,8 @@ def compare_runs(
             remedy="name them by a and b, or make another run",
         )
     return Comparison.of(
-        Run.of(a, asset.thresholds),
-        Run.of(b, asset.thresholds),
+        Run.of(a, asset.demanded),
+        Run.of(b, asset.demanded),
         services.jobs.files(a.id),
         services.jobs.files(b.id),
     )

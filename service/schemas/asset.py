@@ -9,13 +9,14 @@ from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints
 
-from service.jobs.asset import LONGEST_NAME, Asset, Thresholds, asset_name
+from service.jobs.asset import LONGEST_NAME, Asset, Thresholds, asset_name, folder_path
 from service.jobs.job import Job, JobFile, inputs_by_part
 from service.schemas.job import JobBody, SummaryBody, moment
 
 Name = Annotated[
     str, StringConstraints(min_length=1, max_length=LONGEST_NAME), AfterValidator(asset_name)
 ]
+Folder = Annotated[str, StringConstraints(max_length=LONGEST_NAME), AfterValidator(folder_path)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -46,6 +47,33 @@ class NewAsset(ThresholdsBody):
     )
 
 
+class FolderThresholds(ThresholdsBody):
+    """What is demanded of all assets in a folder that do not set it themselves."""
+
+    folder: Folder = Field(
+        description="Its path, without slashes around it; empty for all assets.",
+        examples=["props/medieval"],
+    )
+
+    @classmethod
+    def at(cls, folder: str, thresholds: Thresholds) -> Self:
+        return cls(folder=folder, **asdict(thresholds))
+
+
+class FolderThresholdsList(BaseModel):
+    """By path; folders without any are not listed."""
+
+    items: list[FolderThresholds]
+
+
+class NewName(BaseModel):
+    """Another name."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    name: Name = Field(examples=["props/gate"])
+
+
 class AssetLinks(BaseModel):
     """Where to go on from an asset."""
 
@@ -63,7 +91,11 @@ class AssetBody(BaseModel):
     name: str = Field(examples=["props/castle"])
     created: datetime
     runs: int = Field(ge=0, description="How many.")
-    thresholds: ThresholdsBody
+    thresholds: ThresholdsBody = Field(description="Its own.")
+    demanded: ThresholdsBody = Field(
+        description="What counts: its own thresholds, and for each that is null that of the "
+        "nearest folder which sets it."
+    )
     holds: bool | None = Field(
         description="Whether the latest run is good enough; null without a run or a threshold."
     )
@@ -81,7 +113,8 @@ class AssetBody(BaseModel):
             created=moment(asset.created),
             runs=asset.runs,
             thresholds=ThresholdsBody.of(asset.thresholds),
-            holds=_holds(asset.thresholds, latest),
+            demanded=ThresholdsBody.of(asset.demanded),
+            holds=_holds(asset.demanded, latest),
             latest=JobBody.of(latest, whole_webhook=whole_webhook) if latest else None,
             links=AssetLinks(
                 self=place,

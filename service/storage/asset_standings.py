@@ -7,6 +7,7 @@ as it shows, by the index of an asset's runs: its cost follows what is shown, no
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import Any
 
 from sqlalchemy import ColumnElement, Row, ScalarSelect, Select, String, func, select, true
@@ -15,10 +16,10 @@ from sqlalchemy.orm import aliased
 from sqlalchemy.sql.compiler import SQLCompiler
 from sqlalchemy.sql.functions import GenericFunction
 
-from service.jobs.asset import RunNumbers, Standing, Thresholds
-from service.jobs.job import JobState
-from service.storage.rows import is_run
-from service.storage.tables import AssetRow, JobRow
+from service.jobs.asset import FailedUpload, RunNumbers, Standing, Thresholds, demanded
+from service.jobs.job import Failure, JobKind, JobState
+from service.storage.rows import NO_RUNS, is_run
+from service.storage.tables import AssetRow, JobRow, JournalRow
 
 
 class json_list(GenericFunction[str]):
@@ -61,17 +62,20 @@ def all_standings(tenant: str, recalls: int) -> Select[Any]:
             *_numbers(),
         )
         .outerjoin(JobRow, JobRow.number == _latest())
-        .where(AssetRow.tenant == tenant)
+        .where(AssetRow.tenant == tenant, AssetRow.goes.is_(None))
         .order_by(AssetRow.name)
     )
 
 
-def standing_of(row: Row[Any]) -> Standing:
+def standing_of(row: Row[Any], folders: Mapping[str, Thresholds]) -> Standing:
+    """``folders``  what is demanded of those of its tenant."""
     newest_first = json.loads(row.recalls)
+    own = Thresholds(row.min_precision, row.min_recall, row.max_overhang)
     return Standing(
         id=row.id,
         name=row.name,
-        thresholds=Thresholds(row.min_precision, row.min_recall, row.max_overhang),
+        thresholds=own,
+        demanded=demanded(own, row.name, folders),
         latest=None if row.job_id is None else numbers_of(row),
         recalls=tuple(recall for recall in reversed(newest_first) if recall is not None),
     )
@@ -102,30 +106,91 @@ def numbers_of(row: Row[Any]) -> RunNumbers:
     )
 
 
+_LOOKED_AT = 200
+"""Failed jobs, the newest, among which those without an asset are found."""
+
+
+def all_failed(tenant: str, since: float) -> list[Select[JobRow]]:
+    """Queries for :func:`failed_upload_of`: jobs of assets, and those of none."""
+    job, again = aliased(JobRow), aliased(JobRow)
+    newest = (
+        select(func.max(job.number))
+        .where(
+            job.asset_number == AssetRow.number,
+            job.state.in_([JobState.SUCCEEDED, JobState.FAILED]),
+            job.kind.not_in(NO_RUNS),
+        )
+        .correlate(AssetRow)
+        .scalar_subquery()
+    )
+    of_assets = (
+        select(JobRow)
+        .join(AssetRow, JobRow.number == newest)
+        .where(AssetRow.tenant == tenant, AssetRow.goes.is_(None))
+        .where(JobRow.state == JobState.FAILED)
+        .order_by(JobRow.number.desc())
+    )
+    latest = (
+        select(JobRow.number)
+        .where(JobRow.tenant == tenant, JobRow.state == JobState.FAILED)
+        .order_by(JobRow.number.desc())
+        .limit(_LOOKED_AT)
+        .subquery()
+    )
+    retried = select(again.number).where(
+        again.tenant == tenant, again.retry_of == JobRow.id, again.number > JobRow.number
+    )
+    of_none = (
+        select(JobRow)
+        .join(latest, JobRow.number == latest.c.number)
+        .where(
+            JobRow.asset_number.is_(None),
+            JobRow.ended >= since,
+            JobRow.kind != JobKind.TRADEOFF,
+            ~retried.exists(),
+        )
+        .order_by(JobRow.number.desc())
+    )
+    return [of_assets, of_none]
+
+
+def failed_upload_of(row: JobRow) -> FailedUpload:
+    assert row.ended is not None, "a job that failed has ended"
+    assert row.failure is not None, "and says why"
+    return FailedUpload(
+        job_id=row.id,
+        name=row.name,
+        asset_id=row.asset.id if row.asset else None,
+        asset=row.asset.name if row.asset else None,
+        ended=row.ended,
+        failure=Failure(**row.failure),
+    )
+
+
 def change_stamp(tenant: str) -> Select[Any]:
-    """One row that changes with the runs, the assets and what is demanded of them.
+    """One row that changes with the runs, what failed, the assets and what is demanded of them.
 
     Runs are counted in an index that covers them: milliseconds for a hundred thousand.
     """
-    runs = (
-        select(func.count().label("runs"), func.max(JobRow.number).label("newest"))
-        .where(JobRow.tenant == tenant, JobRow.state == JobState.SUCCEEDED)
+    runs, failed = (
+        select(func.count().label(f"{name}s"), func.max(JobRow.number).label(f"newest_{name}"))
+        .where(JobRow.tenant == tenant, JobRow.state == state)
         .subquery()
+        for name, state in (("run", JobState.SUCCEEDED), ("failure", JobState.FAILED))
     )
     assets = (
-        select(
-            func.count().label("assets"),
-            func.sum(AssetRow.min_precision * AssetRow.number).label("precisions"),
-            func.sum(AssetRow.min_recall * AssetRow.number).label("recalls"),
-            func.sum(AssetRow.max_overhang * AssetRow.number).label("overhangs"),
-            func.count(AssetRow.min_precision).label("with_precision"),
-            func.count(AssetRow.min_recall).label("with_recall"),
-            func.count(AssetRow.max_overhang).label("with_overhang"),
-        )
+        select(func.count().label("assets"), func.count(AssetRow.goes).label("removed"))
         .where(AssetRow.tenant == tenant)
         .subquery()
     )
-    return select(runs, assets).select_from(runs.join(assets, true()))
+    # Which has an entry for each change of thresholds and names.
+    journal = (
+        select(func.max(JournalRow.number).label("newest_entry"))
+        .where(JournalRow.tenant == tenant)
+        .subquery()
+    )
+    joined = runs.join(failed, true()).join(assets, true()).join(journal, true())
+    return select(runs, failed, assets, journal).select_from(joined)
 
 
 def _latest(before: float | None = None) -> ScalarSelect[int]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from service.errors import ServiceError
 from service.idempotency import KEPT_SECONDS, Answers
+from service.jobs.asset import AssetStore
 from service.jobs.stores import BlobStore, JobStore
 from service.journal import Journal
 
@@ -21,11 +22,13 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Cleaned:
-    """What one round freed: jobs and entries of the journal that were forgotten, and blobs."""
+    """What one round freed: jobs and entries of the journal that were forgotten, assets that were
+    removed a while ago, and blobs."""
 
     jobs: int
     blobs: int
     entries: int = 0
+    assets: int = 0
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,7 @@ class Cleaner:
     """
 
     jobs: JobStore
+    assets: AssetStore
     blobs: BlobStore
     journal: Journal
     answers: Answers
@@ -52,7 +56,8 @@ class Cleaner:
         forgotten = self.jobs.expire(now - self.keep_days * _DAY) if self.keep_days else 0
         entries = self.journal.expire(now - self.journal_days * _DAY) if self.journal_days else 0
         self.answers.expire(now - KEPT_SECONDS)
-        return Cleaned(forgotten, self.blobs.sweep(self.jobs.unnamed), entries)
+        removed = self.assets.remove_due(now)
+        return Cleaned(forgotten, self.blobs.sweep(self.jobs.unnamed), entries, removed)
 
     @contextmanager
     def running(self) -> Iterator[None]:
@@ -85,8 +90,8 @@ class Cleaner:
                 )  # fmt: skip
             else:
                 _log.info(
-                    "cleaning freed %d jobs, %d blobs and %d entries of the journal",
-                    cleaned.jobs, cleaned.blobs, cleaned.entries,
+                    "cleaning freed %d jobs, %d assets, %d blobs and %d entries of the journal",
+                    cleaned.jobs, cleaned.assets, cleaned.blobs, cleaned.entries,
                 )  # fmt: skip
             if stop.wait(self.seconds):
                 return

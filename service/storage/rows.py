@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import secrets
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict, fields
 from typing import Any
 
 from sqlalchemy import ColumnElement, ScalarSelect, Select, and_, func, select
 from sqlalchemy.orm import Session, aliased
 
-from service.jobs.asset import Asset, Thresholds
+from service.jobs.asset import Asset, Thresholds, demanded
 from service.jobs.job import Blob, Failure, Job, JobFile, JobKind, JobState, Submission, Summary
 from service.jobs.stores import JobFilter
 from service.storage.database import UndoneError, dialect_insert
-from service.storage.tables import AssetRow, Base, JobFileRow, JobRow
+from service.storage.tables import AssetRow, Base, FolderRow, JobFileRow, JobRow
 
 
 def new_id() -> str:
@@ -89,8 +89,16 @@ def find_asset(session: Session, tenant: str, name: str, *, lock: bool = False) 
 def asset_named(
     session: Session, tenant: str, name: str, now: float, *, lock: bool = False
 ) -> tuple[AssetRow, bool]:
-    """The asset of a name, made where there is none, and whether it was; two make but one."""
+    """The asset of a name, made where there is none, and whether it was; two make but one.
+
+    One that was removed, and can be restored, is.
+    """
     found = find_asset(session, tenant, name, lock=lock)
+    if found is not None and found.goes is not None:
+        # Whoever sends it anew wants it; unless it has gone for good meanwhile.
+        found = find_asset(session, tenant, name, lock=True)
+        if found is not None:
+            found.goes = None
     if found is not None:
         return found, False
     made = session.execute(
@@ -105,12 +113,13 @@ def asset_named(
     return row, made is not None
 
 
-_NO_RUNS = (JobKind.TRADEOFF, JobKind.VISIBILITY)
+NO_RUNS = (JobKind.TRADEOFF, JobKind.VISIBILITY)
+"""Kinds of jobs that are no runs of their asset."""
 
 
 def is_run(job: type[JobRow]) -> ColumnElement[bool]:
     """Whether a job is a run of its asset, as :class:`~service.jobs.asset.AssetStore` says."""
-    return and_(job.state == JobState.SUCCEEDED, job.kind.not_in(_NO_RUNS))
+    return and_(job.state == JobState.SUCCEEDED, job.kind.not_in(NO_RUNS))
 
 
 def with_runs(tenant: str | None) -> Select[AssetRow, JobRow | None, int]:
@@ -123,19 +132,35 @@ def with_runs(tenant: str | None) -> Select[AssetRow, JobRow | None, int]:
     return query if tenant is None else query.where(AssetRow.tenant == tenant)
 
 
-def thresholds_of(row: AssetRow) -> Thresholds:
+def thresholds_of(row: AssetRow | FolderRow) -> Thresholds:
     return Thresholds(**by_name(row, Thresholds))
 
 
-def asset_of(row: AssetRow, latest: JobRow | None, runs: int) -> Asset:
+Folders = Mapping[str, Mapping[str, Thresholds]]
+"""What is demanded of folders, by tenant and path."""
+
+
+def read_folders(session: Session, *tenants: str) -> Folders:
+    """Those of some tenants."""
+    query = select(FolderRow).where(FolderRow.tenant.in_(sorted(set(tenants))))
+    found: dict[str, dict[str, Thresholds]] = {}
+    for row in session.scalars(query):
+        found.setdefault(row.tenant, {})[row.path] = thresholds_of(row)
+    return found
+
+
+def asset_of(row: AssetRow, latest: JobRow | None, runs: int, folders: Folders) -> Asset:
+    own = thresholds_of(row)
     return Asset(
         id=row.id,
         tenant=row.tenant,
         name=row.name,
         created=row.created,
-        thresholds=thresholds_of(row),
+        thresholds=own,
+        demanded=demanded(own, row.name, folders.get(row.tenant, {})),
         runs=runs,
         latest=None if latest is None else job_of(latest),
+        goes=row.goes,
     )
 
 

@@ -79,7 +79,10 @@ class Base(DeclarativeBase):
 
 
 class AssetRow(Base):
-    """A name of a tenant's; ``folded`` is the name without its case, for searching."""
+    """A name of a tenant's; ``folded`` is the name without its case, for searching.
+
+    ``goes``  when it is removed for good, if somebody has removed it.
+    """
 
     __tablename__ = "assets"
     __table_args__ = (
@@ -89,8 +92,12 @@ class AssetRow(Base):
         CheckConstraint("min_recall BETWEEN 0 AND 1", name="min_recall"),
         CheckConstraint("max_overhang >= 0", name="max_overhang"),
         Index("ix_assets_name", "name", "number"),
+        Index(
+            "ix_assets_goes", "goes",
+            sqlite_where=text("goes IS NOT NULL"), postgresql_where=text("goes IS NOT NULL"),
+        ),
         {"sqlite_autoincrement": True},
-    )
+    )  # fmt: skip
 
     number: Mapped[int] = mapped_column(primary_key=True)
     id: Mapped[str] = mapped_column(String(32), unique=True)
@@ -98,6 +105,24 @@ class AssetRow(Base):
     name: Mapped[str]
     folded: Mapped[str]
     created: Mapped[float]
+    min_precision: Mapped[float | None]
+    min_recall: Mapped[float | None]
+    max_overhang: Mapped[float | None]
+    goes: Mapped[float | None]
+
+
+class FolderRow(Base):
+    """What is demanded of all assets in a folder; ``path`` is empty for all of a tenant's."""
+
+    __tablename__ = "folders"
+    __table_args__ = (
+        CheckConstraint("min_precision BETWEEN 0 AND 1", name="min_precision"),
+        CheckConstraint("min_recall BETWEEN 0 AND 1", name="min_recall"),
+        CheckConstraint("max_overhang >= 0", name="max_overhang"),
+    )
+
+    tenant: Mapped[str] = mapped_column(primary_key=True)
+    path: Mapped[str] = mapped_column(primary_key=True)
     min_precision: Mapped[float | None]
     min_recall: Mapped[float | None]
     max_overhang: Mapped[float | None]

@@ -221,3 +221,45 @@ def test_names_of_scripts_that_need_joiners_are_kept(service):
         "\U0001f469\u200d\U0001f680",
     ):
         assert put(service, name=name).json()["name"] == name
+
+
+def test_what_is_demanded_of_a_folder_counts_for_all_assets_in_it(service):
+    asset = put(service, name="folded/props/gate").json()
+    run(service, "folded/props/gate", recall=0.6)
+    folder = {"folder": "/folded/", "min_recall": 0.7, "min_precision": 0.5}
+    answer = service.http.put("/v1/thresholds", json=folder)
+    told = {"min_precision": 0.5, "min_recall": 0.7, "max_overhang": None}
+    assert answer.json() == {"folder": "folded", **told}
+    seen = service.http.get(asset["links"]["self"]).json()
+    assert (seen["demanded"], seen["thresholds"]["min_recall"], seen["holds"]) == (
+        told,
+        None,
+        False,
+    )
+    assert answer.json() in service.http.get("/v1/thresholds").json()["items"]
+    service.http.put(asset["links"]["thresholds"], json={"min_recall": 0.6})
+    runs = service.http.get(asset["links"]["runs"]).json()["items"]
+    assert [one["holds"] for one in runs] == [True]
+    service.http.put("/v1/thresholds", json={"folder": "folded"})
+    assert not any(
+        one["folder"] == "folded" for one in service.http.get("/v1/thresholds").json()["items"]
+    )
+
+
+@pytest.mark.parametrize(
+    "body", [{"folder": "a\nb"}, {"folder": "x" * 301}, {"folder": "a", "min_recall": 2}, {}]
+)
+def test_a_folder_that_cannot_be_is_refused(service, body):
+    problem(service.http.put("/v1/thresholds", json=body), 422, "invalid-options")
+
+
+def test_an_asset_is_renamed_and_keeps_its_runs(service):
+    run(service, "renamed/before")
+    [asset] = service.http.get("/v1/assets?name=renamed/before").json()["items"]
+    place = f"{asset['links']['self']}/name"
+    renamed = service.http.put(place, json={"name": "renamed/after"}).json()
+    assert (renamed["id"], renamed["name"], renamed["runs"]) == (asset["id"], "renamed/after", 1)
+    assert service.http.get("/v1/assets?name=renamed/before").json()["items"] == []
+    put(service, name="renamed/other")
+    problem(service.http.put(place, json={"name": "renamed/other"}), 409, "conflict")
+    problem(service.http.put(place, json={"name": " "}), 422, "invalid-options")

@@ -83,6 +83,7 @@ def as_admin(path, method):
     """Whether a route is for admins alone."""
     return path.startswith(FOR_ADMINS) or (method, path) in (
         ("DELETE", "/v1/assets/x"), ("PUT", "/v1/assets/x/thresholds"),
+        ("PUT", "/v1/assets/x/name"), ("PUT", "/v1/thresholds"),
     )  # fmt: skip
 
 
@@ -193,12 +194,19 @@ def test_the_journal_says_who_set_thresholds_and_removed_assets(keyed):
     asset = put("/v1/assets", name="gate", min_recall=0.7)
     put("/v1/assets", name="gate", min_recall=0.7)  # which changes nothing
     put(asset["links"]["thresholds"], max_overhang=0.01)
+    put("/v1/thresholds", folder="props", min_recall=0.5)
+    put(f"{asset['links']['self']}/name", name="door")
     keyed.http.delete(asset["links"]["self"], headers=headers)
-    page = keyed.http.get("/v1/journal?limit=2", headers=headers).json()
-    gone, changed = page["items"]
+    page = keyed.http.get("/v1/journal?limit=4", headers=headers).json()
+    gone, renamed, folder, changed = page["items"]
     assert (gone["action"], gone["subject"], gone["details"]) == (
-        "asset-removed", asset["id"], {"name": "gate"},
+        "asset-removed", asset["id"], {"name": "door"},
     )  # fmt: skip
+    assert (renamed["action"], renamed["details"]) == (
+        "asset-renamed", {"before": "gate", "after": "door"},
+    )  # fmt: skip
+    assert (folder["action"], folder["subject"]) == ("folder-thresholds-set", "props")
+    assert folder["details"]["after"]["min_recall"] == 0.5
     assert (gone["actor"], gone["address"]) == (admin.id, "127.0.0.1")
     assert changed["action"] == "thresholds-set"
     assert changed["details"]["before"]["min_recall"] == 0.7

@@ -62,10 +62,22 @@ class Entries:
         return len(old)
 
 
+class Assets:
+    """An asset store of which only the times are known at which assets go."""
+
+    def __init__(self, *goes: float) -> None:
+        self.goes = list(goes)
+
+    def remove_due(self, now: float) -> int:
+        due = [one for one in self.goes if one <= now]
+        self.goes = [one for one in self.goes if one > now]
+        return len(due)
+
+
 def cleaner(rows, blobs, keep_days=10.0, seconds=1000.0, journal_days=30.0, **others):
-    others = {"journal": Entries(), "answers": Entries(), **others}
+    others = {"assets": Assets(), "journal": Entries(), "answers": Entries(), **others}
     return Cleaner(
-        rows, blobs, keep_days=keep_days, journal_days=journal_days, seconds=seconds, **others
+        rows, blobs=blobs, keep_days=keep_days, journal_days=journal_days, seconds=seconds, **others
     )
 
 
@@ -128,3 +140,9 @@ def test_a_clock_that_jumps_ahead_makes_no_job_old(blobs, monkeypatch):
         for _ in range(3):
             wait_for(rows)
     assert max(rows.asked) < real() - 9 * DAY
+
+
+def test_assets_that_were_removed_go_when_they_are_due(blobs):
+    assets = Assets(99.0, 101.0)
+    assert cleaner(Rows({}), blobs, assets=assets).clean(100.0).assets == 1
+    assert assets.goes == [101.0]

@@ -10,6 +10,8 @@ from nicegui import ui
 from nicegui.events import ValueChangeEventArguments
 
 from service.access.key import Caller
+from service.dashboard.links import CopyButton
+from service.dashboard.names import show_name
 from service.dashboard.sign_in import STYLE
 from service.dashboard.visitor import current_caller
 
@@ -42,7 +44,10 @@ def page_frame(title: str, *, here: str) -> Iterator[None]:
         _whoever(current_caller())
     # NiceGUI's page around it is the main part already.
     with ui.element("div").props('id=content tabindex="-1"').classes("content"):
-        ui.label(title).props("role=heading aria-level=1").classes("title")
+        with ui.element("div").classes("title-row"):
+            with ui.element("h1").classes("title"):
+                show_name(title)
+            CopyButton()
         yield
 
 

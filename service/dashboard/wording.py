@@ -19,6 +19,11 @@ def percent(share: float | None, digits: int = 1) -> str:
     return _UNKNOWN if share is None else wording.percent(share, digits)
 
 
+def exact_percent(share: float) -> str:
+    """A bar as it was typed."""
+    return wording.exact_percent(share)
+
+
 def overhang(share: float | None) -> str:
     """What is to be small: never less than it is."""
     return _UNKNOWN if share is None else wording.percent_at_most(share)

@@ -138,7 +138,7 @@ class RunPage:
 
 @dataclass(frozen=True, slots=True)
 class RunNumbers:
-    """What a list of thousands of assets shows of a run."""
+    """What a list of thousands of assets shows of a run; whether it has a thumbnail."""
 
     job_id: str
     created: float
@@ -151,6 +151,7 @@ class RunNumbers:
     worst_view: int | None
     overhang: float | None
     verdict: str | None
+    pictured: bool = False
 
 
 @dataclass(frozen=True, slots=True)

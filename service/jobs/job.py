@@ -101,6 +101,9 @@ def inputs_by_part(files: Iterable[JobFile]) -> dict[str, JobFile]:
 OVERRIDES_FILE = "input/overrides.toml"
 """The input that holds overrides of the mesh, where there are some."""
 
+THUMBNAIL = "thumbnail.png"
+"""The result by which a run is told from others in a list."""
+
 
 @dataclass(frozen=True)
 class Summary:

@@ -17,9 +17,9 @@ from sqlalchemy.sql.compiler import SQLCompiler
 from sqlalchemy.sql.functions import GenericFunction
 
 from service.jobs.asset import FailedUpload, RunNumbers, Standing, Thresholds, demanded
-from service.jobs.job import Failure, JobKind, JobState
+from service.jobs.job import THUMBNAIL, Failure, JobKind, JobState
 from service.storage.rows import NO_RUNS, is_run
-from service.storage.tables import AssetRow, JobRow, JournalRow
+from service.storage.tables import AssetRow, JobFileRow, JobRow, JournalRow
 
 
 class json_list(GenericFunction[str]):
@@ -103,6 +103,7 @@ def numbers_of(row: Row[Any]) -> RunNumbers:
         worst_view=row.worst_view,
         overhang=row.overhang,
         verdict=row.verdict,
+        pictured=bool(row.pictured),
     )
 
 
@@ -217,4 +218,8 @@ def _numbers() -> tuple[ColumnElement[Any], ...]:
         *(summary[name].as_integer().label(name) for name in whole),
         *(summary[name].as_float().label(name) for name in shares),
         summary["verdict"].as_string().label("verdict"),
+        select(JobFileRow.name)
+        .where(JobFileRow.job_number == JobRow.number, JobFileRow.name == THUMBNAIL)
+        .exists()
+        .label("pictured"),
     )

@@ -11,9 +11,9 @@ from nicegui import ui
 
 from service.dashboard.asset.details import AssetDetail, RunLine, read_asset
 from service.dashboard.asset.panels import run_panels
+from service.dashboard.changes.thresholds_dialog import Subject, open_thresholds
 from service.dashboard.frame import page_frame, panel
 from service.dashboard.notices import showing_unknown
-from service.dashboard.overview.thresholds_dialog import open_demand
 from service.dashboard.visitor import Visitor, current_caller, current_visitor
 from service.dashboard.wording import overhang, percent, seconds, whole
 from service.jobs.asset import Asset, Thresholds
@@ -79,9 +79,10 @@ def _demand(visitor: Visitor, asset: Asset, job_id: str | None = None) -> None:
     with ui.element("div").classes("row-of-controls"):
         ui.label(_words(asset.thresholds)).classes("quiet")
         if current_caller().may_curate:
-            ui.button("Thresholds", on_click=lambda: open_demand(visitor, asset, _reload)).props(
-                "no-caps outline dense"
-            )
+            subject = Subject(asset.name, asset.id, asset.thresholds, {})
+            ui.button(
+                "Thresholds", on_click=lambda: open_thresholds(visitor, subject, _reload)
+            ).props("no-caps outline dense")
         if job_id is not None:
             ui.link("Speed against accuracy", f"/tradeoff/{asset.id}")
             ui.link("Run again with other settings", f"/submit?from={job_id}")

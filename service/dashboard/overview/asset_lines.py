@@ -7,12 +7,19 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from enum import StrEnum
 from weakref import WeakKeyDictionary
 
-from service.jobs.asset import AssetStore, RunNumbers, Standing, Thresholds
+from service.jobs.asset import (
+    AssetStore,
+    FailedUpload,
+    RemovedAsset,
+    RunNumbers,
+    Standing,
+    Thresholds,
+)
 
 _NOTICED = 0.0005
 """Change of a share from which on a run counts as worse: half of the last digit that is shown."""
@@ -34,24 +41,32 @@ class Holds(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class AssetLine:
-    """What the page shows of one asset."""
+    """What the page shows of one asset.
+
+    ``thresholds``  its own; ``demanded`` those that count.
+    ``failed``      the job of its newest upload, where that failed.
+    """
 
     id: str
     name: str
     thresholds: Thresholds
+    demanded: Thresholds
     holds: Holds
     latest: RunNumbers | None
     recalls: tuple[float, ...]
+    failed: str | None = None
 
     @classmethod
-    def of(cls, standing: Standing) -> AssetLine:
+    def of(cls, standing: Standing, failed: str | None = None) -> AssetLine:
         return cls(
             id=standing.id,
             name=standing.name,
             thresholds=standing.thresholds,
-            holds=_holds(standing.thresholds, standing.latest),
+            demanded=standing.demanded,
+            holds=_holds(standing.demanded, standing.latest),
             latest=standing.latest,
             recalls=standing.recalls,
+            failed=failed,
         )
 
 
@@ -79,13 +94,19 @@ class Change:
 class Overview:
     """All assets by name, and those that got worse since a day, the largest fall first.
 
-    ``stamp``  of the store, from before it was read.
+    ``failed``   uploads that failed and were not made good, newest first.
+    ``folders``  what is demanded of folders, by path.
+    ``removed``  what can be restored.
+    ``stamp``    of the store, from before it was read.
     """
 
     lines: tuple[AssetLine, ...]
     worse: tuple[Change, ...]
     since: datetime
     stamp: Hashable
+    failed: tuple[FailedUpload, ...] = ()
+    folders: Mapping[str, Thresholds] = field(default_factory=dict)
+    removed: tuple[RemovedAsset, ...] = ()
 
 
 def summary(overview: Overview) -> str:
@@ -94,9 +115,10 @@ def summary(overview: Overview) -> str:
     missed = _count(sum(line.holds is Holds.MISSED for line in overview.lines))
     worse = _count(len(overview.worse))
     day = f"{overview.since.day} {overview.since:%B %Y}"
+    failed = _count(len(overview.failed))
     return (
-        f"{count:,} {'asset' if count == 1 else 'assets'}. "
-        f"Thresholds missed: {missed}. Worse since {day}: {worse}."
+        f"{count:,} {'asset' if count == 1 else 'assets'}. Failed uploads: {failed}. "
+        f"Below a threshold: {missed}. Got worse since {day}: {worse}."
     )
 
 
@@ -107,9 +129,14 @@ def _count(number: int) -> str:
 def read_overview(assets: AssetStore, tenant: str, since: datetime) -> Overview:
     """Waits for the database: half a second for 5,000 assets with 20 runs each."""
     stamp = assets.stamp(tenant)  # first, so that what comes meanwhile is seen the next time
-    lines = tuple(AssetLine.of(one) for one in assets.standings(tenant))
+    failed = assets.failed(tenant, since.timestamp())
+    jobs = {one.asset_id: one.job_id for one in failed}
+    lines = tuple(AssetLine.of(one, jobs.get(one.id)) for one in assets.standings(tenant))
     before = assets.runs_at(tenant, since.timestamp())
-    return Overview(lines, falls_since(lines, before), since, stamp)
+    return Overview(
+        lines, falls_since(lines, before), since, stamp, failed,
+        assets.folder_thresholds(tenant), assets.removed(tenant),
+    )  # fmt: skip
 
 
 def falls_since(

@@ -1,65 +1,74 @@
-"""How all assets stand, drawn by the browser: precision against recall, and a table.
-
-The rows live in the browser, which fetches, filters and sorts them.
-"""
+"""All assets as a list.  The rows live in the browser, which fetches, filters and sorts them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Awaitable, Iterable, Mapping, Sequence
+from typing import Any, Protocol
 
-import nicegui
 from nicegui.element import Element
 
+from service.dashboard.links import ADDRESS
 from service.dashboard.overview.exports import SOURCE
 
-_CHART = Path(nicegui.__file__).parent / "elements" / "echart" / "dist"
-
-_GRID = Path(nicegui.__file__).parent / "elements" / "aggrid" / "dist"
+Limits = Mapping[str, Mapping[str, float | None]]
 
 
-class Distribution(
+class AskedOfList(Protocol):
+    """What people ask of the list, each by the ids of assets or the path of a folder."""
+
+    def demand(self, asset_id: str) -> None: ...
+    def demand_folder(self, folder: str) -> None: ...
+    def rename(self, asset_id: str) -> None: ...
+    def remove(self, asset_ids: Sequence[str]) -> Awaitable[None]: ...
+    def export(self, asset_ids: Sequence[str]) -> None: ...
+
+
+class AssetList(
     Element,
-    component="distribution.js",
-    esm={"nicegui-echart": str(_CHART), "occluder-assets": SOURCE},
+    component="asset_list.js",
+    esm={"occluder-assets": SOURCE, "occluder-address": ADDRESS},
 ):
-    """A chart with a point for each asset that has both shares; a click opens the asset."""
+    """What it is narrowed to, and its order, stand in the page's address.
 
-    def __init__(self) -> None:
-        super().__init__()
-        self._props["source"] = ""
-
-    def show(self, source: str) -> None:
-        """The rows at an address."""
-        self._props["source"] = source
-        self.update()
-
-
-class AssetsTable(
-    Element,
-    component="assets_table.js",
-    esm={"nicegui-aggrid": str(_GRID), "occluder-assets": SOURCE},
-):
-    """Rows live in the browser, which fetches, filters and sorts them.
-
-    ``editable``   whether to offer setting thresholds, ``on_demand`` of an asset's id.
-    ``on_export``  with the ids of what is shown, in its order.
+    ``source``     address of all rows; ``first`` some of them, to be drawn at once, as
+                   :func:`~service.dashboard.overview.exports.rows_of` gives them, of ``count``.
+    ``limits``     thresholds of folders by their paths, as plain values.
+    ``editable``   whether to offer changes.
     """
 
     def __init__(
         self,
+        source: str,
+        first: Mapping[str, Any],
+        count: int,
         *,
+        limits: Limits,
         editable: bool,
-        on_demand: Callable[[str], None],
-        on_export: Callable[[Sequence[str]], None],
+        asked: AskedOfList,
     ) -> None:
         super().__init__()
-        self._props["editable"] = editable
-        self._props["source"] = ""
-        self.on("demand", lambda event: on_demand(str(event.args)))
-        self.on("export", lambda event: on_export([str(one) for one in event.args]))
+        self.props["editable"] = editable
+        self.props["limits"] = limits
+        self.props["source"] = source
+        self.props["first"] = first
+        self.props["count"] = count
+        self.on("demand", lambda event: asked.demand(str(event.args)))
+        self.on("demandFolder", lambda event: asked.demand_folder(str(event.args)))
+        self.on("rename", lambda event: asked.rename(str(event.args)))
+        self.on("remove", lambda event: asked.remove(_texts(event.args)))
+        self.on("export", lambda event: asked.export(_texts(event.args)))
 
-    def show(self, source: str) -> None:
-        """The rows at an address."""
-        self._props["source"] = source
+    def show(self, source: str, count: int, limits: Limits) -> None:
+        """Other rows, at an address."""
+        self.props["source"] = source
+        self.props["count"] = count
+        self.props["limits"] = limits
         self.update()
+
+    def show_kind(self, kind: str) -> None:
+        """Narrow it to the assets of a kind, and go there."""
+        self.run_method("showKind", kind)
+
+
+def _texts(told: Iterable[object]) -> list[str]:
+    return [str(one) for one in told]

@@ -1,6 +1,5 @@
 /* One point an asset, precision against recall.  The table beside it says the same in words. */
 
-import { echarts } from "nicegui-echart";
 import { assetsAt } from "occluder-assets";
 
 const SERIES = [
@@ -10,23 +9,21 @@ const SERIES = [
 const percent = (share) => `${Math.floor(share * 10000 + 1e-6) / 100} %`;
 
 export default {
-  template: `<div class="distribution" role="img"
-    aria-label="Precision against recall, one point an asset; the table has the same numbers"></div>`,
+  template: `
+    <details class="fold" @toggle="open($event.target.open)">
+      <summary>Precision against recall</summary>
+      <div ref="chart" class="distribution" role="img"
+        aria-label="Precision against recall, one point an asset. The list has the same figures."></div>
+    </details>`,
   props: { source: String },
   data() {
     return { points: [] };
   },
   mounted() {
-    this.chart = echarts.init(this.$el);
-    this.chart.on("click", (event) => {
-      const point = this.points[event.data?.[2]];
-      if (point) window.location.assign(`/assets/${encodeURIComponent(point.id)}`);
-    });
-    this.sized = new ResizeObserver(() => this.chart.resize());
-    this.sized.observe(this.$el);
-    this.coloured = new MutationObserver(this.draw);
+    this.sized = new ResizeObserver(() => this.chart?.resize());
+    this.sized.observe(this.$refs.chart);
+    this.coloured = new MutationObserver(() => this.draw());
     this.coloured.observe(document.body, { attributes: true, attributeFilter: ["class"] });
-    this.load();
   },
   watch: {
     source() {
@@ -36,11 +33,23 @@ export default {
   unmounted() {
     this.sized.disconnect();
     this.coloured.disconnect();
-    this.chart.dispose();
+    this.chart?.dispose();
   },
   methods: {
+    // The library that draws it is larger than all else on the page.
+    async open(opened) {
+      if (!opened || this.chart) return;
+      const { echarts } = await import("nicegui-echart");
+      this.chart = echarts.init(this.$refs.chart);
+      this.chart.on("click", (event) => {
+        const point = this.points[event.data?.[2]];
+        if (point) window.location.assign(`/assets/${encodeURIComponent(point.id)}`);
+      });
+      await this.load();
+    },
+
     async load() {
-      if (!this.source) return;
+      if (!this.chart) return;
       const source = this.source;
       const rows = await assetsAt(source);
       if (source !== this.source) return; // others were asked for meanwhile
@@ -48,6 +57,7 @@ export default {
       this.draw();
     },
     draw() {
+      if (!this.chart) return;
       const colour = (name) => getComputedStyle(document.body).getPropertyValue(name).trim();
       const text = { color: colour("--quiet"), fontSize: 12 };
       const axis = (name, step) => ({
@@ -88,7 +98,7 @@ export default {
           xAxis: { ...axis("Precision", 0.01), nameGap: 28 },
           yAxis: { ...axis("Recall", 0.2), nameGap: 46 },
           series: SERIES.map((one) => ({
-            name: one.name === "missed" ? "thresholds missed" : "all others",
+            name: one.name === "missed" ? "below a threshold" : "all others",
             type: "scatter",
             symbol: one.symbol,
             symbolSize: one.name === "missed" ? 7 : 5,

@@ -10,7 +10,8 @@ import csv
 import gzip
 import io
 import json
-from collections.abc import Collection, Iterable, Mapping
+import math
+from collections.abc import Collection, Iterable
 from datetime import UTC, datetime
 from functools import lru_cache
 from pathlib import Path
@@ -21,11 +22,11 @@ from fastapi import APIRouter, Request, Response
 
 from service.dashboard.overview.asset_lines import (
     AssetLine,
-    Holds,
     Overview,
     midnight,
     shared_overview,
 )
+from service.dashboard.overview.attention import matters
 from service.errors import BadRequestError
 from service.routes.services import Reader, TheServices
 
@@ -33,13 +34,6 @@ SOURCE = str(Path(__file__).with_name("source"))
 """The module that fetches them."""
 
 _PATH = "/dashboard/assets.json"
-_URGENCY = {
-    Holds.MISSED: 0,
-    Holds.NEVER_RUN: 1,
-    Holds.OPEN: 2,
-    Holds.HELD: 2,
-}
-
 router = APIRouter(include_in_schema=False)
 
 _COLUMNS = (
@@ -73,36 +67,65 @@ def rows_of_all(since: str, request: Request, services: TheServices, caller: Rea
 @lru_cache(maxsize=4)
 def _pack(overview: Overview) -> bytes:
     text = json.dumps(rows_of(overview), separators=(",", ":"))
-    return gzip.compress(text.encode(), compresslevel=5)
+    return gzip.compress(text.encode(), compresslevel=6)
 
 
-def rows_of(overview: Overview) -> list[Mapping[str, Any]]:
-    """What the browser is told, those that miss their thresholds first."""
+def rows_of(overview: Overview, most: int | None = None) -> dict[str, Any]:
+    """What the browser is told, first what needs attention: names of columns, and rows.
+
+    ``most``  rows; None for all.
+    """
     worse = {change.line.id for change in overview.worse}
-    urgent_first = sorted(overview.lines, key=lambda line: _URGENCY[line.holds])
-    return [_row(line, worse) for line in urgent_first]
+    places = {matter.address: place for place, matter in enumerate(matters(overview))}
 
+    def urgency(line: AssetLine) -> tuple[int, int]:
+        never_run = line.latest is None
+        return places.get(f"/assets/{line.id}", len(places)), 0 if never_run else 1
 
-def _row(line: AssetLine, worse: Collection[str]) -> Mapping[str, Any]:
-    """A name, words of ours, and numbers."""
-    run = line.latest
+    urgent_first = sorted(overview.lines, key=urgency)
     return {
-        "id": line.id,
-        "name": line.name,
-        "holds": str(line.holds),
-        "verdict": run and run.verdict,
-        "precision": run and run.precision,
-        "recall": run and run.recall,
-        "recalls": [round(recall, 4) for recall in line.recalls],
-        "worst": run and run.worst_recall,
-        "worstView": run and run.worst_view,
-        "overhang": run and run.overhang,
-        "input": run and run.input_triangles,
-        "triangles": run and run.triangles,
-        "seconds": run and run.seconds,
-        "created": run and run.created,
-        "worse": line.id in worse,
+        "names": _NAMES,
+        "rows": [_row(line, worse) for line in urgent_first[:most]],
     }
+
+
+_NAMES = (
+    "id", "name", "job", "pictured", "failed", "holds", "verdict", "precision", "recall",
+    "recalls", "worst", "worstView", "overhang", "input", "triangles", "seconds", "created",
+    "worse",
+)  # fmt: skip
+
+
+def _row(line: AssetLine, worse: Collection[str]) -> list[Any]:
+    """A name, words of ours, and numbers, of no more digits than are shown."""
+    run = line.latest
+    recalls = [round(recall, 3) for recall in line.recalls]
+    if run is None:
+        return [
+            line.id, line.name, None, False, line.failed, line.holds, None, None, None, recalls,
+            *[None] * 7, False,
+        ]  # fmt: skip
+    return [
+        line.id, line.name, run.job_id, run.pictured, line.failed, line.holds, run.verdict,
+        _at_least(run.precision), _at_least(run.recall), recalls, _at_least(run.worst_recall),
+        run.worst_view, _at_most(run.overhang), run.input_triangles, run.triangles,
+        round(run.seconds, 2), round(run.created), line.id in worse,
+    ]  # fmt: skip
+
+
+_STEPS = 1e4
+"""Parts of a whole that are shown: hundredths of a percent."""
+
+
+def _at_least(share: float | None) -> float | None:
+    """Never more than it is, and nothing only where it is."""
+    if share is None:
+        return None
+    return math.floor(share * _STEPS + 1e-6) / _STEPS or min(share, 0.1 / _STEPS)
+
+
+def _at_most(share: float | None) -> float | None:
+    return None if share is None else math.ceil(share * _STEPS - 1e-6) / _STEPS
 
 
 def csv_of(lines: Iterable[AssetLine]) -> str:
@@ -120,7 +143,7 @@ def harmless(text: str) -> str:
 
 
 def _csv_row(line: AssetLine) -> list[object]:
-    run, demanded = line.latest, line.thresholds
+    run, demanded = line.latest, line.demanded
     numbers: list[object] = [None] * 9
     created = None
     if run is not None:

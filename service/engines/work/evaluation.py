@@ -8,7 +8,13 @@ import simplifier
 from service.engines.messages import Task
 from service.engines.work.inputs import input_path, options_within_memory, read_mesh
 from service.engines.work.meter import JUDGING, Meter
-from service.engines.work.report_files import command_names, summary_of, write_report
+from service.engines.work.report_files import (
+    PICTURE_SIZE,
+    command_names,
+    summary_of,
+    write_report,
+    write_thumbnail,
+)
 from service.engines.worker import Cancel, ReportProgress, TaskCancelledError
 from service.jobs.job import Summary
 from service.jobs.on_demand import FINEST, ORIGINAL
@@ -16,8 +22,8 @@ from service.keep import Keep
 
 
 def evaluate_mesh(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
-    """Results: a report; both meshes to look at, ``original.glb`` and ``lod0.glb``, unless little
-    is kept.
+    """Results: a report; both meshes to look at, ``original.glb`` and ``lod0.glb``, and a
+    thumbnail, unless little is kept.
 
     Raises as :data:`~service.engines.worker.DoTask` says, and :class:`simplifier.OccluderError`.
     """
@@ -43,4 +49,6 @@ def evaluate_mesh(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     if task.keep is not Keep.LEAN:
         simplifier.save_for_viewing(mesh, results / ORIGINAL)
         simplifier.save(occluder, results / FINEST)
+        view = simplifier.Viewpoint(mesh, size=PICTURE_SIZE, up=options.up)
+        write_thumbnail(view, occluder, task)
     return summary_of(report, 1, meter.seconds)

@@ -13,22 +13,27 @@ from service.engines.messages import Task
 from service.engines.work.inputs import input_path, options_within_memory, read_mesh
 from service.engines.work.levels_file import save_levels
 from service.engines.work.meter import MAKING, Meter
-from service.engines.work.report_files import command_names, summary_of, write_report
+from service.engines.work.report_files import (
+    PICTURE_SIZE,
+    command_names,
+    summary_of,
+    write_report,
+    write_thumbnail,
+)
 from service.engines.worker import Cancel, ReportProgress, TaskCancelledError
 from service.jobs.job import Summary
 from service.jobs.on_demand import LEVELS, ORIGINAL, WHOLE, level_file
 from service.jobs.progress import Snapshot
 from service.keep import Keep
 
-_PICTURE_SIZE = 160  # pixels a side: some 6 KiB
 _PICTURE_PAUSE = 1.0  # seconds before the first and between two
 _DRAWING_SHARE = 0.05  # of the time that drawing may take
 
 
 def make_occluder(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     """Results: ``occluder.glb`` with all levels, ``lod0.glb``, ``lod0.obj``... of each, a report,
-    and ``original.glb`` to look at beside them; where little is kept, the first, the report, and
-    what the others are written from.
+    ``original.glb`` to look at beside them, and a thumbnail; where little is kept, the first, the
+    report, and what the others are written from.
 
     Raises as :data:`~service.engines.worker.DoTask` says, and :class:`simplifier.OccluderError`.
     """
@@ -53,6 +58,7 @@ def make_occluder(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     else:
         files = _save_all(made, scratch, results)
         simplifier.save_for_viewing(mesh, results / ORIGINAL)
+        write_thumbnail(draw.view, made.occluder, task)
     write_seconds = time.perf_counter() - begin
     meter.at("accuracy", 0.82)
     product = made.measure()
@@ -102,18 +108,23 @@ class BestSoFar:
         clock: Callable[[], float] = time.perf_counter,
     ) -> None:
         self._mesh, self._up, self._clock = mesh, up, clock
-        self._view: simplifier.Viewpoint | None = None
+        self._view: simplifier.Viewpoint | None = None  # once it is asked for
         self._number = 0
         self._due = clock() + _PICTURE_PAUSE
+
+    @property
+    def view(self) -> simplifier.Viewpoint:
+        """From where pictures are drawn."""
+        if self._view is None:
+            self._view = simplifier.Viewpoint(self._mesh, size=PICTURE_SIZE, up=self._up)
+        return self._view
 
     def __call__(self, progress: simplifier.Progress) -> Snapshot | None:
         """A picture, where one is due."""
         begin = self._clock()
         if progress.best is None or begin < self._due:
             return None
-        if self._view is None:
-            self._view = simplifier.Viewpoint(self._mesh, size=_PICTURE_SIZE, up=self._up)
-        png = self._view.picture(progress.best())
+        png = self.view.picture(progress.best())
         end = self._clock()
         self._due = end + max(_PICTURE_PAUSE, (end - begin) / _DRAWING_SHARE)
         self._number += 1

@@ -1,4 +1,4 @@
-"""The report of an occluder as files and as the numbers that lists and histories show.
+"""The report of an occluder as files, and as the picture and numbers that lists and histories show.
 
 Its pages are drawn with it, or on demand.
 """
@@ -10,10 +10,14 @@ from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any, Protocol
 
+import simplifier
 from service.engines.messages import Task
-from service.jobs.job import Summary
+from service.jobs.job import THUMBNAIL, Summary
 from service.jobs.on_demand import PAGES, REPORT
 from service.keep import Keep
+
+PICTURE_SIZE = 160
+"""Pixels a side of a thumbnail, and of a picture on the way: some 6 KiB."""
 
 
 class Judged(Protocol):
@@ -41,6 +45,11 @@ def write_report(judged: Judged, report: dict[str, Any], task: Task) -> None:
 
 PICTURES = "pictures"
 """The folder of a report's pictures."""
+
+
+def write_thumbnail(view: simplifier.Viewpoint, finest: simplifier.Occluder, task: Task) -> None:
+    """Write the small picture by which lists tell a run from others.  Raises OSError."""
+    (Path(task.results) / THUMBNAIL).write_bytes(view.picture(finest))
 
 
 def part_page(results: Path) -> None:

@@ -8,8 +8,13 @@ export function assetsAt(address) {
   return last.rows;
 }
 
+/* Rows as they are sent, a list of values each, as objects. */
+export function rowsOf({ names, rows }) {
+  return rows.map((values) => Object.fromEntries(names.map((name, at) => [name, values[at]])));
+}
+
 async function fetched(address) {
   const answer = await fetch(address);
   if (!answer.ok) throw new Error(`the assets cannot be read: ${answer.status}`);
-  return answer.json();
+  return rowsOf(await answer.json());
 }

@@ -134,7 +134,7 @@ def test_thresholds_turn_an_asset_red(page: Page, filled: Filled) -> None:
     page.goto(f"{filled.address}/assets/{filled.asset}")
     expect(page.locator(".numbers .good")).to_have_text("held")
     page.get_by_role("button", name="Thresholds").click()
-    page.get_by_label("Least precision, %").fill("99.99")
+    page.get_by_label("Minimum precision").fill("99.99")
     page.get_by_role("button", name="Save").click()
     expect(page.locator(".numbers .bad")).to_have_text("missed")
     expect(page.locator(".history .bad")).to_have_count(2)

@@ -28,7 +28,8 @@ RUN = RunNumbers("job1", 1.7e9, 64, 5000, 1.5, 0.999, 0.8, 0.6, 17, 0.0042, "goo
 def line(
     name: str = "castle", run: RunNumbers | None = RUN, thresholds: Thresholds | None = None
 ) -> AssetLine:
-    standing = Standing(f"id of {name}", name, thresholds or Thresholds(), run, (0.7, 0.8))
+    own = thresholds or Thresholds()
+    standing = Standing(f"id of {name}", name, own, run, (0.7, 0.8), own)
     return AssetLine.of(standing)
 
 
@@ -76,10 +77,10 @@ def test_what_rose_stayed_or_began_later_is_not_worse() -> None:
 def test_the_summary_counts_in_words() -> None:
     missed = line(thresholds=Thresholds(1.0, 1.0))
     assert summary(overview(line())) == (
-        "1 asset. Thresholds missed: none. Worse since 1 May 2024: none."
+        "1 asset. Failed uploads: none. Below a threshold: none. Got worse since 1 May 2024: none."
     )
     assert summary(overview(line(), missed)) == (
-        "2 assets. Thresholds missed: 1. Worse since 1 May 2024: none."
+        "2 assets. Failed uploads: none. Below a threshold: 1. Got worse since 1 May 2024: none."
     )
 
 
@@ -107,4 +108,16 @@ def test_a_formula_is_quoted(name: str) -> None:
 
 def test_those_that_miss_their_thresholds_come_first() -> None:
     missed = line("z", thresholds=Thresholds(1.0, 1.0))
-    assert [row["name"] for row in rows_of(overview(line("a"), missed))] == ["z", "a"]
+    told = rows_of(overview(line("a"), missed))
+    names = [row[told["names"].index("name")] for row in told["rows"]]
+    assert names == ["z", "a"]
+    assert all(len(row) == len(told["names"]) for row in told["rows"])
+
+
+def test_figures_are_sent_no_better_than_they_are() -> None:
+    run = replace(RUN, recall=0.98999, precision=0.00004, overhang=0.00421)
+    told = rows_of(overview(line("a", run), line("b", None)))
+    never, row = (dict(zip(told["names"], one, strict=True)) for one in told["rows"])
+    assert (row["recall"], row["overhang"]) == (0.9899, 0.0043)
+    assert 0.0 < row["precision"] < 0.0001
+    assert (never["recall"], never["job"], never["holds"]) == (None, None, "no run yet")

@@ -1,0 +1,33 @@
+"""Precision against recall of all assets, drawn by the browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import nicegui
+from nicegui.element import Element
+
+from service.dashboard.overview.exports import SOURCE
+
+_CHART = Path(nicegui.__file__).parent / "elements" / "echart" / "dist"
+
+
+class Distribution(
+    Element,
+    component="distribution.js",
+    esm={"nicegui-echart": str(_CHART), "occluder-assets": SOURCE},
+):
+    """A chart that is drawn once it is unfolded, with a point for each asset that has both shares;
+    a click opens the asset.
+
+    ``source``  address of the rows.
+    """
+
+    def __init__(self, source: str) -> None:
+        super().__init__()
+        self.props["source"] = source
+
+    def show(self, source: str) -> None:
+        """Other rows, at an address."""
+        self.props["source"] = source
+        self.update()

@@ -122,7 +122,7 @@ def test_rounds_go_on_after_a_failure(blobs, caplog):
             wait_for(rows)
     assert list(blobs.digests()) == []
     assert sum("cleaning failed" in record.message for record in caplog.records) == 2
-    assert "0 jobs, 1 blobs and 0 entries" in caplog.text
+    assert "0 jobs, 0 assets, 1 blobs and 0 entries" in caplog.text
 
 
 def test_the_first_round_is_at_once_and_the_end_too(blobs):

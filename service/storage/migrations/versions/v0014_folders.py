@@ -7,7 +7,7 @@ from alembic import op
 
 from service.storage.column_types import Text
 
-revision = "0040"
+revision = "0014"
 down_revision = "0012"
 branch_labels = None
 depends_on = None

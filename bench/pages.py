@@ -121,7 +121,7 @@ def _places(server: Served) -> list[Place]:
     with closing(SqliteDatabase.open(server.folder / "data" / "occluder.db")) as database:
         seed_assets(database, made_up(ASSETS - 1, runs=RUNS), time.time())
     return [
-        Place("overview", "/", ".grid .asset-name"),
+        Place("overview", "/", ".asset-list .asset-name"),
         Place("asset", f"/assets/{job.asset_id}", ".numbers dd"),
         Place("submit", "/submit", ".drop-zone"),
         Place("jobs", "/jobs", ".plain-table td"),

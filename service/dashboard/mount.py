@@ -23,6 +23,7 @@ from service.dashboard import sign_in
 from service.dashboard.asset import asset_page, compare_page
 from service.dashboard.frame import ICON
 from service.dashboard.gate import Gate
+from service.dashboard.icons import ICONS_SCRIPT
 from service.dashboard.jobs import job_page, jobs_page
 from service.dashboard.overview import exports, overview_page
 from service.dashboard.submit import submit_page
@@ -75,6 +76,7 @@ def _host() -> FastAPI:
         tailwind=False,
         show_welcome_message=False,
     )
+    nicegui.app.config.vue_config_script += ICONS_SCRIPT
     return host
 
 

@@ -5,13 +5,16 @@ A page without scripts: it is open to all, and the only one where a key is typed
 
 from __future__ import annotations
 
+import gzip
 import re
+from functools import cache
+from hashlib import sha256
 from html import escape
 from pathlib import Path
 from typing import Annotated
 
 from fastapi import APIRouter, Form, Request
-from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse, Response
+from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from service.access.session import COOKIE, SESSION_SECONDS
 from service.errors import ServiceError, TooManyAttemptsError
@@ -59,9 +62,22 @@ router = APIRouter(include_in_schema=False, route_class=SmallBodyRoute)
 
 
 @router.get(STYLE)
-async def style() -> FileResponse:
-    path = Path(__file__).with_name("style.css")
-    return FileResponse(path, media_type="text/css", headers={"Cache-Control": "no-cache"})
+async def style(request: Request) -> Response:
+    """Asked for by every page, so it is compressed once."""
+    tag, plain, packed = _style()
+    headers = {"Cache-Control": "no-cache", "Vary": "Accept-Encoding", "ETag": tag}
+    if request.headers.get("if-none-match") == tag:
+        return Response(None, 304, headers)
+    if "gzip" in request.headers.get("accept-encoding", ""):
+        return Response(packed, 200, {**headers, "Content-Encoding": "gzip"}, "text/css")
+    return Response(plain, 200, headers, "text/css")
+
+
+@cache
+def _style() -> tuple[str, bytes, bytes]:
+    """The style sheet: its tag, its bytes, and these compressed."""
+    plain = Path(__file__).with_name("style.css").read_bytes()
+    return f'"{sha256(plain).hexdigest()}"', plain, gzip.compress(plain, mtime=0)
 
 
 @router.get("/sign-in")

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import lru_cache
 from urllib.parse import urlencode
 
 from service.dashboard.jobs.words import failure_title, sentence
@@ -43,13 +44,14 @@ class Matter:
     link_name: str
 
 
-def matters(overview: Overview) -> list[Matter]:
-    """All of them, most urgent first."""
+@lru_cache(maxsize=4)
+def matters(overview: Overview) -> tuple[Matter, ...]:
+    """All of them, most urgent first; made once for all pages that show the same."""
     found: dict[str, Matter] = {}
     for matter in (*_failed(overview), *_missed(overview), *_worse(overview)):
         found.setdefault(matter.address, matter)
     order = list(Reason)
-    return sorted(found.values(), key=lambda one: (order.index(one.reason), -one.size))
+    return tuple(sorted(found.values(), key=lambda one: (order.index(one.reason), -one.size)))
 
 
 def gaps(demanded: Thresholds, run: RunNumbers) -> list[tuple[float, str]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from datetime import datetime
 
 from nicegui import ui
@@ -62,7 +62,7 @@ class AttentionPanel:
             if len(found) > _MOST:
                 self._show_rest(found)
 
-    def _show_rest(self, found: list[Matter]) -> None:
+    def _show_rest(self, found: Sequence[Matter]) -> None:
         counts = Counter(matter.reason for matter in found)
         with ui.element("div").classes("row-of-controls"):
             for reason, title in _ALL.items():

@@ -80,9 +80,11 @@ class Watch:
         self.expected.append(part)
 
     def check(self) -> None:
-        """Fail where a request has left the machine, or a page has complained."""
+        """Fail where a request has left the machine or fetched a font, or a page has complained."""
         away = [url for url in self.requests if not _stays(url)]
         assert not away, f"requests have left the machine: {away}"
+        fonts = [url for url in self.requests if urlsplit(url).path.endswith(".woff2")]
+        assert not fonts, f"an icon is not in service/dashboard/icons.py: {fonts}"
         faults = [one for one in self.complaints if not any(part in one for part in self.expected)]
         assert not faults, f"the page complains: {faults}"
 

@@ -95,10 +95,71 @@ def length(value: float | None, digits: int = 4) -> str:
     return f"{value:,.{max(0, digits - 1 - before)}f}"
 
 
+def distance_range(level: int, starts: Sequence[float | None]) -> str:
+    """``"0 to 4,037"``, ``"4,037 to 8,075"``, ``"8,075 and beyond"``: from where to where a level
+    of detail is used, units of the mesh; ``"any"`` where no coarser one follows the finest.
+
+    ``starts``  distance from which each level may be used, the finest first; None for one whose
+    error is not promised, which is never used.  Nearer than all of them the finest is used, so that
+    its own does not count.
+    """
+    if level and starts[level] is None:
+        return length(None)
+    begin, following = length(starts[level]) if level else "0", _following(level, starts)
+    if following is None:
+        return f"{begin} and beyond" if level else "any"
+    return f"{begin} to {length(starts[following])}"
+
+
+def distance_advice(level: int, starts: Sequence[float | None]) -> str:
+    """``"use from 0 to 4,037 units; beyond, level 1"``: :func:`distance_range` as advice."""
+    if level and starts[level] is None:
+        return "never used: its error is not promised"
+    following = _following(level, starts)
+    if following is None:
+        return f"use from {length(starts[level])} units on" if level else "use at any distance"
+    return f"use from {distance_range(level, starts)} units; beyond, level {following}"
+
+
+def _following(level: int, starts: Sequence[float | None]) -> int | None:
+    """The level that takes over from another one."""
+    coarser = range(level + 1, len(starts))
+    return next((one for one in coarser if starts[one] is not None), None)
+
+
 def direction(vector: Iterable[float]) -> str:
     """``"(0.27, -0.80, 0.53)"``."""
     # Adding 0.0 turns -0.0, which would read "-0.00", into 0.0.
     return "(" + ", ".join(f"{round(float(x), 2) + 0.0:.2f}" for x in vector) + ")"
+
+
+_SIDES = ("the front", "the front right", "the right", "the back right", "the back",
+          "the back left", "the left", "the front left")  # fmt: skip
+_STRAIGHT = 75.0  # degrees of height from which the side no longer matters
+_STEEPNESS = ((50.0, "steeply "), (20.0, ""), (5.0, "slightly "))
+_RIGHT_AND_FRONT: Mapping[str, tuple[tuple[int, float], tuple[int, float]]] = {
+    "x": ((1, -1.0), (2, 1.0)), "y": ((0, 1.0), (2, 1.0)), "z": ((0, 1.0), (1, -1.0)),
+}  # fmt: skip
+"""By the axis that is up: the axes that point to the right and to the front, with their signs."""
+
+
+def viewpoint(line_of_sight: Sequence[float], up: str = "y") -> str:
+    """``"from the right, slightly below"``: where a viewer stands who looks along a unit vector.
+
+    The front is where +z points with x or y up, and where -y points with z up.
+    """
+    (across, to_right), (along, to_front) = _RIGHT_AND_FRONT[up]
+    right, front = -to_right * line_of_sight[across], -to_front * line_of_sight[along]
+    above = -line_of_sight["xyz".index(up)]
+    height = math.degrees(math.asin(max(-1.0, min(1.0, above))))
+    word = "above" if height > 0.0 else "below"
+    if abs(height) >= _STRAIGHT:
+        return f"from straight {word}"
+    side = _SIDES[round(math.degrees(math.atan2(right, front)) / 45.0) % len(_SIDES)]
+    for least, how in _STEEPNESS:
+        if abs(height) >= least:
+            return f"from {side}, {how}{word}"
+    return f"from {side}"
 
 
 def grid_size(cells: Iterable[int]) -> str:

@@ -56,6 +56,12 @@ settings.load_profile(PROFILE)
 SHARE = 0.4  # of the examples that a property asks for, which ``steady`` takes
 
 
+@pytest.fixture(scope="session", autouse=True)
+def own_folder(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """What commands remember of what they made lies in a folder of the tests."""
+    os.environ["XDG_CONFIG_HOME"] = str(tmp_path_factory.mktemp("settings"))
+
+
 @pytest.fixture(scope="session")
 def postgres() -> Iterator[PostgresServer]:
     """A server of this process's own; a skip where PostgreSQL is not installed."""

@@ -7,6 +7,8 @@ import pytest
 from simplifier.wording import (
     count,
     direction,
+    distance_advice,
+    distance_range,
     exact_percent,
     grid_size,
     length,
@@ -18,6 +20,7 @@ from simplifier.wording import (
     points,
     seconds,
     signed_points,
+    viewpoint,
 )
 
 
@@ -106,3 +109,42 @@ def test_a_line_in_a_picture_is_short_and_prints():
     assert picture_line("a\n$b$\u202e") == r"a?\$b\$?"
     assert picture_line("x" * 49) == "x" * 45 + "..."
     assert picture_line("x" * 48) == "x" * 48
+
+
+@pytest.mark.parametrize(
+    ("level", "starts", "words", "advice"),
+    [
+        (0, (50.6, 4037.4, 8074.8), "0 to 4,037", "use from 0 to 4,037 units; beyond, level 1"),
+        (
+            1, (50.6, 4037.4, 8074.8), "4,037 to 8,075",
+            "use from 4,037 to 8,075 units; beyond, level 2",
+        ),
+        (2, (50.6, 4037.4, 8074.8), "8,075 and beyond", "use from 8,075 units on"),
+        (0, (50.6,), "any", "use at any distance"),
+        (0, (None, None), "any", "use at any distance"),
+        (0, (1.0, None, 3.0), "0 to 3.000", "use from 0 to 3.000 units; beyond, level 2"),
+        (1, (1.0, None, 3.0), "no promise", "never used: its error is not promised"),
+    ],
+)  # fmt: skip
+def test_a_level_is_used_from_one_distance_to_another(level, starts, words, advice):
+    assert distance_range(level, starts) == words
+    assert distance_advice(level, starts) == advice
+
+
+@pytest.mark.parametrize(
+    ("line_of_sight", "up", "words"),
+    [
+        ((0.0, 0.0, -1.0), "y", "from the front"),
+        ((-0.98, 0.2, 0.0), "y", "from the right, slightly below"),
+        ((0.71, -0.5, 0.5), "y", "from the back left, above"),
+        ((0.0, -1.0, 0.0), "y", "from straight above"),
+        ((0.4, 0.9, 0.0), "y", "from the left, steeply below"),
+        ((0.0, 1.0, 0.0), "z", "from the front"),
+        ((-1.0, 0.0, 0.0), "z", "from the right"),
+        ((0.0, 0.0, 1.0), "z", "from straight below"),
+        ((0.0, 1.0, 0.0), "x", "from the right"),
+        ((-0.3, 0.0, -0.95), "x", "from the front, slightly above"),
+    ],
+)
+def test_a_viewpoint_is_named_as_people_say_it(line_of_sight, up, words):
+    assert viewpoint(line_of_sight, up) == words

@@ -71,7 +71,7 @@ func _made_of(triangles: PackedVector3Array) -> ArrayOccluder3D:
 	if _write_stl(mesh_file, triangles):
 		var command: String = ProjectSettings.get_setting("planar_occluder/command", "occluder")
 		var arguments := PackedStringArray(
-			["simplify", mesh_file, "-o", made_file, "--budget", str(budget)]
+			["simplify", "--quiet", mesh_file, "-o", made_file, "--budget", str(budget)]
 		)
 		var said := []
 		if OS.execute(command, arguments + options, said, true) == 0:

@@ -49,7 +49,7 @@ public sealed class OccluderPostprocessor : AssetPostprocessor
             string target = Path.Combine(folder, "occluder.obj");
             WriteObj(root, source);
             string options = string.Join(" ", File.ReadAllLines(optionsPath));
-            string said = Run($"simplify \"{source}\" -o \"{target}\" {options}");
+            string said = Run($"simplify --quiet \"{source}\" -o \"{target}\" {options}");
             foreach (string line in said.Split('\n'))
                 if (line.StartsWith(Warning, StringComparison.Ordinal))
                     context.LogImportWarning($"{assetPath}: {line.Substring(Warning.Length).Trim()}");

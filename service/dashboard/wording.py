@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from datetime import UTC, datetime
 
 from service.dashboard.views import Direction
@@ -32,6 +33,12 @@ def overhang(share: float | None) -> str:
 def length(value: float | None) -> str:
     """In the mesh's units."""
     return _UNKNOWN if value is None or not math.isfinite(value) else wording.length(value)
+
+
+def distance_range(level: int, starts: Sequence[float | None]) -> str:
+    """From where to where a level of detail is used, in the mesh's units."""
+    known = [one if one is not None and math.isfinite(one) else None for one in starts]
+    return wording.distance_range(level, known)
 
 
 def whole(value: int | None) -> str:

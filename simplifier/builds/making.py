@@ -77,14 +77,14 @@ def make_asset(maker: Maker, job: AssetJob) -> MadeAsset:
     """Raises :class:`~simplifier.errors.MeshError` where the mesh changes meanwhile, and else what
     the maker raises; what cannot be written costs this asset alone, too."""
     begin = time.perf_counter()
-    before = _stamp(job.mesh)
+    before = mesh_stamp(job.mesh)
     for target in job.targets:
         target.draft.parent.mkdir(parents=True)
     try:
         report = maker(job)
     except OutputError as error:
         raise OccluderError(error.what, where=error.where, remedy=error.remedy) from None
-    if _stamp(job.mesh) != before:
+    if mesh_stamp(job.mesh) != before:
         raise MeshError("it changed while it was read", where=str(job.mesh), remedy="build again")
     mesh, beside = before
     verdict = report["verdict"]
@@ -128,7 +128,7 @@ def _write(product: MeasuredResult, mesh: Path, target: Target) -> None:
         target.draft.write_bytes(with_original(mesh, *made))
 
 
-def _stamp(mesh: Path) -> tuple[str, dict[str, str]]:
+def mesh_stamp(mesh: Path) -> tuple[str, dict[str, str]]:
     """The digests of a mesh and of the files that it is read with, its overrides among them."""
     # Here, not above: a build in which nothing is stale need not load the codecs.
     from simplifier.io.formats import codec_for_reading

@@ -18,40 +18,64 @@ from simplifier.builds.reports import json_report, junit_report, markdown_report
 from simplifier.builds.staleness import check_assets as check_assets
 from simplifier.cli.console import count_bar, print_line
 from simplifier.cli.findings import print_findings
-from simplifier.cli.options import AtOnce, Key, ManifestFile, Server
-from simplifier.cli.running import INTERRUPTED, Debug, Interrupts, interrupts, run_guarded
+from simplifier.cli.help import OUTPUT, QUALITY, with_examples
+from simplifier.cli.options import AtOnce, Key, ManifestFile, Server, with_options
+from simplifier.cli.running import (
+    INTERRUPTED,
+    Debug,
+    Interrupts,
+    Quiet,
+    interrupts,
+    run_guarded,
+)
 from simplifier.io.files import check_folder, write_whole
 
 
+@with_examples(
+    ("occluder build", "Make what is not current of occluders.toml in this folder."),
+    ("occluder build --check --against HEAD", "In CI: make nothing, and refuse lost recall."),
+    ("occluder build --server http://127.0.0.1:8000", "Let a service make the occluders."),
+)
+@with_options()
 def build(
     manifest: ManifestFile = Path(MANIFEST_NAME),
     check: Annotated[
         bool,
         typer.Option(
-            "--check", help="Make nothing: is every output there, current and good enough?"
+            "--check",
+            help="Make nothing. Fail unless every output is there, current and good enough.",
+            rich_help_panel=QUALITY,
         ),
     ] = False,
     against: Annotated[
         str | None,
         typer.Option(
             metavar="RECORD",
-            help="A record, or a git revision such as HEAD, whose recall is not to be lost.",
+            help="A record, or a git revision such as HEAD. Fail where recall has dropped since.",
+            rich_help_panel=QUALITY,
         ),
     ] = None,
-    junit: Annotated[Path | None, typer.Option(help="Write JUnit XML for CI.")] = None,
-    markdown: Annotated[Path | None, typer.Option(help="Write a summary in Markdown.")] = None,
-    json: Annotated[Path | None, typer.Option(help="Write all findings as JSON.")] = None,
+    junit: Annotated[
+        Path | None, typer.Option(help="Write JUnit XML for CI.", rich_help_panel=OUTPUT)
+    ] = None,
+    markdown: Annotated[
+        Path | None, typer.Option(help="Write a summary in Markdown.", rich_help_panel=OUTPUT)
+    ] = None,
+    json: Annotated[
+        Path | None, typer.Option(help="Write all findings as JSON.", rich_help_panel=OUTPUT)
+    ] = None,
     server: Server = None,
     key: Key = None,
     at_once: AtOnce = None,
+    quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
     """Make the occluders of a manifest that are not current, and judge all of them.
 
-    What was made is recorded beside the manifest (occluders.lock), by the content of each mesh, its
-    options and the version. Exit status 1 where an asset fails or falls short of what is required.
+    The file occluders.lock beside the manifest records what was made: the content of each mesh, its
+    options and the version. The exit status is 1 if an asset fails or misses its requirements.
 
-    Ctrl-C ends it; what was made is kept, and the next run goes on from there.
+    Press Ctrl-C to stop and keep what was made. The next run continues from there.
     """
 
     wanted = {junit: junit_report, markdown: markdown_report, json: json_report}
@@ -78,7 +102,7 @@ def build(
             print_line("error: interrupted; what was made is kept, run it again for the rest")
             status = INTERRUPTED
 
-    run_guarded(run, debug=debug)
+    run_guarded(run, debug=debug, quiet=quiet)
     if status:
         raise typer.Exit(status)
 

@@ -1,10 +1,16 @@
-"""What the command line shows: progress, the report as a table, an error as one line."""
+"""What the command line shows: progress, the report as a table, an error as one line.
+
+Progress, warnings and errors go to standard error, all else to standard output.
+"""
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
+from enum import Enum, auto
 from io import TextIOWrapper
 from typing import Any
 
@@ -22,8 +28,10 @@ from rich.progress import Progress as Bars
 from rich.table import Table
 from rich.text import Text
 
+from simplifier.cli.progress_lines import ProgressLines
 from simplifier.progress import STAGES, Listener, Progress
 from simplifier.wording import (
+    distance_range,
     grid_size,
     length,
     mean_and_worst,
@@ -34,6 +42,48 @@ from simplifier.wording import (
 )
 
 _UNBROKEN = 1000  # columns
+
+
+class Printed(Enum):
+    """What a command prints beside warnings and errors."""
+
+    ALL = auto()
+    JSON = auto()
+    """Progress, and on standard output what :func:`print_json` is told, nothing else."""
+    NOTHING = auto()
+
+    @classmethod
+    def of(cls, quiet: bool, as_json: bool) -> Printed:
+        """By what was typed: JSON that was asked for is printed in any case."""
+        return cls.JSON if as_json else cls.NOTHING if quiet else cls.ALL
+
+
+_printed = ContextVar("printed", default=Printed.ALL)
+
+
+@contextmanager
+def printing(what: Printed) -> Iterator[None]:
+    """Within the block, print that much."""
+    token = _printed.set(what)
+    try:
+        yield
+    finally:
+        _printed.reset(token)
+
+
+def print_json(value: Any) -> None:
+    """A value as JSON on standard output, if that is what is printed."""
+    if _printed.get() is Printed.JSON:
+        print(json.dumps(value, indent=2, allow_nan=False))
+
+
+def _prints_text() -> bool:
+    return _printed.get() is Printed.ALL
+
+
+def _tells_progress() -> bool:
+    return _printed.get() is not Printed.NOTHING
+
 
 _NAMES = {
     "load": "reading the mesh",
@@ -52,10 +102,14 @@ _NAMES = {
 
 @contextmanager
 def progress_bar() -> Iterator[Listener]:
-    """A bar on standard error that follows the stages; nothing where that is not a terminal."""
+    """A bar on standard error that follows the stages; lines where that is not a terminal."""
     console = Console(stderr=True)
-    if not console.is_terminal:
+    if not _tells_progress():
         yield lambda progress: None
+        return
+    if not console.is_terminal:
+        lines = ProgressLines()
+        yield lambda progress: lines.tell(lambda: _stage_words(progress))
         return
     columns = (TextColumn("{task.description:<31}"), BarColumn(), _Figures())
     with Bars(*columns, console=console, transient=True) as bars:
@@ -63,13 +117,18 @@ def progress_bar() -> Iterator[Listener]:
 
         def listen(progress: Progress) -> None:
             done = progress.level * len(STAGES) + STAGES.index(progress.stage) + progress.share
-            which = f"{progress.level + 1}/{progress.levels} " if progress.levels > 1 else ""
             bars.update(
                 task, completed=done / progress.levels, measure=progress.measure,
-                description=f"{which}{_NAMES[progress.stage]} {progress.share:4.0%}",
+                description=_stage_words(progress),
             )  # fmt: skip
 
         yield listen
+
+
+def _stage_words(progress: Progress) -> str:
+    """``"3/4 choosing polygons  50%"``."""
+    which = f"{progress.level + 1}/{progress.levels} " if progress.levels > 1 else ""
+    return f"{which}{_NAMES[progress.stage]} {progress.share:4.0%}"
 
 
 class _Figures(ProgressColumn):
@@ -85,8 +144,12 @@ class _Figures(ProgressColumn):
 def run_bar(runs: int) -> Iterator[Callable[[int, str], None]]:
     """A bar on standard error that is told how many runs are done and what runs now."""
     console = Console(stderr=True)
-    if not console.is_terminal:
+    if not _tells_progress():
         yield lambda done, name: None
+        return
+    if not console.is_terminal:
+        lines = ProgressLines()
+        yield lambda done, name: lines.tell(lambda: f"{done} of {runs}: {_printable(name)}")
         return
     columns = (
         BarColumn(),
@@ -107,8 +170,12 @@ def run_bar(runs: int) -> Iterator[Callable[[int, str], None]]:
 def count_bar(what: str) -> Iterator[Callable[[int, int], None]]:
     """A bar on standard error that is told how many of ``what`` are done, and of how many."""
     console = Console(stderr=True)
-    if not console.is_terminal:
+    if not _tells_progress():
         yield lambda done, total: None
+        return
+    if not console.is_terminal:
+        lines = ProgressLines()
+        yield lambda done, total: lines.tell(lambda: f"{what}: {done:,} of {total:,}")
         return
     columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Bars(*columns, console=console, transient=True) as bars:
@@ -118,6 +185,8 @@ def count_bar(what: str) -> Iterator[Callable[[int, int], None]]:
 
 def print_front(title: str, rows: Sequence[tuple[str, str, str, str, str]]) -> None:
     """A Pareto front as a table on standard output: setting, time, recall, precision, overhang."""
+    if not _prints_text():
+        return
     table = Table(title=Text(_printable(title)), title_justify="left")
     table.add_column("setting")
     for column in ("time", "recall", "precision", "overhang"):
@@ -129,30 +198,52 @@ def print_front(title: str, rows: Sequence[tuple[str, str, str, str, str]]) -> N
 
 def print_text(line: str) -> None:
     """One line on standard output, as plain text."""
-    print(_printable(line))
+    if _prints_text():
+        print(_printable(line))
 
 
-def print_report(report: dict[str, Any], name: str) -> None:
-    """The report's headline figures as a table on standard output, and its verdict.
+def print_report(
+    report: dict[str, Any], name: str, *, made: str = "", then: str = "", verbose: bool = False
+) -> None:
+    """The report's headline figures as a table on standard output, then as the last lines what was
+    made, how good it is, and what to do next.
 
     A verdict that is not good is a warning, on standard error, with what to try next.
+
+    ``made``     a line on what was made, and where; empty where nothing was.
+    ``then``     what to do with a result that is good.
+    ``verbose``  whether the table has the time of every stage.
     """
-    print_rows(name, _rows(report))
+    print_rows(name, _rows(report, verbose))
     if report.get("levels"):
         _print_levels(report)
+    _print_warnings(report["warnings"])
     verdict = report["verdict"]
+    if made:
+        print_text(made)
     if verdict["word"] == "good":
         print_text(verdict_words(verdict))
     else:
         _print_warnings([verdict_words(verdict)])
     if verdict["next"]:
         print_line(f"try: {verdict['next']}")
-    _print_warnings(report["warnings"])
+    elif then:
+        print_text(f"next: {then}")
+
+
+def print_closing(made: str, good: str, then: str) -> None:
+    """The last three lines of a command: what was made and where, how good it is, and what to do
+    next."""
+    print_text(f"made: {made}")
+    print_text(good)
+    print_text(f"next: {then}")
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Rows under named columns as a table on standard output: all but the first, the last and
     verdicts as numbers."""
+    if not _prints_text():
+        return
     table = Table(title=Text(_printable(title)), title_justify="left")
     for place, column in enumerate(columns):
         number = 0 < place < len(columns) - 1 and column != "verdict"
@@ -166,12 +257,13 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
 
 def print_rows(title: str, rows: Sequence[tuple[str, str]], warnings: Sequence[str] = ()) -> None:
     """Named values as a table on standard output, and warnings on standard error."""
-    table = Table(title=Text(_printable(title)), show_header=False, title_justify="left")
-    table.add_column(style="bold")
-    table.add_column(justify="right")
-    for label, value in rows:
-        table.add_row(label, value)
-    Console(soft_wrap=True).print(table)
+    if _prints_text():
+        table = Table(title=Text(_printable(title)), show_header=False, title_justify="left")
+        table.add_column(style="bold")
+        table.add_column(justify="right")
+        for label, value in rows:
+            table.add_row(label, value)
+        Console(soft_wrap=True).print(table)
     _print_warnings(warnings)
 
 
@@ -182,23 +274,26 @@ def _print_warnings(warnings: Sequence[str]) -> None:
 
 def _print_levels(report: dict[str, Any]) -> None:
     """A row a level of detail, then why others were left out."""
+    if not _prints_text():
+        return
     # As narrow as a terminal: eight columns leave no room for lines between them.
     table = Table(
         title="levels of detail", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0)
     )
     names = (
         "level", "verdict", "triangles", "recall", "precision", "overhang", "error bound",
-        "from distance",
+        "distance",
     )  # fmt: skip
     for name in names:
-        whole = name in ("verdict", "triangles", "recall", "precision", "overhang")
+        whole = name not in ("level", "error bound")
         table.add_column(name, justify="left" if name == "verdict" else "right", no_wrap=whole)
+    starts = [level["switch_distance"] for level in report["levels"]]
     for level in report["levels"]:
         table.add_row(
             str(level["level"]), level["verdict"]["word"], f"{level['triangles']:,}",
             percent(level["recall"], 2), percent(level["precision"], 2),
             percent_at_most(level["overhang"]["share"]), length(level["error_bound"]),
-            length(level["switch_distance"]),
+            distance_range(level["level"], starts),
         )  # fmt: skip
     Console(soft_wrap=True).print(table)
     for one in report["left_out"]:
@@ -222,7 +317,7 @@ def _printable(text: str) -> str:
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in line)
 
 
-def _rows(report: dict[str, Any]) -> list[tuple[str, str]]:
+def _rows(report: dict[str, Any], verbose: bool) -> list[tuple[str, str]]:
     worst, over, front = report["worst_view"], report["overhang"], report["front"]
     rows = [
         ("verdict", report["verdict"]["word"]),
@@ -242,5 +337,7 @@ def _rows(report: dict[str, Any]) -> list[tuple[str, str]]:
         ("solid", f"{grid_size(report['solid']['resolution'])} voxels"),
     ]
     timings = {stage: time for stage, time in report["timings"].items() if time > 0.0}
-    rows += [(f"time: {stage}", seconds(time)) for stage, time in timings.items()]
+    rows.append(("time", seconds(sum(timings.values()))))
+    if verbose:
+        rows += [(f"time: {stage}", seconds(time)) for stage, time in timings.items()]
     return rows

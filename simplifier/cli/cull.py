@@ -7,12 +7,26 @@ from typing import Annotated, Any
 
 import typer
 
-from simplifier.cli.console import print_line, print_rows, print_table, print_text, run_bar
+from simplifier.cli.console import (
+    print_closing,
+    print_json,
+    print_line,
+    print_rows,
+    print_table,
+    print_text,
+    run_bar,
+)
+from simplifier.cli.help import INPUT, OUTPUT, with_examples
 from simplifier.cli.options import read_options, with_options
-from simplifier.cli.running import Debug, Interrupts, interrupts, run_guarded
+from simplifier.cli.running import AsJson, Debug, Interrupts, Quiet, interrupts, run_guarded
 from simplifier.culling.flythrough import Flythrough, fly
-from simplifier.culling.flythrough_report import flythrough_files
-from simplifier.culling.flythrough_rows import COUNTED, drawn_tables, summary_rows
+from simplifier.culling.flythrough_report import flythrough_files, summary
+from simplifier.culling.flythrough_rows import (
+    COUNTED,
+    drawn_tables,
+    pixel_words,
+    summary_rows,
+)
 from simplifier.culling.visible_sets import VisibleSets
 from simplifier.geometry.camera import CameraPath
 from simplifier.geometry.scene import Scene
@@ -24,8 +38,23 @@ from simplifier.io.pvs_file import load_pvs
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_layers import hiding_of, whole_scene
 from simplifier.options.scene import CullOptions
+from simplifier.wording import count, percent
 
 
+@with_examples(
+    (
+        "occluder cull town.glb --occluders town --path walk.json -o culled",
+        "Measure what the occluders in the folder town hide along a walk.",
+    ),
+    (
+        "occluder cull town.glb --occluders town --path walk.json -o culled --pvs town.pvs",
+        "Compare with visible sets that were found before.",
+    ),
+    (
+        "occluder cull town.glb --occluders town --path walk.json -o culled --image 640x360",
+        "Use a finer depth buffer.",
+    ),
+)
 @with_options(CullOptions)
 def cull(
     scene: Annotated[
@@ -34,28 +63,39 @@ def cull(
     occluders: Annotated[
         Path,
         typer.Option(
-            help="Folder that 'occluder scene' wrote for this scene, or a scene file of occluders "
-            "that were made elsewhere."
+            help="The folder that 'occluder scene' wrote for this scene, or a scene file of"
+            " occluders that were made elsewhere.",
+            rich_help_panel=INPUT,
         ),
     ],
-    path: Annotated[Path, typer.Option(help="Camera path: 'occluder path' writes one.")],
+    path: Annotated[
+        Path,
+        typer.Option(help="The camera path. 'occluder path' writes one.", rich_help_panel=INPUT),
+    ],
     output: Annotated[
         Path,
-        typer.Option("-o", "--output", help="Folder for cull.csv, .json, .png and frames.png."),
+        typer.Option(
+            "-o",
+            "--output",
+            help="Folder for cull.csv, cull.json, cull.png and frames.png.",
+            rich_help_panel=OUTPUT,
+        ),
     ],
     *,
     pvs: Annotated[
         Path | None,
         typer.Option(
-            help="Visible sets that 'occluder pvs' wrote: tell what they leave to draw, too."
+            help="Visible sets that 'occluder pvs' wrote, to compare with.", rich_help_panel=INPUT
         ),
     ] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
     """Judge the occluders of a scene along a camera path: what they hide, against the truth.
 
-    Ctrl-C ends it and keeps what was measured so far.
+    Press Ctrl-C to stop and keep what was measured so far.
     """
 
     def run() -> None:
@@ -79,11 +119,23 @@ def cull(
                 print_text(COUNTED)
                 for table in drawn_tables(flown):
                     print_table(*table)
+                made = f"cull.csv, cull.json, cull.png and frames.png in {output}"
+                print_closing(made, _good(flown), f"open {output / 'cull.png'}")
+                print_json(summary(flown, scene.resolve().name))
         if not flown.complete:
             frames = f"{len(flown.frames)} of {len(cameras.cameras)} frames"
             print_line(f"warning: interrupted after {frames}; {output} holds what they gave")
 
-    run_guarded(run, debug=debug)
+    run_guarded(run, debug=debug, quiet=quiet, as_json=as_json)
+
+
+def _good(flown: Flythrough) -> str:
+    """How good the occluders are, in a line."""
+    parts = flown.total.parts
+    hidden = "no part is hidden along this path"
+    if parts.recall is not None:
+        hidden = f"{percent(parts.recall)} of the {count(parts.hidden, 'hidden part')} are culled"
+    return f"{hidden}; wrong pixels: {pixel_words(flown.total)}"
 
 
 def _load(occluders: Path) -> OccluderTree | Scene:

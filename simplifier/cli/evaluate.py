@@ -8,37 +8,55 @@ from typing import Annotated, Any
 import typer
 
 from simplifier.api import evaluate as measure
+from simplifier.cli.help import with_examples
 from simplifier.cli.options import Mesh, PicturesFolder, ReportFile, read_options, with_options
 from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_overrides
-from simplifier.cli.report import Strict, check_extras, run_and_show
-from simplifier.cli.running import Debug, Interrupts
+from simplifier.cli.report import Outcome, Shown, Strict, check_extras, run_and_show
+from simplifier.cli.running import AsJson, Debug, Interrupts, Quiet, Verbose
 from simplifier.io.load import load, load_occluder
 from simplifier.options.simplify import EvaluateOptions
 from simplifier.production.estimate import check_file
 from simplifier.progress import Listener, Stopwatch
-from simplifier.report.report import Report, write_report
+from simplifier.report.page import PAGE
+from simplifier.report.report import write_report
 
 
+@with_examples(
+    ("occluder evaluate castle.glb castle_occluder.glb", "Print precision, recall and a verdict."),
+    (
+        "occluder evaluate castle.glb castle_occluder.glb --pictures pictures",
+        "Also draw where the occluder hides too little or too much.",
+    ),
+    (
+        "occluder evaluate castle.glb castle_occluder.glb --exact --json",
+        "Measure exactly, and print the figures as JSON.",
+    ),
+)
 @with_options(EvaluateOptions)
 def evaluate(
     mesh: Mesh,
-    occluder: Annotated[Path, typer.Argument(help="The occluder to judge.")],
+    occluder: Annotated[
+        Path, typer.Argument(help="The occluder to judge, in any of these formats.")
+    ],
     *,
     overrides: OverridesFile = None,
     no_overrides: NoOverrides = False,
     report: ReportFile = None,
     pictures: PicturesFolder = None,
+    as_json: AsJson = False,
     strict: Strict = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
     """Judge an occluder, made here or elsewhere, against its mesh.
 
-    Resolution, up, ground and smallest hole say what counts as the mesh's inside, for the deviation
-    alone; viewers say where it is judged from as well.
+    The resolution, --up, --ground and --smallest-hole decide what counts as inside the mesh. Only
+    the deviation depends on them. --viewers also decides where the occluder is judged from.
     """
 
-    def run(listener: Listener, interrupts: Interrupts) -> Report:
+    def run(listener: Listener, interrupts: Interrupts) -> Outcome:
         options = read_options(EvaluateOptions, chosen)
         check_extras(report, pictures)
         by_hand = chosen_overrides(mesh, overrides, no_overrides)
@@ -58,6 +76,7 @@ def evaluate(
             write_report(summary, report)
         if pictures is not None:
             found.write_pictures(pictures, mesh.name, summary)
-        return summary
+        return Outcome(summary, then="" if pictures is None else f"open {pictures / PAGE}")
 
-    run_and_show(run, f"{mesh.name}, {occluder.name}", debug=debug, strict=strict)
+    shown = Shown(strict=strict, verbose=verbose, quiet=quiet, as_json=as_json, debug=debug)
+    run_and_show(run, f"{mesh.name}, {occluder.name}", shown)

@@ -27,6 +27,7 @@ import typer
 from typer.core import TyperGroup
 
 from simplifier.cli.console import accept_any_text, print_line
+from simplifier.cli.help import HELP_NAMES, help_settings
 from simplifier.cli.running import INTERRUPTED
 from simplifier.errors import CommandError
 from simplifier.version import VERSION
@@ -121,7 +122,7 @@ def _command(name: str, found: Any) -> Any:
     """What click runs, of a function or of an app of several commands."""
     if not isinstance(found, typer.Typer):
         app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-        app.command(name)(found)
+        app.command(name, **help_settings(found))(found)
         found = app
     command = typer.main.get_command(found)
     command.name = name
@@ -129,7 +130,7 @@ def _command(name: str, found: Any) -> Any:
 
 
 app = typer.Typer(
-    cls=Commands, add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False
+    cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False, context_settings=HELP_NAMES
 )
 
 
@@ -163,7 +164,7 @@ def main() -> None:
     gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS)
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # all is done by then
     try:
-        status = app(standalone_mode=False)
+        status = app(prog_name="occluder", standalone_mode=False)
     except (typer.Abort, KeyboardInterrupt):  # Ctrl-C before the command has begun
         print_line("error: interrupted; nothing was kept")
         status = INTERRUPTED

@@ -7,48 +7,75 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from inspect import Parameter
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import typer
 
+from simplifier.cli.help import ADVANCED, INPUT, OUTPUT
 from simplifier.errors import OptionError
-from simplifier.options.fields import OptionField, OptionSet, SomeOptions
+from simplifier.options.fields import OptionField, OptionGroup, OptionSet, SomeOptions
 from simplifier.options.scene import TRANSPARENT_HELP
 from simplifier.options.simplify import Transparent
 
 Mesh = Annotated[Path, typer.Argument(help="The mesh: glb, gltf, obj, ply, stl, off, 3mf or dae.")]
 SceneArgument = Annotated[
-    Path, typer.Argument(help="The scene: a mesh file, objects by its nodes, or a folder of them.")
+    Path,
+    typer.Argument(
+        help="The scene: a mesh file whose nodes are the objects, or a folder of mesh files."
+    ),
 ]
 TerrainArgument = Annotated[
     Path,
     typer.Argument(
-        help="The scene: a mesh file, objects by its nodes, a folder of them, or an elevation"
-        " model, .npy or .tif."
+        help="The scene: a mesh file whose nodes are the objects, a folder of mesh files, or an"
+        " elevation model (.npy or .tif)."
     ),
 ]
 TransparentScene = Annotated[
     Transparent,
-    typer.Option("--transparent", help=TRANSPARENT_HELP),
+    typer.Option("--transparent", help=TRANSPARENT_HELP, rich_help_panel=INPUT),
 ]
-ReportFile = Annotated[Path | None, typer.Option("--report", help="Write the report as JSON.")]
+ReportFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--report", help="Write the report to this file, as JSON.", rich_help_panel=OUTPUT
+    ),
+]
 PicturesFolder = Annotated[
-    Path | None, typer.Option(help="Write pictures and an HTML report to this folder.")
+    Path | None,
+    typer.Option(help="Write pictures and an HTML report to this folder.", rich_help_panel=OUTPUT),
 ]
 
-ManifestFile = Annotated[Path, typer.Argument(help="The manifest.")]
+ManifestFile = Annotated[Path, typer.Argument(help="The manifest of the assets to build.")]
 Server = Annotated[
-    str | None, typer.Option(help="Address of a service that makes them in place of this machine.")
+    str | None,
+    typer.Option(
+        help="Address of a service that makes the occluders instead of this machine.",
+        rich_help_panel=INPUT,
+    ),
 ]
 Key = Annotated[
-    str | None, typer.Option(envvar="OCCLUDER_KEY", help="API key of the service, if it needs one.")
+    str | None,
+    typer.Option(
+        envvar="OCCLUDER_KEY",
+        help="API key of the service, if it needs one.",
+        rich_help_panel=INPUT,
+    ),
 ]
 AtOnce = Annotated[
     int | None,
-    typer.Option(min=1, max=256, help="Assets under way.", show_default="processors; 8 by server"),
+    typer.Option(
+        min=1,
+        max=256,
+        help="Number of assets made at the same time.",
+        show_default="the number of processors; 8 by a server",
+        rich_help_panel=ADVANCED,
+    ),
 ]
 
 Command = Callable[..., None]
+
+_GROUPS = get_args(OptionGroup)
 
 Table = type[OptionSet] | Sequence[OptionField]
 """Options: all of a class, or some."""
@@ -64,7 +91,8 @@ def with_options(*tables: Table) -> Callable[[Command], Command]:
     """Give a command the options of some tables in place of its ``**chosen``.
 
     What it has after a ``*`` is either one of them, which the command asks for by its name, or an
-    option of its own, listed behind those of the tables.
+    option of its own.  The help lists the groups of options in their order, and in each those of
+    the command before those of the tables.
     """
     fields = [one for table in tables for one in _fields_of(table)]
     names = {one.name for one in fields}
@@ -74,9 +102,13 @@ def with_options(*tables: Table) -> Callable[[Command], Command]:
         own = [
             one for one in signature.parameters.values() if one.kind is not Parameter.VAR_KEYWORD
         ]
-        first = [one for one in own if one.kind is not Parameter.KEYWORD_ONLY]
-        last = [one for one in own if one not in first and one.name not in names]
-        parameters = [*first, *map(_parameter, fields), *last]
+        others = [one for one in own if one.name not in names]
+        arguments = [one for one in others if _settings(one, typer.models.ArgumentInfo)]
+        options = [one for one in others if one not in arguments]
+        options = sorted([*options, *map(_parameter, fields)], key=_group_number)
+        # typer passes all by name, so that any order will do.
+        ordered = [*arguments, *options]
+        parameters = [one.replace(kind=Parameter.KEYWORD_ONLY) for one in ordered]
         # typer reads both.
         vars(command)["__signature__"] = signature.replace(parameters=parameters)
         command.__annotations__ = {one.name: one.annotation for one in parameters}
@@ -106,6 +138,18 @@ def _fields_of(table: Table) -> Sequence[OptionField]:
     return table.fields() if isinstance(table, type) else table
 
 
+def _settings(parameter: Parameter, kind: type[Any]) -> Any:
+    """What typer was told of a parameter, if it is of that kind."""
+    told = getattr(parameter.annotation, "__metadata__", ())
+    return next((one for one in told if isinstance(one, kind)), None)
+
+
+def _group_number(parameter: Parameter) -> int:
+    """Where among the groups an option is listed."""
+    settings = _settings(parameter, typer.models.OptionInfo)
+    return _GROUPS.index(settings.rich_help_panel or ADVANCED) if settings else 0
+
+
 def _parameter(one: OptionField) -> Parameter:
     kind = Literal[one.choices] if one.kind == "choice" else _TYPES.get(one.kind, str)
     option = typer.Option(
@@ -113,6 +157,7 @@ def _parameter(one: OptionField) -> Parameter:
         help=one.help,
         show_default=one.absent or True,
         metavar=_METAVARS.get(one.kind),
+        rich_help_panel=one.group,
     )
     return Parameter(
         one.name,

@@ -7,20 +7,28 @@ from typing import Annotated
 
 import typer
 
+from simplifier.cli.help import INPUT
 from simplifier.errors import OptionError
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.io.overrides import load_overrides, overrides_of
+from simplifier.io.suffixes import overrides_beside
 
 OverridesFile = Annotated[
     Path | None,
     typer.Option(
         "--overrides",
-        help="Parts drawn by hand, regions to leave open, what to ignore: a TOML file.",
+        help="Parts drawn by hand, regions to keep open and meshes to ignore: a TOML file.",
         show_default="MESH.overrides.toml beside the mesh, if it is there",
+        rich_help_panel=INPUT,
     ),
 ]
 NoOverrides = Annotated[
-    bool, typer.Option("--no-overrides", help="Do not look at the file beside the mesh.")
+    bool,
+    typer.Option(
+        "--no-overrides",
+        help="Ignore the file of overrides beside the mesh.",
+        rich_help_panel=INPUT,
+    ),
 ]
 
 
@@ -39,3 +47,10 @@ def chosen_overrides(mesh: Path, file: Path | None, none: bool) -> Overrides:
     if none:
         return NO_OVERRIDES
     return overrides_of(mesh) if file is None else load_overrides(file)
+
+
+def overrides_used(mesh: Path, file: Path | None, none: bool) -> Path | None:
+    """The file that :func:`chosen_overrides` reads, if it reads one."""
+    if none:
+        return None
+    return overrides_beside(mesh) if file is None else file

@@ -8,8 +8,9 @@ from typing import Annotated, Any
 import typer
 
 from simplifier.cli.console import print_line, print_text
+from simplifier.cli.help import OUTPUT, with_examples
 from simplifier.cli.options import SceneArgument, read_options, with_options
-from simplifier.cli.running import Debug, interrupts, run_guarded
+from simplifier.cli.running import Debug, Quiet, interrupts, run_guarded
 from simplifier.errors import OutputError
 from simplifier.io.camera_path import save_camera_path
 from simplifier.io.files import check_folder
@@ -17,11 +18,22 @@ from simplifier.io.scene import load_scene
 from simplifier.options.scene import PathOptions
 
 
+@with_examples(
+    ("occluder path town.glb -o walk.json", "Walk between the buildings for 60 frames."),
+    ("occluder path town.glb -o flight.json --kind roof --frames 200", "Fly above the roofs."),
+    ("occluder path house.glb -o rooms.json --kind inside --up z", "Walk through the rooms."),
+)
 @with_options(PathOptions)
 def path(
     scene: SceneArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", help="The camera path: a JSON file.")],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o", "--output", help="The JSON file to write the path to.", rich_help_panel=OUTPUT
+        ),
+    ],
     *,
+    quiet: Quiet = False,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
@@ -42,7 +54,7 @@ def path(
                     print_line(f"warning: {warning}")
                 print_text(f"{output}: {len(found.cameras)} frames of kind {options.kind}")
 
-    run_guarded(run, debug=debug)
+    run_guarded(run, debug=debug, quiet=quiet)
 
 
 def check_output(scene: Path, output: Path, what: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -10,9 +11,17 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from simplifier.cli.console import count_bar, print_line, print_rows, print_text
+from simplifier.cli.console import (
+    count_bar,
+    print_closing,
+    print_json,
+    print_line,
+    print_rows,
+    print_text,
+)
+from simplifier.cli.help import INPUT, OUTPUT, with_examples
 from simplifier.cli.options import TerrainArgument, read_options, with_options
-from simplifier.cli.running import Debug, interrupts, run_guarded
+from simplifier.cli.running import AsJson, Debug, Quiet, interrupts, run_guarded
 from simplifier.errors import OptionError
 from simplifier.options.simplify import Transparent
 from simplifier.options.visibility import SEE_THROUGH_HELP, ElevationOptions, PvsOptions
@@ -30,34 +39,60 @@ _SOME = 40  # names that are shown of a set
 _DRAWN = ("auto", "cull-map", "voxel-column", "strong")
 
 
+@with_examples(
+    (
+        "occluder pvs town.glb -o town.pvs --up z --ground",
+        "Find the visible sets of a town whose buildings stand on the ground.",
+    ),
+    (
+        "occluder pvs rooms.glb -o rooms.pvs --cells floors --method slice-wise",
+        "Find those of rooms, for viewers on the floors.",
+    ),
+    (
+        "occluder pvs heights.npy -o heights.pvs --spacing 10,10",
+        "Find those of an elevation model whose posts are 10 units apart.",
+    ),
+)
 @with_options(PvsOptions, ElevationOptions)
 def pvs(
     scene: TerrainArgument,
-    output: Annotated[Path, typer.Option("-o", "--output", help="The file of sets, .pvs.")],
+    output: Annotated[
+        Path,
+        typer.Option(
+            "-o", "--output", help="The file of sets to write, .pvs.", rich_help_panel=OUTPUT
+        ),
+    ],
     *,
     cells: Annotated[
         str,
         typer.Option(
-            help="View cells: walkable, grid, triangles, floors (of rooms), or a JSON file."
+            help="Where view cells lie: walkable, grid, triangles, floors (of rooms), or a JSON"
+            " file of cells.",
+            rich_help_panel=INPUT,
         ),
     ] = "walkable",
-    report: Annotated[Path | None, typer.Option(help="Write the figures as JSON.")] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(help="Write the figures to this file, as JSON.", rich_help_panel=OUTPUT),
+    ] = None,
     pictures: Annotated[
         Path | None,
         typer.Option(
-            help="Draw plans of sets, a cull map, slices, strong occluders, horizons and all cells"
-            " into this folder."
+            help="Draw plans of the sets and of what hides into this folder.",
+            rich_help_panel=OUTPUT,
         ),
     ] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
     """Find which objects of a scene can be seen from each view cell, before run time.
 
-    Of an elevation model the objects are square tiles, and z is up.
+    The objects of an elevation model are square tiles, and z is up.
 
-    An existing file is continued: cells that it holds are not computed again.  Ctrl-C ends the
-    command and keeps what is done; from a cell that is not computed everything counts as visible.
+    An existing file is continued. Cells that it holds are not computed again. Press Ctrl-C to stop
+    and keep what is done. From a cell that is not computed, everything counts as visible.
     """
 
     def run() -> None:
@@ -101,8 +136,26 @@ def pvs(
                 warnings = [*read.scene.warnings, *found.warnings]
                 rows = [*_summary_rows(figures, output), *parts_rows(found.pvs)]
                 print_rows(str(output), rows, warnings)
+                then = shlex.join(["occluder", "pvs-check", str(scene), str(output)])
+                print_closing(_made(figures, output), _good(figures), then)
+                print_json(figures)
 
-    run_guarded(run, debug=debug)
+    run_guarded(run, debug=debug, quiet=quiet, as_json=as_json)
+
+
+def _made(figures: Mapping[str, Any], output: Path) -> str:
+    cells, left = figures["cells"], figures["left"]
+    rest = f"; {left:,} are left, and the same command goes on" if left else ""
+    if not figures["computed_now"] and not left:
+        return f"nothing; {output} has the sets of all {cells:,} view cells already"
+    return f"{output}, the visible sets of {cells - left:,} view cells{rest}"
+
+
+def _good(figures: Mapping[str, Any]) -> str:
+    """How good the sets are, in a line."""
+    culled = f"{100.0 * figures['culled_share']:.2f} %"
+    proven = "nothing visible is missing" if figures["conservative"] else "something may be missing"
+    return f"{culled} of the objects are culled from a view cell, on average; {proven}"
 
 
 def _drawn(upright: UprightScene, found: Found, name: str, seed: int) -> dict[str, bytes]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from simplifier.cli.console import print_line, print_report, progress_bar
+from simplifier.cli.console import print_json, print_line, print_report, progress_bar
+from simplifier.cli.help import OUTPUT
 from simplifier.cli.running import Interrupts, interrupts, run_guarded
 from simplifier.errors import OutputError
 from simplifier.io.files import check_folder
@@ -16,20 +18,45 @@ from simplifier.progress import Listener
 from simplifier.report.report import Report
 
 Strict = Annotated[
-    bool, typer.Option("--strict", help="Exit with status 1 unless the verdict is good.")
+    bool,
+    typer.Option(
+        "--strict", help="Exit with status 1 unless the verdict is good.", rich_help_panel=OUTPUT
+    ),
 ]
 
 
+@dataclass(frozen=True)
+class Outcome:
+    """What a command on one occluder has come to.
+
+    ``made``     what was made, and where; empty where nothing was.
+    ``then``     what to do with an occluder that is good.
+    ``current``  whether it was there already.
+    """
+
+    report: Report
+    made: str = ""
+    then: str = ""
+    current: bool = False
+
+
+@dataclass(frozen=True)
+class Shown:
+    """How much a command shows, as its options of the same names say."""
+
+    strict: bool = False
+    verbose: bool = False
+    quiet: bool = False
+    as_json: bool = False
+    debug: bool = False
+
+
 def run_and_show(
-    work: Callable[[Listener, Interrupts], Report | None],
-    name: str,
-    *,
-    debug: bool,
-    strict: bool = False,
+    work: Callable[[Listener, Interrupts], Outcome | None], name: str, shown: Shown
 ) -> None:
     """Run a command under a progress bar and show its report, if there is one.
 
-    ``strict``  exit with status 1 unless the report says that the occluder is good.
+    Exits with status 1 if the report has to say that the occluder is good, and does not.
     """
     good = False
 
@@ -37,17 +64,22 @@ def run_and_show(
         nonlocal good
         with interrupts() as listening:
             with progress_bar() as listener:
-                report = work(listener, listening)
+                found = work(listener, listening)
             with listening.held():
-                if report is not None:
-                    print_report(report, name)
-                    good = report["verdict"]["word"] == "good"
-                if strict and not good:
-                    known = "is not good" if report is not None else "is not known to be good"
+                if found is not None:
+                    made = f"{'current' if found.current else 'made'}: {found.made}"
+                    print_report(
+                        found.report, name,
+                        made=made if found.made else "", then=found.then, verbose=shown.verbose,
+                    )  # fmt: skip
+                    print_json(found.report)
+                    good = found.report["verdict"]["word"] == "good"
+                if shown.strict and not good:
+                    known = "is not good" if found is not None else "is not known to be good"
                     print_line(f"error: {name}: the occluder {known}")
 
-    run_guarded(run, debug=debug)
-    if strict and not good:
+    run_guarded(run, debug=shown.debug, quiet=shown.quiet, as_json=shown.as_json)
+    if shown.strict and not good:
         raise typer.Exit(1)
 
 

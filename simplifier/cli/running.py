@@ -20,16 +20,45 @@ from typing import Annotated
 
 import typer
 
-from simplifier.cli.console import print_line
+from simplifier.cli.console import Printed, print_line, printing
+from simplifier.cli.help import ADVANCED, OUTPUT
 from simplifier.errors import CancelledError, OccluderError, OptionError
 
-Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of a failure.")]
+Debug = Annotated[
+    bool,
+    typer.Option("--debug", help="Show the traceback of a failure.", rich_help_panel=ADVANCED),
+]
+Quiet = Annotated[
+    bool,
+    typer.Option(
+        "--quiet", "-q", help="Print nothing but warnings and errors.", rich_help_panel=OUTPUT
+    ),
+]
+AsJson = Annotated[
+    bool,
+    typer.Option(
+        "--json", help="Print the figures on standard output as JSON.", rich_help_panel=OUTPUT
+    ),
+]
+Verbose = Annotated[
+    bool,
+    typer.Option(
+        "--verbose", "-v", help="Print the time of every stage, too.", rich_help_panel=OUTPUT
+    ),
+]
 
 
-def run_guarded(work: Callable[[], object], *, debug: bool) -> None:
-    """Turn failures into one line and an exit status."""
+def run_guarded(
+    work: Callable[[], object], *, debug: bool, quiet: bool = False, as_json: bool = False
+) -> None:
+    """Turn failures into one line and an exit status.
+
+    ``quiet``    nothing is printed but warnings and errors.
+    ``as_json``  on standard output nothing is printed but by ``print_json``.
+    """
     try:
-        work()
+        with printing(Printed.of(quiet, as_json)):
+            work()
     except (KeyboardInterrupt, CancelledError):
         _fail("interrupted; nothing was kept", INTERRUPTED, debug=debug)
     except OccluderError as error:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from simplifier.cli.console import count_bar, print_rows
+from simplifier.cli.console import count_bar, print_closing, print_json, print_rows
+from simplifier.cli.help import OUTPUT, with_examples
 from simplifier.cli.options import SceneArgument, TransparentScene, read_options, with_options
-from simplifier.cli.running import Debug, interrupts, run_guarded
+from simplifier.cli.running import AsJson, Debug, Quiet, interrupts, run_guarded
 from simplifier.culling.ranking import around, found_within, rank_occluders
 from simplifier.errors import MeshError, OptionError, SceneError
 from simplifier.geometry import scene as scenes
@@ -30,46 +32,69 @@ from simplifier.io.occs_file import decode_occs
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_writer import write_scene
 from simplifier.options.scene import PathKind, PathOptions, SceneOptions
+from simplifier.wording import count
 
 _RANKING_FRAMES = 60  # every other one ranks, the others judge
 
 
+@with_examples(
+    ("occluder scene town.glb -o town", "Make occluders for every object of a scene."),
+    (
+        "occluder scene town.glb -o town --up z --ground",
+        "The same, for a scene whose z axis is up and whose buildings stand on the ground.",
+    ),
+    (
+        "occluder scene town.glb -o town --budget 32 --preview",
+        "Use fewer triangles, and write preview.glb to look at.",
+    ),
+)
 @with_options(SceneOptions)
 def scene(
     source: SceneArgument,
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="Folder for scene.json and the occluders.")
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Folder for scene.json and the occluders.",
+            rich_help_panel=OUTPUT,
+        ),
     ],
     *,
     packed: Annotated[
         Path | None,
         typer.Option(
-            help="Write the tree and all occluders to this file for engines, too (.occs);"
-            " it is always written to scene.occs in the folder."
+            help="Also write the tree and all occluders to this file, for engines (.occs). The"
+            " folder always has them as scene.occs.",
+            rich_help_panel=OUTPUT,
         ),
     ] = None,
     frame_triangles: Annotated[
         int | None,
         typer.Option(
             min=1,
-            help="Rank the occluders for frames of so many occluder triangles, by what each hides"
-            " along a path, in the files for engines.",
+            help="Rank the occluders in the files for engines, for frames of so many occluder"
+            " triangles, by what each hides along a path.",
+            rich_help_panel=OUTPUT,
         ),
     ] = None,
     path: Annotated[
         Path | None,
         typer.Option(
-            help="Camera path to rank along, with views to all sides; without it a walk is made."
+            help="The camera path to rank along. Without one, a walk is made.",
+            rich_help_panel=OUTPUT,
         ),
     ] = None,
     transparent: TransparentScene = "leave-out",
+    as_json: AsJson = False,
+    quiet: Quiet = False,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
     """Make a tree of occluders for a scene of many objects.
 
-    What was made before for the same input is kept, so an interrupted run goes on where it was, and
-    a changed object costs its own occluders and those above it.
+    Occluders that are current are kept. An interrupted run continues where it stopped, and after a
+    change of one object only its own occluders and those above it are made again.
     """
 
     def run() -> None:
@@ -101,8 +126,42 @@ def scene(
                 with listening.held():
                     write_whole(packed, data)
             print_rows(str(output), rows, [*read.warnings, *build.warnings])
+            print_closing(_made(output, build), _NOT_MEASURED, _then(source, output, options))
+            print_json(_figures(read, build))
 
-    run_guarded(run, debug=debug)
+    run_guarded(run, debug=debug, quiet=quiet, as_json=as_json)
+
+
+_NOT_MEASURED = "not measured yet: how much the occluders hide depends on the camera"
+
+
+def _made(output: Path, build: Build) -> str:
+    if not build.made:
+        return f"nothing; all {count(build.kept, 'occluder')} in {output} are current"
+    return f"{count(build.made, 'occluder')} in {output}; {build.kept:,} were current"
+
+
+def _then(source: Path, output: Path, options: SceneOptions) -> str:
+    """How to find out what they hide."""
+    walk = shlex.quote(f"{output}_walk.json")
+    scene, folder = shlex.quote(str(source)), shlex.quote(str(output))
+    up = "" if options.up == "y" else f" --up {options.up}"
+    measure = f"occluder cull {scene} --occluders {folder} --path {walk} -o {folder}_cull"
+    return f"occluder path {scene} -o {walk}{up} && {measure}"
+
+
+def _figures(read: scenes.Scene, build: Build) -> dict[str, Any]:
+    return {
+        "objects": len(read),
+        "parts": len(build.parts.object_of),
+        "triangles": int(read.triangle_counts.sum()),
+        "nodes": len(build.tree),
+        "occluders": len(build.summaries),
+        "occluder_triangles": sum(one.triangles for one in build.summaries.values()),
+        "made": build.made,
+        "kept": build.kept,
+        "warnings": [*read.warnings, *build.warnings],
+    }
 
 
 def _write_tree(output: Path, preview: bool) -> bytes:

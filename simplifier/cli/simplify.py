@@ -9,50 +9,91 @@ import typer
 
 from simplifier.api import simplify as simplify_soup
 from simplifier.cli.console import print_line, print_rows
+from simplifier.cli.current import Making
+from simplifier.cli.help import OUTPUT, with_examples
 from simplifier.cli.options import Mesh, PicturesFolder, ReportFile, read_options, with_options
-from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_overrides
-from simplifier.cli.report import Strict, check_extras, run_and_show
-from simplifier.cli.running import Debug, Interrupts
+from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_overrides, overrides_used
+from simplifier.cli.report import Outcome, Shown, Strict, check_extras, run_and_show
+from simplifier.cli.running import AsJson, Debug, Interrupts, Quiet, Verbose
 from simplifier.errors import OptionError, OutputError
 from simplifier.io.glb_embed import check_place
 from simplifier.io.load import load
-from simplifier.io.save import check_writable, is_level_path
+from simplifier.io.save import check_writable, holds_levels, is_level_path
 from simplifier.memory.limit import default_limit
 from simplifier.memory.need import BASE_BYTES, GIB
 from simplifier.options.simplify import SimplifyOptions, Style, WriteOptions
 from simplifier.production.estimate import check_file, estimate_memory
+from simplifier.production.next_try import look_command
 from simplifier.progress import Listener, Stopwatch
+from simplifier.report.page import PAGE
 from simplifier.report.report import Report, write_report
+from simplifier.wording import count
 
 
+@with_examples(
+    (
+        "occluder simplify castle.glb -o castle_occluder.glb",
+        "Make an occluder of at most 64 triangles.",
+    ),
+    (
+        "occluder simplify castle.glb -o castle_occluder.glb --preset best --pictures pictures",
+        "Take more time, and draw what the occluder hides.",
+    ),
+    (
+        "occluder simplify castle.glb -o castle_occluder.glb --lods 3 --pixel-error 2",
+        "Make three levels of detail for distant views.",
+    ),
+)
 @with_options(SimplifyOptions, WriteOptions)
 def simplify(
     mesh: Mesh,
     output: Annotated[
         Path,
-        typer.Option("-o", "--output", help="The occluder: glb, occ, obj, ply, off, stl, tres."),
+        typer.Option(
+            "-o",
+            "--output",
+            help="The file to write: glb, occ, obj, ply, off, stl or tres.",
+            rich_help_panel=OUTPUT,
+        ),
     ],
     *,
     overrides: OverridesFile = None,
     no_overrides: NoOverrides = False,
     report: ReportFile = None,
     pictures: PicturesFolder = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Say what memory it would need, and make nothing.")
-    ] = False,
+    as_json: AsJson = False,
     strict: Strict = False,
+    force: Annotated[
+        bool,
+        typer.Option(
+            "--force", help="Make the occluder even if it is current.", rich_help_panel=OUTPUT
+        ),
+    ] = False,
+    dry_run: Annotated[
+        bool,
+        typer.Option(
+            "--dry-run",
+            help="Print how much memory the run would need, and make nothing.",
+            rich_help_panel=OUTPUT,
+        ),
+    ] = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
     """Make an occluder from a mesh and report its precision and recall.
 
-    With levels of detail the output holds all of them if it is a glb, and each goes to a file of
-    its own, NAME_lod0 and so on; levels that bring nothing are left out.
+    An output that is current is left as it is, and its figures are printed again.
 
-    Ctrl-C ends the refining and keeps the best so far; once more ends the command at once.
+    With levels of detail, each level goes to a file of its own: NAME_lod0 and so on. A glb or occ
+    file NAME holds all of them as well. Levels that bring nothing are left out.
+
+    Press Ctrl-C to end the search and keep the best occluder so far. Press it twice to stop at
+    once.
     """
 
-    def run(listener: Listener, interrupts: Interrupts) -> Report | None:
+    def run(listener: Listener, interrupts: Interrupts) -> Outcome | None:
         options = read_options(SimplifyOptions, chosen)
         writing = read_options(WriteOptions, chosen)
         style = Style(writing.sides, writing.as_quads)
@@ -66,6 +107,16 @@ def simplify(
             _foretell(mesh, options, pictures=pictures is not None)
             return None
         check_file(mesh, options, pictures=pictures is not None)
+        making = Making.of(
+            mesh, output, overrides_used(mesh, overrides, no_overrides), options, writing
+        )
+        found = None if force or pictures is not None else making.current()
+        if found is not None:
+            if report is not None:
+                write_report(found, report)
+            same = f"{_made(output, found)}; --force makes it again"
+            then = _then(options, writing, mesh, output, None)
+            return Outcome(found, same, then, current=True)
         watch = Stopwatch(listener)
         with watch.stage("load"):
             soup = load(
@@ -107,9 +158,38 @@ def simplify(
                 return None
             if pictures is not None:
                 print_line(f"warning: interrupted: {pictures} may lack pictures")
-        return summary
+        if not interrupts.heard:
+            whole = [output] if options.levels is not None and holds_levels(output) else []
+            making.keep([*whole, *files], summary)
+        return Outcome(
+            summary, _made(output, summary), _then(options, writing, mesh, output, pictures)
+        )
 
-    run_and_show(run, mesh.name, debug=debug, strict=strict and not dry_run)
+    shown = Shown(strict and not dry_run, verbose, quiet, as_json, debug)
+    run_and_show(run, mesh.name, shown)
+
+
+def _made(output: Path, report: Report) -> str:
+    """What was made, and where."""
+    levels = report["levels"]
+    if not levels:
+        triangles = count(report["triangles"], "triangle")
+        return f"{output}, {triangles} in place of {report['input']['triangles']:,}"
+    sizes = ", ".join(f"{level['triangles']:,}" for level in levels)
+    whole = f"{output} and " if holds_levels(output) else ""
+    names = ", ".join(str(output.with_name(level["file"])) for level in levels)
+    return f"{whole}{names}: {count(len(levels), 'level')} of detail with {sizes} triangles"
+
+
+def _then(
+    options: SimplifyOptions, writing: WriteOptions, mesh: Path, output: Path, pictures: Path | None
+) -> str:
+    """What to do with what was made, if it is good."""
+    if pictures is not None:
+        return f"open {pictures / PAGE} to see where it hides"
+    if writing.with_original is not None or options.levels is not None:
+        return f"load {output} in your engine"
+    return look_command(options, (str(mesh), str(output)))
 
 
 def _check_embedding(mesh: Path, output: Path, *, levels: bool) -> None:

@@ -8,9 +8,10 @@ from typing import Annotated, Any
 import typer
 
 from simplifier.cli.console import print_front, print_line, print_text, run_bar
+from simplifier.cli.help import OUTPUT, with_examples
 from simplifier.cli.options import read_options, with_options
 from simplifier.cli.overrides import NoOverrides, chosen_overrides
-from simplifier.cli.running import Debug, interrupts, run_guarded
+from simplifier.cli.running import Debug, Quiet, interrupts, run_guarded
 from simplifier.errors import MeshError
 from simplifier.geometry.overrides import Overrides
 from simplifier.io.files import make_folder, write_whole
@@ -20,22 +21,34 @@ from simplifier.tradeoff.sweep import Trial, run_count, sweep
 from simplifier.warmup import warm_up
 
 
+@with_examples(
+    ("occluder tradeoff castle.glb -o out", "Compare presets, resolutions and times on one mesh."),
+    ("occluder tradeoff a.glb b.glb -o out --budgets 32,64", "Compare two budgets on two meshes."),
+    ("occluder tradeoff castle.glb -o out --times 0.5,1 --repeats 1", "Take a quick look."),
+)
 @with_options(TradeoffOptions)
 def tradeoff(
     meshes: Annotated[
         list[Path], typer.Argument(help="The meshes: glb, gltf, obj, ply, stl, off, 3mf, dae.")
     ],
     output: Annotated[
-        Path, typer.Option("-o", "--output", help="Folder for tradeoff.csv, .json, .png and .html.")
+        Path,
+        typer.Option(
+            "-o",
+            "--output",
+            help="Folder for tradeoff.csv, .json, .png and .html.",
+            rich_help_panel=OUTPUT,
+        ),
     ],
     *,
     no_overrides: NoOverrides = False,
+    quiet: Quiet = False,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
     """Measure speed against accuracy over many settings: a table, a picture and a page.
 
-    Takes some minutes a mesh.  Ctrl-C ends it and keeps what was measured so far.
+    This takes some minutes for each mesh. Press Ctrl-C to stop and keep what was measured so far.
     """
 
     def run() -> None:
@@ -56,7 +69,7 @@ def tradeoff(
             runs = f"{len(trials)} of {run_count(meshes, options)} runs"
             print_line(f"warning: interrupted after {runs}; {output} holds what they gave")
 
-    run_guarded(run, debug=debug)
+    run_guarded(run, debug=debug, quiet=quiet)
 
 
 def _trials(meshes: list[Path], options: TradeoffOptions, no_overrides: bool) -> list[Trial]:

@@ -11,11 +11,17 @@ from simplifier.builds.manifest import MANIFEST_NAME
 from simplifier.builds.watch import watch_assets
 from simplifier.cli.console import print_line, print_text
 from simplifier.cli.findings import line_of
-from simplifier.cli.options import AtOnce, Key, ManifestFile, Server
+from simplifier.cli.help import with_examples
+from simplifier.cli.options import AtOnce, Key, ManifestFile, Server, with_options
 from simplifier.cli.running import Debug, interrupts, run_guarded
 from simplifier.errors import OccluderError
 
 
+@with_examples(
+    ("occluder watch", "Keep the occluders of occluders.toml in this folder current."),
+    ("occluder watch game/occluders.toml --at-once 2", "Make two at a time."),
+)
+@with_options()
 def watch(
     manifest: ManifestFile = Path(MANIFEST_NAME),
     server: Server = None,
@@ -25,14 +31,14 @@ def watch(
 ) -> None:
     """Build a manifest, and again whenever a mesh or the manifest changes, until Ctrl-C.
 
-    What cannot be built is said, and tried again when it changes.
+    An asset that cannot be built is reported, and tried again when it changes.
     """
 
     def run() -> None:
         with interrupts() as listening, ExitStack() as stack:
             cancel = stack.enter_context(listening.deferred())
             maker = None if server is None else stack.enter_context(maker_at(server, key, cancel))
-            print_text(f"watching what {manifest} names; Ctrl-C ends it")
+            print_text(f"watching the files of {manifest}; press Ctrl-C to stop")
             watch_assets(
                 manifest, cancel, found=_tell, refused=_refuse, maker=maker, at_once=at_once
             )

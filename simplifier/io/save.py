@@ -118,6 +118,11 @@ def _check(occluder: Occluder, path: Path) -> None:
         )
 
 
+def holds_levels(path: Path) -> bool:
+    """Whether a file of the suffix holds all levels of detail.  Raises :class:`OutputError`."""
+    return _codec_for_writing(path, PLAIN).encode_lods is not None
+
+
 def save_lods(chain: LodChain, path: str | Path, style: Style = PLAIN) -> tuple[Path, ...]:
     """Write the levels in the format of the suffix, ``NAME_lod0`` and so on beside ``path``.
 

@@ -34,6 +34,10 @@ from simplifier.checks import (
 from simplifier.errors import OptionError
 
 OptionKind = Literal["whole", "number", "flag", "choice", "lengths", "wholes", "numbers", "size"]
+OptionGroup = Literal[
+    "Input and scene", "Quality", "Levels of detail", "Output", "Measurement", "Advanced"
+]
+"""Under which heads the help of a command lists options, in this order."""
 
 _KEY = "option"
 _WANTED = object()
@@ -56,6 +60,7 @@ class OptionField:
     ``unit``      of a number: "voxels", "world units", "degrees", "seconds", "pixels", "GiB".
     ``words``     the name as messages have it: "min precision".
     ``of_result``  whether the result depends on it; a limit of memory, say, refuses a run or not.
+    ``group``     the head under which the help lists it.
     """
 
     name: str
@@ -72,6 +77,7 @@ class OptionField:
     unit: str = ""
     words: str = ""
     of_result: bool = True
+    group: OptionGroup = "Advanced"
 
     def __post_init__(self) -> None:
         if not self.words:

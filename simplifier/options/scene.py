@@ -16,7 +16,9 @@ LEAST_FOV = 1e-6
 LARGEST_SCREEN = 16_384
 """The most pixels along a side of a picture that is drawn."""
 
-TRANSPARENT_HELP = "Triangles of the scene that one can see through: leave-out, or keep."
+TRANSPARENT_HELP = (
+    "Transparent surfaces must not occlude: leave-out ignores them, keep treats them as solid."
+)
 
 PathKind = Literal["street", "roof", "inside"]
 
@@ -41,44 +43,49 @@ class SceneOptions(OptionSet):
 
     budget: int = shared(
         SimplifyOptions, "budget",
-        help="Most triangles of an object's occluder; those above it have half.",
+        help="Maximum number of triangles in an object's occluder. Nodes above have half.",
     )  # fmt: skip
     resolution: int = shared(
         SimplifyOptions,
         "resolution",
         64,
         absent="",
-        help="Voxels along the longest edge of a node.",
+        help="Voxels along the longest edge of each node.",
     )
-    width: int = option(8, "Most children of a node.", low=2, high=64)
+    width: int = option(8, "Maximum number of children of a node.", low=2, high=64)
     moves: int = shared(
-        SimplifyOptions, "moves", 2400, absent="", help="Refining moves for a node."
+        SimplifyOptions, "moves", 2400, absent="", help="Number of refining moves for each node."
     )
     up: Axis = shared(SimplifyOptions, "up", help="The scene's up axis: x, y or z.")
     ground: bool = shared(
-        SimplifyOptions, "ground", help="Objects stand on the ground: close open bases."
+        SimplifyOptions, "ground", help="Objects stand on the ground. Closes their open bases."
     )
     smallest_hole: float = shared(
         SimplifyOptions, "smallest_hole",
-        help="Openings narrower than this count as closed, scene's units.",
+        help="Closes openings narrower than this, in the scene's units.",
     )  # fmt: skip
     conservative: bool = shared(SimplifyOptions, "conservative")
     overhang: float = shared(
         SimplifyOptions, "overhang",
-        help="Most that an object's near occluder may cover beside it, as a share of its"
-        " silhouette; 0 keeps wholly inside, and hides less.",
+        help="How much an object's near occluder may cover beside it, as a share of its silhouette."
+        " A lower share hides less; 0 keeps the occluder wholly inside.",
     )  # fmt: skip
     pixel_error: float = option(
-        0.5, "Largest error of what is drawn, in pixels of the depth buffer.",
-        above=0.0, high=1000.0, unit="pixels",
+        0.5, "Maximum error of what is drawn, in pixels of the depth buffer.",
+        above=0.0, high=1000.0, unit="pixels", group="Quality",
     )  # fmt: skip
     rows: int = option(
-        180, "Height of the depth buffer, pixels.", low=1, high=LARGEST_SCREEN, unit="pixels"
-    )
+        180, "Height of the depth buffer, in pixels.",
+        low=1, high=LARGEST_SCREEN, unit="pixels", group="Quality",
+    )  # fmt: skip
     fov: float = option(
-        60.0, "Vertical field of view, degrees.", low=LEAST_FOV, high=179.0, unit="degrees"
-    )
-    preview: bool = option(False, "Write all leaves' occluders to preview.glb.", of_result=False)
+        60.0, "Vertical field of view, in degrees.",
+        low=LEAST_FOV, high=179.0, unit="degrees", group="Quality",
+    )  # fmt: skip
+    preview: bool = option(
+        False, "Also write the occluders of all objects to preview.glb, to look at.",
+        of_result=False, group="Output",
+    )  # fmt: skip
     seed: int = shared(SimplifyOptions, "seed")
     memory_limit: float | None = shared(SimplifyOptions, "memory_limit")
 
@@ -96,22 +103,28 @@ class PathOptions(OptionSet):
 
     kind: PathKind = option(
         "street",
-        "street: between the objects; roof: above them; inside: through rooms and doors.",
+        "street (between the objects), roof (above them), or inside (through rooms and doors).",
+        group="Input and scene",
     )
-    frames: int = option(60, "Cameras along the path.", low=1, high=100_000)
+    frames: int = option(
+        60, "Number of cameras along the path.", low=1, high=100_000, group="Output"
+    )
     up: Axis = shared(SimplifyOptions, "up", help="The scene's up axis: x, y or z.")
     eye_height: float = option(
-        EYE_HEIGHT, "Of the eyes over the ground, in the scene's units; all other lengths of the "
-        f"path are multiples of it. {EYE_HEIGHT:g} where they are metres.",
-        low=0.0, unit="world units",
+        EYE_HEIGHT, "Height of the eyes above the ground, in the scene's units. All other lengths"
+        f" of the path are multiples of it. {EYE_HEIGHT:g} suits metres.",
+        low=0.0, unit="world units", group="Input and scene",
     )  # fmt: skip
     fov: float = option(
-        60.0, "Vertical field of view, degrees.", low=1.0, high=170.0, unit="degrees"
-    )
+        60.0, "Vertical field of view, in degrees.",
+        low=1.0, high=170.0, unit="degrees", group="Output",
+    )  # fmt: skip
     transparent: Transparent = shared(
         SimplifyOptions, "transparent", help=TRANSPARENT_HELP, of_result=False
     )
-    seed: int = shared(SimplifyOptions, "seed", help="Another one gives another path.")
+    seed: int = shared(
+        SimplifyOptions, "seed", help="Seed of the path. Another seed gives another path."
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -132,12 +145,13 @@ class CullOptions(OptionSet):
     """
 
     image: tuple[int, int] = option(
-        (320, 180), "Depth buffer, pixels across and down.", unit="pixels"
-    )
+        (320, 180), "Width and height of the depth buffer, in pixels.",
+        unit="pixels", group="Measurement",
+    )  # fmt: skip
     pixel_error: float | None = option(
-        None, "Largest error of the occluders that are drawn, in pixels; more draws fewer "
-        "triangles and hides less.", above=0.0, high=1000.0, absent="as they were built for",
-        unit="pixels",
+        None, "Maximum error of the occluders that are drawn, in pixels. A larger error draws fewer"
+        " triangles and hides less.", above=0.0, high=1000.0, absent="as they were built for",
+        unit="pixels", group="Measurement",
     )  # fmt: skip
     transparent: Transparent = shared(
         SimplifyOptions, "transparent", help=TRANSPARENT_HELP, of_result=False

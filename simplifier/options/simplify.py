@@ -59,96 +59,136 @@ class SimplifyOptions(OptionSet):
     and an error bound that would take too fine a grid.
     """
 
-    budget: int = option(64, "Most triangles of the occluder.", low=1, high=MOST_TRIANGLES)
+    budget: int = option(
+        64, "Maximum number of triangles in the occluder.",
+        low=1, high=MOST_TRIANGLES, group="Quality",
+    )  # fmt: skip
     resolution: int | None = option(
-        None, "Voxels along the longest edge.", low=1, high=MOST_VOXELS, absent="64", unit="voxels"
-    )
+        None, "Voxels along the mesh's longest edge. More voxels follow the mesh more closely and"
+        " take longer.", low=1, high=MOST_VOXELS, absent="64", unit="voxels", group="Quality",
+    )  # fmt: skip
     error_bound: float | None = option(
-        None, "Largest deviation, in the mesh's units; raises the resolution where it must.",
-        above=0.0, unit="world units",
+        None, "Maximum distance between the occluder and the mesh, in the mesh's units. Raises the"
+        " resolution where it must.", above=0.0, unit="world units", group="Quality",
     )  # fmt: skip
     error_share: float | None = option(
-        None, "The same as a share of the mesh's longest edge.", above=0.0, high=1.0
-    )
+        None, "The same distance as a share of the mesh's longest edge.",
+        above=0.0, high=1.0, group="Quality",
+    )  # fmt: skip
     lods: int | None = option(
-        None, "Levels of detail, each of half the resolution and half the budget.",
-        low=1, high=MOST_LEVELS,
+        None, "Number of levels of detail. Each has half the resolution and half the triangles of"
+        " the one before.", low=1, high=MOST_LEVELS, group="Levels of detail",
     )  # fmt: skip
     error_bounds: tuple[float, ...] | None = option(
-        None, "Levels of detail by their error bounds in its place.",
-        above=0.0, kind="lengths", unit="world units",
+        None, "Error bound of each level of detail, in the mesh's units, in place of their number.",
+        above=0.0, kind="lengths", unit="world units", group="Levels of detail",
     )  # fmt: skip
     pixel_error: float | None = option(
-        None, "Pixels that a level's error may have.",
-        low=0.01, high=1000.0, absent="1", unit="pixels",
+        None, "Error that a level of detail may show on the screen, in pixels.",
+        low=0.01, high=1000.0, absent="1", unit="pixels", group="Levels of detail",
     )  # fmt: skip
     screen_height: int | None = option(
-        None, "Of the screen, in pixels.", low=1, high=100_000, absent="1080", unit="pixels"
-    )
+        None, "Height of the screen, in pixels.",
+        low=1, high=100_000, absent="1080", unit="pixels", group="Levels of detail",
+    )  # fmt: skip
     fov: float | None = option(
-        None, "Vertical field of view, degrees.", low=1.0, high=179.0, absent="60", unit="degrees"
+        None, "Vertical field of view, in degrees.",
+        low=1.0, high=179.0, absent="60", unit="degrees", group="Levels of detail",
+    )  # fmt: skip
+    up: Axis = option("y", "The mesh's up axis: x, y or z.", group="Input and scene")
+    ground: bool = option(
+        False, "The mesh stands on the ground. Closes its open base.", group="Input and scene"
     )
-    up: Axis = option("y", "The mesh's up axis: x, y or z.")
-    ground: bool = option(False, "The mesh stands on the ground: close its open base.")
     viewers: Viewers = option(
-        "all", "Where viewers can be: all (outside), above (looking level or down; on the ground),"
-        " or inside (outside, and wherever one can walk indoors, so that rooms stay open).",
+        "all", "Where viewers can be: all (anywhere outside), above (on the ground, looking level"
+        " or down), or inside (outside and in every room that one can walk in; rooms stay open).",
+        group="Input and scene",
     )  # fmt: skip
     eye_height: float = option(
-        EYE_HEIGHT, "Of the eyes of viewers inside over the floor, in the mesh's units; "
-        f"{EYE_HEIGHT:g} where they are metres.", above=0.0, unit="world units",
+        EYE_HEIGHT, "Height of a viewer's eyes above the floor, in the mesh's units; counts with"
+        f" viewers inside. {EYE_HEIGHT:g} suits metres.",
+        above=0.0, unit="world units", group="Input and scene",
     )  # fmt: skip
     fill: Fill = option(
         "sight", "What counts as inside: sight (what hardly any viewer can see), or flood (what"
-        " the surface closes off).",
+        " the surface encloses).", group="Input and scene",
     )  # fmt: skip
     transparent: Transparent = option(
-        "leave-out", "Triangles of the file that one can see through: leave-out, or keep."
-    )
+        "leave-out", "Transparent surfaces must not occlude: leave-out ignores them, keep treats"
+        " them as solid.", group="Input and scene",
+    )  # fmt: skip
     smallest_hole: float = option(
-        0.0, "Openings narrower than this count as closed, in the mesh's units.",
-        low=0.0, unit="world units",
+        0.0, "Closes openings narrower than this, in the mesh's units.",
+        low=0.0, unit="world units", group="Input and scene",
     )  # fmt: skip
-    conservative: bool = option(False, "Keep wholly inside: never hide too much if closed.")
+    conservative: bool = option(
+        False, "Keeps the occluder wholly inside. A closed mesh is then never hidden too much.",
+        group="Quality",
+    )  # fmt: skip
     shrink: float = option(
-        0.0, "Keep this deep inside, in the mesh's units: what is hidden from a point is hidden "
-        "from all points this near to it.", low=0.0, unit="world units",
+        0.0, "Inset the occluder by this distance, in the mesh's units. What it hides from one"
+        " viewpoint is then hidden from every viewpoint within that distance.",
+        low=0.0, unit="world units", group="Quality",
     )  # fmt: skip
-    trim: Trim = option("gain", "How the budget is met: gain, or area as published.")
+    trim: Trim = option(
+        "gain", "How polygons are chosen when there are too many: by gain in occlusion, or by area"
+        " as published.",
+    )  # fmt: skip
     alpha: float = option(
-        0.001, "Stop adding polygons that raise the measure by less than this.", low=0.0, high=1.0
+        0.001, "Stop adding polygons when the next one raises the occlusion measure by less than"
+        " this.", low=0.0, high=1.0,
+    )  # fmt: skip
+    slicer: Slicing = option(
+        "cpu", "What cuts the sections: cpu, or gl for the OpenGL stencil buffer."
     )
-    slicer: Slicing = option("cpu", "cpu, or gl for the OpenGL stencil buffer.")
-    preset: Preset = option("balanced", "How much time to spend: draft, balanced or best.")
+    preset: Preset = option(
+        "balanced", "How much time to spend: draft, balanced or best.", group="Quality"
+    )
     min_precision: float | None = option(
-        None, "Precision to aim for at least; more of it hides less.",
-        low=0.0, high=1.0, absent=f"0.999; 0.995 with an overhang above {LITTLE_OVERHANG:g}",
+        None, "Target precision, 0 to 1. A higher target hides less.", low=0.0, high=1.0,
+        absent=f"0.999; 0.995 with an overhang above {LITTLE_OVERHANG:g}", group="Quality",
     )  # fmt: skip
     overhang: float = option(
-        0.005, "Most that the occluder may cover beside the mesh, as a share of its silhouette; "
-        "less of it hides less, 0 keeps wholly inside.", low=0.0, high=1.0,
+        0.005, "How much the occluder may cover beside the mesh, as a share of the mesh's"
+        " silhouette. A lower share hides less; 0 keeps the occluder wholly inside.",
+        low=0.0, high=1.0, group="Quality",
     )  # fmt: skip
     front: float = option(
-        1.0, "Most of the mesh's pixels before which the occluder may stand off, as a share to aim"
-        " for; less of it hides less, 1 is no limit.", low=0.0, high=1.0,
+        1.0, "How much of the visible mesh may lie well behind the occluder, as a share of its"
+        " pixels. A lower share hides less; 1 sets no limit.", low=0.0, high=1.0, group="Quality",
     )  # fmt: skip
     moves: int | None = option(
-        None, "Refining moves; 0 leaves the cut as it is.",
+        None, "Number of refining moves. 0 leaves the first cut as it is.",
         low=0, high=MOST_MOVES, absent="by preset",
     )  # fmt: skip
     time_limit: float | None = option(
-        None, "Seconds to spend, in place of moves: less shortens the preset's work, more goes on "
-        "refining. Reading the mesh and the report come on top. Results differ from run to run.",
-        above=0.0, high=LONGEST_SECONDS, absent="by preset", unit="seconds",
+        None, "Seconds to spend, in place of a number of moves. Reading the mesh and measuring the"
+        " result come on top. Results differ from run to run.",
+        above=0.0, high=LONGEST_SECONDS, absent="by preset", unit="seconds", group="Quality",
     )  # fmt: skip
-    seed: int = option(0, "Seed of everything random.", low=0, high=LARGEST_SEED)
-    views: int = option(256, "Views that accuracy is measured from.", low=1, high=65_536)
-    image: int = option(256, "Pixels a side of each view.", low=8, high=4096, unit="pixels")
-    quads: int = option(32_000, "Random quads in each view.", low=1, high=10_000_000)
-    exact: bool = option(False, "Count all quads in place of a sample.")
+    seed: int = option(
+        0, "Seed of all random numbers. The same seed gives the same result.",
+        low=0, high=LARGEST_SEED,
+    )  # fmt: skip
+    views: int = option(
+        256, "Number of views that accuracy is measured from.",
+        low=1, high=65_536, group="Measurement",
+    )  # fmt: skip
+    image: int = option(
+        256, "Width and height of each view, in pixels.",
+        low=8, high=4096, unit="pixels", group="Measurement",
+    )  # fmt: skip
+    quads: int = option(
+        32_000, "Random quads that each view is measured with.",
+        low=1, high=10_000_000, group="Measurement",
+    )  # fmt: skip
+    exact: bool = option(
+        False, "Count every possible quad in place of a sample.", group="Measurement"
+    )
     memory_limit: float | None = option(
-        None, "GiB that the run may need at most: beyond, it is refused before it begins.",
-        above=0.0, high=1e6, absent="half of the machine's", unit="GiB", of_result=False,
+        None, "Memory that the run may use, in GiB. A run that needs more is refused before it"
+        " begins.", above=0.0, high=1e6, absent="half of the machine's", unit="GiB",
+        of_result=False,
     )  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -193,12 +233,15 @@ class WriteOptions(OptionSet):
     """How ``occluder simplify`` and builds write an occluder, whatever the format."""
 
     sides: Sides = option(
-        "double", "single: for engines that cull back faces, both windings are written."
+        "double", "double, or single for engines that cull back faces: triangles that can be seen"
+        " from both sides are then written twice.", group="Output",
+    )  # fmt: skip
+    as_quads: bool = option(
+        False, "Write two triangles as a quad where they form one: obj, off, ply.", group="Output"
     )
-    as_quads: bool = option(False, "Write quads where triangles pair up: obj, off, ply.")
     with_original: Embedding | None = option(
-        None, "Write the original too, to a glb, with the occluder as a node NAME-occonly"
-        " (godot) or as its coarsest level of detail (lod).",
+        None, "Write the original mesh as well, to a glb. The occluder is a node NAME-occonly"
+        " (godot), or the coarsest level of detail (lod).", group="Output",
     )  # fmt: skip
 
 

@@ -36,17 +36,20 @@ class TradeoffOptions(OptionSet):
         (16, 32, 128), "Section directions to try.", low=1, high=MOST_DIRECTIONS
     )
     budgets: tuple[int, ...] = option(
-        (16, 64, 256), "Budgets, each with a front of its own.", low=1, high=MOST_TRIANGLES
+        (16, 64, 256), "Budgets to try. Each gets a table of its own.", low=1, high=MOST_TRIANGLES
     )
     times: tuple[float, ...] = option(
         (0.25, 0.5, 1.0, 2.0, 5.0), "Times to try, seconds.",
         above=0.0, high=LONGEST_SECONDS, unit="seconds",
     )  # fmt: skip
     precision: float = option(
-        0.99, "Least precision, 0 to 1, of a setting on the front.", low=0.0, high=1.0
+        0.99,
+        "Lowest precision, 0 to 1, that a setting may have to be recommended.",
+        low=0.0,
+        high=1.0,
     )
-    repeats: int = option(3, "Runs a setting; their median time counts.", low=1, high=1000)
-    full: bool = option(False, "Every combination, not one knob at a time.")
+    repeats: int = option(3, "Runs of each setting. Their median time counts.", low=1, high=1000)
+    full: bool = option(False, "Try every combination, not one option at a time.")
     up: Axis = shared(SimplifyOptions, "up")
     ground: bool = shared(SimplifyOptions, "ground")
     transparent: Transparent = shared(SimplifyOptions, "transparent")

@@ -9,8 +9,8 @@ from simplifier.options.fields import OptionSet, option, shared
 from simplifier.options.simplify import EYE_HEIGHT, Axis, SimplifyOptions, Transparent
 
 SEE_THROUGH_HELP = (
-    "Triangles that one can see through, which may be seen themselves: leave-out of what hides, or"
-    " keep."
+    "Transparent surfaces may be seen, and must not hide others: leave-out sees to that, keep"
+    " treats them as solid."
 )
 
 Method = Literal["auto", "cull-map", "slice-wise", "voxel-column", "strong"]
@@ -55,47 +55,55 @@ class PvsOptions(OptionSet):
 
     method: Method = option(
         "auto",
-        "How sets are found: auto (what serves the scene), cull-map, slice-wise (rooms, bridges:"
-        " all of 3D), voxel-column (elevation models: from over each tile), or strong (one convex"
+        "How visible sets are found: auto (chosen for the scene), cull-map (objects on the ground),"
+        " slice-wise (rooms and bridges), voxel-column (elevation models), or strong (one convex"
         " occluder hides an object).",
+        group="Quality",
     )
     cell_size: float = option(
-        10.0, "Edge of a view cell in plan, in the scene's units.", above=0.0, unit="world units"
-    )
+        10.0, "Width of a view cell, in the scene's units.",
+        above=0.0, unit="world units", group="Input and scene",
+    )  # fmt: skip
     eye_height: float = shared(
         SimplifyOptions, "eye_height",
-        help="Most height of eyes over the ground, in the scene's units; "
-        f"{EYE_HEIGHT:g} where they are metres.",
+        help="Maximum height of a viewer's eyes above the ground, in the scene's units."
+        f" {EYE_HEIGHT:g} suits metres.",
     )  # fmt: skip
-    backend: Backend = option("cpu", "What draws cull maps: cpu, or opengl (the 'gl' extra).")
+    backend: Backend = option("cpu", "What draws cull maps: cpu, or opengl (needs the 'gl' extra).")
     epsilon: float | None = option(
-        None, "Half the length of edge that one point stands for; less is tighter and slower.",
-        above=0.0, absent="half the cell size", unit="world units",
+        None, "Half the spacing of sampled viewpoints along a cell's edge, in the scene's units."
+        " Less gives smaller sets and takes longer.",
+        above=0.0, absent="half the cell size", unit="world units", group="Quality",
     )  # fmt: skip
     up: Axis = shared(SimplifyOptions, "up", help="The scene's up axis: x, y or z.")
     ground: bool = shared(
-        SimplifyOptions, "ground", help="Objects stand on the ground: close open bases."
+        SimplifyOptions, "ground", help="Objects stand on the ground. Closes their open bases."
     )
     fill: Fill = option(
         "outside",
-        "What is solid: closed objects (outside), or also what no cell reaches (viewers).",
+        "What is solid: outside (closed objects), or viewers (also what no view cell reaches).",
+        group="Input and scene",
     )
     slices: bool = option(
-        False, "Also find which slices of each visible object are hidden; three times the time."
+        False,
+        "Also find which slices of each visible object are hidden. Takes three times as long.",
+        group="Quality",
+    )  # fmt: skip
+    skip_buried: bool = option(
+        False, "Leave out view cells that lie within an object.", group="Input and scene"
     )
-    skip_buried: bool = option(False, "Leave out cells that lie within an object.")
     transparent: Transparent = shared(
         SimplifyOptions, "transparent", help=SEE_THROUGH_HELP, of_result=False
     )
     time_limit: float | None = shared(
         SimplifyOptions, "time_limit",
-        help="Seconds to find sets for; cells that are left count as seeing everything.",
+        help="Seconds to spend. From view cells that are left, everything counts as visible.",
         absent="no limit",
     )  # fmt: skip
 
     seed: int = shared(
         SimplifyOptions, "seed",
-        help="Seed of where pictures look from, and of the lines that slices try first.",
+        help="Seed of the pictures' viewpoints, and of the lines that slices try first.",
     )  # fmt: skip
     memory_limit: float | None = shared(SimplifyOptions, "memory_limit")
 
@@ -115,11 +123,14 @@ class ElevationOptions(OptionSet):
     """
 
     spacing: tuple[float, ...] | None = option(
-        None, "Of an elevation model: DX,DY, the world units between posts; a .npy needs it.",
-        kind="lengths", count=2, absent="the GeoTIFF's", unit="world units",
+        None, "Distance between the posts of an elevation model, DX,DY, in world units. A .npy"
+        " needs it.", kind="lengths", count=2, absent="the GeoTIFF's", unit="world units",
+        group="Input and scene",
     )  # fmt: skip
-    tile: int = option(16, "Of an elevation model: posts along the side of an object.",
-                       low=1, high=65_536, unit="posts")  # fmt: skip
+    tile: int = option(
+        16, "Posts of an elevation model along the side of each object.",
+        low=1, high=65_536, unit="posts", group="Input and scene",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -131,5 +142,6 @@ class VisibilityOptions(ElevationOptions, PvsOptions):
     """
 
     cells: Placing = option(
-        "walkable", "View cells: walkable, grid, triangles, or floors (of rooms)."
-    )
+        "walkable", "Where view cells lie: walkable, grid, triangles, or floors (of rooms).",
+        group="Input and scene",
+    )  # fmt: skip

@@ -58,6 +58,16 @@ def next_evaluate(
     return shlex.join(["occluder", "evaluate", mesh, occluder, *_typed(closer)])
 
 
+def look_command(options: SimplifyOptions, names: Names) -> str:
+    """What draws where the occluder of a file hides, judged as it was made."""
+    mesh, occluder = names
+    folder = str(Path(occluder).with_suffix("")) + "_pictures"
+    of_judging = {one.name for one in EvaluateOptions.fields()}
+    given = {name: value for name, value in _given(options).items() if name in of_judging}
+    words = ["occluder", "evaluate", mesh, occluder, "--pictures", folder]
+    return shlex.join([*words, *_typed(given)])
+
+
 def _changes(options: SimplifyOptions, figure: Figure) -> Mapping[str, Any]:
     if figure == "coverage":
         return {"image": _finer(options.image)}

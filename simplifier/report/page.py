@@ -17,6 +17,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.io.files import make_folder, write_whole
 from simplifier.wording import (
     direction,
+    distance_range,
     grid_size,
     length,
     percent,
@@ -32,9 +33,12 @@ if TYPE_CHECKING:
 Report = Mapping[str, Any]
 Rows = Sequence[tuple[str, str]]
 
+PAGE = "report.html"
+"""What the page is called in its folder."""
+
 _LEVEL_COLUMNS = (
     "Level", "Verdict", "Triangles", "Recall", "Precision", "Overhang", "Error bound", "Deviation",
-    "Voxels", "From distance", "File",
+    "Voxels", "Distance", "File",
 )  # fmt: skip
 
 
@@ -65,8 +69,8 @@ def write_pictures(
     files["precision.png"] = gallery.precision
     for file, data in files.items():
         write_whole(place / file, data)
-    write_page(place / "report.html", report, gallery, name=name)
-    return [place / file for file in [*files, "report.html"]]
+    write_page(place / PAGE, report, gallery, name=name)
+    return [place / file for file in [*files, PAGE]]
 
 
 def write_page(path: str | Path, report: Report, gallery: Gallery, *, name: str = "mesh") -> None:
@@ -91,7 +95,7 @@ def page_text(report: Report, gallery: Gallery, *, name: str = "mesh") -> str:
         verdict=report["verdict"],
         warnings=report["warnings"],
         tiles=_tiles(report),
-        levels=[_level_cells(level) for level in report.get("levels", ())],
+        levels=_level_rows(report.get("levels", ())),
         level_columns=_LEVEL_COLUMNS,
         left_out=[
             f"{one['resolution']:,} voxels: {one['reason']}" for one in report.get("left_out", ())
@@ -153,7 +157,12 @@ def _tiles(report: Report) -> list[tuple[str, str, str]]:
     ]
 
 
-def _level_cells(level: Report) -> tuple[str, ...]:
+def _level_rows(levels: Sequence[Report]) -> list[tuple[str, ...]]:
+    starts = [level["switch_distance"] for level in levels]
+    return [_level_cells(level, distance_range(level["level"], starts)) for level in levels]
+
+
+def _level_cells(level: Report, distance: str) -> tuple[str, ...]:
     """As :data:`_LEVEL_COLUMNS` has them."""
     return (
         str(level["level"]),
@@ -165,7 +174,7 @@ def _level_cells(level: Report) -> tuple[str, ...]:
         length(level["error_bound"]),
         length(level["deviation"]),
         f"{level['resolution']:,}",
-        length(level["switch_distance"]),
+        distance,
         level["file"] or "not written",
     )
 

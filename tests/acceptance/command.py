@@ -24,12 +24,20 @@ def environment(**changes):
 
 
 def occluder(*arguments, cwd=None, timeout=120, **changes):
-    """Run the command; its exit status, output and errors as text."""
-    return subprocess.run(
+    """Run the command; its exit status, output and errors as text, progress not among them."""
+    done = subprocess.run(
         [*OCCLUDER, *map(os.fspath, arguments)],
         cwd=cwd, env=environment(**changes), timeout=timeout,
         capture_output=True, text=True, errors="surrogateescape", check=False,
     )  # fmt: skip
+    done.stderr = _without_progress(done.stderr)
+    return done
+
+
+def _without_progress(errors):
+    """Lines of progress come where a busy machine takes seconds."""
+    lines = errors.splitlines(keepends=True)
+    return "".join(line for line in lines if not line.startswith("progress: "))
 
 
 def beside_verdict(errors):
@@ -46,7 +54,9 @@ def occluder_here(monkeypatch, capfd, *arguments, cwd=None):
     with pytest.raises(SystemExit) as end:
         main()
     shown = capfd.readouterr()
-    return subprocess.CompletedProcess(arguments, end.value.code or 0, shown.out, shown.err)
+    return subprocess.CompletedProcess(
+        arguments, end.value.code or 0, shown.out, _without_progress(shown.err)
+    )
 
 
 def read_all(descriptor):

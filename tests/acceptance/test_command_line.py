@@ -7,12 +7,14 @@ import os
 import pty
 import shlex
 import subprocess
+from typing import get_args
 
 import pytest
 
 import simplifier
 from simplifier import api
 from simplifier.io.formats import writable_suffixes
+from simplifier.options.fields import OptionGroup
 from tests.acceptance.command import (
     OCCLUDER,
     beside_verdict,
@@ -217,7 +219,7 @@ def test_warnings_go_to_standard_error(command, folder, tmp_path):
     assert errors.startswith("warning: almost nothing is inside, the surface is open")
     assert "ground with up y would close 81 % of the grid" in errors
     assert errors.count("\n") == 1
-    assert "warning" not in output
+    assert "warning:" not in output
 
 
 BOXES, OUT = "{folder}/boxes.ply", "{tmp}/out.glb"
@@ -381,6 +383,101 @@ def test_version_and_help(command):
     status, output, _ = command()
     assert status == 2
     assert "simplify" in output
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["simplify", "evaluate", "tradeoff", "path", "scene", "cull", "pvs", "build"],
+)
+def test_the_short_help_is_the_help_and_has_examples(command, name):
+    shown = command(name, "-h")
+    assert shown == command(name, "--help")
+    status, output, errors = shown
+    assert (status, errors) == (0, "")
+    heads = [line.split()[1:-1] for line in output.splitlines() if line.startswith("╭")]
+    titles = [" ".join(word for word in head if word.strip("─")) for head in heads]
+    order = ["Arguments", *get_args(OptionGroup)]
+    assert titles == sorted(titles, key=order.index)
+    assert "Output" in titles
+    examples = output.partition("Examples:")[2]
+    assert 2 <= examples.count(f" occluder {name} ") + examples.count(f" occluder {name}\n") <= 3
+
+
+def test_a_shell_completes_commands_and_options():
+    done = occluder(_OCCLUDER_COMPLETE="complete_bash", COMP_WORDS="occluder sim", COMP_CWORD="1")
+    assert (done.returncode, done.stdout.split()) == (0, ["simplify"])
+    done = occluder(
+        _OCCLUDER_COMPLETE="complete_bash", COMP_WORDS="occluder simplify --res", COMP_CWORD="2"
+    )
+    assert (done.returncode, done.stdout.split()) == (0, ["--resolution"])
+
+
+# What is printed.
+
+
+def test_what_is_current_is_said_to_be_and_not_made(command, folder, tmp_path, monkeypatch):
+    mesh, out, report = tmp_path / "mesh.obj", tmp_path / "out.glb", tmp_path / "report.json"
+    mesh.write_text(OPEN_BOX)
+    run = ("simplify", mesh, "-o", out, *QUICK, *FEW_VIEWS)
+    first = command(*run, "--report", report)
+    assert f"made: {out}, " in first[1]
+    before = out.read_bytes(), report.read_bytes(), out.stat().st_mtime_ns
+    again = command(*run, "--report", report)
+    assert again[0] == 0
+    assert f"current: {out}, " in again[1]
+    assert again[2] == first[2]
+    assert before == (out.read_bytes(), report.read_bytes(), out.stat().st_mtime_ns)
+
+    def made(*changes):
+        status, output, _ = command(*run, *changes)
+        assert status == 0
+        return f"made: {out}, " in output
+
+    assert made("--force")
+    assert made("--seed", "1")
+    assert not made("--seed", "1")
+    assert made("--pictures", tmp_path / "pictures")  # which are not kept
+    assert not made()
+    by_hand = '[[open]]\nname = "door"\ncenter = [0.5, 0.5, 0]\nsize = [0.2, 0.2, 0.2]\n'
+    (tmp_path / "mesh.overrides.toml").write_text(by_hand)
+    assert made("--no-overrides")
+    assert made()
+    out.write_bytes(b"something else")
+    assert made()
+    mesh.write_text(OPEN_BOX.replace("v 1 1 1", "v 1 1 2"))
+    assert made()
+    # Where nothing can be kept, nothing is known to be current.
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(mesh))
+    assert made()
+    assert made()
+
+
+def test_standard_output_is_the_report_or_nothing(command, folder, tmp_path):
+    mesh, out = folder / "boxes.ply", tmp_path / "out.glb"
+    run = ("simplify", mesh, "-o", out, *QUICK, *FEW_VIEWS, "--report", tmp_path / "report.json")
+    status, output, _ = command(*run, "--json")
+    assert status == 0
+    assert json.loads(output) == json.loads((tmp_path / "report.json").read_text())
+    status, output, _ = command(*run, "--quiet")
+    assert (status, output) == (0, "")
+    status, output, _ = command("evaluate", mesh, out, *FEW_VIEWS, "--json")
+    assert (status, json.loads(output)["triangles"]) == (0, len(simplifier.load(out).faces))
+    assert "time: load" not in command("evaluate", mesh, out, *FEW_VIEWS)[1]
+    assert "time: load" in command("evaluate", mesh, out, *FEW_VIEWS, "--verbose")[1]
+
+
+def test_the_next_command_runs(command, folder, tmp_path):
+    out = tmp_path / "out.glb"
+    run = ("simplify", folder / "boxes.ply", "-o", out, *FEW_VIEWS, "--min-precision", "0.9")
+    status, output, errors = command(*run, "--moves", "3000", "--budget", "24")
+    assert (status, errors) == (0, "")
+    made, good, then = output.splitlines()[-3:]
+    assert made.startswith(f"made: {out}, ")
+    assert made.endswith(" in place of 24")
+    assert good.startswith("good: it hides ")
+    words = shlex.split(then.removeprefix("next: "))
+    assert command(*words[1:])[0] == 0
+    assert (tmp_path / "out_pictures" / "report.html").is_file()
 
 
 def test_every_option_of_simplify_is_in_its_help(command):

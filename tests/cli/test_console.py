@@ -3,9 +3,23 @@
 from __future__ import annotations
 
 import io
+import json
 import sys
 
-from simplifier.cli.console import accept_any_text, print_line, print_report, progress_bar
+from simplifier.cli.console import (
+    Printed,
+    accept_any_text,
+    count_bar,
+    print_closing,
+    print_json,
+    print_line,
+    print_report,
+    print_table,
+    printing,
+    progress_bar,
+    run_bar,
+)
+from simplifier.cli.progress_lines import EVERY, ProgressLines
 from simplifier.progress import STAGES, Progress
 
 REPORT = {
@@ -32,12 +46,47 @@ def test_the_table_has_the_headline_figures(capsys):
     for words in (
         "castle.obj", "1,234,567 -> 53", "99.87 %", "83.54 %", "recall 50.00 %, precision 75.00 %",
         "3.48 %, at worst 4.71 %", "0.07890", "2.45 %, at worst 5.68 %", "90.00 %", "0.05370",
-        "64 x 32 x 16 voxels", "12 ms", "1.50 s",
+        "64 x 32 x 16 voxels", "1.51 s",
     ):  # fmt: skip
         assert words in shown.out
-    assert "surface" not in shown.out
+    assert "12 ms" not in shown.out
     assert shown.out.endswith("\ngood: it hides most of it\n")
     assert shown.err == "warning: mind the gap\n"
+
+
+def test_the_time_of_each_stage_is_told_when_asked_for(capsys):
+    print_report(REPORT, "castle.obj", verbose=True)
+    shown = capsys.readouterr().out
+    for words in ("time: load", "12 ms", "time: cut", "1.50 s"):
+        assert words in shown
+    assert "surface" not in shown
+
+
+def test_the_last_three_lines_tell_what_was_made_how_good_it_is_and_what_to_do_next(capsys):
+    print_report(REPORT, "castle.obj", made="made: o.glb, 53 triangles", then="open it")
+    assert capsys.readouterr().out.splitlines()[-3:] == [
+        "made: o.glb, 53 triangles", "good: it hides most of it", "next: open it",
+    ]  # fmt: skip
+    print_closing("o.glb", "good enough", "open it")
+    assert capsys.readouterr().out == "made: o.glb\ngood enough\nnext: open it\n"
+
+
+def test_nothing_but_warnings_where_nothing_else_is_wanted(capsys):
+    with printing(Printed.of(quiet=True, as_json=False)):
+        print_report(REPORT, "castle.obj", made="made: o.glb", then="open it")
+        print_json(REPORT)
+        print_table("levels", ("a", "b"), [("1", "2")])
+    shown = capsys.readouterr()
+    assert (shown.out, shown.err) == ("", "warning: mind the gap\n")
+
+
+def test_standard_output_is_json_and_nothing_else(capsys):
+    with printing(Printed.of(quiet=True, as_json=True)):
+        print_report({**REPORT, "levels": [LEVEL], "left_out": []}, "castle.obj", made="made: o")
+        print_json(REPORT)
+    assert json.loads(capsys.readouterr().out) == REPORT
+    print_json(REPORT)
+    assert capsys.readouterr().out == ""
 
 
 def test_a_verdict_that_is_not_good_is_a_warning(capsys):
@@ -46,7 +95,7 @@ def test_a_verdict_that_is_not_good_is_a_warning(capsys):
     shown = capsys.readouterr()
     assert "weak" in shown.out.splitlines()[2]
     assert shown.err == (
-        "warning: weak: it hides 1.55 %\ntry: occluder simplify a -o b\nwarning: mind the gap\n"
+        "warning: mind the gap\nwarning: weak: it hides 1.55 %\ntry: occluder simplify a -o b\n"
     )
 
 
@@ -66,11 +115,11 @@ def test_levels_and_what_was_left_out(capsys):
     print_report({**REPORT, "levels": [LEVEL, coarse], "left_out": left_out}, "castle.obj")
     shown = capsys.readouterr().out
     assert "levels of detail" in shown
-    assert "50.20" in shown
+    assert " any " in shown
     assert "unusable" in shown
     assert shown.count("2.34 %") == 2
     assert "\u2026" not in shown  # every cell has room on a narrow terminal
-    assert shown.count("promise") == 2
+    assert shown.count("promise") == 2  # of its error, and so of where it is used
     assert "left out: 1,024 voxels: it hides nothing\n" in shown
 
 
@@ -120,6 +169,34 @@ def test_no_bar_where_there_is_no_terminal(capsys):
             listener(Progress(stage, 1.0, 0.5))
     shown = capsys.readouterr()
     assert (shown.out, shown.err) == ("", "")
+
+
+def test_lines_now_and_then_where_there_is_no_terminal(capsys):
+    now = [100.0]
+    lines = ProgressLines(lambda: now[0])
+    for second in range(12):
+        now[0] = 100.0 + second
+        lines.tell(lambda: f"step {second}")  # noqa: B023
+    assert EVERY == 5.0
+    assert capsys.readouterr().err == "progress: step 5, 5 s\nprogress: step 10, 10 s\n"
+
+
+def test_every_bar_has_lines_in_its_place(capsys, monkeypatch):
+    monkeypatch.setattr("simplifier.cli.progress_lines.EVERY", 0.0)
+    with progress_bar() as listener:
+        listener(Progress("cut", 0.5, 1.2, None, 2, 4))
+    with run_bar(3) as tell:
+        tell(1, "castle\x1b.obj")
+    with count_bar("cells") as tell:
+        tell(1200, 5000)
+    assert capsys.readouterr().err == (
+        "progress: 3/4 choosing polygons  50%, 0 s\nprogress: 1 of 3: castle\\x1b.obj, 0 s\n"
+        "progress: cells: 1,200 of 5,000, 0 s\n"
+    )
+    with printing(Printed.NOTHING), progress_bar() as listener, count_bar("cells") as tell:
+        listener(Progress("cut", 0.5, 1.2))
+        tell(1, 2)
+    assert capsys.readouterr().err == ""
 
 
 def test_the_bar_tells_which_level_it_is(monkeypatch):

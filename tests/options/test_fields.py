@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import get_args
 
 import pytest
 
 from simplifier.accuracy.accuracy import AccuracyOptions
 from simplifier.builds.finding import Requirements
 from simplifier.errors import OptionError
-from simplifier.options.fields import OptionSet, changed, option, passed_on, shared
+from simplifier.options.fields import OptionGroup, OptionSet, changed, option, passed_on, shared
 from simplifier.options.scene import CullOptions, PathOptions, SceneOptions
 from simplifier.options.simplify import (
     EvaluateOptions,
@@ -124,11 +125,14 @@ def test_the_command_line_shows_the_table(command):
 
     table = COMMANDS[command].fields()
     shown = {one.name: one for one in get_command(app).commands[command].params}
+    groups = get_args(OptionGroup)
+    listed = sorted(table, key=lambda one: groups.index(one.group))
     assert [name for name in shown if name in {one.name for one in table}] == [
-        one.name for one in table
+        one.name for one in listed
     ]
     for one in table:
         parameter = shown[one.name]
+        assert parameter.rich_help_panel == one.group
         assert parameter.opts == [f"--{one.name.replace('_', '-')}"]
         assert (parameter.help, parameter.default) == (one.help, typed(one))
         assert parameter.is_flag == (one.kind == "flag")

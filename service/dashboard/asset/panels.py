@@ -24,7 +24,15 @@ from service.dashboard.colours import css
 from service.dashboard.frame import panel
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.views import Bin, Measure, View, histogram, quantile
-from service.dashboard.wording import VERDICT_CLASSES, length, overhang, percent, seconds, whole
+from service.dashboard.wording import (
+    VERDICT_CLASSES,
+    distance_range,
+    length,
+    overhang,
+    percent,
+    seconds,
+    whole,
+)
 from service.jobs.job import Summary
 from service.keep import Keep
 from service.schemas.result import LaterFile, Level, ResultFile
@@ -127,10 +135,11 @@ def _levels_table(levels: Sequence[Level]) -> None:
             "#Precision",
             "#Overhang",
             "#Error bound",
-            "#Used from",
+            "#Distance",
             "Files",
         ],
     )
+    starts = [level.switch_distance for level in levels]
     for level in levels:
         with table.row():
             table.heading(str(level.level))
@@ -140,7 +149,7 @@ def _levels_table(levels: Sequence[Level]) -> None:
             table.number(percent(level.precision, 2))
             table.number(overhang(level.overhang))
             table.number(length(level.error_bound))
-            table.number(length(level.switch_distance))
+            table.number(distance_range(level.level, starts))
             with table.cell():
                 _level_files(level)
 

@@ -1,0 +1,89 @@
+"""Whether an occluder is current: made by this version, of the same files with the same options.
+
+What was made of what is kept in the user's own folder, a small file an occluder, so that nothing
+lies beside the occluder.  Where nothing can be kept, every occluder is made anew.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from simplifier.builds.making import mesh_stamp
+from simplifier.builds.record import Digests
+from simplifier.errors import OccluderError
+from simplifier.io.files import make_folder, write_whole
+from simplifier.options.fields import OptionSet
+from simplifier.report.report import Report
+from simplifier.version import VERSION
+
+_FOLDER = "planar-occluder"
+_MOST = 500
+"""Occluders that are known of; the oldest are forgotten."""
+
+
+@dataclass(frozen=True)
+class Making:
+    """All that an occluder hangs on, and where it goes.
+
+    ``output``  the file that was named, or the base of the names of levels.
+    ``asked``   version, options and digests of the files that are read, as JSON has them.
+    """
+
+    output: Path
+    asked: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, mesh: Path, output: Path, overrides: Path | None, *options: OptionSet) -> Making:
+        """``overrides``  the file of them that is read, if one is."""
+        digest, beside = mesh_stamp(mesh)
+        by_hand = None if overrides is None else Digests().of(overrides)
+        chosen = {name: value for one in options for name, value in one.chosen().items()}
+        asked = {"version": VERSION, "mesh": digest, "beside": beside, "by_hand": by_hand,
+                 "options": chosen}  # fmt: skip
+        return cls(output.resolve(), json.loads(json.dumps(asked)))
+
+    def current(self) -> Report | None:
+        """The report on what is there, if that is what would be made."""
+        try:
+            kept = json.loads(self._record.read_bytes())
+            known = kept["asked"] == self.asked and _digests(kept["files"]) == kept["files"]
+            report: Report | None = kept["report"] if known else None
+        except (OSError, ValueError, KeyError, TypeError):  # none, or a damaged one
+            return None
+        return report
+
+    def keep(self, files: Iterable[Path], report: Report) -> None:
+        """Remember what was made."""
+        kept = {
+            "asked": self.asked,
+            "files": _digests(map(str, map(Path.resolve, files))),
+            "report": report,
+        }
+        with suppress(OSError, OccluderError):
+            make_folder(self._record.parent)
+            write_whole(self._record, json.dumps(kept).encode())
+            _forget_oldest(self._record.parent)
+
+    @property
+    def _record(self) -> Path:
+        name = sha256(str(self.output).encode(errors="surrogateescape")).hexdigest()
+        return Path(typer.get_app_dir(_FOLDER)) / "made" / f"{name}.json"
+
+
+def _digests(files: Iterable[str]) -> dict[str, str | None]:
+    digests = Digests()
+    return {file: digests.of(Path(file)) for file in files}
+
+
+def _forget_oldest(folder: Path) -> None:
+    known = sorted(folder.glob("*.json"), key=lambda one: one.stat().st_mtime, reverse=True)
+    for record in known[_MOST:]:
+        record.unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-# make demo   install, make an occluder for a generated castle, write everything to out/demo
+# make demo   install, write a castle, its occluder and a town to out/demo, for the README's commands
 # make test   format, lint, types, import contracts, tests
 # make test-slow  what takes minutes: an empty kernel cache, whole sweeps, long forms, benchmarks
 # make test-faults  kills, a full disk, damage, wrong clocks, slow clients (minutes)
@@ -25,8 +25,10 @@ unexport PYTHONDONTWRITEBYTECODE
 
 demo: $(READY)
 	mkdir -p out/demo
-	$(BIN)/python -m examples.castle out/demo/castle.obj
-	$(BIN)/occluder simplify out/demo/castle.obj -o out/demo/castle_occluder.glb \
+	$(BIN)/python -m examples.castle out/demo/castle.glb
+	$(BIN)/python -m examples.city out/demo/town.glb --buildings 60
+	cp examples/castle.overrides.toml out/demo/castle_by_hand.toml
+	$(BIN)/occluder simplify out/demo/castle.glb -o out/demo/castle_occluder.glb \
 		--ground --budget 64 --report out/demo/report.json --pictures out/demo
 	@echo "open out/demo/report.html and out/demo/castle_occluder.glb"
 

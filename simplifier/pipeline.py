@@ -29,8 +29,8 @@ from simplifier.steps.time_limit import start_in_time
 from simplifier.steps.verbatim import is_own_occluder, seen_triangles
 
 _EMPTY = (
-    "nothing within the error bound hides more rightly than wrongly, so the occluder is empty; "
-    "raise the resolution"
+    "within the error bound, anything would hide more of what is visible than of what is hidden, so"
+    " the occluder is empty; raise the resolution"
 )
 
 
@@ -112,7 +112,7 @@ def simplify_mesh(
     if len(occluder.faces) == 0 < solid.core.count:
         warnings.append(_EMPTY)
     if interrupted:
-        warnings.append("interrupted: the best so far")
+        warnings.append("interrupted: this is the best occluder so far")
     return Simplification(occluder, solid, tuple(warnings), interrupted, tuple(decisions))
 
 

@@ -217,14 +217,14 @@ def test_a_mesh_that_far_triangles_stretch_is_told_of():
     mesh = TriangleMesh.from_soup(corners, [*box().faces.tolist(), [8, 9, 10]])
     (warning,) = [line for line in run(mesh, preset="draft").warnings if "lie within" in line]
     assert "others reach out to (10000, 10000, 10001)" in warning
-    assert "simplify them apart" in warning
+    assert "simplify the two parts separately" in warning
 
 
 @pytest.mark.parametrize("side", range(6))
 def test_leaks_are_told(side):
     result = run(box(without=[side]), resolution=24, preset="draft", fill="flood")
     (warning,) = result.warnings
-    assert "open at this resolution" in warning
+    assert "is not watertight" in warning
     assert "ground with up" in warning
 
 
@@ -233,7 +233,7 @@ def test_what_leaks_and_cannot_be_seen_is_no_leak():
     slit = joined(box(without=[5]), *(box((0.45, 1, 0), (x, 0, 1)) for x in (0.0, 0.55)))
     options = {"resolution": 24, "preset": "draft"}
     by_flood = run(slit, fill="flood", **options)
-    assert any("open at this resolution" in warning for warning in by_flood.warnings)
+    assert any("is not watertight" in warning for warning in by_flood.warnings)
     by_sight = run(slit, **options)
     assert by_sight.warnings == ()
     (closing,) = by_sight.solid.closed_by
@@ -263,7 +263,7 @@ def test_the_open_bunny(asset):
     _, recall, by_sight = judged(mesh, **options)
     _, open_recall, leaking = judged(mesh, fill="flood", **options)
     _, grounded_recall, closed = judged(mesh, fill="flood", ground=True, **options)
-    assert any("open at this resolution" in warning for warning in leaking.warnings)
+    assert any("is not watertight" in warning for warning in leaking.warnings)
     assert by_sight.warnings == closed.warnings == ()
     assert min(recall, grounded_recall) > 0.65
     assert open_recall < min(recall, grounded_recall) - 0.1
@@ -378,7 +378,7 @@ def test_a_cancel_keeps_the_best_so_far(stage, share):
     mesh = sphere()
     result = run(mesh, diary, diary.asked, resolution=16, budget=24, moves=100_000_000)
     assert result.interrupted
-    assert result.warnings == ("interrupted: the best so far",)
+    assert result.warnings == ("interrupted: this is the best occluder so far",)
     assert 0 < len(result.occluder.faces) <= 24
     check_bound(mesh, result)
 
@@ -490,7 +490,7 @@ def test_the_seed_reaches_the_exchange(monkeypatch):
     result = run(box(), budget=11, resolution=12, preset="best", moves=0, seed=77)
     assert seen == [77]
     assert len(result.occluder.faces) == 0
-    assert any("nothing within" in warning for warning in result.warnings)
+    assert any("within the error bound, anything" in warning for warning in result.warnings)
 
 
 def test_the_mesh_is_left_alone():

@@ -121,7 +121,7 @@ def verdict_on(figures: VerdictFigures, aims: Aims | None = None) -> EngineVerdi
         return EngineVerdict(counted[0].word, reason, tuple(counted), remarks)
     hidden, rightly = percent(figures.recall), percent(figures.precision, 2)
     reason = (
-        f"it hides {hidden} of what the mesh hides, {rightly} of that rightly, and covers"
+        f"it hides {hidden} of what the mesh hides, with a precision of {rightly}, and covers"
         f" {percent_at_most(figures.overhang)} beside it"
     )
     return EngineVerdict("good", reason, (), remarks)
@@ -161,26 +161,24 @@ def _faults(figures: VerdictFigures, aims: Aims) -> Iterator[Fault]:
 def _of_recall(recall: float) -> Iterator[Fault]:
     what = f"it hides {percent(recall, 2)} of what the mesh hides"
     if recall < LEAST_RECALL:
-        yield Fault(
-            "recall", "unusable",
-            f"{what}, and below {exact_percent(LEAST_RECALL)} an engine draws it for nothing",
-        )  # fmt: skip
+        limit = f"(below {exact_percent(LEAST_RECALL)} it is not worth drawing)"
+        yield Fault("recall", "unusable", f"{what} {limit}")
     elif recall < GOOD_RECALL:
-        yield Fault("recall", "weak", f"{what}, less than the {exact_percent(GOOD_RECALL)} of a"
-                    " good one")  # fmt: skip
+        limit = f"(a good occluder hides at least {exact_percent(GOOD_RECALL)})"
+        yield Fault("recall", "weak", f"{what} {limit}")
 
 
 def _of_precision(precision: float, aim: Aim | None) -> Iterator[Fault]:
     what = f"precision is {percent(precision, 2)}"
     if precision < LEAST_PRECISION:
-        yield Fault("precision", "unusable", f"{what}, below {exact_percent(LEAST_PRECISION)}:"
-                    " what can be seen vanishes")  # fmt: skip
+        limit = f"(below {exact_percent(LEAST_PRECISION)} visible objects vanish)"
+        yield Fault("precision", "unusable", f"{what} {limit}")
     elif precision < GOOD_PRECISION:
-        yield Fault("precision", "weak", f"{what}, below the {exact_percent(GOOD_PRECISION)} of a"
-                    " good one")  # fmt: skip
+        limit = f"(a good occluder has at least {exact_percent(GOOD_PRECISION)})"
+        yield Fault("precision", "weak", f"{what} {limit}")
     elif aim is not None and 1.0 - precision > NEARLY * (1.0 - aim.share):
-        yield Fault("precision", _missed(aim), f"{what}, below the {exact_percent(aim.share)}"
-                    " aimed for")  # fmt: skip
+        missed = f"{what}, below the target of {exact_percent(aim.share)}"
+        yield Fault("precision", _missed(aim), missed)
 
 
 def _of_overhang(overhang: float, aims: Aims) -> Iterator[Fault]:
@@ -191,14 +189,14 @@ def _of_overhang(overhang: float, aims: Aims) -> Iterator[Fault]:
     most = max(MOST_OVERHANG * aims.distance, asked)
     good = max(GOOD_OVERHANG * aims.distance, asked)
     if overhang > most:
-        yield Fault("overhang", "unusable", f"{what}, more than {exact_percent(most)}: what stands"
-                    " there vanishes")  # fmt: skip
+        limit = f"(above {exact_percent(most)} visible objects vanish)"
+        yield Fault("overhang", "unusable", f"{what} {limit}")
     elif overhang > good:
-        yield Fault("overhang", "weak", f"{what}, more than the {exact_percent(good)} of a good"
-                    " one")  # fmt: skip
+        limit = f"(a good occluder covers at most {exact_percent(good)})"
+        yield Fault("overhang", "weak", f"{what} {limit}")
     elif aim is not None and overhang > NEARLY * aim.share:
-        yield Fault("overhang", _missed(aim), f"{what}, more than the"
-                    f" {exact_percent(aim.share)} asked for")  # fmt: skip
+        missed = f"{what}, above the limit of {exact_percent(aim.share)}"
+        yield Fault("overhang", _missed(aim), missed)
 
 
 def _missed(aim: Aim) -> VerdictWord:

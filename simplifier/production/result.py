@@ -283,9 +283,9 @@ def _much_front(front: ViewShares) -> tuple[str, ...]:
     if front.mean <= _MUCH_FRONT:
         return ()
     return (
-        f"{percent_at_most(front.mean)} of what one sees of the mesh lies well behind the occluder,"
-        " and what moves there vanishes; ask for less front, allow less overhang, raise the"
-        " resolution, or keep regions open by overrides",
+        f"{percent_at_most(front.mean)} of the visible mesh lies well behind the occluder, so that"
+        " objects which move there vanish; lower front or overhang, raise the resolution, or keep"
+        " regions open by overrides",
     )
 
 

@@ -98,8 +98,8 @@ def solid_warnings(
         warnings.append(_stretched_warning(mesh, reach, solid))
     if options.viewers == "inside" and solid.opened == 0:
         warnings.append(
-            f"viewers inside with eyes {options.eye_height:g} units over a floor see nothing that"
-            " viewers outside do not; check up and the eye height, and that something leads in"
+            f"viewers inside, with eyes {options.eye_height:g} units above a floor, see no more"
+            " than viewers outside; check the up axis, the eye height, and that a way leads in"
         )
     if solid.opened == 0 and leaks(solid.touched, solid.filled):
         hole = solid.touched.in_voxels(options.smallest_hole)
@@ -149,9 +149,9 @@ def _stretched_warning(mesh: TriangleMesh, reach: Reach, solid: Solid) -> str:
     corners = mesh.vertices[mesh.faces[reach.of.argmax()]]
     furthest = corners[np.abs(corners - reach.middle).max(axis=1).argmax()]
     return (
-        f"half of the triangles lie within a voxel of {_point(reach.middle)}, since others reach"
-        f" out to {_point(furthest)}: next to nothing of the former is hidden by the occluder;"
-        " simplify them apart, or repair that vertex"
+        f"half of the triangles lie within one voxel of {_point(reach.middle)}, because others"
+        f" reach out to {_point(furthest)}; the occluder hides almost nothing of that half; repair"
+        " that vertex, or simplify the two parts separately"
     )
 
 

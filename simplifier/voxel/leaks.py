@@ -61,7 +61,7 @@ class Remedy:
         if self.ground is not None:
             axis, end = self.ground
             options = f"{'turned over, ' if end else ''}ground with up {'xyz'[axis]}"
-        return f"{options} would close {100.0 * self.share:.0f} % of the grid"
+        return f"{options} (closes {100.0 * self.share:.0f} % of the grid)"
 
 
 def leak_warning(
@@ -69,12 +69,12 @@ def leak_warning(
 ) -> str:
     """What to say of voxels that leak; arguments as of :func:`remedies`."""
     helps = [remedy.advice for remedy in remedies(touched, filled, closed_sides, smallest_hole)]
-    return "; ".join(
-        [
-            "almost nothing is inside, the surface is open at this resolution",
-            *(helps or ["neither ground nor a smallest hole of 8 voxels closes it"]),
-            "or choose a lower resolution",
-        ]
+    voxels = max(touched.inside.shape)
+    what = f"the mesh is not watertight at {voxels} voxels, so the occluder hides little"
+    if helps:
+        return f"{what}; try {', or '.join([*helps, 'a lower resolution'])}"
+    return (
+        f"{what}; neither ground nor a smallest hole of 8 voxels closes it; try a lower resolution"
     )
 
 

@@ -216,8 +216,8 @@ def test_warnings_go_to_standard_error(command, folder, tmp_path):
         "--preset", "draft", "--fill", "flood", *FEW_VIEWS,
     )  # fmt: skip
     assert status == 0
-    assert errors.startswith("warning: almost nothing is inside, the surface is open")
-    assert "ground with up y would close 81 % of the grid" in errors
+    assert errors.startswith("warning: the mesh is not watertight at 24 voxels")
+    assert "ground with up y (closes 81 % of the grid)" in errors
     assert errors.count("\n") == 1
     assert "warning:" not in output
 
@@ -543,7 +543,7 @@ def test_a_smallest_hole(command, tmp_path):
              "--fill", "flood")  # fmt: skip
     report = ("--report", tmp_path / "report.json")
     (warning,) = reported(command, *words, *report)["warnings"]
-    advised = warning.split("smallest hole ")[1].split(" would")[0]
+    advised = warning.split("smallest hole ")[1].split(" (closes")[0]
     closed = reported(command, *words, "--smallest-hole", advised, *report)
     assert closed["warnings"] == []
     (closing,) = closed["solid"]["closed_by"]

@@ -33,8 +33,8 @@ def test_what_is_made_by_default_is_good():
     found = verdict_on(USUAL)
     assert found.is_good
     assert found.reason == (
-        "it hides 86.6 % of what the mesh hides, 99.99 % of that rightly, and covers 0.44 % beside"
-        " it"
+        "it hides 86.6 % of what the mesh hides, with a precision of 99.99 %, and covers 0.44 %"
+        " beside it"
     )
     assert (found.faults, found.remarks) == ((), ())
 
@@ -43,19 +43,19 @@ def test_what_is_made_by_default_is_good():
     ("change", "word", "says"),
     [
         ({"recall": GOOD_RECALL}, "good", "40.0 %"),
-        ({"recall": 0.39}, "weak", "it hides 39.00 % of what the mesh hides, less than the 40 %"),
+        ({"recall": 0.39}, "weak", "it hides 39.00 % of what the mesh hides (a good "),
         ({"recall": LEAST_RECALL}, "weak", "10.00 %"),
         ({"recall": 0.0155}, "unusable", "it hides 1.55 %"),
         ({"recall": 0.0}, "unusable", "it hides 0.00 %"),
         ({"triangles": 0, "recall": 0.0}, "unusable", "it has no triangles"),
         ({"precision": GOOD_PRECISION}, "good", "99.00 %"),
-        ({"precision": 0.989}, "weak", "precision is 98.90 %, below the 99 %"),
+        ({"precision": 0.989}, "weak", "precision is 98.90 % (a good occluder has at least 99 %"),
         ({"precision": LEAST_PRECISION}, "weak", "95.00 %"),
-        ({"precision": 0.918}, "unusable", "precision is 91.80 %, below 95 %"),
+        ({"precision": 0.918}, "unusable", "precision is 91.80 % (below 95 %"),
         ({"overhang": GOOD_OVERHANG}, "good", "3.00 %"),
-        ({"overhang": 0.031}, "weak", "covers 3.10 % beside the mesh, more than the 3 %"),
+        ({"overhang": 0.031}, "weak", "3.10 % beside the mesh (a good occluder covers at most 3 %"),
         ({"overhang": MOST_OVERHANG}, "weak", "5.00 %"),
-        ({"overhang": 0.06}, "unusable", "covers 6.00 % beside the mesh, more than 5 %"),
+        ({"overhang": 0.06}, "unusable", "covers 6.00 % beside the mesh (above 5 %"),
         ({"coverage": LEAST_COVERAGE}, "good", "86.6 %"),
         ({"coverage": 3.3e-6}, "weak", "fills 0.00033 % of what is looked at, so recall means li"),
         ({"coverage": 0.0, "recall": 1.0}, "unusable", "no view shows a pixel of it"),
@@ -71,8 +71,8 @@ def test_an_aim_of_the_users_counts_and_one_of_the_defaults_is_told():
     chosen = verdict_on(USUAL, Aims(Aim(0.99999, True), Aim(0.001, True)))
     assert chosen.word == "weak"
     assert chosen.reason == (
-        "precision is 99.99 %, below the 99.999 % aimed for; the occluder covers 0.44 % beside the"
-        " mesh, more than the 0.1 % asked for"
+        "precision is 99.99 %, below the target of 99.999 %; the occluder covers 0.44 % beside the"
+        " mesh, above the limit of 0.1 %"
     )
     default = verdict_on(USUAL, Aims(Aim(0.99999, False), Aim(0.001, False)))
     assert default.is_good

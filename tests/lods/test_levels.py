@@ -189,7 +189,7 @@ def test_a_cancel_while_refining_keeps_that_level():
     made = made_of(blob(), LodOptions(lods=2), listen, cancel, resolution=24, moves=100_000_000)
     assert made.interrupted
     assert len(made.chain.levels) == 1
-    assert "interrupted: the best so far" in made.warnings
+    assert "interrupted: this is the best occluder so far" in made.warnings
 
 
 def test_a_cancel_before_the_finest_is_there():

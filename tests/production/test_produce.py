@@ -62,7 +62,7 @@ def test_every_level_has_its_figures(tmp_path):
 def test_what_stands_before_much_says_so_and_what_helps():
     rough = produced(blob(), overhang=1.0)
     (told,) = (words for words in rough.warnings if "well behind" in words)
-    assert told.startswith(f"{percent_at_most(rough.front.mean)} of what one sees of the mesh")
+    assert told.startswith(f"{percent_at_most(rough.front.mean)} of the visible mesh")
     assert told in rough.report()["warnings"]
     assert rough.front.mean > 0.05
     finer = produced(blob(), overhang=0.002, resolution=64, moves=2000)
@@ -92,8 +92,8 @@ def test_an_aim_that_the_user_set_and_missed_makes_it_weak():
     missed = produced(blob(), min_precision=1.0, overhang=0.1, budget=200, image=256)
     assert missed.precision < 1.0
     assert missed.verdict.word != "good"
-    assert "below the 100 % aimed for" in missed.verdict.reason
-    assert not any("aimed for" in line for line in missed.warnings)
+    assert "below the target of 100 %" in missed.verdict.reason
+    assert not any("target" in line for line in missed.warnings)
 
 
 def test_pictures_are_of_the_name(tmp_path):
@@ -127,7 +127,7 @@ def test_a_cancel_while_refining_keeps_the_best_so_far():
 
     product = produced(box(), listen, stop, budget=11, moves=100_000_000)
     assert product.interrupted
-    assert product.warnings == ("interrupted: the best so far",)
+    assert product.warnings == ("interrupted: this is the best occluder so far",)
     assert len(product.accuracies) == 1
     check_report(product.report())
 

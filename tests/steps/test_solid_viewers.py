@@ -90,7 +90,7 @@ def test_where_nobody_can_stand_the_user_is_told():
         (warning,) = [
             one for one in solid_warnings(mesh, solid, options) if "viewers inside" in one
         ]
-        assert "check up and the eye height" in warning
+        assert "check the up axis, the eye height" in warning
 
 
 def test_what_is_made_keeps_out_of_the_room():

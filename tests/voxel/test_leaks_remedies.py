@@ -65,9 +65,9 @@ def test_nothing_helps_where_a_wall_and_a_half_are_missing():
 
 
 def test_words():
-    assert Remedy((2, 0), 0.0, 0.4149).advice == "ground with up z would close 41 % of the grid"
-    assert Remedy((1, -1), 0.0, 0.5).advice.startswith("turned over, ground with up y would")
-    assert Remedy(None, 0.12, 0.3).advice == "smallest hole 0.12 would close 30 % of the grid"
+    assert Remedy((2, 0), 0.0, 0.4149).advice == "ground with up z (closes 41 % of the grid)"
+    assert Remedy((1, -1), 0.0, 0.5).advice.startswith("turned over, ground with up y (")
+    assert Remedy(None, 0.12, 0.3).advice == "smallest hole 0.12 (closes 30 % of the grid)"
 
 
 def check_advice(mesh, resolution=64):
@@ -77,8 +77,12 @@ def check_advice(mesh, resolution=64):
         "preset": "draft", "moves": 0, "budget": 4, "resolution": resolution, "fill": "flood",
     }  # fmt: skip
     result = simplify_mesh(mesh, make_options(longest, **quick))
-    (warning,) = [words for words in result.warnings if words.startswith("almost nothing")]
-    advised = re.findall(r"; (ground with up \w|smallest hole \S+) would close (\d+) %", warning)
+    (warning,) = [
+        words for words in result.warnings if words.startswith("the mesh is not watertight")
+    ]
+    advised = re.findall(
+        r"(?:try|or) (ground with up \w|smallest hole \S+) \(closes (\d+) %", warning
+    )
     for words, share in advised:
         name, value = words.split()[0], words.split()[-1]
         more = (
@@ -87,7 +91,7 @@ def check_advice(mesh, resolution=64):
         closed = simplify_mesh(mesh, make_options(longest, **quick, **more))
         gained = closed.solid.inside_fraction - result.solid.inside_fraction
         assert gained == pytest.approx(int(share) / 100.0, abs=0.0051)
-        assert not any(words.startswith("almost nothing") for words in closed.warnings)
+        assert not any(words.startswith("the mesh is not watertight") for words in closed.warnings)
     return [words for words, _ in advised]
 
 

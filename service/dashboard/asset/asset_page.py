@@ -93,7 +93,7 @@ def _words(thresholds: Thresholds) -> str:
     asked = [f"{name} {percent(least, 2)}" for name, least in pairs if least is not None]
     if thresholds.max_overhang is not None:
         asked.append(f"overhang up to {overhang(thresholds.max_overhang)}")
-    return f"Demanded: {', '.join(asked)}." if asked else "Nothing is demanded."
+    return f"Demanded: {', '.join(asked)}." if asked else "No thresholds set."
 
 
 async def _reload() -> None:

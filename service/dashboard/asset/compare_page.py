@@ -78,7 +78,7 @@ def _differences(
 ) -> None:
     with panel("Options and files that differ"):
         if not (options or files):
-            ui.label("None: both runs have the same options and were sent the same files.")
+            ui.label("Both runs have the same options and the same files.")
             return
         table = PlainTable("Options and files that differ", ["What", "A", "B"])
         for name, a, b in (*options, *files):
@@ -91,7 +91,7 @@ def _differences(
 def _views(changes: Sequence[ViewChange], first: ShowView, second: ShowView) -> None:
     with panel("Views that changed most"):
         if not changes:
-            ui.label("None: no view changed, or the runs were judged by other views.")
+            ui.label("No view changed, or the runs were measured from different views.")
             return
         table = PlainTable(
             "Recall of views that changed most", ["View", "Line of sight", "#A", "#B"]

@@ -240,7 +240,7 @@ def solid_panel(solid: Solid, deviation: float | None, error_bound: float | None
                 table.heading(name)
                 table.text(value)
         if not solid.closed_by:
-            ui.label("Nothing was closed: the mesh is as tight as it came.").classes("quiet")
+            ui.label("No openings were closed. The mesh is used as it is.").classes("quiet")
 
 
 def warnings_panel(warnings: Sequence[str]) -> None:

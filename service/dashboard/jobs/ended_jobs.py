@@ -86,7 +86,7 @@ class EndedJobs:
         self._body.clear()
         with self._body:
             if not page.lines:
-                ui.label("None has ended so.").classes("quiet")
+                ui.label("No jobs match this filter.").classes("quiet")
                 return
             columns = ["Mesh", "Asset", "Kind", "State", "Verdict", "#Precision", "#Recall",
                        "#Overhang", "#Triangles", "#Time", "Ended", ""]  # fmt: skip

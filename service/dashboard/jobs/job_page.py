@@ -85,7 +85,7 @@ def _show_without_result(visitor: Visitor, job: Job) -> None:
         if job.failure:
             show_failure(line)
         else:
-            ui.label("It was cancelled; nothing was kept.")
+            ui.label("The job was cancelled. Nothing was kept.")
         retry_button(visitor, line)
 
 

@@ -20,7 +20,7 @@ def show_outcome(line: JobLine) -> None:
             # Read out at once: somebody waits for it.
             show_failure(line, role="alert")
         case _:
-            ui.label("It was cancelled; nothing was kept.").classes("quiet")
+            ui.label("The job was cancelled. Nothing was kept.").classes("quiet")
 
 
 def show_failure(line: JobLine, role: str = "note") -> None:

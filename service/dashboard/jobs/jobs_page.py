@@ -84,7 +84,7 @@ class WaitingJobs:
 
     def _build_running(self, lines: Sequence[JobLine]) -> None:
         if not lines:
-            ui.label("Nothing runs.").classes("quiet")
+            ui.label("No jobs are running.").classes("quiet")
             return
         columns = ["Mesh", "Asset", "Kind", "Progress", "#", "Stage", "#Time", ""]
         with ui.element("div").classes("wide-table"):
@@ -103,7 +103,7 @@ class WaitingJobs:
 
     def _build_queue(self, lines: Sequence[JobLine]) -> None:
         if not lines:
-            ui.label("Nothing waits.").classes("quiet")
+            ui.label("No jobs are waiting.").classes("quiet")
             return
         columns = ["Mesh", "Asset", "Kind", "#Place", "Sent", ""]
         with ui.element("div").classes("wide-table"):

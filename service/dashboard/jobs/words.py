@@ -29,16 +29,16 @@ KINDS: Mapping[JobKind, str] = {
 }
 
 _STAGES = {
-    "preparing": "preparing: kernels are made ready, once",
+    "preparing": "preparing: compiling, once",
     "load": "reading the mesh",
-    "voxelize": "making voxels",
-    "fill": "filling the inside",
-    "surface": "finding the surface",
+    "voxelize": "voxelizing",
+    "fill": "filling the solid",
+    "surface": "meshing the voxels",
     "sections": "cutting sections",
     "loops": "tracing outlines",
     "chains": "simplifying outlines",
     "cut": "choosing polygons",
-    "refine": "refining",
+    "refine": "refining triangles",
     "write": "writing files",
     "accuracy": "measuring accuracy",
     "occluders": "making occluders",
@@ -48,15 +48,15 @@ _STAGES = {
 }
 _FAILURES = {
     "unreadable-mesh": "The mesh cannot be read",
-    "invalid-options": "The options do not go together",
+    "invalid-options": "The options contradict each other",
     "invalid-overrides": "The overrides cannot be used",
-    "out-of-memory": "It needed more memory than it may",
-    "out-of-time": "It took longer than it may",
-    "process-died": "Its process died at every attempt",
+    "out-of-memory": "The job needed more memory than is allowed",
+    "out-of-time": "The job took longer than is allowed",
+    "process-died": "The worker process ended at every attempt",
     "disk-full": "The disk is full",
-    "upload-lost": "What was sent is stored no more",
-    "unavailable": "What it needs is not there",
-    "internal-error": "The program failed",
+    "upload-lost": "The uploaded file is no longer stored",
+    "unavailable": "Something that the job needs is not installed",
+    "internal-error": "The service failed unexpectedly",
 }
 
 

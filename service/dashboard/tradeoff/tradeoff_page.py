@@ -56,7 +56,7 @@ class _Page:
                 if known.runs:
                     show_points("Runs", known.runs, known.precision, linked=True)
                 else:
-                    ui.label("No run of it has been judged yet.").classes("quiet")
+                    ui.label("No run of this asset has been measured yet.").classes("quiet")
 
 
 def _show_measured(known: Tradeoff) -> None:

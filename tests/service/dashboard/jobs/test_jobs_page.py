@@ -52,7 +52,7 @@ def past(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Iterato
 def test_what_failed_says_why_and_what_to_do(page: Page, past: Past, tmp_path: Path) -> None:
     page.goto(f"{past.address}/jobs")
     fault = page.get_by_role("note").first
-    expect(fault).to_contain_text("Its process died at every attempt")
+    expect(fault).to_contain_text("The worker process ended at every attempt")
     expect(fault).to_contain_text("The process ended by signal 9.")
     expect(fault).to_contain_text("What to do: Submit it again.")
     keep_picture(page, "dashboard_jobs", tmp_path)
@@ -75,8 +75,8 @@ def test_what_runs_and_waits_is_shown_and_can_be_ended(
     expect(second.get_by_role("cell", name="1", exact=True)).to_be_visible()
     for name in ("second.obj", "first.obj"):
         page.get_by_role("button", name=f"Cancel {name}").click()
-    expect(page.get_by_text("Nothing waits.")).to_be_visible()
-    expect(page.get_by_text("Nothing runs.")).to_be_visible()
+    expect(page.get_by_text("No jobs are waiting.")).to_be_visible()
+    expect(page.get_by_text("No jobs are running.")).to_be_visible()
 
 
 def test_jobs_are_filtered_by_state_and_paged(page: Page, past: Past) -> None:
@@ -95,7 +95,7 @@ def test_jobs_are_filtered_by_state_and_paged(page: Page, past: Past) -> None:
 
 def test_an_address_may_name_the_state(page: Page, past: Past) -> None:
     page.goto(f"{past.address}/jobs?state=cancelled")
-    expect(page.get_by_text("None has ended so.")).to_be_visible()
+    expect(page.get_by_text("No jobs match this filter.")).to_be_visible()
     page.goto(f"{past.address}/jobs?state=<script>")
     expect(page.get_by_role("link", name="props/castle")).to_be_visible()
 
@@ -105,7 +105,7 @@ def test_a_failed_job_is_tried_again_and_watched(page: Page, past: Past) -> None
     page.get_by_role("button", name="Retry").click()
     expect(page.get_by_role("link", name="does a job again")).to_be_visible()
     page.goto(f"{past.address}/jobs")
-    expect(page.get_by_text("Nothing waits.")).to_be_visible(timeout=30_000.0)
+    expect(page.get_by_text("No jobs are waiting.")).to_be_visible(timeout=30_000.0)
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -31,17 +31,17 @@ def test_sentences_leave_names_as_they_are() -> None:
 
 
 def test_progress_counts_levels_from_one_and_runs_that_are_done() -> None:
-    assert progress_words(JobProgress("refine", 0.5, None, 1, 3)) == "refining, level 2 of 3"
-    assert progress_words(JobProgress("refine", 0.5)) == "refining"
+    assert (
+        progress_words(JobProgress("refine", 0.5, None, 1, 3)) == "refining triangles, level 2 of 3"
+    )
+    assert progress_words(JobProgress("refine", 0.5)) == "refining triangles"
     assert progress_words(JobProgress("runs", 0.5, None, 4, 9)) == "running settings, 4 of 9 done"
 
 
 def test_a_job_that_waits_for_the_first_start_says_so() -> None:
     waiting = replace(JOB, state=JobState.QUEUED, attempt=0)
     line = line_of(waiting, JobProgress(PREPARING, 0.0, seconds=12.0), place=3)
-    assert state_words(line) == (
-        "place 3 in the queue; preparing: kernels are made ready, once, 12.00 s"
-    )
+    assert state_words(line) == ("place 3 in the queue; preparing: compiling, once, 12.00 s")
     assert state_words(line_of(waiting, place=1)) == "place 1 in the queue"
 
 
@@ -51,7 +51,7 @@ def test_a_failed_job_says_why_and_what_to_do() -> None:
     )
     line = line_of(failed, JobProgress("refine", 0.5))
     assert (line.reason, line.remedy) == ("Too much.", "Send less.")
-    assert line.title == "It needed more memory than it may"
+    assert line.title == "The job needed more memory than is allowed"
     assert line.fraction == 0.0  # progress that was told before counts no more
 
 

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from enum import StrEnum
 
 from nicegui import ui
+from nicegui.elements.mixins.text_element import TextElement
 from nicegui.events import ValueChangeEventArguments
 
 from service.access.key import Caller
@@ -59,6 +60,14 @@ def panel(title: str, *, titled: bool = True) -> Iterator[None]:
     with section:
         if titled:
             ui.label(title).classes("panel-title").props("role=heading aria-level=2")
+        yield
+
+
+@contextmanager
+def folded(title: str) -> Iterator[None]:
+    """A part of a page that is folded away until somebody wants it."""
+    with ui.element("details").classes("panel fold"):
+        TextElement(tag="summary", text=title)
         yield
 
 

@@ -16,7 +16,7 @@ from nicegui.element import Element
 
 from service.dashboard.colours import STOPS, Scale, css
 from service.dashboard.views import Measure, View, worst_first
-from service.dashboard.wording import along, percent
+from service.dashboard.wording import percent, viewpoint
 
 _MOST_DOTS = 1024
 """Dots that a map has room for: of more views, the worst."""
@@ -80,7 +80,7 @@ class ViewMap(Element, component="view_map.js"):
             "x": round(x, 4),
             "y": round(y, 4),
             "colour": css(scale.colour(view.share(measure))),
-            "text": f"View {view.index}, along {along(view.direction)}: recall "
+            "text": f"View {view.index}, {viewpoint(view.direction, self._up)}: recall "
             f"{percent(view.recall)}, precision {percent(view.precision, 2)}",
         }
 

@@ -61,9 +61,9 @@ def points(shares: float) -> str:
     return f"{100.0 * shares:.2f} points"
 
 
-def along(direction: Direction) -> str:
-    """A line of sight by its components."""
-    return wording.direction(direction)
+def viewpoint(direction: Direction, up: str) -> str:
+    """Where one stands who looks along a line of sight."""
+    return wording.viewpoint(direction, up)
 
 
 def moment(unix: float) -> str:

@@ -10,6 +10,7 @@ from anyio.to_thread import run_sync
 from nicegui import ui
 
 from service.dashboard.asset.details import AssetDetail, RunLine, read_asset
+from service.dashboard.asset.history_chart import history_chart
 from service.dashboard.asset.panels import run_panels
 from service.dashboard.changes.thresholds_dialog import Subject, open_thresholds
 from service.dashboard.frame import page_frame, panel
@@ -71,13 +72,13 @@ def _show(visitor: Visitor, detail: AssetDetail) -> None:
         _demand(visitor, detail.asset, shown)
 
     run_panels(detail.run, holds, beside=beside)
-    history_panel(detail.asset.id, detail.history, shown)
+    history_panel(detail.asset, detail.history, shown)
 
 
 def _demand(visitor: Visitor, asset: Asset, job_id: str | None = None) -> None:
     """What is demanded, a way to change it for those who may, and where to go on from a run."""
     with ui.element("div").classes("row-of-controls"):
-        ui.label(_words(asset.thresholds)).classes("quiet")
+        ui.label(_words(asset.demanded)).classes("quiet")
         if current_caller().may_curate:
             subject = Subject(asset.name, asset.id, asset.thresholds, {})
             ui.button(
@@ -93,18 +94,20 @@ def _words(thresholds: Thresholds) -> str:
     asked = [f"{name} {percent(least, 2)}" for name, least in pairs if least is not None]
     if thresholds.max_overhang is not None:
         asked.append(f"overhang up to {overhang(thresholds.max_overhang)}")
-    return f"Demanded: {', '.join(asked)}." if asked else "No thresholds set."
+    return f"Thresholds: {', '.join(asked)}." if asked else "No thresholds set."
 
 
 async def _reload() -> None:
     ui.navigate.reload()
 
 
-def history_panel(asset_id: str, history: Sequence[RunLine], shown: str) -> None:
+def history_panel(asset: Asset, history: Sequence[RunLine], shown: str) -> None:
     """Show the runs, newest first; ``shown`` is the one that the page is about."""
     with panel("History"):
+        if len(history) > 1:
+            history_chart(history, asset.demanded)
         table = ui.table(
-            rows=[_row(asset_id, line, shown) for line in history],
+            rows=[_row(asset.id, line, shown) for line in history],
             columns=_COLUMNS,
             row_key="id",
             selection="multiple",

@@ -18,8 +18,9 @@ from service.dashboard.asset.view_panels import ShowView, viewer_panel
 from service.dashboard.frame import page_frame, panel
 from service.dashboard.notices import showing_unknown
 from service.dashboard.plain_table import PlainTable
+from service.dashboard.view_map import Axis
 from service.dashboard.visitor import Visitor, current_visitor
-from service.dashboard.wording import along, moment, percent
+from service.dashboard.wording import moment, percent, viewpoint
 
 _LOOKS = {True: "good", False: "bad", None: ""}
 
@@ -55,7 +56,7 @@ def _show(compared: ComparedRuns) -> None:
     with ui.element("div").classes("run-panels"):
         _numbers(compared.numbers)
         _differences(compared.options, compared.files)
-        _views(compared.views, first, second)
+        _views(compared.views, compared.a.up, first, second)
 
 
 def _run(letter: str, detail: RunDetail) -> str:
@@ -88,19 +89,17 @@ def _differences(
                 table.text(b)
 
 
-def _views(changes: Sequence[ViewChange], first: ShowView, second: ShowView) -> None:
+def _views(changes: Sequence[ViewChange], up: Axis, first: ShowView, second: ShowView) -> None:
     with panel("Views that changed most"):
         if not changes:
             ui.label("No view changed, or the runs were measured from different views.")
             return
-        table = PlainTable(
-            "Recall of views that changed most", ["View", "Line of sight", "#A", "#B"]
-        )
+        table = PlainTable("Recall of views that changed most", ["View", "Seen", "#A", "#B"])
         for change in changes:
             with table.row():
                 with table.cell():
                     _button(change, first, second)
-                table.text(along(change.a.direction))
+                table.text(viewpoint(change.a.direction, up))
                 table.number(percent(change.a.recall))
                 look = _LOOKS[change.rise > 0.0]
                 table.number(percent(change.b.recall)).classes(look)

@@ -186,7 +186,7 @@ def run_line(stores: Stores, asset: Asset, job: Job) -> RunLine:
         verdict=summary.verdict,
         triangles=summary.triangles,
         seconds=summary.seconds,
-        holds=asset.thresholds.held_by(summary),
+        holds=asset.demanded.held_by(summary),
         options=chosen_options(stores.tables[job.kind], job.options),
     )
 

@@ -21,7 +21,8 @@ from nicegui import ui
 from service.dashboard.asset.details import RunDetail, Solid
 from service.dashboard.asset.view_panels import viewer_panel, views_panel
 from service.dashboard.colours import css
-from service.dashboard.frame import panel
+from service.dashboard.frame import folded, panel
+from service.dashboard.lazy_chart import LazyChart
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.views import Bin, Measure, View, histogram, quantile
 from service.dashboard.wording import (
@@ -34,6 +35,7 @@ from service.dashboard.wording import (
     whole,
 )
 from service.jobs.job import Summary
+from service.jobs.on_demand import WHOLE
 from service.keep import Keep
 from service.schemas.result import LaterFile, Level, ResultFile
 
@@ -56,10 +58,13 @@ def run_panels(
     """
     summary = run.job.summary
     assert summary is not None, "a job that has succeeded has a summary"
-    numbers_panel(summary, holds)
     if summary.verdict:
         verdict_panel(summary)
-    beside()
+    numbers_panel(summary, holds)
+    with ui.element("div").classes("row-of-controls"):
+        if run.levels:
+            download_button(run)
+        beside()
     if summary.warnings:
         warnings_panel(summary.warnings)
     if run.views:
@@ -77,6 +82,26 @@ def run_panels(
         if run.sheet:
             pictures_panel(run.sheet)
         downloads_panel(run.files, run.later, lean=run.job.keep is Keep.LEAN)
+
+
+def download_button(run: RunDetail) -> None:
+    """A menu of the levels in each format; all that there is to have is listed further below."""
+    files: tuple[ResultFile | LaterFile, ...] = (*run.files, *run.later)
+    whole_files = {one.name: one.link for one in files if one.name in WHOLE}
+    with ui.dropdown_button("Download").props('no-caps unelevated aria-label="Download"'):
+        if len(run.levels) > 1:
+            for name, link in whole_files.items():
+                _menu_link(f"All levels, {name.rpartition('.')[2]}", link)
+        for level in run.levels:
+            which = f"Level {level.level}, {whole(level.triangles)} triangles, "
+            for suffix, link in sorted(level.files.items()):
+                _menu_link(f"{which if len(run.levels) > 1 else ''}{suffix}", link)
+
+
+def _menu_link(text: str, address: str) -> None:
+    item = ui.item(text)
+    item.props["href"] = address
+    item.props["download"] = True
 
 
 def numbers_panel(summary: Summary, holds: bool | None) -> None:
@@ -174,11 +199,8 @@ def histograms_panel(views: Sequence[View]) -> None:
                 f"{percent(min(shares), _DIGITS)}."
             )
             ui.label(words)
-            chart = ui.echart(_histogram_options(histogram(shares)), renderer="svg").classes(
-                "histogram"
-            )
-            chart.props["role"] = "img"
-            chart.props["aria-label"] = f"Histogram. {words}"
+            chart = LazyChart(_histogram_options(histogram(shares)), f"Histogram. {words}")
+            chart.classes("histogram")
 
 
 def _histogram_options(bins: Sequence[Bin]) -> dict[str, Any]:
@@ -206,7 +228,7 @@ def _histogram_options(bins: Sequence[Bin]) -> dict[str, Any]:
 
 def timings_panel(timings: Mapping[str, float], total: float) -> None:
     """Seconds by stage, in their order, and of the whole job."""
-    with panel("Time by stage"):
+    with folded("Time by stage"):
         longest = max(timings.values(), default=0.0)
         table = PlainTable("Seconds by stage", ["Stage", "#Time", "Share of the longest"])
         for stage, taken in timings.items():
@@ -222,7 +244,7 @@ def timings_panel(timings: Mapping[str, float], total: float) -> None:
 
 def solid_panel(solid: Solid, deviation: float | None, error_bound: float | None) -> None:
     """``deviation`` as measured and ``error_bound`` as promised, in the mesh's units."""
-    with panel("The solid"):
+    with folded("The solid"):
         table = PlainTable("The solid that the occluder stays within", ["What", "Value"])
         rows = [
             ("Voxels", " x ".join(map(str, solid.cells))),
@@ -253,7 +275,8 @@ def warnings_panel(warnings: Sequence[str]) -> None:
 
 def pictures_panel(sheet: str) -> None:
     """``sheet`` is the address of the picture."""
-    with panel("Silhouettes of the report"), ui.link(target=sheet, new_tab=True):
+    with panel("Silhouettes of the report"), ui.link(target=sheet, new_tab=True) as larger:
+        larger.props('aria-label="The silhouettes of the report as a picture of its own"')
         picture = ui.element("img").classes("sheet").props("loading=lazy")
         picture.props["src"] = sheet
         picture.props["alt"] = (

@@ -14,7 +14,7 @@ from service.dashboard.plain_table import PlainTable
 from service.dashboard.view_map import Axis, ViewMap
 from service.dashboard.viewer import MeshViewer, Mode
 from service.dashboard.views import Measure, View, worst_first
-from service.dashboard.wording import along, percent, whole
+from service.dashboard.wording import percent, viewpoint, whole
 
 ShowView = Callable[[View], None]
 
@@ -50,6 +50,7 @@ class _ControlledViewer:
     """A viewer and its controls."""
 
     def __init__(self, run: RunDetail, original: str, mode: Mode, group: str | None) -> None:
+        self._up = run.up
         with ui.element("div").classes("row-of-controls"):
             self._modes = ui.toggle(dict(_MODES), value=mode, on_change=self._show_mode)
             self._modes.props('dense no-caps unelevated role=group aria-label="What is shown"')
@@ -76,8 +77,8 @@ class _ControlledViewer:
         self._modes.value = "silhouette"
         self._viewer.look_along(view.direction)
         self._said.set_text(
-            f"View {view.index}: recall {percent(view.recall)}, "
-            f"precision {percent(view.precision, 2)}, by the finest level."
+            f"View {view.index}, {viewpoint(view.direction, self._up)}: recall"
+            f" {percent(view.recall)}, precision {percent(view.precision, 2)}, by the finest level."
         )
 
     def _show_mode(self, event: ValueChangeEventArguments[Mode]) -> None:
@@ -101,7 +102,7 @@ class _ViewsPanel:
     """Map and table speak of the same measure and mark the same view."""
 
     def __init__(self, views: Sequence[View], up: Axis, show: ShowView) -> None:
-        self._views = views
+        self._views, self._up = views, up
         self._show = show
         self._measure: Measure = "recall"
         choice = ui.toggle(
@@ -129,7 +130,7 @@ class _ViewsPanel:
     def _list_worst(self) -> None:
         table = PlainTable(
             f"Views of the worst {self._measure}",
-            ["Worst views", "Line of sight", "#Recall", "#Precision"],
+            ["Worst views", "Seen", "#Recall", "#Precision"],
         )
         for view in worst_first(self._views, self._measure)[:_LISTED]:
             with table.row():
@@ -137,6 +138,6 @@ class _ViewsPanel:
                     button = ui.button(f"View {view.index}")
                     button.on_click(lambda _, index=view.index: self._choose(index))
                     button.props("flat dense no-caps size=sm")
-                table.text(along(view.direction)).classes("number-text")
+                table.text(viewpoint(view.direction, self._up))
                 table.number(percent(view.recall))
                 table.number(percent(view.precision, 2))

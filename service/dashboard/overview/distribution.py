@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import nicegui
 from nicegui.element import Element
 
+from service.dashboard.lazy_chart import CHART_LIBRARY
 from service.dashboard.overview.exports import SOURCE
-
-_CHART = Path(nicegui.__file__).parent / "elements" / "echart" / "dist"
 
 
 class Distribution(
     Element,
     component="distribution.js",
-    esm={"nicegui-echart": str(_CHART), "occluder-assets": SOURCE},
+    esm={**CHART_LIBRARY, "occluder-assets": SOURCE},
 ):
     """A chart that is drawn once it is unfolded, with a point for each asset that has both shares;
     a click opens the asset.

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.dashboard.wording import along, length, percent, seconds
+from service.dashboard.wording import length, percent, seconds, viewpoint
 
 
 @pytest.mark.parametrize(
@@ -49,4 +49,4 @@ def test_seconds(value: float | None, text: str) -> None:
 def test_lengths_and_directions() -> None:
     assert length(1234.5) == "1,234"
     assert length(0.04567) == "0.04567"
-    assert along((-0.001, 0.5, -0.8660254)) == "(0.00, 0.50, -0.87)"
+    assert viewpoint((-0.001, 0.5, -0.8660254), "y") == "from the front, below"

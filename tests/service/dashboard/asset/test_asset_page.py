@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ from playwright.sync_api import Browser, Page, expect
 from service.jobs.asset import Thresholds
 from service.jobs.job import Failure
 from service.keep import Keep
-from tests.service.dashboard.chromium import TABLET
+from tests.service.dashboard.chromium import TABLET, Watch
 from tests.service.dashboard.legibility import faint_texts, overflows
 from tests.service.dashboard.results import JobResult, castle_result
 from tests.service.dashboard.screenshots import keep_picture
@@ -77,7 +78,9 @@ def test_the_worst_view_opens(
     assert yellow(pixels(host)) > 0.01
     worst = castle.report["worst_view"]
     page.get_by_role("table", name="Views of the worst recall").get_by_role("button").first.click()
-    expect(page.get_by_text(f"View {worst['index']}: recall")).to_be_visible()
+    expect(
+        page.get_by_text(re.compile(f"View {worst['index']}, from .*: recall .*finest"))
+    ).to_be_visible()
     expect(page.get_by_text("original and occluder ")).to_contain_text("%")
     settle(host)
     assert set(range(4)) == set(kinds(pixels(host))[2:-2, 2:-2].ravel().tolist())
@@ -110,7 +113,7 @@ def test_the_keyboard_opens_a_view_on_the_map(
     page.keyboard.press("Home")
     page.keyboard.press("Enter")
     index = castle.report["worst_view"]["index"]
-    expect(page.get_by_text(f"View {index}: recall")).to_be_visible()
+    expect(page.get_by_text(re.compile(f"View {index}, from .*: recall .*finest"))).to_be_visible()
 
 
 def test_the_verdict_is_told_with_its_reason_and_what_to_try(
@@ -188,6 +191,37 @@ def test_downloads_are_what_the_job_has_made(page: Page, filled: Filled, castle:
         page.get_by_role("link", name="Level 1 as .obj").click()
     assert download.value.suggested_filename == "lod1.obj"
     assert download.value.path().read_bytes() == (castle.folder / "lod1.obj").read_bytes()
+
+
+def test_an_asset_begins_with_its_verdict_and_has_one_button_to_download(
+    page: Page, filled: Filled, castle: JobResult
+) -> None:
+    page.goto(f"{filled.address}/assets/{filled.asset}?run={filled.first}")
+    headings = page.get_by_role("heading", level=2).all_inner_texts()
+    assert headings[0].endswith("for an engine")
+    page.get_by_role("button", name="Download", exact=True).first.click()
+    with page.expect_download() as download:
+        page.locator(".q-menu a").filter(has_text="Level 1, ").filter(has_text=", obj").click()
+    assert download.value.path().read_bytes() == (castle.folder / "lod1.obj").read_bytes()
+    # What is seldom wanted is folded away.
+    stages = page.get_by_role("table", name="Seconds by stage")
+    expect(stages).to_be_hidden()
+    page.get_by_text("Time by stage", exact=True).click()
+    expect(stages).to_be_visible()
+
+
+def test_the_history_is_a_chart_and_views_are_named_as_people_say_them(
+    page: Page, filled: Filled, watch: Watch
+) -> None:
+    page.goto(f"{filled.address}/assets/{filled.asset}")
+    worst = page.get_by_role("table", name="Views of the worst recall")
+    expect(worst.get_by_role("row").nth(1)).to_contain_text(re.compile("from (the|straight) "))
+    # The library comes with the first chart in sight.
+    assert not any("nicegui-echart" in url for url in watch.requests)
+    chart = page.get_by_role("img", name="Recall and precision of 2 runs over time")
+    chart.scroll_into_view_if_needed()
+    expect(chart.locator("svg")).to_be_visible()
+    expect(chart.get_by_text("least recall")).to_be_visible()
 
 
 def test_a_failed_job_explains_itself(page: Page, filled: Filled, tmp_path: Path) -> None:

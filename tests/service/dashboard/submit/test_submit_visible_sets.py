@@ -40,7 +40,7 @@ def test_the_form_is_there_without_a_browser(tmp_path: Path) -> None:
         meshes = httpx.get(f"{address}/submit", timeout=30.0).text
     assert told.is_success
     words = ("Cell size", "Eye height", "Epsilon", "Slices", "voxel-column", "walkable", "Spacing")
-    for word in (*words, "/v1/visibility", "Edge of a view cell in plan"):
+    for word in (*words, "/v1/visibility", "Width of a view cell"):
         assert word in told.text
         assert word not in meshes or word == "Eye height"
     assert "/v1/occluders" in meshes

@@ -37,8 +37,16 @@ def length(value: float | None) -> str:
 
 def distance_range(level: int, starts: Sequence[float | None]) -> str:
     """From where to where a level of detail is used, in the mesh's units."""
-    known = [one if one is not None and math.isfinite(one) else None for one in starts]
-    return wording.distance_range(level, known)
+    return wording.distance_range(level, _promised(starts))
+
+
+def distance_advice(level: int, starts: Sequence[float | None]) -> str:
+    """The same as advice: ``"use from 0 to 4,037 units; beyond, level 1"``."""
+    return wording.distance_advice(level, _promised(starts))
+
+
+def _promised(starts: Sequence[float | None]) -> list[float | None]:
+    return [one if one is not None and math.isfinite(one) else None for one in starts]
 
 
 def whole(value: int | None) -> str:

@@ -27,7 +27,7 @@ from simplifier.production.next_try import look_command
 from simplifier.progress import Listener, Stopwatch
 from simplifier.report.page import PAGE
 from simplifier.report.report import Report, write_report
-from simplifier.wording import count
+from simplifier.wording import count, distance_advice
 
 
 @with_examples(
@@ -115,7 +115,7 @@ def simplify(
             if report is not None:
                 write_report(found, report)
             same = f"{_made(output, found)}; --force makes it again"
-            then = _then(options, writing, mesh, output, None)
+            then = _then(options, writing, mesh, output, None, found)
             return Outcome(found, same, then, current=True)
         watch = Stopwatch(listener)
         with watch.stage("load"):
@@ -162,7 +162,9 @@ def simplify(
             whole = [output] if options.levels is not None and holds_levels(output) else []
             making.keep([*whole, *files], summary)
         return Outcome(
-            summary, _made(output, summary), _then(options, writing, mesh, output, pictures)
+            summary,
+            _made(output, summary),
+            _then(options, writing, mesh, output, pictures, summary),
         )
 
     shown = Shown(strict and not dry_run, verbose, quiet, as_json, debug)
@@ -181,14 +183,25 @@ def _made(output: Path, report: Report) -> str:
     return f"{whole}{names}: {count(len(levels), 'level')} of detail with {sizes} triangles"
 
 
+def _finest_words(report: Report) -> str:
+    """From where to where the finest of several levels is used."""
+    starts = [level["switch_distance"] for level in report["levels"]]
+    return f"; level 0: {distance_advice(0, starts)}" if len(starts) > 1 else ""
+
+
 def _then(
-    options: SimplifyOptions, writing: WriteOptions, mesh: Path, output: Path, pictures: Path | None
+    options: SimplifyOptions,
+    writing: WriteOptions,
+    mesh: Path,
+    output: Path,
+    pictures: Path | None,
+    report: Report,
 ) -> str:
     """What to do with what was made, if it is good."""
     if pictures is not None:
         return f"open {pictures / PAGE} to see where it hides"
     if writing.with_original is not None or options.levels is not None:
-        return f"load {output} in your engine"
+        return f"load {output} in your engine{_finest_words(report)}"
     return look_command(options, (str(mesh), str(output)))
 
 

@@ -7,6 +7,7 @@ import json
 import pytest
 
 import simplifier
+from simplifier.wording import length
 from tests.acceptance.command import occluder
 from tests.schema import check_report
 from tests.solids import blob, box
@@ -64,6 +65,7 @@ def test_levels_by_number(mesh, out, tmp_path):
         "lods": 3, "error_bounds": None, "pixel_error": 1.0, "screen_height": 1080, "fov": 60.0,
     }  # fmt: skip
     assert "levels of detail" in done.stdout
+    assert f"0 to {length(report['levels'][1]['switch_distance'])}" in done.stdout
     page = (tmp_path / "pictures" / "report.html").read_text()
     assert "Levels of detail" in page
     chain = simplifier.load_lods(out / "blob.glb")
@@ -81,8 +83,12 @@ def test_levels_by_number(mesh, out, tmp_path):
 
 def test_a_level_is_judged_as_its_report_says(command, mesh, out, tmp_path):
     words = ("--report", tmp_path / "report.json", *FEW_VIEWS)
-    assert command("simplify", mesh, "-o", out / "blob.glb", "--lods", "2", *QUICK, *words)[0] == 0
+    run = ("simplify", mesh, "-o", out / "blob.glb", "--lods", "2", *QUICK, *words)
+    status, shown, _ = command(*run)
+    assert status == 0
     rows = json.loads((tmp_path / "report.json").read_text())["levels"]
+    begin = length(rows[1]["switch_distance"])
+    assert f"level 0: use from 0 to {begin} units; beyond, level 1\n" in shown
     for row in rows:
         size = ("--resolution", str(row["resolution"]))
         assert command("evaluate", mesh, out / row["file"], *size, *words)[0] == 0

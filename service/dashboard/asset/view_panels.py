@@ -14,7 +14,7 @@ from service.dashboard.plain_table import PlainTable
 from service.dashboard.view_map import Axis, ViewMap
 from service.dashboard.viewer import MeshViewer, Mode
 from service.dashboard.views import Measure, View, worst_first
-from service.dashboard.wording import percent, viewpoint, whole
+from service.dashboard.wording import distance_advice, percent, viewpoint, whole
 
 ShowView = Callable[[View], None]
 
@@ -51,6 +51,7 @@ class _ControlledViewer:
 
     def __init__(self, run: RunDetail, original: str, mode: Mode, group: str | None) -> None:
         self._up = run.up
+        self._starts = [level.switch_distance for level in run.levels]
         with ui.element("div").classes("row-of-controls"):
             self._modes = ui.toggle(dict(_MODES), value=mode, on_change=self._show_mode)
             self._modes.props('dense no-caps unelevated role=group aria-label="What is shown"')
@@ -87,6 +88,7 @@ class _ControlledViewer:
 
     def _show_level(self, event: ValueChangeEventArguments[int]) -> None:
         self._viewer.show_level(event.value)
+        self._said.set_text(f"Level {event.value}: {distance_advice(event.value, self._starts)}.")
 
     def _show_wireframe(self, event: ValueChangeEventArguments[bool | None]) -> None:
         self._viewer.show_wireframe(bool(event.value))

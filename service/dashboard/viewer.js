@@ -19,6 +19,8 @@ export default {
           <span>original</span><span>occluder</span>
         </div>
       </div>
+      <input v-if="mode === 'wipe' && !message" class="mesh-viewer-wipe" type="range" min="0" max="1"
+        step="0.005" v-model.number="share" aria-label="Original to the left, occluder to the right">
       <figcaption :id="wordsId" class="mesh-viewer-words">
         <template v-if="mode === 'silhouette'">
           <span v-for="one in legend" :key="one.name" class="mesh-viewer-legend">
@@ -45,7 +47,7 @@ export default {
   },
 
   data() {
-    return { state: "loading", message: "", triangles: null, shares: null };
+    return { state: "loading", message: "", triangles: null, shares: null, share: 0.5 };
   },
 
   computed: {
@@ -84,6 +86,9 @@ export default {
   watch: {
     mode(mode) {
       this.stage?.setMode(mode);
+    },
+    share(share) {
+      this.stage?.setShare(share);
     },
     wireframe(on) {
       this.stage?.setWireframe(on);

@@ -14,7 +14,7 @@ from nicegui.events import GenericEventArguments
 from service.dashboard.colours import BOTH, MISSED, NEITHER, WRONG
 from service.dashboard.views import Direction
 
-Mode = Literal["overlay", "transparent", "side", "silhouette", "alone"]
+Mode = Literal["overlay", "transparent", "side", "wipe", "silhouette", "alone"]
 
 _THREE = Path(nicegui.__file__).parent / "elements" / "scene" / "dist"
 _HERE = Path(__file__).parent
@@ -89,8 +89,8 @@ class MeshViewer(
         self._set(cell=cell)
 
     def show_mode(self, mode: Mode) -> None:
-        """Both over each other, the original see-through, beside each other, silhouettes, or
-        without the original."""
+        """Both over each other, the original see-through, beside each other, the original up to a
+        slider and the occluder from there on, silhouettes, or without the original."""
         self._set(mode=mode)
 
     def show_wireframe(self, on: bool) -> None:

@@ -22,6 +22,7 @@ _MODES: dict[Mode, str] = {
     "overlay": "Overlay",
     "transparent": "See-through",
     "side": "Side by side",
+    "wipe": "Slider",
     "silhouette": "Silhouettes",
 }
 

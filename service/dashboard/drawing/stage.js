@@ -22,6 +22,7 @@ export class Stage {
     this.pieces.scene.add(this.eye.headlight);
     this.mode = "overlay";
     this.wireframe = false;
+    this.share = 0.5; // of the width, up to which a wipe shows the original
     this.frames = 0;
     this.canvas.addEventListener("webglcontextlost", () => told.lost());
     this.canvas.addEventListener("webglcontextrestored", () => {
@@ -41,6 +42,11 @@ export class Stage {
     this.eye.setOrthographic(mode === "silhouette");
     this.pieces.setTransparent(mode === "transparent");
     this.resize();
+  }
+
+  setShare(share) {
+    this.share = share;
+    this.invalidate();
   }
 
   setWireframe(on) {
@@ -75,6 +81,11 @@ export class Stage {
         this.drawHalf(width / 2, width / 2, height, { original: false, occluder: true });
         renderer.setScissorTest(false);
         renderer.setViewport(0, 0, width, height);
+      } else if (this.mode === "wipe") {
+        const edge = this.share * width;
+        this.drawPart(0, edge, height, { original: true, occluder: false });
+        this.drawPart(edge, width - edge, height, { original: false, occluder: true });
+        renderer.setScissorTest(false);
       } else {
         pieces.show({ original: this.mode !== "alone", occluder: true });
         renderer.render(pieces.scene, eye.camera);
@@ -85,6 +96,11 @@ export class Stage {
 
   drawHalf(left, width, height, shown) {
     this.renderer.setViewport(left, 0, width, height);
+    this.drawPart(left, width, height, shown);
+  }
+
+  drawPart(left, width, height, shown) {
+    if (width <= 0) return;
     this.renderer.setScissor(left, 0, width, height);
     this.renderer.setScissorTest(true);
     this.pieces.show(shown);

@@ -57,6 +57,21 @@ def test_side_by_side_shows_one_of_them_on_either_side(page: Page, parts: str) -
     assert yellow(right) > 0.05
 
 
+def test_a_slider_wipes_from_the_original_to_the_occluder(page: Page, parts: str) -> None:
+    page.goto(f"{parts}/viewer?mode=wipe")
+    host = shown(page)
+    left, right = np.array_split(pixels(host), 2, axis=1)
+    assert grey(left) > 0.05
+    assert yellow(left) == 0.0
+    assert yellow(right) > 0.05
+    for share, some in ((1.0, grey), (0.0, yellow)):
+        before = frames(host)
+        page.get_by_role("slider", name="Original to the left").fill(f"{share}")
+        _drawn_again(page, host, before)
+        assert some(pixels(host)) > 0.05
+        assert (yellow(pixels(host)) > 0.0) == (share == 0.0)
+
+
 def test_a_see_through_original_lets_more_of_the_occluder_be_seen(page: Page, parts: str) -> None:
     page.goto(f"{parts}/viewer")
     host = shown(page)

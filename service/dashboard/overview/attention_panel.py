@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable
 from datetime import datetime
 
 from nicegui import ui
@@ -11,7 +10,7 @@ from nicegui.events import ValueChangeEventArguments
 
 from service.dashboard.frame import panel
 from service.dashboard.names import name_link
-from service.dashboard.overview.asset_lines import Overview, midnight
+from service.dashboard.overview.asset_lines import Holds, Overview, midnight
 from service.dashboard.overview.attention import Matter, Reason, matters
 
 _MOST = 6
@@ -41,7 +40,7 @@ class AttentionPanel:
                 )
                 ui.space()
                 ui.input(
-                    "Compare with the runs of", value=overview.since.date().isoformat(),
+                    "Worse since", value=overview.since.date().isoformat(),
                     on_change=self._choose,
                 ).props("type=date dense outlined stack-label").classes("date")  # fmt: skip
             self._body = ui.element("div").classes("matters")
@@ -60,10 +59,15 @@ class AttentionPanel:
                 for matter in found[:_MOST]:
                     _show_matter(matter)
             if len(found) > _MOST:
-                self._show_rest(found)
+                self._show_rest(overview)
 
-    def _show_rest(self, found: Sequence[Matter]) -> None:
-        counts = Counter(matter.reason for matter in found)
+    def _show_rest(self, overview: Overview) -> None:
+        """Ways to whole lists, each with the number that is in it."""
+        counts = {
+            Reason.FAILED: sum(line.failed is not None for line in overview.lines),
+            Reason.MISSED: sum(line.holds is Holds.MISSED for line in overview.lines),
+            Reason.WORSE: len(overview.worse),
+        }
         with ui.element("div").classes("row-of-controls"):
             for reason, title in _ALL.items():
                 if counts[reason]:

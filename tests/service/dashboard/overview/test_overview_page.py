@@ -313,7 +313,7 @@ def test_what_needs_attention_comes_first_and_leads_to_its_reason(
     choose(page, "worse")
     expect(page.get_by_text("2 shown")).to_be_visible()
     tomorrow = time.strftime("%Y-%m-%d", time.gmtime(time.time() + 86_400.0))
-    page.get_by_label("Compare with the runs of").fill(tomorrow)
+    page.get_by_label("Worse since").fill(tomorrow)
     expect(page.get_by_text(re.compile("Got worse since .*: none."))).to_be_visible()
     expect(page).to_have_url(re.compile(f"since={tomorrow}"))
     page.reload()

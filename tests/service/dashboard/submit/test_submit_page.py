@@ -121,7 +121,7 @@ def test_the_best_so_far_is_shown_while_a_job_refines(
     job.get_by_role("link", name="castle.obj").click()
     expect(page.get_by_role("img", name=re.compile("best so far after"))).to_be_visible()
     page.get_by_role("button", name="Cancel").click()
-    expect(page.get_by_text("It was cancelled")).to_be_visible()
+    expect(page.get_by_text("The job was cancelled")).to_be_visible()
     expect(page.get_by_role("img", name=re.compile("best so far after"))).to_have_count(0)
 
 

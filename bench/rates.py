@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel
 
 _LEAST = 0.02  # seconds a timing should last, so that the clock and the call do not count
 _TIMINGS = 7
@@ -54,7 +54,7 @@ def word_operations_a_second() -> float:
     return 2.0 * words.size * rounds / seconds(lambda: _shift_and(words, rounds))
 
 
-@kernel
+@inner_kernel
 def _sum_at(table: NDArray[np.uint8], places: NDArray[np.int64]) -> int:
     total = 0
     for place in places:
@@ -62,7 +62,7 @@ def _sum_at(table: NDArray[np.uint8], places: NDArray[np.int64]) -> int:
     return total
 
 
-@kernel
+@inner_kernel
 def _shift_and(words: NDArray[np.uint64], rounds: int) -> None:
     one = np.uint64(1)
     for _ in range(rounds):

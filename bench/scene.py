@@ -17,11 +17,11 @@ from scipy import ndimage
 import simplifier
 from bench.meshes import STAND_INS, bumpy_sphere, load_stand_in
 from simplifier.geometry.mesh import TriangleMesh
+from simplifier.kernels.morphology import squared_distances
 from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.voxel.core import core
 from simplifier.voxel.fill import close_holes, fill
-from simplifier.voxel.morphology import squared_distances
 from simplifier.voxel.voxelize import voxelize
 
 _STATUES = ("bunny_4968", "buddha_113k")

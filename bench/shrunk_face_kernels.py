@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simplifier.geometry.mesh import FloatArray
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel
 
 _LEAF = 4  # triangles
 _TOUCH = 1e-9  # of a path's extent along an axis: paths that touch do not meet
@@ -102,7 +102,7 @@ def _are_parted(p, q):
     return False
 
 
-@kernel
+@inner_kernel
 def drop_crossing(paths, faces, crossing):
     """Set ``crossing`` (m,) bool for faces (m, 3) without a common corner whose ``paths`` (m, 6, 3)
     meet; these ascend by their lowest x.
@@ -166,7 +166,7 @@ def _meets(t, x, y, z, dx, dy, dz):
     return 0.0 < at < 1.0 - 1e-6
 
 
-@kernel
+@inner_kernel
 def blocked_lines(eye, points, boxes, triangles, blocked):
     """Set ``blocked`` (k,) bool for points (k, 3) before which a triangle of :class:`Boxed` is."""
     stack = np.empty(64, np.int64)
@@ -190,7 +190,7 @@ def blocked_lines(eye, points, boxes, triangles, blocked):
                     break
 
 
-@kernel
+@inner_kernel
 def blocked_by_voxels(eye, points, solid, blocked):
     """Set ``blocked`` (k,) bool for the points (k, 3), voxels, whose lines pass a solid voxel.
 

@@ -17,7 +17,7 @@ import numpy as np
 from bench.record import Row
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.view_cells import ViewCells
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel
 from simplifier.kernels.hull_rays import ALL_PIECES, FIRST_PIECE, NO_PIECES, PIECE_RAYS, RAYS, meets
 from simplifier.visibility.strong.convex_bodies import ConvexBodies
 from simplifier.visibility.strong.strong_occluders import (
@@ -203,7 +203,7 @@ def _ranks(occluders: StrongOccluders, cells: ViewCells, cell: int, leading: boo
     return np.bincount(np.minimum(ranks[ranks >= 0], 10), minlength=11).astype(np.float64)
 
 
-@kernel
+@inner_kernel
 def rank_occluders(corners, planes, boxes, order, leading, ranks):  # type: ignore[no-untyped-def]
     """``ranks`` (n,) int64: of boxes (n, 6) that any of 64 segments meets, or the first of them
     where it is ``leading``, by ``order`` from near to far, how many come before the one that all

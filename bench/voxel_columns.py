@@ -11,12 +11,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel
 from simplifier.kernels.threads import run_chunks
 from simplifier.visibility.columns.sweep_posts import SweepPosts
 
 
-@kernel
+@inner_kernel
 def line_of_sight(heights, x0, y0, z0, x1, y1, z1):
     """Whether an integer line between two points is nowhere below the posts (section 4.2)."""
     dx, dy, dz = abs(x1 - x0), abs(y1 - y0), abs(z1 - z0)
@@ -40,7 +40,7 @@ def line_of_sight(heights, x0, y0, z0, x1, y1, z1):
     return True
 
 
-@kernel
+@inner_kernel
 def voxel_sees(heights, voxel, top, tile, first, last):
     """Whether a line is free from the edges of a voxel's top to a tile, sampled by ``first`` posts,
     then by half as many, down to ``last``; both plans are x0, x1, y0, y1.
@@ -60,7 +60,7 @@ def voxel_sees(heights, voxel, top, tile, first, last):
     return False
 
 
-@kernel
+@inner_kernel
 def see_columns(heights, plans, tops, begin, end, first, last, visible):
     """Fill ``visible`` (c, n, v) of the columns ``begin`` to ``end``: voxels from top to bottom,
     and none below the first that does not see a tile (section 4.1).  ``tops`` (c, v) descend.

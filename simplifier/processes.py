@@ -21,6 +21,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from simplifier.errors import BackendUnavailableError, OccluderError, OutputError
+from simplifier.kernels.compiled.waiting import load_imported
 from simplifier.progress import Cancel
 
 _ATTEMPTS = 2
@@ -70,6 +71,7 @@ def run_jobs(
     Raises :class:`~simplifier.errors.OutputError` when a job does, and
     :class:`BackendUnavailableError` when processes end before they are at any job.
     """
+    load_imported()  # else each process would compile what is missing
     crew = _Crew(start, arguments, processes, deque(Attempt(job) for job in range(len(jobs))))
     try:
         while crew.at_work:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from copy import copy
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
@@ -76,6 +76,33 @@ TellTotalStep = Callable[[int, int, str], object]
 
 def silent(share: float) -> None:
     """The :data:`TellShare` that tells nobody."""
+
+
+ShowCount = Callable[[], AbstractContextManager[TellCount]]
+"""Shows a count while the block runs."""
+
+_shows_compiling: list[ShowCount] = []
+
+
+def show_compiling_by(show: ShowCount) -> None:
+    """From now on, whenever kernels have to be compiled first, show by that how far it is.
+
+    It comes at the first call of a kernel, wherever that is, so it is no option of any function.
+    """
+    _shows_compiling[:] = [show]
+
+
+@contextmanager
+def shown_compiling() -> Iterator[TellCount]:
+    """Tell here how many kernel files are compiled, and of how many."""
+    with ExitStack() as stack:
+        shown = [stack.enter_context(show()) for show in _shows_compiling]
+
+        def tell(done: int, total: int) -> None:
+            for one in shown:
+                one(done, total)
+
+        yield tell
 
 
 class Cancel(Protocol):

@@ -21,6 +21,7 @@ import pytest
 from hypothesis import Phase, is_hypothesis_test, settings
 from hypothesis.internal.conjecture import providers
 
+from simplifier.kernels.compiled.kernel import Kernel
 from simplifier.kernels.threads import thread_count
 
 if TYPE_CHECKING:
@@ -32,6 +33,9 @@ if workers := int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "0")):
     os.environ.setdefault("OCCLUDER_THREADS", str(max(1, thread_count() // workers)))
     # No command needs the threads that numpy starts for matrices, and hundreds of commands are run.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# What a kernel says that it takes is what it is given.
+Kernel.strict = True
 
 ASSETS = Path(os.environ.get("OCCLUDER_ASSETS", Path(__file__).parents[2] / "shared" / "assets"))
 

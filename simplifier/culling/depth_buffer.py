@@ -22,7 +22,7 @@ from simplifier.geometry.camera import Camera, Lens
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.weld import edge_pairs
 from simplifier.kernels import box_verdict
-from simplifier.kernels.depth_buffer import PAST, TILE, draw
+from simplifier.kernels.depth_buffer import PAST, TILE, draw, draw_placed
 from simplifier.kernels.native import Buffer, address, library
 from simplifier.options.scene import LARGEST_SCREEN
 
@@ -30,8 +30,6 @@ Coverage = Literal["centre", "inner"]
 """Which pixels an occluder is drawn into: with the centre in it, or with all of them in it."""
 
 _NO_PAIRS = np.empty((0, 2), dtype=np.uint32)
-_NOWHERE = np.zeros(3)
-_AS_IT_IS = np.eye(3, 4, dtype=np.float32).reshape(-1)
 
 
 class Verdict(IntEnum):
@@ -151,9 +149,9 @@ class DepthBuffer:
                 address(strayed),
             )  # fmt: skip
         else:
-            draw(
-                positions, _NOWHERE, transform, faces, pairs, strayed, self._screen, self._lens,
-                self._size, self.coverage == "inner", self.depth, self.tiles,
+            draw_placed(
+                positions, transform, faces, pairs, strayed, self._screen, self._lens, self._size,
+                self.coverage == "inner", self.depth, self.tiles,
                 self._room.points(len(positions)),
             )  # fmt: skip
 
@@ -240,9 +238,8 @@ class DepthBuffer:
             )  # fmt: skip
         else:
             draw(
-                points, self._eye, _AS_IT_IS, indices, shared, strayed, self._screen, self._lens,
-                self._size, self.coverage == "inner", self.depth, self.tiles,
-                self._room.points(len(points)),
+                points, self._eye, indices, shared, strayed, self._screen, self._lens, self._size,
+                self.coverage == "inner", self.depth, self.tiles, self._room.points(len(points)),
             )  # fmt: skip
 
 

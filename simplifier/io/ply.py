@@ -35,7 +35,6 @@ from simplifier.io.ply_header import (
 )
 from simplifier.io.polygons import split_strips, triangulate_polygons
 from simplifier.io.text import read_numbers, without_mark
-from simplifier.kernels.ply import NEGATIVE, TRUNCATED, walk_rows
 
 
 def check_start(start: bytes, size: int, where: str) -> None:
@@ -263,6 +262,8 @@ def _equal_rows(body: Body, element: Element, start: int, where: str) -> Element
 
 def _walk_rows(body: Body, element: Element, start: int, where: str) -> ElementRows:
     """Read the list lengths row by row."""
+    from simplifier.kernels import ply as kernels  # in most files rows are equally long
+
     kinds = [(one.count_kind or one.kind, one.count_kind, one.kind) for one in element.properties]
     counted = np.array([bool(count) for _, count, _ in kinds])
     sizes = np.array([body.size(first) for first, _, _ in kinds], dtype=np.int64)
@@ -270,10 +271,11 @@ def _walk_rows(body: Body, element: Element, start: int, where: str) -> ElementR
     signed = np.array([first[0] == "i" for first, _, _ in kinds])
     places = np.empty((element.count, len(kinds)), dtype=np.int64)
     cells = body.whole_cells()
-    end, row = walk_rows(cells, start, counted, sizes, items, signed, body.big_endian, places)
-    if end == TRUNCATED:
+    walk: Any = kernels.walk_rows if cells.dtype == np.uint8 else kernels.walk_text_rows
+    end, row = walk(cells, start, counted, sizes, items, signed, body.big_endian, places)
+    if end == kernels.TRUNCATED:
         raise _truncation(element, where)
-    if end == NEGATIVE:
+    if end == kernels.NEGATIVE:
         raise UnreadableMeshError(
             f"{quote_name(element.name)} {row} has a list without a proper length", where=where
         )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.bit_image import popcount
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.soup_views import (
     block_length,
     count_front,
@@ -29,7 +29,7 @@ _ELSEWHERE = 0.5  # how often it is
 _REACH = 0.3  # how far the corners of a new triangle reach, as a share of the grid
 
 
-@kernel
+@inner_kernel
 def _random(state):
     """The next number in [0, 1) of a 64-bit xorshift generator, ``state`` (1,) uint64."""
     x = state[0]
@@ -40,7 +40,7 @@ def _random(state):
     return float(x >> np.uint64(11)) * (1.0 / 9007199254740992.0)
 
 
-@kernel
+@inner_kernel
 def _is_poor(index, views, images, blocks, others, known, scores, union, scratch):
     """Whether a triangle adds little to what all others score, judged on every sixth view."""
     _, _, originals, price, fines = views
@@ -56,7 +56,7 @@ def _is_poor(index, views, images, blocks, others, known, scores, union, scratch
     return value * len(images) < _POOR * total
 
 
-@kernel
+@inner_kernel
 def _know(index, view, images, blocks, others, known):
     """Fill a view of ``others`` where it is not ``known`` (V,) bool yet."""
     if not known[view]:
@@ -64,7 +64,7 @@ def _know(index, view, images, blocks, others, known):
         known[view] = True
 
 
-@kernel
+@inner_kernel
 def _find_cell(room, before, number):
     """Corner of the cell of that number among those with any room, in the order of the array.
 
@@ -88,7 +88,7 @@ def _find_cell(room, before, number):
     return x, y, z
 
 
-@kernel
+@inner_kernel
 def _place_elsewhere(triangles, room, before, reach, state, trial):
     """A new triangle: beside an edge of another, or about one of the cells with room."""
     reach *= 2.0 * _random(state)
@@ -109,7 +109,7 @@ def _place_elsewhere(triangles, room, before, reach, state, trial):
                 trial[k, axis] = (cell[axis] + 0.5) + (_random(state) - 0.5) * reach
 
 
-@kernel
+@inner_kernel
 def _try_views(
     p, q, r, index, stride, seen, views, images, blocks, others, known, scores, drawn, trial, union,
     scratch, work,
@@ -163,7 +163,12 @@ def _try_views(
     return change
 
 
-@kernel
+@kernel(
+    "float64[:, :, :], float64[:, :, :], (float64[:, :], float32[:, :, :], float32[:, :]), "
+    "uint64[:, :], int64, int64[:, :], (uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64), "
+    "int64[:], uint64[:, :, :], uint64[:, :, :], int64[:], float64[:, :, :], int64[:], "
+    "uint64[:], int64, (float64, float64), (float64, float64), (float64, float64), int64[:]"
+)
 def anneal(
     triangles, projections, depths, originals, price, fines, room, before, images, blocks, scores,
     best, best_score, state, moves, shares, steps, heats, work,

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.depth_buffer import (
     ERROR,
     FARTHEST,
@@ -45,7 +45,10 @@ VISIBLE, HIDDEN, OUTSIDE = 0, 1, 2
 _ROUNDS = 8  # of the margin; a box that has not settled by then counts as visible
 
 
-@kernel
+@kernel(
+    "float64[:, :, :], float64[:], float32[:], float64[:, :], float64[:], int64[:], "
+    "float32[:, :], float32[:, :, :], uint8[:]"
+)
 def judge_boxes(boxes, eye, screen, axes, lens, size, depth, tiles, verdicts):
     """Fill ``verdicts`` (n,) uint8 for ``boxes`` (n, 2, 3) float64, lowest and highest corners.
 
@@ -67,7 +70,7 @@ def judge_boxes(boxes, eye, screen, axes, lens, size, depth, tiles, verdicts):
         )
 
 
-@kernel
+@inner_kernel
 def box_verdict(
     low, high, screen, axes, lens, size, depth, tiles, corners, edges, fronts, bounds
 ):  # fmt: skip
@@ -100,7 +103,7 @@ def box_verdict(
     return VISIBLE
 
 
-@kernel
+@inner_kernel
 def screen_outline(low, high, screen, lens, size, corners, bounds):
     """Fill ``corners`` (2, 8), pixels, and ``bounds`` (6,): left, right, top and bottom, the least
     depth, rounded down, and the pixels that all are off at most.
@@ -151,7 +154,7 @@ def pixel(place, count):
     return np.int64(min(max(place, ZERO), np.float32(count - 1)))
 
 
-@kernel
+@inner_kernel
 def is_outline_hidden(
     low, high, axes, lens, size, depth, value, reach, corners, edges, fronts, bounds
 ):  # fmt: skip
@@ -198,7 +201,7 @@ def entry(fronts, count, value, row, column):
     return result
 
 
-@kernel
+@inner_kernel
 def find_edges(corners, bounds, edges):
     """Fill ``edges`` (12, 7): upper and lower y, x at the upper end, the slope of x over y, least
     and largest x, and the pixels that x may be off.
@@ -228,7 +231,7 @@ def find_edges(corners, bounds, edges):
             count += 1
 
 
-@kernel
+@inner_kernel
 def extents(edges, low, high):
     """Least and largest x of the outline between two heights."""
     left, right = PAST, -PAST
@@ -245,7 +248,7 @@ def extents(edges, low, high):
     return left, right
 
 
-@kernel
+@inner_kernel
 def front_planes(low, high, axes, lens, size, reach, planes):
     """Number of sides that face the eye; ``planes``: reciprocal depth as a + b column + c row.
 
@@ -271,7 +274,7 @@ def front_planes(low, high, axes, lens, size, reach, planes):
     return count
 
 
-@kernel
+@inner_kernel
 def is_block_nearer(depth, tiles, value, first_row, last_row, first_column, last_column):
     """Whether all of a block of pixels are nearer.
 
@@ -295,7 +298,7 @@ def is_block_nearer(depth, tiles, value, first_row, last_row, first_column, last
     return True
 
 
-@kernel
+@inner_kernel
 def largest_blur(tiles, first_row, last_row, first_column, last_column):
     """Largest screen error of the tiles of a block of pixels."""
     blur = ZERO

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.planar import TOUCH, cross, magnitude
 
 _SAME_SLOPE = 1e-12  # bridges less apart than this in slope run over the same points
 
 
-@kernel
+@inner_kernel
 def _rightmost(points, begin, end):
     """The row of largest x; of several the one of least y."""
     best = begin
@@ -21,7 +21,7 @@ def _rightmost(points, begin, end):
     return best
 
 
-@kernel
+@inner_kernel
 def _edge_to_the_right(points, ring, count, x, y):
     """Place in the ring of the nearest edge that a ray from (x, y) along +x leaves through.
 
@@ -40,7 +40,7 @@ def _edge_to_the_right(points, ring, count, x, y):
     return best
 
 
-@kernel
+@inner_kernel
 def _visible_vertex(points, ring, count, edge, x, y, slack):
     """A row that (x, y) sees: the end of the hit edge with larger x, unless others are in between.
 
@@ -68,7 +68,7 @@ def _visible_vertex(points, ring, count, edge, x, y, slack):
     return best
 
 
-@kernel
+@inner_kernel
 def _place_facing(points, ring, count, vertex, x, y):
     """The visit of the ring to a vertex from whose interior angle (x, y) is seen.
 
@@ -93,7 +93,7 @@ def _place_facing(points, ring, count, vertex, x, y):
     return best
 
 
-@kernel
+@kernel("float64[:, :], int64[:]")
 def bridge_loops(points, starts):
     """One weakly simple ring of all loops.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.planar import TOUCH, cross, magnitude
 
 # A corner nearer to the line of its neighbours than this share of the largest coordinate lies on
@@ -12,7 +12,7 @@ from simplifier.kernels.planar import TOUCH, cross, magnitude
 _ON_LINE = 1e-14
 
 
-@kernel
+@inner_kernel
 def _doubled_area(ring, before, vertex, after, on_line):
     """Twice the signed area of a corner's triangle; zero when the corner is straight or a spike."""
     ax, ay = ring[before, 0], ring[before, 1]
@@ -23,7 +23,7 @@ def _doubled_area(ring, before, vertex, after, on_line):
     return area if abs(area) > on_line * longest else 0.0
 
 
-@kernel
+@inner_kernel
 def _enters(ring, before, after, ax, ay, bx, by, near):
     """Whether one of two neighbours of a point on segment ab lies to the left of it."""
     return (
@@ -32,7 +32,7 @@ def _enters(ring, before, after, ax, ay, bx, by, near):
     )
 
 
-@kernel
+@inner_kernel
 def _blocker(ring, following, before, vertex, after, slack):
     """A vertex of the ring in the triangle (before, vertex, after), or -1 when it is an ear.
 
@@ -73,7 +73,7 @@ def _blocker(ring, following, before, vertex, after, slack):
     return -1
 
 
-@kernel
+@inner_kernel
 def _smallest_ear(ring, preceding, following, areas, blockers, alive, start, slack):
     """The vertex whose ear has the least area, or -1; of equal ones the first from ``start``.
 
@@ -98,7 +98,7 @@ def _smallest_ear(ring, preceding, following, areas, blockers, alive, start, sla
             return best
 
 
-@kernel
+@kernel("float64[:, :]")
 def clip_ears(ring):
     """Cut the smallest ear off until a triangle is left.
 
@@ -150,7 +150,7 @@ def clip_ears(ring):
     return ears
 
 
-@kernel
+@kernel("float64[:, :], uint32[:]")
 def wind_triangles(ring, corners):
     """Triangles without area left out, the others wound counter-clockwise.
 

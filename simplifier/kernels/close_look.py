@@ -6,11 +6,11 @@ that much shorter pieces of edge are looked from.
 
 from __future__ import annotations
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.cull_map import FIRST_RING, ask, hides, rays_of, reach, see_here, trace
 
 
-@kernel
+@inner_kernel
 def ask_towards(sample, ring, boxes, tops, waiting, asked):
     """Ask for the rays towards the objects ``waiting`` (k,) and no others; the highest of these."""
     px, py, _, ex, ey, _ = sample
@@ -22,7 +22,7 @@ def ask_towards(sample, ring, boxes, tops, waiting, asked):
     return highest
 
 
-@kernel
+@inner_kernel
 def keep_open(sample, ring, boxes, tops, slopes, waiting):
     """Move those of the objects ``waiting`` (k,) to the front that reach beyond a ring and that it
     does not hide.
@@ -41,7 +41,7 @@ def keep_open(sample, ring, boxes, tops, slopes, waiting):
     return kept, tests
 
 
-@kernel
+@inner_kernel
 def look_for(sample, solid, free, pixels, boxes, tops, scratch, wanted, seen):
     """As :func:`~simplifier.kernels.cull_map.see_from` for some objects alone: sets ``seen`` for
     those ``wanted`` that may be seen, and for others that are met on the way.
@@ -80,7 +80,11 @@ def look_for(sample, solid, free, pixels, boxes, tops, scratch, wanted, seen):
     return steps, tests
 
 
-@kernel
+@kernel(
+    "int64, int64, float64[:, :], int64[:], uint16[:, :, :, :], int64[:, :], int64[:], ((int64, "
+    "int64), int32[:], int32[:], uint16[:], uint16[:, :, :, :], uint16[:, :]), float64[:, :], "
+    "uint16[:], (float64[:], bool[:], int32[:]), bool[:, :], bool[:, :], int64[:, :]"
+)
 def look_from_cells(
     begin, end, samples, sample_starts, solid, free, free_starts, pixels, boxes, tops, scratch,
     wanted, seen, work,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, kernel
 
 
 @inline_kernel
@@ -17,7 +17,7 @@ def _passes_below(a, b, x, y):
     return (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]) > 0.0
 
 
-@kernel
+@kernel("float64[:, :], int32[:, :], int64[:], float64[:, :], bool[:], bool[:]")
 def mark_within(points, faces, pieces, places, odd, within):
     """Set ``within`` (k,) bool for places that are straight below an odd number of a piece's faces.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 TOUCH = 1e-9
 """Columns: who comes this near touches, so that rounding does not decide."""
@@ -32,7 +32,7 @@ def admits(p, q, r, sign, x, y):
     )
 
 
-@kernel
+@inner_kernel
 def _visit(vertices, faces, lows, highs, blocked, mark):
     """Widen ``lows`` and ``highs``, or with ``mark`` set ``blocked`` where a triangle meets them.
 
@@ -77,7 +77,7 @@ def _visit(vertices, faces, lows, highs, blocked, mark):
                     blocked[x, y] = True
 
 
-@kernel
+@kernel("float64[:, :], int32[:, :], float64[:, :], float64[:, :]")
 def raise_columns(vertices, faces, lows, highs):
     """Widen the heights of all columns that the triangles touch (closed sets).
 
@@ -89,7 +89,7 @@ def raise_columns(vertices, faces, lows, highs):
     _visit(vertices, faces, lows, highs, np.zeros((1, 1), np.bool_), False)
 
 
-@kernel
+@kernel("float64[:, :], int32[:, :], float64[:, :], float64[:, :], bool[:, :]")
 def block_columns(vertices, faces, lows, highs, blocked):
     """Set ``blocked`` (nx, ny) bool where a triangle has a height within ``lows`` to ``highs``."""
     _visit(vertices, faces, lows, highs, blocked, True)

@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.threads import run_chunks
 from simplifier.progress import TellShare, silent
 
@@ -111,7 +111,7 @@ def drawable(
     return points, indices, views
 
 
-@kernel
+@kernel("float64[:, :], int32[:, :], float64[:, :, :], int64, int64, int64, uint64[:, :, :]")
 def draw_views(vertices, faces, projections, columns, begin, end, masks):
     """Set the covered bits of ``masks[begin:end]``.
 
@@ -125,7 +125,7 @@ def draw_views(vertices, faces, projections, columns, begin, end, masks):
         _draw(points, cells, faces, columns, masks[view])
 
 
-@kernel
+@inner_kernel
 def project(vertices, projection, rows, columns, points, cells):
     """Image coordinates with pixel centres at the integers, and each vertex's packed cell.
 
@@ -203,7 +203,7 @@ def rows_of(p, q, r, i, j, k):
     )  # fmt: skip
 
 
-@kernel
+@inner_kernel
 def _draw(points, cells, faces, columns, mask):
     for face in range(faces.shape[0]):
         i = faces[face, 0]

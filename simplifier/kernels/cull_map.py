@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 FIRST_RING = 256
 """Half a side of the first ring, pixels; each next one is twice as large."""
@@ -70,7 +70,7 @@ def rays_of(flat, ring):
     return flat[: 4 * (2 * ring + 1)].reshape(4, 2 * ring + 1)
 
 
-@kernel
+@inner_kernel
 def trace(side, index, ring, sample, highest, solid, free, pixels, seen):
     """Follow a ray to the ring; its steepest shadow, as height a pixel, and its steps.
 
@@ -150,7 +150,7 @@ def _passage(side, box, ring, px, py, ex, ey):
     return begin, end, above, below
 
 
-@kernel
+@inner_kernel
 def hides(box, top, ring, px, py, eye, ex, ey, slopes):
     """Whether all lines to a box pass below the shadows at the ring.
 
@@ -170,7 +170,7 @@ def hides(box, top, ring, px, py, eye, ex, ey, slopes):
     return True
 
 
-@kernel
+@inner_kernel
 def ask(box, ring, px, py, ex, ey, asked):
     """Ask for the rays that visit a box, or pass below it at the ring."""
     for side in range(4):
@@ -206,7 +206,7 @@ def _set_tile(tile, tiles_y, size, nx, ny, box):
     box[2], box[3] = float(y), float(min(y + size, ny))
 
 
-@kernel
+@inner_kernel
 def see_from(sample, solid, free, pixels, levels, sizes, scratch, seen):
     """Set ``seen`` (n,) bool for what may be seen from a piece of edge; returns steps and tests.
 
@@ -276,7 +276,7 @@ def see_here(px, py, pixels, seen):
             seen[objects[item]] = True
 
 
-@kernel
+@inner_kernel
 def _open_tiles(sample, ring, slopes, shape, levels, sizes, waiting):
     """The tiles beyond the first ring that are not hidden; from the coarsest level down.
 
@@ -317,7 +317,11 @@ def _open_tiles(sample, ring, slopes, shape, levels, sizes, waiting):
     return count, tests
 
 
-@kernel
+@kernel(
+    "int64, int64, float64[:, :], int64[:], uint16[:, :, :, :], int64[:, :], int64[:], ((int64, "
+    "int64), int32[:], int32[:], uint16[:], uint16[:, :, :, :], uint16[:, :]), uint16[:], "
+    "int64[:, :], (float64[:], bool[:], int32[:]), bool[:, :], int64[:, :]"
+)
 def see_from_cells(
     begin, end, samples, sample_starts, solid, free, free_starts, pixels, levels, sizes, scratch,
     seen, work,

@@ -17,7 +17,7 @@ from heapq import heapify, heappop, heappush
 
 import numpy as np
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.voxelize import is_contained
 
 _BORDER = 10.0  # weight of a plane across a border, in squares of its edge
@@ -33,7 +33,10 @@ _FOLDED = 100.0  # how much dearer a collapse is that turns a face over
 _LEAVES = 10.0  # and one that takes a face out of the room; more stops too many
 
 
-@kernel
+@kernel(
+    "float64[:, :], int32[:, :], (uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64), "
+    "int64, bool[:]"
+)
 def decimate(vertices, faces, room, budget, alive):
     """Collapse edges until at most ``budget`` faces are ``alive`` (m,) bool; return how many are.
 
@@ -76,7 +79,7 @@ def decimate(vertices, faces, room, budget, alive):
     return count
 
 
-@kernel
+@inner_kernel
 def _edges(vertices, faces, heads, links, quadrics):
     """A queue of (cost, vertex, vertex, sum of their versions), each edge once."""
     place = np.zeros(3)
@@ -90,7 +93,7 @@ def _edges(vertices, faces, heads, links, quadrics):
     return queue
 
 
-@kernel
+@inner_kernel
 def _push_edges(vertices, faces, heads, links, quadrics, versions, v, marks, mark, queue):
     """Queue the edges of a vertex that has moved."""
     place = np.zeros(3)
@@ -105,7 +108,7 @@ def _push_edges(vertices, faces, heads, links, quadrics, versions, v, marks, mar
         corner = links[corner]
 
 
-@kernel
+@inner_kernel
 def _weight(vertices, faces, heads, links, u, v, place, room):
     """By how much a collapse is dearer for the faces that it turns over or takes outside."""
     times = 1.0
@@ -120,7 +123,7 @@ def _weight(vertices, faces, heads, links, u, v, place, room):
     return times
 
 
-@kernel
+@inner_kernel
 def _leaves(vertices, faces, heads, links, moved, partner, place, room):
     """Whether a face of ``moved`` that ``partner`` has not is outside with it at ``place``."""
     p = (place[0], place[1], place[2])
@@ -137,14 +140,14 @@ def _leaves(vertices, faces, heads, links, moved, partner, place, room):
     return False
 
 
-@kernel
+@inner_kernel
 def _others(faces, corner):
     """The two vertices of a corner's face that follow it."""
     face, k = corner // 3, corner % 3
     return faces[face, (k + 1) % 3], faces[face, (k + 2) % 3]
 
 
-@kernel
+@inner_kernel
 def _corner_lists(faces, count):
     heads = np.full(count, -1, np.int64)
     links = np.full(3 * len(faces), -1, np.int64)
@@ -155,12 +158,12 @@ def _corner_lists(faces, count):
     return heads, links
 
 
-@kernel
+@inner_kernel
 def _has(faces, face, vertex):
     return faces[face, 0] == vertex or faces[face, 1] == vertex or faces[face, 2] == vertex
 
 
-@kernel
+@inner_kernel
 def _first_with(faces, heads, links, a, b):
     """The first face in the list of ``a`` that has ``b`` too, -1 if none."""
     corner = heads[a]
@@ -171,7 +174,7 @@ def _first_with(faces, heads, links, a, b):
     return -1
 
 
-@kernel
+@inner_kernel
 def _normal(p, q, r):
     """Twice the area as a vector."""
     ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
@@ -179,7 +182,7 @@ def _normal(p, q, r):
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
-@kernel
+@inner_kernel
 def _add_plane(quadric, nx, ny, nz, point, weight):
     """Add ``weight`` times the squared distance to the plane through a point; n has length 1."""
     d = -(nx * point[0] + ny * point[1] + nz * point[2])
@@ -195,7 +198,7 @@ def _add_plane(quadric, nx, ny, nz, point, weight):
     quadric[9] += weight * d * d
 
 
-@kernel
+@inner_kernel
 def _quadrics(vertices, faces, heads, links):
     """(n, 10) float64: the upper triangle of the symmetric matrix, the vector, the constant."""
     quadrics = np.zeros((len(vertices), 10))
@@ -214,7 +217,7 @@ def _quadrics(vertices, faces, heads, links):
     return quadrics
 
 
-@kernel
+@inner_kernel
 def _is_border(faces, heads, links, a, b):
     """Whether one face only has the edge."""
     found = 0
@@ -226,7 +229,7 @@ def _is_border(faces, heads, links, a, b):
     return found == 1
 
 
-@kernel
+@inner_kernel
 def _add_border(quadrics, vertices, a, b, nx, ny, nz):
     p, q = vertices[a], vertices[b]
     ex, ey, ez = q[0] - p[0], q[1] - p[1], q[2] - p[2]
@@ -239,7 +242,7 @@ def _add_border(quadrics, vertices, a, b, nx, ny, nz):
         _add_plane(quadrics[vertex], mx / length, my / length, mz / length, p, _BORDER * squared)
 
 
-@kernel
+@inner_kernel
 def _cost(vertices, quadrics, u, v, place):
     """What a collapse of the edge costs; writes into ``place`` (3,) where its vertex goes."""
     p, q = vertices[u], vertices[v]
@@ -259,7 +262,7 @@ def _cost(vertices, quadrics, u, v, place):
     return max(_error(s, place) + _error(t, place), 0.0) + _SHORT * length
 
 
-@kernel
+@inner_kernel
 def _error(quadric, point):
     x, y, z = point
     return (
@@ -269,7 +272,7 @@ def _error(quadric, point):
     )  # fmt: skip
 
 
-@kernel
+@inner_kernel
 def _folds(vertices, faces, heads, links, moved, partner, place):
     """Whether a face of ``moved`` that ``partner`` has not turns over when it goes to ``place``."""
     corner = heads[moved]
@@ -286,7 +289,7 @@ def _folds(vertices, faces, heads, links, moved, partner, place):
     return False
 
 
-@kernel
+@inner_kernel
 def _collapse(faces, heads, links, alive, u, v, marks, mark):
     """Give the faces of ``u`` to ``v``; return how many die, by the collapse or as twins."""
     corner = heads[v]
@@ -318,7 +321,7 @@ def _collapse(faces, heads, links, alive, u, v, marks, mark):
     return died
 
 
-@kernel
+@inner_kernel
 def _has_face(faces, heads, links, v, b, c):
     """Whether a face at ``v`` has ``b`` and ``c`` too."""
     corner = heads[v]
@@ -329,7 +332,7 @@ def _has_face(faces, heads, links, v, b, c):
     return False
 
 
-@kernel
+@inner_kernel
 def _unlink(heads, links, alive, v):
     """Take dead faces out of the list of a vertex, or it would be walked ever longer."""
     last = -1

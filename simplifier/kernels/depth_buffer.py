@@ -41,7 +41,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.perspective import clip
 
 TILE = 8
@@ -83,7 +83,7 @@ def fresh(depth, tiles, row, column):
     return tiles[FARTHEST, row, column]
 
 
-@kernel
+@inner_kernel
 def least_of(depth, top, left):
     """The least of the pixels of a tile."""
     least = depth[top, left]
@@ -93,15 +93,14 @@ def least_of(depth, top, left):
     return least
 
 
-@kernel
-def draw(
-    vertices, eye, transform, faces, pairs, errors, screen, lens, size, inner, depth, tiles, points,
-):  # fmt: skip
+@kernel(
+    "float64[:, :], float64[:], int32[:, :], uint32[:, :], float32[:], float64[:], float64[:], "
+    "int64[:], bool, float32[:, :], float32[:, :, :], float32[:, :]"
+)
+def draw(vertices, eye, faces, pairs, errors, screen, lens, size, inner, depth, tiles, points):
     """Draw both sides of ``faces`` where they cover pixels.
 
-    ``vertices``  (n, 3) float32 in their own space, and ``eye`` (3,) float64 of 0; or float64 in
-                  the world, and the eye, which is taken from them.
-    ``transform`` (12,) float32: three rows that take (x, y, z, 1) to world axes around the eye.
+    ``vertices``  (n, 3) float64 in the world, and ``eye`` (3,) float64, which is taken from them.
     ``faces``     (m, 3) int32.
     ``pairs``     (k, 2) uint32: corners opposite of shared edges, drawn where ``inner``.
     ``errors``    (m,) or (1,) float32, world units, 0 or more; from LARGEST on not drawn.
@@ -113,6 +112,36 @@ def draw(
     ``tiles``     (3, r, c) float32.
     ``points``    (3, n or more) float32: room for pixels and depths, -1 for what is to be clipped.
     """
+    transform = np.zeros(12, dtype=np.float32)
+    transform[0], transform[5], transform[10] = ONE, ONE, ONE
+    _draw(
+        vertices, eye, transform, faces, pairs, errors, screen, lens, size, inner, depth, tiles,
+        points,
+    )  # fmt: skip
+
+
+@kernel(
+    "float32[:, :], float32[:], int32[:, :], uint32[:, :], float32[:], float64[:], float64[:], "
+    "int64[:], bool, float32[:, :], float32[:, :, :], float32[:, :]"
+)
+def draw_placed(
+    positions, transform, faces, pairs, errors, screen, lens, size, inner, depth, tiles, points
+):
+    """As :func:`draw`, of what has a space of its own.
+
+    ``positions``  (n, 3) float32.
+    ``transform``  (12,) float32: three rows that take (x, y, z, 1) to world axes around the eye.
+    """
+    _draw(
+        positions, np.zeros(3), transform, faces, pairs, errors, screen, lens, size, inner, depth,
+        tiles, points,
+    )  # fmt: skip
+
+
+@inner_kernel
+def _draw(
+    vertices, eye, transform, faces, pairs, errors, screen, lens, size, inner, depth, tiles, points,
+):  # fmt: skip
     matrix = np.empty(12)
     for row in range(3):
         for column in range(4):
@@ -166,7 +195,7 @@ def _project(vertices, index, eye, matrix, out, place):
         ) + matrix[4 * axis + 3]
 
 
-@kernel
+@inner_kernel
 def _project_points(vertices, eye, matrix, near, guard, points):
     """Pixels with centres at whole numbers, and depth; -1 for what cannot be divided by it."""
     at = np.empty((1, 3))
@@ -182,7 +211,7 @@ def _project_points(vertices, eye, matrix, near, guard, points):
             points[0, index], points[1, index], points[2, index] = ZERO, ZERO, -ONE
 
 
-@kernel
+@inner_kernel
 def _clip_to_pixels(polygon, spare, near, guard, outline):
     """Corners that are left of a triangle of homogeneous pixels, as :func:`_project_points` has
     them."""
@@ -199,7 +228,7 @@ def _clip_to_pixels(polygon, spare, near, guard, outline):
     return count
 
 
-@kernel
+@inner_kernel
 def _draw_eight(corners, chosen, room, edges, planes, lens, size, inner, depth, tiles):
     """Those of the first eight ``corners`` (8, 10) float32 whose bits are set: pixels and depths of
     three corners, and the error.  All are looked for behind what is drawn before any is drawn.
@@ -232,7 +261,7 @@ def _draw_eight(corners, chosen, room, edges, planes, lens, size, inner, depth, 
             _draw_triangle(corners, lane, room, edges, planes, lens, inset, inner, depth, tiles)
 
 
-@kernel
+@inner_kernel
 def _is_behind(room, lane, nearest, depth, tiles):
     """Whether all tiles that a triangle's pixels are in are as near as its nearest value."""
     for row in range(np.int64(room[lane, 2]) >> 3, (np.int64(room[lane, 4]) >> 3) + 1):
@@ -244,7 +273,7 @@ def _is_behind(room, lane, nearest, depth, tiles):
     return True
 
 
-@kernel
+@inner_kernel
 def _draw_triangle(corners, lane, room, edges, planes, lens, inset, inner, depth, tiles):
     slack, error = np.float32(lens[SLACK]), corners[lane, 9]
     ax, ay, az = corners[lane, 0], corners[lane, 1], corners[lane, 2]
@@ -303,7 +332,7 @@ def plane_at(planes, place, x, y):
     )
 
 
-@kernel
+@inner_kernel
 def fill_region(
     edges, count, planes, several, nearest, blur, left, top, right, bottom, depth, tiles
 ):  # fmt: skip
@@ -336,7 +365,7 @@ def fill_region(
             )  # fmt: skip
 
 
-@kernel
+@inner_kernel
 def fill_tile(
     edges, count, starts, planes, several, top, left, first, last, begin, end, depth
 ):  # fmt: skip
@@ -369,7 +398,7 @@ def fill_tile(
             here += planes[0, 1]
 
 
-@kernel
+@inner_kernel
 def is_inside(edges, count, starts, along, steps):
     """Of the half planes from the fourth on, so many lines below the first."""
     for k in range(3, count):
@@ -381,7 +410,7 @@ def is_inside(edges, count, starts, along, steps):
     return True
 
 
-@kernel
+@inner_kernel
 def _draw_fan(outline, sides, error, room, edges, planes, lens, size, depth, tiles):
     """The triangles of a clipped one, by the centres of pixels."""
     fan = np.empty((8, 10), dtype=np.float32)
@@ -403,7 +432,7 @@ def area_of(points, a, b, c):
     ) * (points[b, 1] - points[a, 1])
 
 
-@kernel
+@inner_kernel
 def plane_of(points, count, a, b, c, error, spare, slack, planes, place):
     """Set a plane through three of ``points`` (count, 3) float32, pixels and depths, pushed away by
     ``error`` and by what rounding takes over all of them.
@@ -441,7 +470,7 @@ def plane_of(points, count, a, b, c, error, spare, slack, planes, place):
     return True
 
 
-@kernel
+@inner_kernel
 def _draw_polygon(outline, sides, error, edges, planes, lens, size, depth, tiles):
     """A convex polygon, into the pixels that lie wholly in it.
 
@@ -502,7 +531,7 @@ def held(left, top, right, bottom, size):
     )  # fmt: skip
 
 
-@kernel
+@inner_kernel
 def _draw_pairs(faces, pairs, errors, edges, planes, lens, size, depth, tiles, points):
     corners = np.empty((4, 3), dtype=np.float32)
     for pair in range(len(pairs)):
@@ -523,7 +552,7 @@ def _draw_pairs(faces, pairs, errors, edges, planes, lens, size, depth, tiles, p
             draw_pair(corners, error, other, edges, planes, lens, size, depth, tiles)
 
 
-@kernel
+@inner_kernel
 def draw_pair(corners, error, other, edges, planes, lens, size, depth, tiles):
     """The pixels across a shared edge that lie in both triangles together.
 

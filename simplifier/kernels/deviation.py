@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.threads import run_chunks
 
 TRIANGLES_PER_LEAF = 4
@@ -25,7 +25,7 @@ _TREE_DEPTH = (
 _ROUNDING = 1e-9  # of the slack: what rounding adds to the distance from a triangle to itself
 
 
-@kernel
+@kernel("float64[:, :], int32[:, :], int64, int64, float64[:, :], float64[:, :]")
 def triangle_boxes(points, faces, begin, end, lows, highs):
     """Bounding boxes of triangles ``begin`` .. ``end - 1`` into (m, 3) float64 arrays."""
     for face in range(begin, end):
@@ -37,7 +37,7 @@ def triangle_boxes(points, faces, begin, end, lows, highs):
             highs[face, axis] = max(a, b, c)
 
 
-@kernel
+@inner_kernel
 def _squared_to_segment(ax, ay, az, ex, ey, ez):
     """From the origin to the segment a .. a + e, of any length."""
     length = ex * ex + ey * ey + ez * ez
@@ -50,7 +50,7 @@ def _squared_to_segment(ax, ay, az, ex, ey, ez):
     return x * x + y * y + z * z
 
 
-@kernel
+@inner_kernel
 def squared_distance_to_triangle(px, py, pz, a, b, c):
     """From a point to the closed triangle with corners ``a``, ``b``, ``c`` ((3,) float64 each).
 
@@ -79,7 +79,7 @@ def squared_distance_to_triangle(px, py, pz, a, b, c):
     return min(best, _squared_to_segment(cx, cy, cz, wx, wy, wz))
 
 
-@kernel
+@inner_kernel
 def _nearest_squared(px, py, pz, nodes, order, points, faces, best, stop, enough, stack, keys):
     """Least of ``best`` and the squared distance to the nearest thing of a tree.
 
@@ -131,12 +131,12 @@ def _nearest_squared(px, py, pz, nodes, order, points, faces, best, stop, enough
     return best, nearest
 
 
-@kernel
+@inner_kernel
 def _squared(bound):
     return bound * bound if bound >= 0.0 else -1.0
 
 
-@kernel
+@inner_kernel
 def _distance(px, py, pz, stop, enough, box_nodes, nodes, order, points, faces, stack, keys):
     """To the boxes or the triangles, whichever is nearer, and which triangle; else -1.
 
@@ -153,7 +153,10 @@ def _distance(px, py, pz, stop, enough, box_nodes, nodes, order, points, faces, 
     return np.sqrt(best), face
 
 
-@kernel
+@kernel(
+    "float64[:, :], float64[:, :], float64[:, :], int64[:], float64[:, :], int32[:, :], int64, "
+    "int64, float64[:]"
+)
 def point_distances(queries, box_nodes, nodes, order, points, faces, begin, end, distances):
     """Exact distances of ``queries[begin:end]`` to boxes and triangles, into (n,) float64."""
     stack = np.empty(_TREE_DEPTH, np.int64)
@@ -165,7 +168,10 @@ def point_distances(queries, box_nodes, nodes, order, points, faces, begin, end,
         )
 
 
-@kernel
+@kernel(
+    "float64[:, :, :], float64, float64, float64[:, :], float64[:, :], int64[:], float64[:, :], "
+    "int32[:, :], int64, int64, float64[:], float64[:]"
+)
 def piece_distances(
     pieces, largest, slack, box_nodes, nodes, order, points, faces, begin, end, distances, reaches
 ):
@@ -204,7 +210,7 @@ def piece_distances(
                 reaches[i] = 0.0
 
 
-@kernel
+@inner_kernel
 def _furthest_corner(piece, points, face):
     """Largest distance of the corners of a (3, 3) piece from a triangle."""
     a, b, c = points[face[0]], points[face[1]], points[face[2]]
@@ -215,7 +221,7 @@ def _furthest_corner(piece, points, face):
     return np.sqrt(square)
 
 
-@kernel
+@kernel("float64[:, :, :], float64[:, :, :]")
 def halve_pieces(pieces, halves):
     """Cut each piece at the middle of its longest edge: (n, 3, 3) to (2 n, 3, 3)."""
     for i in range(pieces.shape[0]):
@@ -277,7 +283,7 @@ def _morton_order(lows: NDArray[np.float64], highs: NDArray[np.float64]) -> NDAr
     return (keys & np.uint64(0xFFFFFFFF)).astype(np.int64)
 
 
-@kernel
+@kernel("float64[:, :], float64[:, :], float64[:]")
 def box_corner(lows, highs, corner):
     """Longest edge of the box around all; its low corner goes into ``corner``."""
     extent = 0.0
@@ -292,7 +298,7 @@ def box_corner(lows, highs, corner):
     return extent
 
 
-@kernel
+@inner_kernel
 def _spread_bits(value):
     """Bits 0..9 to every third place."""
     value = (value | (value << np.uint64(16))) & np.uint64(0x030000FF)
@@ -301,7 +307,7 @@ def _spread_bits(value):
     return (value | (value << np.uint64(2))) & np.uint64(0x09249249)
 
 
-@kernel
+@kernel("float64[:, :], float64[:, :], float64[:], float64, int64, int64, uint64[:]")
 def morton_keys(lows, highs, corner, scale, begin, end, keys):
     """Morton code of each centre in the upper 32 bits, its number in the lower: no ties."""
     for i in range(begin, end):
@@ -313,7 +319,7 @@ def morton_keys(lows, highs, corner, scale, begin, end, keys):
         keys[i] = (code << np.uint64(32)) | np.uint64(i)
 
 
-@kernel
+@kernel("float64[:, :], float64[:, :], int64[:], int64, int64, int64, float64[:, :]")
 def bound_leaves(lows, highs, order, leaf_size, begin, end, nodes):
     """Boxes of leaves ``begin`` .. ``end - 1``; ``nodes`` starts as infinity."""
     leaves = nodes.shape[0] // 2
@@ -331,7 +337,7 @@ def bound_leaves(lows, highs, order, leaf_size, begin, end, nodes):
                     nodes[node, 3 + axis] = max(nodes[node, 3 + axis], highs[i, axis])
 
 
-@kernel
+@kernel("float64[:, :]")
 def bound_parents(nodes):
     """Boxes of the inner nodes from those of their children."""
     for node in range(nodes.shape[0] // 2 - 1, 0, -1):
@@ -345,7 +351,7 @@ def bound_parents(nodes):
                 nodes[node, 3 + axis] = max(nodes[left, 3 + axis], nodes[right, 3 + axis])
 
 
-@kernel
+@inner_kernel
 def squared_distance_to_box(px, py, pz, nodes, node):
     """From a point to the closed box of a node; infinite for an empty leaf."""
     dx = max(nodes[node, 0] - px, px - nodes[node, 3], 0.0)

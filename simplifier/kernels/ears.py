@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 _WITHIN, _STRICTLY, _ANY = 0, 1, 2  # what a corner may not lie in, for an ear to be cut off
 
@@ -21,7 +21,7 @@ def _cell(value, low, scale, across):
     return min(max(int((value - low) * scale), 0), across - 1)
 
 
-@kernel
+@inner_kernel
 def _blocked(points, a, b, c, heads, following, reflex, across, low_x, low_y, scale, strictness):
     """Whether a reflex corner lies in the ear (a, b, c), and how many places were looked at."""
     looked = 0
@@ -58,7 +58,7 @@ def _blocked(points, a, b, c, heads, following, reflex, across, low_x, low_y, sc
     return False, looked
 
 
-@kernel
+@kernel("float64[:, :], int64, int64[:, :]")
 def clip_ears(points, most_looks, triangles):
     """Fill ``triangles`` (n - 2, 3) with corners of a ring; how many were needed.
 

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 ROOM = 512
 """Walls of some cells of the grid that a line crosses, and prisms that it is over at once."""
@@ -31,7 +31,7 @@ def _cell_range(low, high, cells):
     return first, min(np.int64(math.floor(high)), cells - 1)
 
 
-@kernel
+@kernel("float64[:, :, :], float64, float64[:], float64, int64[:], int64[:], int64[:], bool")
 def grid_edges(edges, grow, low, cell, shape, starts, items, fill):
     """Enter the edges in all cells of a grid that they touch, or first count them.
 
@@ -75,7 +75,7 @@ def _enters(ax, ay, bx, by, x, y):
     return change
 
 
-@kernel
+@inner_kernel
 def _prisms_around(x, y, edges, offsets, boxes, around):
     """Fill ``around`` with the prisms whose plan holds (x, y); returns how many."""
     count = 0
@@ -95,7 +95,7 @@ def _prisms_around(x, y, edges, offsets, boxes, around):
     return count
 
 
-@kernel
+@inner_kernel
 def _add_event(times, keys, events, head, count, time, key, event):
     """Keep what lies from ``head`` to ``count`` in the order of keys; returns the new count."""
     place = count
@@ -107,7 +107,7 @@ def _add_event(times, keys, events, head, count, time, key, event):
     return count + 1
 
 
-@kernel
+@inner_kernel
 def _follow(
     eye, angle, own, goal, goal_height, edges, owners, tops, targets, starts, items, highest,
     low, cell, top, reach, margin, stamps, stamp, times, keys, events, over, around, found,
@@ -243,7 +243,11 @@ def _without(prism, over, over_count):
     return over_count
 
 
-@kernel
+@kernel(
+    "float64[:, :], int64, int64, float64[:], float64, float64, float64, float64, "
+    "float64[:, :, :], int32[:], int64[:], float64[:, :], float64[:], bool[:], float64[:, :], "
+    "int32[:], int64[:], int64[:], float64[:, :], float64[:], float64, float64[:, :]"
+)
 def see_from(
     eyes, begin, end, angles, near, hair, reach, margin, edges, owners, offsets, boxes, tops,
     targets, points, point_of, starts, items, highest, low, cell, found,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.bit_image import measure_twice
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.measure import draw_polygon, draw_ring, gather_ring
 
 _STRIDE = 4  # a coarse score looks at every fourth view
@@ -18,7 +18,7 @@ _DOUBT = 0.75  # and may fall short of the true one by this factor
 _SHORTLIST = 16  # polygons whose levels are scored in full after something was taken out
 
 
-@kernel
+@inner_kernel
 def _gain(shapes, polygon, level, union, view_scores, first, stride, scratch):
     """What a pair adds to the score of the union, over every ``stride``-th view from ``first``."""
     points, lowest, offsets, maps = shapes
@@ -36,7 +36,7 @@ def _gain(shapes, polygon, level, union, view_scores, first, stride, scratch):
     return gain
 
 
-@kernel
+@inner_kernel
 def _refresh_gain(shapes, polygon, level, union, view_scores, weight, bar, scratch):
     """The gain of a pair and whether it is exact: False when weighted it is sure to miss ``bar``.
 
@@ -53,7 +53,7 @@ def _refresh_gain(shapes, polygon, level, union, view_scores, weight, bar, scrat
     return gain, True
 
 
-@kernel
+@inner_kernel
 def _unite(shapes, standing, taken, drawn, images, union, view_scores, scratch):
     """Rebuild union and scores from what stands and the members; redraw where a level changed."""
     points, lowest, offsets, maps = shapes
@@ -81,7 +81,7 @@ def _unite(shapes, standing, taken, drawn, images, union, view_scores, scratch):
     return total
 
 
-@kernel
+@inner_kernel
 def _fill(
     shapes, standing, pairs, gains, taken, drawn, images, union, view_scores, limits, scratch, halt,
 ):  # fmt: skip
@@ -133,7 +133,7 @@ def _fill(
     return total
 
 
-@kernel
+@inner_kernel
 def _shortlist(shapes, pairs, triangles, gains, union, view_scores, left, scratch):
     """Let :func:`_fill` look at the most promising polygons only, by a coarse score."""
     _, _, firsts = pairs
@@ -150,7 +150,7 @@ def _shortlist(shapes, pairs, triangles, gains, union, view_scores, left, scratc
         coarse[best] = -1
 
 
-@kernel
+@inner_kernel
 def _drop_member(taken, index):
     """Take out the member with that many members before it."""
     for polygon in range(len(taken)):
@@ -161,7 +161,10 @@ def _drop_member(taken, index):
             index -= 1
 
 
-@kernel
+@kernel(
+    "float64[:, :], int32[:], int64[:], float64[:, :, :], int32[:], int32[:], int32[:], "
+    "int64[:], (int64, float64, float64[:]), int64, int64, uint8[:], uint64[:, :]"
+)
 def search_cut(
     points, lowest, offsets, maps, triangles, polygons, levels, firsts, limits, exchanges, seed,
     halt, standing,

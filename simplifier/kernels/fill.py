@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.bit_image import popcount
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, kernel
 
 
 @inline_kernel
@@ -27,7 +27,7 @@ def _spread(seed, free):
     return up | down
 
 
-@kernel
+@kernel("uint64[:, :, :], uint64[:, :, :]")
 def flood(free, reached):
     """Grow ``reached`` through ``free`` until nothing changes, 6-connected.
 
@@ -95,7 +95,7 @@ def flood(free, reached):
 _LOW, _HIGH = 7, 56  # bits 0 to 2: touched towards the low end of x, y, z; 3 to 5: the high end
 
 
-@kernel
+@kernel("bool[:, :, :], int64")
 def count_hollow(touched, least):
     """Count the free voxels of ``touched`` (nx, ny, nz) bool that see it on ``least`` of six sides.
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import popcount
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.coverage import (
     box_columns,
     drawable,
@@ -79,7 +79,7 @@ def depth_limits(
     return limits
 
 
-@kernel
+@kernel("float64[:, :], int32[:, :], float64[:, :, :], float64, int64, int64, float32[:, :, :]")
 def draw_depth_limits(vertices, faces, projections, threshold, begin, end, limits):
     """Fill views ``begin`` to ``end`` of ``limits`` as :func:`depth_limits` says."""
     image = limits.shape[1]
@@ -113,7 +113,7 @@ def pixels_before(
     return pixels
 
 
-@kernel
+@kernel("float32[:, :, :], float64[:, :], int32[:, :], float64[:, :, :], int64, int64, int64[:, :]")
 def count_before(limits, vertices, faces, projections, begin, end, pixels):
     """Fill views ``begin`` to ``end`` of ``pixels`` as :func:`pixels_before` says."""
     image = limits.shape[1]
@@ -131,7 +131,10 @@ def count_before(limits, vertices, faces, projections, begin, end, pixels):
         pixels[view, 0], pixels[view, 1] = there, before
 
 
-@kernel
+@kernel(
+    "float64[:, :], int32[:, :], float64[:, :], int32[:, :], float64[:, :, :], int64, float64, "
+    "int64, int64, int64[:, :]"
+)
 def count_front(
     vertices, faces, other_vertices, other_faces, projections, image, threshold, begin, end, pixels
 ):
@@ -232,7 +235,7 @@ def _draw_nearest(vertices, faces, projection, threshold, points, cells, nearest
     _draw_limits(vertices, faces, points, cells, projection[2], threshold, nearest, shown)
 
 
-@kernel
+@inner_kernel
 def _draw_limits(vertices, faces, points, cells, away, threshold, limits, hidden):
     """Draw the occluder: its nearest depth plus the threshold, and into ``hidden`` where it is."""
     columns = limits.shape[1]
@@ -255,7 +258,7 @@ def _draw_limits(vertices, faces, points, cells, away, threshold, limits, hidden
                 set_span(hidden, row, first, last)
 
 
-@kernel
+@inner_kernel
 def _draw_mesh(vertices, faces, points, cells, away, limits, hidden, waiting, seen):
     """Add the mesh's pixels to ``seen``, and take out of ``waiting`` those that are settled.
 

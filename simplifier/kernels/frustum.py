@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import kernel
 from simplifier.kernels.perspective import COLUMNS, NEAR, ROWS, project_point
 
 
-@kernel
+@kernel("float64[:, :, :], float64[:], bool[:]")
 def mark_outside(boxes, view, outside):
     """Fill ``outside`` (n,) bool: which boxes have all corners beyond a plane of the frustum.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.columns import TOUCH, admits
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, kernel
 
 
 @inline_kernel
@@ -46,7 +46,7 @@ def _clipped_heights(p, q, r, x, y, ring, other):
     return low, high
 
 
-@kernel
+@kernel("float64[:, :], int32[:, :], bool[:], int64[:], float64[:, :], float64[:, :]")
 def measure_object(vertices, faces, ends_solid, window, roofs, tops):
     """Heights of one object over the pixels of a window.
 
@@ -81,7 +81,7 @@ def measure_object(vertices, faces, ends_solid, window, roofs, tops):
                     roofs[i, j] = min(roofs[i, j], low)
 
 
-@kernel
+@kernel("float64[:, :], int64[:], int64[:], bool[:, :], bool[:, :]")
 def fill_outline(points, ends, window, crossed, inside):
     """What an outline does to the pixels of a window.
 

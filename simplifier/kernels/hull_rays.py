@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 
 VOLUME, FLAT, SPHERE = 0, 1, 2
 
@@ -33,7 +33,7 @@ _HEED = 0.1  # of that share that the last group counts for
 _AGAIN = 16  # where it does not pay, one of so many groups is looked at nevertheless
 
 
-@kernel
+@inner_kernel
 def _meets_flat(planes, first, last, a, b, margin):
     """Whether a segment goes through a polygon, from one side to the other."""
     n = planes[first]
@@ -50,7 +50,7 @@ def _meets_flat(planes, first, last, a, b, margin):
     return True
 
 
-@kernel
+@inner_kernel
 def _meets_sphere(centre, a, b):
     along, to = 0.0, 0.0
     for axis in range(3):
@@ -64,7 +64,7 @@ def _meets_sphere(centre, a, b):
     return square <= centre[3] * centre[3]
 
 
-@kernel
+@inner_kernel
 def meets(kind, planes, first, last, a, b, margin):
     """Whether the segment from ``a`` to ``b``, each (3,), meets a body."""
     if kind == FLAT:
@@ -89,7 +89,7 @@ def meets(kind, planes, first, last, a, b, margin):
     return True
 
 
-@kernel
+@inner_kernel
 def _clear_of(kind, planes, first, last, box, points, low, high):
     """Whether a body surely has no point of the hull of ``points``, of which the box is given."""
     for axis in range(3):
@@ -108,7 +108,7 @@ def _clear_of(kind, planes, first, last, box, points, low, high):
     return False
 
 
-@kernel
+@inner_kernel
 def apart(cell_planes, corners, low, high):
     """Whether a box is clear of a cell, of which the planes (k, 4) and corners are given; one that
     touches it is not."""
@@ -128,7 +128,7 @@ def apart(cell_planes, corners, low, high):
     return False
 
 
-@kernel
+@inner_kernel
 def bridges(corners, points, pairs, cones, rays):
     """Put the segments that may be edges of the hull of cell and target into ``rays`` (r, 2) int64;
     return how many.
@@ -152,7 +152,7 @@ def bridges(corners, points, pairs, cones, rays):
     return count
 
 
-@kernel
+@inner_kernel
 def _covers(body, bodies, target, corners, margin, rays, count, work, tally):
     """Whether a body hides a target, the hull of its points, from the cell with these corners.
 
@@ -176,7 +176,7 @@ def _covers(body, bodies, target, corners, margin, rays, count, work, tally):
     return True
 
 
-@kernel
+@inner_kernel
 def _entry(box, a, inverse):
     """Where a segment enters a box, 0 to 1; more than 1 where it does not."""
     enter, leave = 0.0, 1.0
@@ -189,7 +189,7 @@ def _entry(box, a, inverse):
     return enter if enter <= leave else 2.0
 
 
-@kernel
+@inner_kernel
 def _cover(cell, bodies, tree, usable, target, rays, count, cache, cached, work, tally):
     """A body that hides a target from a cell, or -1.
 
@@ -249,7 +249,7 @@ def _cover(cell, bodies, tree, usable, target, rays, count, cache, cached, work,
     return -1
 
 
-@kernel
+@inner_kernel
 def _fit(tree, hidden, boxes, left):
     """The boxes of groups around those targets that are ``left``, and how many these are."""
     own, rights, items = tree
@@ -269,7 +269,7 @@ def _fit(tree, hidden, boxes, left):
             boxes[node, axis], boxes[node, 3 + axis] = low, high
 
 
-@kernel
+@inner_kernel
 def _corners_of(box, points):
     """The corners of a box into ``points`` (8, 3), numbered 4 x + 2 y + z."""
     for k in range(8):
@@ -278,7 +278,7 @@ def _corners_of(box, points):
         points[k, 2] = box[2 + 3 * (k & 1)]
 
 
-@kernel
+@inner_kernel
 def _hide_all(node, tree, hidden, by, body, body_starts, usable, dilute):
     """All targets below a node are hidden by a body; the bodies of these hide nothing more."""
     _, rights, items = tree
@@ -302,7 +302,7 @@ def _hide_all(node, tree, hidden, by, body, body_starts, usable, dilute):
                 usable[own] = False
 
 
-@kernel
+@inner_kernel
 def _pieces_hidden(
     target,
     own,
@@ -343,7 +343,12 @@ def _pieces_hidden(
     return every
 
 
-@kernel
+@kernel(
+    "(float64[:, :], float64[:, :], float64[:], float64), int64[:, :], float64[:, :, :], "
+    "(uint8[:], int64[:], float64[:, :], float64[:, :]), (float64[:, :], int64[:], int64[:]), "
+    "(float64[:, :], int64[:], int64[:]), int64[:], (int64[:], float64[:, :, :]), int64[:], "
+    "bool[:], bool[:], int64[:], bool[:], int64[:]"
+)
 def hide_from_cell(
     cell, pairs, cones, bodies, body_tree, target_tree, body_starts, pieces, tactics, usable,
     hidden, by, piece_hidden, work,
@@ -422,7 +427,7 @@ def hide_from_cell(
             waiting += 2
 
 
-@kernel
+@inner_kernel
 def _distance(box, point):
     """The square of how far a point is from a box."""
     square = 0.0
@@ -431,7 +436,7 @@ def _distance(box, point):
     return square
 
 
-@kernel
+@kernel("(uint8[:], int64[:], float64[:, :], float64[:, :]), float64[:, :], float64[:, :], bool[:]")
 def clear_bodies(bodies, corners, cell_planes, usable):
     """Take from ``usable`` (m,) bool the bodies that are not clear of a cell."""
     kinds, starts, planes, boxes = bodies

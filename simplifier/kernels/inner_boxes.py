@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import kernel
 
 
-@kernel
+@kernel("bool[:, :, :], int64[:, :]")
 def search_largest_box(inside, found):
     """Of ``inside`` (nx, ny, nz) bool, into ``found`` (2, 3) int64: first voxel, and one past the
     last; left alone where nothing is inside.

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.perspective import (
     COLUMNS,
     CORNERS,
@@ -29,7 +29,10 @@ NOTHING = -1
 _UNDRAWABLE = np.uint32(0xFFFFFFFF)  # no cell: the triangle goes through the clipper
 
 
-@kernel
+@kernel(
+    "float64[:, :], int32[:, :], int64, int64, float64[:, :], int32[:], float64[:], "
+    "float64[:, :], uint32[:], float64[:, :], int32[:, :], int64[:]"
+)
 def draw_items(
     vertices, faces, begin, end, transform, items, view, points, cells, depth, picture, fragments
 ):
@@ -74,7 +77,7 @@ def _transform(transform, vertices, vertex):
     )
 
 
-@kernel
+@inner_kernel
 def _project(vertices, transform, view, points, cells):
     """Pixel x and y with centres at the integers, the reciprocal depth, and the packed cell."""
     rows, columns, near = view[ROWS], view[COLUMNS], view[NEAR]
@@ -90,7 +93,7 @@ def _project(vertices, transform, view, points, cells):
             cells[vertex] = _UNDRAWABLE
 
 
-@kernel
+@inner_kernel
 def _clip_face(vertices, i, j, k, transform, view, polygon, spare):
     """Corners of what is left of a face, in ``polygon`` as :func:`_project` writes them."""
     for corner in range(3):
@@ -106,7 +109,7 @@ def _clip_face(vertices, i, j, k, transform, view, polygon, spare):
     return count
 
 
-@kernel
+@inner_kernel
 def _draw_triangle(points, a, b, c, item, view, depth, picture):
     """Returns how many centres are covered, whatever is nearer."""
     if points[a, 1] > points[b, 1]:
@@ -134,7 +137,7 @@ def _draw_triangle(points, a, b, c, item, view, depth, picture):
     return covered
 
 
-@kernel
+@inner_kernel
 def _fill_span(points, a, b, c, row, first, end, item, depth, picture):
     px, py = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
     qx, qy = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1]
@@ -154,7 +157,7 @@ def _fill_span(points, a, b, c, row, first, end, item, depth, picture):
             picture[row, column] = item
 
 
-@kernel
+@kernel("float64[:, :], int32[:, :], float64[:, :], int32[:, :]")
 def merge_pictures(depth, picture, other_depth, other_picture):
     """The nearer of two pictures into the first; of equals the lower item."""
     for row in range(depth.shape[0]):

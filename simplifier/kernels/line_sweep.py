@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 _SURE = 1e-9  # posts: far above rounding
 
@@ -51,7 +51,7 @@ def _lower(alive, slopes, left, base, gap, ring, place, height, size, ends, out)
             out[column] = min(out[column], height + least * ring)
 
 
-@kernel
+@inner_kernel
 def sweep_fan(eroded, line, place, height, ahead, size, lines, ends, cap, alive, slopes, out):
     """Lower ``out`` (k, l) to the least altitude from which a point is seen from each column.
 
@@ -100,7 +100,10 @@ def sweep_fan(eroded, line, place, height, ahead, size, lines, ends, cap, alive,
             _lower(alive, slopes, left, base, gap, ring, place, height, size, ends, out[row])
 
 
-@kernel
+@kernel(
+    "int64[:, :], float64[:], float64[:, :], float64[:, :], int64, int32[:], int32[:], "
+    "int64[:], int64[:], float64, float64[:, :], float64[:, :]"
+)
 def sweep_points(
     points, heights, eroded, turned, size, lines_x, lines_y, ends_x, ends_y, cap, out, out_turned
 ):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 
 
-@kernel
+@inner_kernel
 def _follow(ink, x, y, loop, corners, count, started, left_loop):
     """Trace one loop from the lower edge of pixel (y, x), covered pixels on the left.
 
@@ -58,7 +58,7 @@ def _follow(ink, x, y, loop, corners, count, started, left_loop):
             return count, area, beside_row, beside_column
 
 
-@kernel
+@kernel("bool[:, :], float64[:], float64")
 def trace_loops(mask, corner, pixel):
     """All boundary loops of a mask.
 

@@ -13,10 +13,10 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.bit_image import draw_edge, measure_twice
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 
 
-@kernel
+@kernel("bool[:, :]")
 def distance_sum(mask):
     """Sum over the pixels of ``mask`` of the distance to the shape's boundary, in pixels.
 
@@ -81,7 +81,7 @@ def distance_sum(mask):
     return total
 
 
-@kernel
+@inner_kernel
 def gather_ring(points, lowest, begin, end, level, ring):
     """Copy the vertices of one level to ``ring``; return their number."""
     count = 0
@@ -93,7 +93,7 @@ def gather_ring(points, lowest, begin, end, level, ring):
     return count
 
 
-@kernel
+@inner_kernel
 def draw_ring(ring, count, m, image):
     """Draw the projected ring into rows 1 to 64 of ``image`` (66,), which are cleared first."""
     for row in range(66):
@@ -108,7 +108,7 @@ def draw_ring(ring, count, m, image):
         y0 = y1
 
 
-@kernel
+@kernel("float64[:, :], int32[:], int64[:], float64[:, :, :], int64, int64, uint64[:, :]")
 def draw_polygon(points, lowest, offsets, maps, polygon, level, images):
     """Write the (views, 64) uint64 ``images`` of one polygon at one level."""
     begin, end = offsets[polygon], offsets[polygon + 1]
@@ -121,7 +121,10 @@ def draw_polygon(points, lowest, offsets, maps, polygon, level, images):
             images[view, row] = image[row + 1]
 
 
-@kernel
+@kernel(
+    "float64[:, :], int32[:], int64[:], float64[:, :, :], int32[:], int32[:], uint64[:, :], "
+    "int64, int64, int64[:]"
+)
 def score_polygon_unions(points, lowest, offsets, maps, polygons, levels, base, begin, end, scores):
     """Twice the occlusion measure, summed over views, of ``base`` with each polygon added.
 
@@ -147,7 +150,7 @@ def score_polygon_unions(points, lowest, offsets, maps, polygons, levels, base, 
         scores[i] = score
 
 
-@kernel
+@kernel("uint64[:, :]")
 def score_images(images):
     """Twice the occlusion measure summed over (views, 64) uint64 images, an int64."""
     here = np.zeros(66, np.uint64)

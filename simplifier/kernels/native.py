@@ -1,7 +1,7 @@
 """The C headers of ``integrations/c`` as kernels, where this machine has a C compiler.
 
 They fill arrays as the kernels of :mod:`depth_buffer` and :mod:`box_verdict` do, bit by bit, in a
-fraction of the time.  They are compiled on first use and kept where numba keeps its kernels;
+fraction of the time.  They are compiled on first use and kept where the kernels' code is kept;
 without a compiler :func:`library` is None, and numba's kernels do the work
 (``docs/decisions/0031-headers-compiled-on-first-use.md``).
 """
@@ -20,8 +20,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
+
+from simplifier.kernels.compiled.code_files import writable_folder
+from simplifier.kernels.compiled.kernel import PLAIN
 
 SWITCH = "OCCLUDER_NATIVE"
 """Environment: "off" leaves the headers aside."""
@@ -36,7 +38,7 @@ _SECONDS = 120.0  # that a compiler may take, which needs two
 @cache
 def library() -> ctypes.CDLL | None:
     """What this machine can run; None where that is nothing."""
-    if os.environ.get(SWITCH, "").lower() == "off" or numba.config.DISABLE_JIT:
+    if os.environ.get(SWITCH, "").lower() == "off" or PLAIN:
         return None
     compiler = "" if platform.system() == "Windows" else os.environ.get("CC") or "cc"
     sources = _read_sources()
@@ -61,21 +63,13 @@ def _loaded(compiler: str, flags: tuple[str, ...], sources: bytes) -> ctypes.CDL
     """Named after all that it hangs on, so that what was compiled before is right or not there."""
     given = "\0".join((compiler, *flags, platform.platform())).encode()
     name = f"native_{hashlib.blake2b(given + sources, digest_size=8).hexdigest()}.so"
-    for folder in _folders():
-        with suppress(OSError):
-            if not (folder / name).is_file():
-                folder.mkdir(parents=True, exist_ok=True)
-                _compile(compiler, flags, folder / name)
-            return ctypes.CDLL(str(folder / name))
+    path = writable_folder() / name
+    with suppress(OSError):
+        if not path.is_file():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            _compile(compiler, flags, path)
+        return ctypes.CDLL(str(path))
     return None
-
-
-def _folders() -> list[Path]:
-    """Where numba keeps kernels: where it is told to, else beside them, else with the user's."""
-    if numba.config.CACHE_DIR:
-        return [Path(numba.config.CACHE_DIR)]
-    home = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
-    return [_HERE / "__pycache__", Path(home) / "planar-occluder"]
 
 
 def _compile(compiler: str, flags: tuple[str, ...], target: Path) -> None:

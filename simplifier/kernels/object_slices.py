@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.close_look import ask_towards, keep_open
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.cull_map import FIRST_RING, MASK, SHIFT, is_free, rays_of, steps_in_shadow
 from simplifier.kernels.cull_map import ROUNDING as _CODE
 
@@ -28,7 +28,7 @@ def _slices_over(low, scale, pixel, slices):
     return min(max(first, 0), slices - 1), max(min(last, slices - 1), 0)
 
 
-@kernel
+@inner_kernel
 def _lower_parts(x, y, height, frame, parts):
     """Lower the parts (s, s) of an object that a pixel touches to a hidden height."""
     first_x, last_x = _slices_over(frame[0], frame[1], x, len(parts))
@@ -38,7 +38,7 @@ def _lower_parts(x, y, height, frame, parts):
             parts[i, j] = min(parts[i, j], height)
 
 
-@kernel
+@inner_kernel
 def _lower_along(side, index, ring, sample, highest, solid, free, pixels, frames, places, parts):
     """Follow a ray as :func:`~simplifier.kernels.cull_map.trace` does; the steepest shadow, steps.
 
@@ -89,7 +89,7 @@ def _lower_along(side, index, ring, sample, highest, solid, free, pixels, frames
     return steepest, took
 
 
-@kernel
+@inner_kernel
 def _lower_from(
     sample, solid, free, pixels, boxes, tops, scratch, wanted, frames, places, parts
 ):  # fmt: skip
@@ -130,7 +130,12 @@ def _lower_from(
     return steps, tests
 
 
-@kernel
+@kernel(
+    "int64, int64, float64[:, :], int64[:], uint16[:, :, :, :], int64[:, :], int64[:], ((int64, "
+    "int64), int32[:], int32[:], uint16[:], uint16[:, :, :, :], uint16[:, :]), float64[:, :], "
+    "uint16[:], (float64[:], bool[:], int32[:], int32[:]), int64[:], int64[:], float64[:, :], "
+    "float64[:, :, :], int64[:, :]"
+)
 def lower_from_cells(
     begin, end, samples, sample_starts, solid, free, free_starts, pixels, boxes, tops, scratch,
     wanted, wanted_starts, frames, parts, work,
@@ -164,7 +169,7 @@ def lower_from_cells(
             places[own[index]] = -1
 
 
-@kernel
+@kernel("int64, int64, float64[:, :, :], float64[:], float64[:], float64[:, :], int8[:, :]")
 def hidden_blocks(begin, end, parts, lows, heights, sizes, blocks):
     """Set ``blocks`` (k, 3) int8 of the objects ``begin:end`` to the largest hidden block of each.
 

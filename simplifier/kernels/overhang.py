@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import popcount
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.random_quads import bit
 
 
@@ -49,7 +49,7 @@ def _count_view(original, shown, over):
     return np.int64(there), np.int64(beside)
 
 
-@kernel
+@kernel("uint64[:, :, :], uint64[:, :, :], int64, int64, int64[:, :]")
 def count_beside(originals, hidden, begin, end, pixels):
     """Fill ``pixels`` (V, 2) int64 of views ``begin`` to ``end`` as :func:`count_overhang` does."""
     over = np.empty(originals.shape[1:], np.uint64)
@@ -67,7 +67,7 @@ def shares_beside(pixels: NDArray[np.int64]) -> NDArray[np.float64]:
     return np.asarray(shares, dtype=np.float64)
 
 
-@kernel
+@inner_kernel
 def _fill_heights(mask, heights):
     """Fill ``heights`` (rows, columns) int32: pixels up or down to the nearest one of the mask."""
     rows, columns = heights.shape
@@ -90,7 +90,7 @@ def _overtakes(heights, row, left, right):
     return (right * right - left * left + there * there - here * here) // (2 * (right - left))
 
 
-@kernel
+@inner_kernel
 def _fill_distances(heights, row, columns, ends, distances):
     """Fill ``distances`` (columns,) int64, squared, of a row's pixels to the nearest of the mask.
 
@@ -120,7 +120,7 @@ def _fill_distances(heights, row, columns, ends, distances):
         distances[column] = aside * aside + height * height
 
 
-@kernel
+@kernel("uint64[:, :, :], uint64[:, :, :], int64, int64, int64, int64[:, :], int64[:]")
 def count_overhang(originals, hidden, width, begin, end, pixels, farthest):
     """Fill views ``begin`` to ``end`` of ``width`` columns.
 

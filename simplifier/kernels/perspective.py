@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel
 
 FOCAL, NEAR, COLUMNS, ROWS = 12, 13, 14, 15
 
@@ -60,7 +60,7 @@ def _side(polygon, corner, plane, near, guard):
     return guard * polygon[corner, 2] + sign * polygon[corner, (plane - 1) >> 1]
 
 
-@kernel
+@inner_kernel
 def clip(polygon, spare, near, guard):
     """Corners left of the triangle in ``polygon[:3]``, 0 or 3 to 8; it stays in ``polygon``.
 
@@ -85,7 +85,7 @@ def clip(polygon, spare, near, guard):
     return count
 
 
-@kernel
+@inner_kernel
 def _clip_by_plane(polygon, count, plane, near, guard, out):
     kept = 0
     for corner in range(count):

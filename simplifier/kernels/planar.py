@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel
 
 # Things nearer to each other than this share of the largest coordinate count as touching: 1e-9
 # voxels on a grid of a hundred.  Rounding stays far below it, real features far above.
@@ -15,7 +15,7 @@ def cross(ax, ay, bx, by, cx, cy):
     return (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 
 
-@kernel
+@inner_kernel
 def magnitude(points):
     """Largest absolute coordinate of (n, 2) points."""
     largest = 0.0
@@ -24,7 +24,7 @@ def magnitude(points):
     return largest
 
 
-@kernel
+@inner_kernel
 def twice_area(points):
     """Twice the shoelace area of an (n, 2) loop, relative to its first point for accuracy."""
     x, y = points[0]
@@ -36,7 +36,7 @@ def twice_area(points):
     return total
 
 
-@kernel
+@inner_kernel
 def is_inside(x, y, loop):
     """Even-odd rule; the point must not lie on the (n, 2) loop."""
     inside = False

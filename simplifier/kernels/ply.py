@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 
 TRUNCATED = -1
 NEGATIVE = -2
 
 
-@kernel
+@kernel("uint8[:], int64, bool[:], int64[:], int64[:], bool[:], bool, int64[:, :]")
 def walk_rows(cells, start, counted, sizes, items, signed, big_endian, places):
     """Fill ``places`` (rows, columns) int64 with where each column of each row begins.
 
-    ``cells``    (n,) uint8, or int64 when every value takes one cell.
+    ``cells``    (n,) uint8; int64 for :func:`walk_text_rows`, where every value takes one cell.
     ``counted``  (columns,) bool: the column is a list, its length followed by its items.
     ``sizes``    (columns,) int64: cells of the value, or of the list's length; at most 8.
     ``items``    (columns,) int64: cells of one item of the list.
@@ -23,6 +23,17 @@ def walk_rows(cells, start, counted, sizes, items, signed, big_endian, places):
     Returns (where the last row ends, 0), or (:data:`TRUNCATED` or :data:`NEGATIVE`, the row at
     fault).  No sum leaves 64 bits: a length is compared with what is left before it is added.
     """
+    return _walk_rows(cells, start, counted, sizes, items, signed, big_endian, places)
+
+
+@kernel("int64[:], int64, bool[:], int64[:], int64[:], bool[:], bool, int64[:, :]")
+def walk_text_rows(cells, start, counted, sizes, items, signed, big_endian, places):
+    """:func:`walk_rows` over the words of a text."""
+    return _walk_rows(cells, start, counted, sizes, items, signed, big_endian, places)
+
+
+@inner_kernel
+def _walk_rows(cells, start, counted, sizes, items, signed, big_endian, places):
     position = start
     length = cells.size
     rows, columns = places.shape

@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.threads import run_chunks
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
@@ -43,7 +43,7 @@ def bit(mask, row, column):
     return (mask[row, column >> 6] >> np.uint64(column & 63)) & np.uint64(1)
 
 
-@kernel
+@inner_kernel
 def bounding_box(mask, columns):
     """(first row, row end, first column, column end) of the covered pixels; all 0 when none is."""
     rows, words = mask.shape
@@ -67,7 +67,7 @@ def bounding_box(mask, columns):
     return first_row, row_end, first_column, column_end
 
 
-@kernel
+@inner_kernel
 def _sum_table(original, occluder, box, table):
     """Summed-area tables of both masks over the box, in one word a place.
 
@@ -89,7 +89,7 @@ def _sum_table(original, occluder, box, table):
             table[y + 1, x] = table[y, x] + running
 
 
-@kernel
+@kernel("uint64[:, :, :], uint64[:, :, :], int64, int64, uint64, uint64, int64, int64, int64[:, :]")
 def sample_quads(originals, occluders, columns, quads, seed, first_view, begin, end, pixels):
     """Fill ``pixels[begin:end]`` with the pixel sums (Nt, Pf, Nf) of ``quads`` random quads.
 
@@ -171,7 +171,7 @@ def _weighted_heights(height):
     return height * height + height - 1 if height > 0 else 0
 
 
-@kernel
+@inner_kernel
 def _full_area(first, second, box, heights, starts, levels):
     """Weighted area of the rectangles that lie in both masks and in the box, as float64.
 
@@ -210,7 +210,7 @@ def _full_area(first, second, box, heights, starts, levels):
     return total
 
 
-@kernel
+@inner_kernel
 def _outside_moments(original, occluder, box, moments):
     """Twice-summed moments of the occluder's pixels outside the original; False when none is.
 
@@ -269,7 +269,7 @@ def _node_outside(moments, y, start, end, below, height):
     return -2 * m2 + 2 * (start - 1 + end) * m1 - (2 * (start - 1) * end + 1) * m0
 
 
-@kernel
+@inner_kernel
 def _outside_pixels(original, occluder, box, moments, heights, ages, starts, levels, youngest):
     """Weighted pixels outside the original of the rectangles that lie in the occluder, float64.
 
@@ -319,7 +319,7 @@ def _outside_pixels(original, occluder, box, moments, heights, ages, starts, lev
     return total
 
 
-@kernel
+@kernel("uint64[:, :, :], uint64[:, :, :], int64, int64, int64, float64[:, :]")
 def count_rectangles(originals, occluders, columns, begin, end, pixels):
     """Fill ``pixels[begin:end]`` with the expected (Nt, Pf, Nf) of one quad.
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 INTERIOR, SURFACE, NEVER = 0, 1, 255
 _UNKNOWN = 254  # until one side has reached it
@@ -16,7 +16,7 @@ SIX = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, 
 """Steps to the neighbours across a side."""
 
 
-@kernel
+@kernel("bool[:, :, :], bool[:, :, :], int64, int64, uint8[:, :, :]")
 def sort_cells(touched, filled, begin, end, layers):
     """Give the voxels of the cell rows ``begin:end`` a layer where the cell tells it.
 
@@ -52,7 +52,7 @@ def _neighbour(x, y, z, step, sizes):
     return there, (x * sizes[1] + y) * sizes[2] + z
 
 
-@kernel
+@kernel("bool[:, :, :], uint8[:, :, :]")
 def take_sides(touched, layers):
     """Give each voxel that waits the side, inside or out, that reaches it first; inside if none.
 
@@ -111,7 +111,7 @@ def take_sides(touched, layers):
                         flat[index] = INTERIOR
 
 
-@kernel
+@inner_kernel
 def _first_voxels(touched, size, row, plane):
     """(n,) int64 flat indices of the lowest voxels of touched cells; see :func:`take_sides`."""
     corners = np.empty(np.sum(touched), np.int64)
@@ -125,7 +125,7 @@ def _first_voxels(touched, size, row, plane):
     return corners
 
 
-@kernel
+@kernel("uint8[:, :, :], int64, int64, int64[:]")
 def find_border(layers, begin, end, places):
     """Write the flat indices of the solid's voxels beside free ones, of rows ``begin:end``.
 
@@ -153,7 +153,7 @@ def find_border(layers, begin, end, places):
     return count
 
 
-@kernel
+@kernel("uint8[:, :, :], int64[:], int64[:, :], int64")
 def add_layer(layers, border, steps, layer):
     """Set the free voxels ``steps`` (n, 3) away from ``border`` (m,) to a layer; which they are."""
     sizes = layers.shape
@@ -180,7 +180,7 @@ def add_layer(layers, border, steps, layer):
     return found[:count].copy()
 
 
-@kernel
+@kernel("uint8[:, :, :], int64, int64, uint8[:, :, :], uint8[:, :, :], uint8[:, :, :]")
 def sum_cells(layers, begin, end, least, most, shares):
     """Fill the rows ``begin:end`` of three arrays (nx, ny, nz) of cells.
 

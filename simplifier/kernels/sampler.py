@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, kernel
 
 _BITS = 32
 _ONE = 2.0**_BITS  # one voxel in fixed point
@@ -62,7 +62,7 @@ def _fixed_point(step):
     return np.int64(np.floor(step * _ONE + 0.5))
 
 
-@kernel
+@kernel("uint8[:, :, :], float64[:, :], int32[:], float64[:], int64, int64, int64[:]")
 def slice_areas(padded, frames, frame_of, depths, begin, end, areas):
     """Covered pixels of planes begin..end.
 
@@ -92,7 +92,7 @@ def slice_areas(padded, frames, frame_of, depths, begin, end, areas):
         areas[plane] = area
 
 
-@kernel
+@kernel("uint8[:, :, :], float64[:], float64, bool[:, :]")
 def sample_plane(padded, frame, depth, mask):
     """Set the covered pixels of ``mask`` (rows, columns) bool; arguments as in :func:`slice_areas`.
 

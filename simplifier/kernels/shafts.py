@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.sheets import CLEAR, SHUT, close, is_line_clear
 from simplifier.kernels.slices import SAME
 
@@ -72,7 +72,7 @@ def _closes(a, b, k, i, at, edges_v, edges_w, picture):
     return v0 <= v1 and w0 <= w1 and _is_covered(picture, i, v0, v1, w0, w1)
 
 
-@kernel
+@inner_kernel
 def shaft(a, b, search, free, ats, firsts, edges, sums, closing, share):
     """What is between two boxes: :data:`FREE`, :data:`CROSSED` or :data:`CLOSED`.
 
@@ -221,7 +221,7 @@ def _is_closed_by_recent(a, b, ats, edges, sums, recent):
     return False
 
 
-@kernel
+@inner_kernel
 def _may_see(
     cell, root, boxes, children, limit, sheet_limit, free, ats, firsts, edges, sums, points, faces,
     normals, beside, sheet_boxes, sheet_children, known, stack, nodes, sides, waits, b, closing,
@@ -308,7 +308,13 @@ def _may_see(
     return False
 
 
-@kernel
+@kernel(
+    "int64, int64, float64[:, :], int64[:], int64[:, :], float64[:, :], int64[:, :], int64, "
+    "int64, int64, int64, uint8[:, :, :], (float64[:], float64[:], float64[:]), (int64[:], "
+    "int64[:], int64[:]), (float64[:], float64[:], float64[:]), (int32[:, :, :], "
+    "int32[:, :, :], int32[:, :, :]), float64[:, :], int32[:, :], float64[:, :], int32[:, :], "
+    "float64[:, :], int64[:, :], bool[:, :], int64[:, :]"
+)
 def see(
     begin, end, cells, roots, leaves, boxes, children, tries, seed, limit, sheet_limit, free, ats,
     firsts, edges, sums, points, faces, normals, beside, sheet_boxes, sheet_children, seen, work,

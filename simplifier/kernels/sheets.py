@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel
 
 CLEAR, MET, SHUT = 0, 1, 2
 """The middle line between two boxes meets no triangle, it meets some, and no line gets through."""
@@ -27,7 +27,7 @@ _DEPTH = 64  # nodes that wait; two children a node
 _FIRST, _SECOND = (0.4871, 0.5063, 0.5122), (0.5279, 0.4717, 0.4838)  # of boxes, for two lines
 
 
-@kernel
+@inner_kernel
 def _bound(a, b, axes, planes):
     """Set the planes along an axis around the hull of two boxes that no side of a box is in.
 
@@ -55,7 +55,7 @@ def _bound(a, b, axes, planes):
     return count
 
 
-@kernel
+@inner_kernel
 def _is_box_out(box, hull, axes, planes, count):
     """Whether a box is outside of a side of the hull."""
     for axis in range(3):
@@ -71,7 +71,7 @@ def _is_box_out(box, hull, axes, planes, count):
     return False
 
 
-@kernel
+@inner_kernel
 def _is_edge_out(p, q, hull, axes, planes, count):
     """Whether both ends of an edge are outside of the same side of the hull."""
     for axis in range(3):
@@ -85,7 +85,7 @@ def _is_edge_out(p, q, hull, axes, planes, count):
     return False
 
 
-@kernel
+@inner_kernel
 def _is_face_out(p, q, r, hull, axes, planes, count):
     """Whether all corners of a triangle are outside of the same side of the hull."""
     for axis in range(3):
@@ -105,7 +105,7 @@ def _is_face_out(p, q, r, hull, axes, planes, count):
     return False
 
 
-@kernel
+@inner_kernel
 def _sides(p, normal, box):
     """The least and the most of a box along a normal, from the plane through ``p`` on."""
     middle = reach = 0.0
@@ -116,7 +116,7 @@ def _sides(p, normal, box):
     return middle - reach, middle + reach
 
 
-@kernel
+@inner_kernel
 def _touches(p, q, r, low, high, box):
     """Whether a triangle may touch a box, from which its plane is ``low`` to ``high``."""
     if low > _NEAR or high < -_NEAR:
@@ -147,7 +147,7 @@ def _touches(p, q, r, low, high, box):
     return True
 
 
-@kernel
+@inner_kernel
 def _touches_box(face, points, faces, normals, box):
     """Whether a triangle may touch a box."""
     p, q, r = points[faces[face, 0]], points[faces[face, 1]], points[faces[face, 2]]
@@ -155,7 +155,7 @@ def _touches_box(face, points, faces, normals, box):
     return _touches(p, q, r, low, high, box)
 
 
-@kernel
+@inner_kernel
 def _turns(start, way, p, q, first, last):
     """Whether a line passes an edge on one of its sides; the same from either end of the edge."""
     if first > last:
@@ -168,7 +168,7 @@ def _turns(start, way, p, q, first, last):
     return (turn >= 0.0) != (first > last)
 
 
-@kernel
+@inner_kernel
 def _crossing(start, way, face, points, normal):
     """How far along a line from ``start`` it crosses a triangle, from 0 to 1, or -1."""
     p, q, r = points[face[0]], points[face[1]], points[face[2]]
@@ -187,7 +187,7 @@ def _crossing(start, way, face, points, normal):
     return share if 0.0 <= share <= 1.0 else -1.0
 
 
-@kernel
+@inner_kernel
 def _line(a, b, shares, start, way):
     """Set a line from one box to the other."""
     for axis in range(3):
@@ -195,7 +195,7 @@ def _line(a, b, shares, start, way):
         way[axis] = b[axis] + shares[(axis + 1) % 3] * (b[axis + 3] - b[axis]) - start[axis]
 
 
-@kernel
+@inner_kernel
 def _root(parent, place):
     while parent[place] != place:
         parent[place] = parent[parent[place]]
@@ -203,7 +203,7 @@ def _root(parent, place):
     return place
 
 
-@kernel
+@inner_kernel
 def is_line_clear(start, end, points, faces, normals, boxes, children):
     """Whether the line from a point (3,) to another meets no triangle.
 
@@ -238,7 +238,7 @@ def is_line_clear(start, end, points, faces, normals, boxes, children):
     return True
 
 
-@kernel
+@inner_kernel
 def close(a, b, points, faces, normals, beside, boxes, children, known, share):
     """What is between two boxes that are apart: :data:`CLEAR`, :data:`MET` or :data:`SHUT`.
 

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 PHASES = 8
 """Places within a pixel, along u and along v, for which a voxel's outline is worked out."""
@@ -20,7 +20,7 @@ PHASES = 8
 FRAME = 12
 
 
-@kernel
+@inner_kernel
 def fill_outlines(frame, outlines):
     """Fill ``outlines`` (8, 8) int64: the 3 x 3 pixels that a voxel shows in, as bits.
 
@@ -48,7 +48,7 @@ def fill_outlines(frame, outlines):
             outlines[row, column] = bits
 
 
-@kernel
+@inner_kernel
 def list_offsets(outlines, width, counts, offsets):
     """Of each outline (8, 8): how many pixels, ``counts`` (64,) int64, and where they lie from the
     one in the middle in a picture so wide, ``offsets`` (64, 9) int64."""
@@ -62,7 +62,7 @@ def list_offsets(outlines, width, counts, offsets):
         counts[phase] = count
 
 
-@kernel
+@kernel("int16[:, :], float64[:, :], int64, int64, float32[:, :, :, :]")
 def draw_voxels(voxels, frames, begin, end, depths):
     """Draw the lines of sight ``begin`` to ``end``: depths of the nearest and the farthest voxel.
 
@@ -100,7 +100,7 @@ def draw_voxels(voxels, frames, begin, end, depths):
                 picture[pixel, 1] = max(picture[pixel, 1], depth)
 
 
-@kernel
+@kernel("bool[:, :, :], int64[:], int64, int64, int16[:, :]")
 def list_voxels(marked, firsts, begin, end, places):
     """Fill ``places`` (n, 3) int16 with the voxels that are ``marked`` (nx, ny, nz), in order, from
     the layers ``begin:end``; those of layer i begin at ``firsts[i]``."""
@@ -117,7 +117,10 @@ BLOCK = 1024
 """Candidates that are looked at together: their places and counts stay in the nearest caches."""
 
 
-@kernel
+@kernel(
+    "int16[:, :], float64[:, :], uint8[:, :], float32[:, :, :, :], int64, int64, int64, "
+    "uint16[:], int64[:]"
+)
 def count_sight(places, frames, senses, depths, limit, begin, end, seen, live):
     """Add to ``seen`` from how many sides each candidate of the blocks ``begin:end`` is seen.
 
@@ -207,7 +210,7 @@ def _sees(eye, i, j, k, touched):
     return True
 
 
-@kernel
+@kernel("bool[:, :, :], bool[:, :, :], float64[:, :], int64, int64, bool[:, :, :]")
 def mark_seen(touched, candidates, eyes, begin, end, seen):
     """Set ``seen`` in the candidates of the layers ``begin:end`` that one of the eyes sees.
 

@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.planar import TOUCH, cross, is_inside, magnitude, twice_area
 
 
-@kernel
+@inner_kernel
 def _farthest_from(points, begin, end, index):
     """The row of begin..end farthest from a row; the first of several."""
     best, best_distance = begin, -1.0
@@ -29,7 +29,7 @@ def _farthest_from(points, begin, end, index):
     return best
 
 
-@kernel
+@inner_kernel
 def _refine(path, keep, low, high, tolerance, forced, stack):
     """Keep rows between two kept ones until all lie within ``tolerance`` of their chord.
 
@@ -61,7 +61,7 @@ def _refine(path, keep, low, high, tolerance, forced, stack):
         limit = tolerance * tolerance
 
 
-@kernel
+@inner_kernel
 def _kept_points(path, keep, begin, end):
     """The kept points of the path in rows begin..end (its closing row left out)."""
     rows = np.empty((end - begin, 2), np.float64)
@@ -73,7 +73,7 @@ def _kept_points(path, keep, begin, end):
     return rows[:count].copy()
 
 
-@kernel
+@inner_kernel
 def _chords(keep, first, alive):
     """(m, 2) rows of the ends of every chord of the loops that are alive."""
     chords = np.empty((len(keep), 2), np.int64)
@@ -90,7 +90,7 @@ def _chords(keep, first, alive):
     return chords[:count]
 
 
-@kernel
+@inner_kernel
 def _split_crossings(path, keep, first, alive, tolerance, slack, stack):
     """Split every chord that meets another one; whether any was."""
     chords = _chords(keep, first, alive)
@@ -109,7 +109,7 @@ def _split_crossings(path, keep, first, alive, tolerance, slack, stack):
     return split
 
 
-@kernel
+@inner_kernel
 def _drop_strays(path, keep, first, alive):
     """Drop loops that no longer bound the polygon; they do not cross.
 
@@ -132,7 +132,7 @@ def _drop_strays(path, keep, first, alive):
                     break
 
 
-@kernel
+@inner_kernel
 def _lay_paths(points, starts):
     """Paths, first and keep of the loops, with the two anchors of each kept.
 
@@ -160,7 +160,7 @@ def _lay_paths(points, starts):
     return path, first, keep
 
 
-@kernel
+@kernel("float64[:, :], int64[:], float64")
 def simplify_loops(points, starts, tolerance):
     """Simplify a polygon's loops together; see :func:`simplifier.polygon.simplify`.
 
@@ -189,7 +189,7 @@ def simplify_loops(points, starts, tolerance):
     return _collect(path, keep, first, alive)
 
 
-@kernel
+@inner_kernel
 def _collect(path, keep, first, alive):
     """Points and starts of the loops that are alive; nothing without the outer one."""
     rows = np.empty((len(path), 2), np.float64)
@@ -207,7 +207,7 @@ def _collect(path, keep, first, alive):
     return rows[:count].copy(), bounds[: loops + 1].copy()
 
 
-@kernel
+@inner_kernel
 def meeting_segments(segments, slack):
     """(m,) bool: whether each of (m, 4) segments x0, y0, x1, y1 meets another one.
 
@@ -234,7 +234,7 @@ def meeting_segments(segments, slack):
     return meets
 
 
-@kernel
+@inner_kernel
 def segments_meet(ax, ay, bx, by, cx, cy, dx, dy, slack):
     """Whether segments ab and cd cross, touch, or come within about ``slack`` of it.
 
@@ -263,7 +263,7 @@ def segments_meet(ax, ay, bx, by, cx, cy, dx, dy, slack):
     return not ((to_a > near_cd and to_b > near_cd) or (to_a < -near_cd and to_b < -near_cd))
 
 
-@kernel
+@inner_kernel
 def _runs_back(x, y, px, py, qx, qy, near):
     """Whether p and q lie in the same direction from the point that their segments share."""
     along = (px - x) * (qx - x) + (py - y) * (qy - y)
@@ -273,7 +273,7 @@ def _runs_back(x, y, px, py, qx, qy, near):
 _PULL = 1e-3  # how far touching corners are drawn apart, in shortest edges
 
 
-@kernel
+@inner_kernel
 def part_touching(points, starts):
     """A copy of the loops in which no corner is visited twice.
 
@@ -304,7 +304,7 @@ def part_touching(points, starts):
     return parted
 
 
-@kernel
+@inner_kernel
 def _shortest_edge(points, starts):
     shortest = np.inf
     for loop in range(len(starts) - 1):
@@ -319,7 +319,7 @@ def _shortest_edge(points, starts):
     return shortest
 
 
-@kernel
+@inner_kernel
 def _pull_corners(points, begin, end, touching, pull, parted):
     for index in range(begin, end):
         if not touching[index]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 SAME = 1e-5
 """Voxels: flat faces that differ by no more are in one slice."""
@@ -43,7 +43,7 @@ def _section(points, face, at):
     return True, v0, w0, v1, w1
 
 
-@kernel
+@inner_kernel
 def _along(middle, across, along, owners, edges, ends, covered, state):
     """Go along lines through the rows of a picture (n, m).
 
@@ -108,7 +108,10 @@ def _along(middle, across, along, owners, edges, ends, covered, state):
             low, crossing = high, after[crossing]
 
 
-@kernel
+@kernel(
+    "float64[:, :], int32[:, :], int32[:], int64[:], int32[:], int64[:], int32[:], float64[:], "
+    "float64[:], float64[:], int64, int64, bool[:, :, :]"
+)
 def cover_slices(
     points, faces, pieces, starts, listed, flat_starts, flat_listed, ats, edges, ends, begin, end,
     covered,

@@ -39,7 +39,7 @@ from simplifier.kernels.bit_image import (
     popcount,
     upright_edge,
 )
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.voxelize import is_contained
 
 _BLOCK = 8  # triangles of a block at least
@@ -59,25 +59,25 @@ UNIT = 16
 """Of a score: the price of what is hidden wrongly is a whole number of sixteenths."""
 
 
-@kernel
+@kernel("int64")
 def block_count(triangles):
     """How many unions to keep, so that "all but this one" costs about 2 sqrt(m) images, not m."""
     return -(-triangles // max(_BLOCK, int(math.sqrt(triangles))))
 
 
-@kernel
+@inner_kernel
 def block_length(triangles):
     """Triangles of a block of a soup's own, which the last one may fall short of."""
     return max(-(-triangles // max(block_count(triangles), 1)), 1)
 
 
-@kernel
+@inner_kernel
 def corner(triangles, index, k):
     """Corner ``k`` of a triangle as a triple."""
     return triangles[index, k, 0], triangles[index, k, 1], triangles[index, k, 2]
 
 
-@kernel
+@inner_kernel
 def draw_triangle(p, q, r, m, image):
     """Draw a projected triangle into rows 1 to 64 of ``image`` (66,), which are cleared first.
 
@@ -124,7 +124,7 @@ def _along(p, q, m, away):
     )
 
 
-@kernel
+@inner_kernel
 def draw_front(p, q, r, m, away, limits, highest, image, front):
     """Fill ``front`` (16,) with the pixels of a triangle that lie before their limits.
 
@@ -162,7 +162,7 @@ def draw_front(p, q, r, m, away, limits, highest, image, front):
     return found != 0
 
 
-@kernel
+@inner_kernel
 def count_front(picture):
     """Pixels in front, of the rows of a picture; 0 where none were asked for."""
     count = np.uint64(0)
@@ -171,7 +171,7 @@ def count_front(picture):
     return np.int64(count)
 
 
-@kernel
+@inner_kernel
 def score_view(union, original, price, fine, scratch):
     """The score of ``union``, rows 1 to 64 of (66,), which is used up; ``scratch`` (3, 66)."""
     part, there, part_there = scratch[0], scratch[1], scratch[2]
@@ -187,7 +187,7 @@ def score_view(union, original, price, fine, scratch):
     return UNIT * right - price * (whole - right) - fine * np.int64(outside)
 
 
-@kernel
+@inner_kernel
 def unite_block(images, block, blocks):
     """Rebuild one union."""
     length = block_length(len(images))
@@ -199,7 +199,7 @@ def unite_block(images, block, blocks):
                 blocks[block, view, row] |= images[index, view, row]
 
 
-@kernel
+@inner_kernel
 def unite_view(index, view, images, blocks, others):
     """The union of all triangles but one, or of all with ``index`` -1, in a view of ``others``."""
     for row in range(others.shape[1]):
@@ -216,14 +216,17 @@ def unite_view(index, view, images, blocks, others):
                     others[view, row] |= images[other, view, row]
 
 
-@kernel
+@kernel("int64, uint64[:, :, :], uint64[:, :, :], uint64[:, :]")
 def unite_others(index, images, blocks, others):
     """The same in all views: ``others`` (V, 64)."""
     for view in range(len(others)):
         unite_view(index, view, images, blocks, others)
 
 
-@kernel
+@kernel(
+    "float64[:, :, :], float64[:, :, :], (float64[:, :], float32[:, :, :], float32[:, :]), "
+    "uint64[:, :, :], uint64[:, :, :]"
+)
 def draw_soup(triangles, projections, depths, images, blocks):
     """Fill ``images`` and the soup's own ``blocks``."""
     image = np.zeros(66, np.uint64)
@@ -247,7 +250,7 @@ def draw_soup(triangles, projections, depths, images, blocks):
         unite_block(images, block, blocks)
 
 
-@kernel
+@kernel("uint64[:, :], uint64[:, :], int64, int64[:, :], int64[:]")
 def score_unions(unions, originals, price, fines, scores):
     """Score ``unions`` (V, 64) view by view into ``scores`` (V,) int64; return the sum."""
     union = np.zeros(66, np.uint64)
@@ -262,7 +265,7 @@ def score_unions(unions, originals, price, fines, scores):
     return total
 
 
-@kernel
+@kernel("uint64[:, :, :], uint64[:, :, :], uint64[:, :], int64, int64[:, :], int64[:], bool[:]")
 def remove_useless(images, blocks, originals, price, fines, scores, kept):
     """Take out triangle after triangle without which the score is no less.
 
@@ -293,7 +296,7 @@ def remove_useless(images, blocks, originals, price, fines, scores, kept):
             unite_block(images, index // block_length(len(images)), blocks)
 
 
-@kernel
+@kernel("float64[:, :, :], (uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64), bool[:]")
 def all_contained(triangles, room, inside):
     """Write into ``inside`` (m,) bool whether each triangle keeps to ``room``."""
     for index in range(len(triangles)):

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.columns import TOUCH
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 
 @inline_kernel
@@ -30,7 +30,7 @@ def _at(h00, h10, h01, h11, u, v, rising):
     return height
 
 
-@kernel
+@inner_kernel
 def square_bounds(h00, h10, h01, h11, u0, u1, v0, v1):
     """The lowest and the highest point of a square's surface over a box, however it is split.
 
@@ -71,7 +71,7 @@ def _within(begin, end, first, step, square):
     return min(max(low, 0.0), 1.0), min(max(high, 0.0), 1.0)
 
 
-@kernel
+@inner_kernel
 def _measure(heights, known, x0, x1, y0, y1, first, step, squares):
     """Bounds over a box of the known squares in ``squares`` (first and last along x and y)."""
     low, high = np.inf, -np.inf
@@ -89,7 +89,10 @@ def _measure(heights, known, x0, x1, y0, y1, first, step, squares):
     return low, high
 
 
-@kernel
+@kernel(
+    "float64[:, :], bool[:, :], float64[:], float64[:], int64, int32[:, :], float64, "
+    "float64[:, :], int32[:], int32[:], float64[:], bool"
+)
 def measure_pixels(
     heights, known, first, step, tile, numbers, beyond, inner, starts, objects, tops, fill
 ):  # fmt: skip
@@ -146,7 +149,7 @@ def measure_pixels(
             inner[x, y] = low if covered else -np.inf
 
 
-@kernel
+@kernel("float64[:, :], bool[:, :], float64[:, :], float64[:], float64[:], float64[:], float64[:]")
 def measure_boxes(heights, known, boxes, spacing, lows, highs, slopes):
     """What a terrain is over boxes (n, 4) of low and high x, low and high y, in posts.
 

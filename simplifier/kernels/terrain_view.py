@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 _SHARE = 1e-6  # of slopes, by which one must be steeper than what rounding may make of it
 
@@ -28,7 +28,7 @@ def _height(heights, c, r, x, y):
     return h00 + (h11 - h01) * u + (h01 - h00) * v
 
 
-@kernel
+@inner_kernel
 def _follow(eye, angle, heights, known, tiles_x, tiles_y, numbers, spacing, top, margin, found):
     """Walk along an azimuth and note in ``found`` which tiles come into view."""
     mx, my = known.shape
@@ -82,7 +82,10 @@ def _follow(eye, angle, heights, known, tiles_x, tiles_y, numbers, spacing, top,
             return
 
 
-@kernel
+@kernel(
+    "float64[:, :], int64, int64, float64[:], float64[:, :], float64[:, :], bool[:, :], "
+    "int64[:], int64[:], int32[:, :], float64[:], float64, float64, float64[:, :]"
+)
 def see_terrain(
     eyes, begin, end, angles, goals, heights, known, tiles_x, tiles_y, numbers, spacing, top,
     margin, found,

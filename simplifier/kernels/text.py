@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 _POWERS = np.array([10.0**i for i in range(23)])
 _EXACT = 2**53
@@ -37,7 +37,7 @@ def _is_digit(c):
     return c >= 48 and c <= 57
 
 
-@kernel
+@inner_kernel
 def _joint(text, i):
     """Length of the line continuation at ``i``, or 0."""
     if text[i] != _BACKSLASH or i + 1 >= text.size or not _is_newline(text[i + 1]):
@@ -47,7 +47,7 @@ def _joint(text, i):
     return 2
 
 
-@kernel
+@inner_kernel
 def _skip_blanks(text, i):
     while i < text.size:
         if _is_blank(text[i]):
@@ -59,7 +59,7 @@ def _skip_blanks(text, i):
     return i
 
 
-@kernel
+@inner_kernel
 def _word_end(text, i):
     while i < text.size:
         c = text[i]
@@ -72,7 +72,7 @@ def _word_end(text, i):
     return i
 
 
-@kernel
+@inner_kernel
 def _line_end(text, i):
     """The end of the line from ``i`` on, where a word begins or ends or a blank is."""
     blank = True
@@ -102,7 +102,7 @@ def _at_end(text, i):
     return i >= text.size or _is_newline(text[i]) or text[i] == _HASH
 
 
-@kernel
+@inner_kernel
 def _decimal(text, begin, end):
     """(value, True) of the word, or (0, False) when it takes more than exact arithmetic."""
     i = begin
@@ -152,7 +152,7 @@ def _decimal(text, begin, end):
     return (-value if negative else value), True
 
 
-@kernel
+@kernel("uint8[:], int64")
 def count_words(text, begin):
     """(words, lines that have one) from ``begin`` on, comments left out."""
     words = 0
@@ -169,7 +169,7 @@ def count_words(text, begin):
     return words, lines
 
 
-@kernel
+@kernel("uint8[:], int64, float64[:], int64[:], int64[:]")
 def read_words(text, begin, values, hard, firsts):
     """Convert every word from ``begin`` on; the arrays are sized by :func:`count_words`.
 
@@ -194,7 +194,7 @@ def read_words(text, begin, values, hard, firsts):
         i = _line_end(text, i) + 1
 
 
-@kernel
+@inner_kernel
 def _has_keyword(text, begin, end, keyword):
     """Whether the word is ``keyword`` (given in lower case), in either case."""
     if end - begin != keyword.size:
@@ -208,7 +208,7 @@ def _has_keyword(text, begin, end, keyword):
     return True
 
 
-@kernel
+@kernel("uint8[:], uint8[:]")
 def count_statements(text, keyword):
     """How many lines begin with the word ``keyword`` ((k,) uint8, lower case)."""
     count = 0
@@ -220,7 +220,7 @@ def count_statements(text, keyword):
     return count
 
 
-@kernel
+@kernel("uint8[:], uint8[:], float64[:, :], int64[:, :]")
 def read_statements(text, keyword, values, hard):
     """Convert the first words after ``keyword`` on each line that begins with it.
 
@@ -254,7 +254,7 @@ def _is_letter(text, begin, end, letter):
     return end == begin + 1 and (text[begin] | 32) == letter
 
 
-@kernel
+@kernel("uint8[:]")
 def count_obj_corners(text):
     """(``f`` lines, corners on them) of an OBJ file."""
     faces = 0
@@ -273,7 +273,7 @@ def count_obj_corners(text):
     return faces, corners
 
 
-@kernel
+@inner_kernel
 def _obj_index(text, begin, end):
     """The integer before the first slash of the word, or 0 (which OBJ does not allow)."""
     i = begin
@@ -289,7 +289,7 @@ def _obj_index(text, begin, end):
     return -index if negative else index
 
 
-@kernel
+@kernel("uint8[:], int64[:], int64[:]")
 def read_obj_corners(text, sizes, corners):
     """Fill the corner count of each ``f`` line and its vertex indices, from 0.
 

@@ -13,10 +13,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 
 
-@kernel
+@kernel("float64[:, :], float64[:], float64, int32[:, :, :], float64[:, :], int32[:]")
 def gather_first(vertices, low, step, numbers, points, chosen):
     """Gather the first of ``vertices`` (n, 3) in each cell into ``points`` (n, 3); their number.
 
@@ -39,7 +39,7 @@ def gather_first(vertices, low, step, numbers, points, chosen):
     return count
 
 
-@kernel
+@kernel("int32[:, :], int32[:], int32[:, :]")
 def keep_whole(faces, chosen, kept):
     """Write the ``faces`` (m, 3) int32 whose chosen corners differ to ``kept``; their number."""
     count = 0
@@ -66,8 +66,7 @@ def crack_triangles(
     none, nor does a vertex in the cell of an end.  Where what is left then has no border
     (:func:`has_border`), there are none, and looking for them takes time and room.
     """
-    faces = faces.view()
-    faces.setflags(write=False)  # as those of a mesh: else kernels are compiled a second time
+    faces = np.ascontiguousarray(faces)
     cells = points.astype(np.int64)
     edges = np.empty((passing_edges(faces, cells, np.empty((0, 2), np.int64)), 2), np.int64)
     passing_edges(faces, cells, edges)
@@ -92,7 +91,7 @@ def has_border(faces: NDArray[np.int32]) -> bool:
     return bool((another[:-1] & another[1:]).any())
 
 
-@kernel
+@kernel("int64[:], int32[:], int32[:]")
 def sort_by_cell(keys, starts, held):
     """Write 0 .. n - 1 to ``held`` (n,) int32, those of a cell together and in order.
 
@@ -108,7 +107,7 @@ def sort_by_cell(keys, starts, held):
         starts[keys[index] + 1] += 1
 
 
-@kernel
+@kernel("int32[:, :], int64[:, :], int64[:, :]")
 def passing_edges(faces, cells, edges):
     """Write the edges that pass a cell between their ends', lower end first; returns their number.
 
@@ -130,7 +129,9 @@ def passing_edges(faces, cells, edges):
     return count
 
 
-@kernel
+@kernel(
+    "float64[:, :], int64[:, :], int64[:, :], int64[:], int32[:], int32[:], float64, int64[:, :]"
+)
 def t_junctions(points, cells, edges, shape, starts, held, tolerance, triangles):
     """Write flat triangles between edges and the vertices on them; returns how many.
 
@@ -188,7 +189,7 @@ def t_junctions(points, cells, edges, shape, starts, held, tolerance, triangles)
     return count
 
 
-@kernel
+@inner_kernel
 def _lies_on(points, p, a, b, squared, tolerance):
     """Whether a point is as near as the tolerance to the edge, between its ends."""
     along = 0.0

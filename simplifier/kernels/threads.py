@@ -12,6 +12,7 @@ import os
 from collections.abc import Callable
 from threading import Thread
 
+from simplifier.kernels.compiled.waiting import load_imported
 from simplifier.progress import TellShare, silent
 
 
@@ -48,6 +49,7 @@ def run_chunks(
     An exception, of ``work``, ``tell`` or an interrupt, is raised again here, of several that of
     the first chunk.  Chunks that have not begun are then left out, and no thread works any more.
     """
+    load_imported()  # in the caller's thread, which hears Ctrl-C
     threads = thread_count()
     most = min(threads * chunks_per_thread, count // max(least, 1))
     if count == 0:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 BINS = 16  # at least, over the longest edge; up to twice as many
 
@@ -24,14 +24,14 @@ def _half_area(low, high):
     return x * y + y * z + z * x
 
 
-@kernel
+@inner_kernel
 def _grow(low, high, lows, highs, i):
     for axis in range(3):
         low[axis] = min(low[axis], lows[i, axis])
         high[axis] = max(high[axis], highs[i, axis])
 
 
-@kernel
+@inner_kernel
 def _best_plane(lows, highs, order, begin, end, width, first, last):
     """(axis, bin) of the cheapest plane: what lies in bins up to it goes left; axis -1 for none.
 
@@ -83,7 +83,7 @@ def _best_plane(lows, highs, order, begin, end, width, first, last):
     return best_axis, best_bin
 
 
-@kernel
+@inner_kernel
 def _lattice(lows, highs, order, begin, end, width, first, last):
     """Bins of the centres of some boxes: fills ``width``, ``first`` and ``last``."""
     for axis in range(3):
@@ -105,7 +105,7 @@ def _lattice(lows, highs, order, begin, end, width, first, last):
             last[axis] = np.int64(np.floor(high / width[axis]))
 
 
-@kernel
+@kernel("float64[:, :], float64[:, :], int64[:], int64[:], int64[:, :]")
 def split_boxes(lows, highs, order, lefts, spans):
     """Number of nodes of a binary tree over boxes ``lows``, ``highs`` (n, 3), n at least 1.
 
@@ -155,7 +155,7 @@ def split_boxes(lows, highs, order, lefts, spans):
     return count
 
 
-@kernel
+@kernel("float64[:, :], float64[:, :], int64[:], int64[:], int64[:, :], float64[:, :, :]")
 def bound_nodes(lows, highs, order, lefts, spans, bounds):
     """Boxes (2 n - 1, 2, 3) of the nodes, from the leaves up."""
     for node in range(len(lefts) - 1, -1, -1):
@@ -171,7 +171,7 @@ def bound_nodes(lows, highs, order, lefts, spans, bounds):
                     bounds[node, side, axis] = min(a, b) if side == 0 else max(a, b)
 
 
-@kernel
+@kernel("int64[:], int64, int64[:], int64[:], int64[:]")
 def widen(lefts, most, first_children, child_counts, sources):
     """Number of nodes when neighbours share a parent, up to ``most`` children a node.
 

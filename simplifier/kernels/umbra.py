@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.cull_map import BLOCK, is_free
 
 _ROUNDING = 1e-9  # of a height: what rounding may cost is seen
 
 
-@kernel
+@kernel("float64[:], int64, uint16[:, :, :, :], int64[:, :], float64[:, :]")
 def lower_umbra(sample, ring, solid, free, umbra):
     """Lower ``umbra`` (nx, ny) float64 to the shadows that are seen from a piece of edge, as codes.
 
@@ -34,7 +34,7 @@ def lower_umbra(sample, ring, solid, free, umbra):
             _lower_along(side, index / ring, ring, px, py, sample[2], solid, free, umbra)
 
 
-@kernel
+@inner_kernel
 def _lower_along(side, slant, ring, px, py, eye, solid, free, umbra):
     """Follow a ray; ``side`` 0 to 3: towards +x, -x, +y, -y."""
     x_major = side < 2
@@ -58,7 +58,7 @@ def _lower_along(side, slant, ring, px, py, eye, solid, free, umbra):
             steepest = shadow / step
 
 
-@kernel
+@kernel("float64[:, :], int64, int64, int64, int32[:], int32[:], float32[:], bool[:]")
 def see_over(umbra, first_x, first_y, ny, starts, objects, tops, seen):
     """Set ``seen`` (n,) bool for what reaches out of an umbra in any pixel that it touches.
 

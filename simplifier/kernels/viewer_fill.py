@@ -13,13 +13,16 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.columns import TOUCH, admits
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.height_field import _clipped_heights
 
 _STEEP = 1.0  # of its own area in plan: faces whose upright area is larger are walls
 
 
-@kernel
+@kernel(
+    "float64[:, :], int32[:, :], int64, int64, float64, uint64[:, :, :], int64, float64[:, :], "
+    "float64[:, :]"
+)
 def mark_columns(vertices, faces, begin, end, flat, bits, depth, lows, walls):
     """Set the voxels of the columns ``begin`` to ``end`` along x that the triangles touch.
 
@@ -59,7 +62,7 @@ def mark_columns(vertices, faces, begin, end, flat, bits, depth, lows, walls):
                     bits[x, y, z // 64] |= np.uint64(1) << np.uint64(z % 64)
 
 
-@kernel
+@kernel("float64[:, :], int32[:, :], int64, int64, int32[:, :], float64[:, :]")
 def lower_roofs(vertices, faces, begin, end, reached, roofs):
     """Lower ``roofs`` (nx, ny) float64 to the lowest point of a triangle above ``reached``.
 
@@ -93,7 +96,7 @@ def _is_set(bits, x, y, z):
     return bits[x, y, z // 64] >> np.uint64(z % 64) & np.uint64(1) != 0
 
 
-@kernel
+@kernel("uint64[:, :, :], int32[:, :], int64, int64[:]")
 def count_runs(bits, earth, depth, counts):
     """Set ``counts`` (nx ny,) int64 to the free runs of each column.
 
@@ -111,7 +114,7 @@ def count_runs(bits, earth, depth, counts):
                 before = free
 
 
-@kernel
+@kernel("uint64[:, :, :], int32[:, :], int64, int64[:], int32[:], int32[:]")
 def list_runs(bits, earth, depth, starts, firsts, lasts):
     """Set ``firsts`` and ``lasts`` of the runs that were counted."""
     nx, ny, _ = bits.shape
@@ -137,7 +140,7 @@ def _root(parent, run):
     return run
 
 
-@kernel
+@kernel("int64[:], int32[:], int32[:], int64, int64[:]")
 def join_runs(starts, firsts, lasts, ny, parent):
     """Number the spaces: voxels that share a face, an edge or a corner are in the same one.
 
@@ -172,7 +175,7 @@ def join_runs(starts, firsts, lasts, ny, parent):
     return count
 
 
-@kernel
+@kernel("int64[:], int32[:], int32[:], int64[:], int64, int64[:, :, :], int64[:], int64[:, :]")
 def measure_spaces(starts, firsts, lasts, spaces, ny, boxes, volumes, tips):
     """Boxes, volumes and a highest voxel of all spaces.
 
@@ -195,7 +198,10 @@ def measure_spaces(starts, firsts, lasts, spaces, ny, boxes, volumes, tips):
             boxes[space, 1, 2] = max(boxes[space, 1, 2], lasts[run])
 
 
-@kernel
+@kernel(
+    "int64[:, :, :], int64[:], int32[:], int32[:], int64[:], (int64, int64), bool, int64[:], "
+    "int64[:], int64[:]"
+)
 def list_touched(windows, starts, firsts, lasts, spaces, shape, ground, stamps, cells, found):
     """List the spaces that have a voxel in each window; returns how many pairs there are.
 
@@ -255,7 +261,7 @@ def _between(starts, firsts, lasts, spaces, shut, shape, x, y, z):
     return beside
 
 
-@kernel
+@kernel("int64[:], int32[:], int32[:], int64[:], bool[:], int32[:, :], int64, bool, int32[:, :]")
 def stack_solid(starts, firsts, lasts, spaces, shut, earth, depth, sheets, reached):
     """Set ``reached`` (nx, ny) int32 to the voxels that are solid from the bottom to the first gap.
 
@@ -281,7 +287,7 @@ def stack_solid(starts, firsts, lasts, spaces, shut, earth, depth, sheets, reach
             reached[x, y] = z
 
 
-@kernel
+@inner_kernel
 def count_solid(starts, firsts, lasts, spaces, shut, ny, kept_to):
     """Voxels of shut spaces, and those of them below ``kept_to`` (nx, ny) int32."""
     filled = kept = 0
@@ -294,7 +300,7 @@ def count_solid(starts, firsts, lasts, spaces, shut, ny, kept_to):
     return filled, kept
 
 
-@kernel
+@kernel("uint64[:, :, :], uint64[:, :, :]")
 def thicken(bits, out):
     """Set ``out`` to ``bits`` and all voxels that share a corner with one of them."""
     nx, ny, words = bits.shape
@@ -323,7 +329,7 @@ def _passes_right(a, b, x, y):
     return a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) > x
 
 
-@kernel
+@kernel("float64[:, :], int32[:, :], uint64[:], int32[:, :], int32[:], int64[:], uint64[:]")
 def sign_voxels(vertices, faces, keys, first_of, next_of, heights, signatures):
     """Toggle the key of each triangle that is straight above the centre of a voxel.
 
@@ -370,7 +376,7 @@ def sign_voxels(vertices, faces, keys, first_of, next_of, heights, signatures):
                     voxel = next_of[voxel]
 
 
-@kernel
+@kernel("int64[:], int32[:], int32[:], int64[:], int64, int64[:], bool[:], bool[:, :, :]")
 def draw_spaces(starts, firsts, lasts, spaces, ny, low, wanted, drawn):
     """Set ``drawn`` (a, b, c) bool, a window from the voxel ``low`` (3,) on, where spaces are.
 
@@ -387,7 +393,7 @@ def draw_spaces(starts, firsts, lasts, spaces, ny, low, wanted, drawn):
                         drawn[i, j, k] = True
 
 
-@kernel
+@kernel("bool[:, :, :], int32[:, :, :]")
 def walk(free, distance):
     """Set ``distance`` (nx, ny, nz) int32 of free voxels to the steps from where it is 0.
 

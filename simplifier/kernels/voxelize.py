@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compile import inline_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 # A triangle that touches a voxel's face counts as inside on both sides of it.  Rounding of the
 # transform to grid space must not decide that, so "touches" means "comes within this", in voxels.
@@ -97,7 +97,7 @@ def _touches(sides, s, t, k):
     return _admit(sides[1], t, k) and _admit(sides[2], k, s)
 
 
-@kernel
+@inner_kernel
 def _mark_footprint(p, q, r, low, high, strides, touched):
     """Set the voxels of the box ``low`` to ``high`` that the triangle touches.
 
@@ -112,7 +112,7 @@ def _mark_footprint(p, q, r, low, high, strides, touched):
                     touched[s * strides[0] + t * strides[1] + k * strides[2]] = True
 
 
-@kernel
+@inner_kernel
 def _keeps_below(p, q, r, low, high, strides, layers, limit):
     """Whether no voxel of the box ``low`` to ``high`` that the triangle touches is above a limit.
 
@@ -177,7 +177,7 @@ def _in_grid(vertices, index, origin, scale):
     )
 
 
-@kernel
+@kernel("float64[:, :], int32[:, :], float64[:], float64, int64, int64, bool[:, :, :]")
 def mark_triangles(vertices, faces, origin, scale, begin, end, touched):
     """Set ``touched`` in every voxel that one of ``faces[begin:end]`` touches (closed sets).
 
@@ -228,7 +228,7 @@ def _all_below(low, high, strides, layers, limit):
     return True
 
 
-@kernel
+@inner_kernel
 def _cell_contained(p, q, r, x, y, z, room):
     """Whether a triangle keeps to the limit in one cell, whose voxels are looked at if they differ.
 
@@ -275,7 +275,7 @@ def _back(t, w):
     return t
 
 
-@kernel
+@inner_kernel
 def is_contained(p, q, r, room):
     """Whether a triangle touches no voxel of a layer above the limit.
 

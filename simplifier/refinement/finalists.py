@@ -118,7 +118,8 @@ def precision_and_recall(
     Where nothing is hidden the precision is 1; where there is nothing to hide the recall is 0, so
     that what is too thin for any picture is no success.
     """
-    right, missed, wrong = exact_quad_pixels(originals, shown, columns).sum(axis=0)
+    pixels = exact_quad_pixels(originals, np.ascontiguousarray(shown), columns)
+    right, missed, wrong = pixels.sum(axis=0)
     return (
         float(right / (right + wrong)) if right + wrong > 0.0 else 1.0,
         float(right / (right + missed)) if right + missed > 0.0 else 0.0,

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.overrides import Region
 from simplifier.geometry.solid import BoolArray, VoxelGrid
+from simplifier.kernels.morphology import squared_distances
 from simplifier.voxel.fill import Side
-from simplifier.voxel.morphology import squared_distances
 
 _SLACK = 1e-9  # shares and voxels that rounding may take
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.solid import BoolArray, Closing, VoxelGrid
 from simplifier.kernels.fill import flood
-from simplifier.voxel.morphology import squared_distances
+from simplifier.kernels.morphology import squared_distances
 
 Side = tuple[int, int]
 """(axis 0 to 2, 0 for the low or -1 for the high end)."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +11,6 @@ import numpy as np
 import pytest
 
 import simplifier
-from simplifier import kernels
 from simplifier.cli.main import main
 from simplifier.io.formats import writable_suffixes
 from simplifier.warmup import warm_up
@@ -117,22 +115,8 @@ def commands(meshes, folder):
     yield ["pvs-check", hills, sets, *tiles, *look]
 
 
-def signatures():
-    """The signatures of every kernel that Python has called, by name."""
-    found = {}
-    for module in pkgutil.iter_modules(kernels.__path__):
-        for name, value in vars(
-            importlib.import_module(f"{kernels.__name__}.{module.name}")
-        ).items():
-            if hasattr(value, "nopython_signatures"):
-                found[f"{module.name}.{name}"] = {str(one) for one in value.nopython_signatures}
-    return found
-
-
-def check_signatures(folder):
-    """Run in a fresh process: warm up, then see that no command needs another signature."""
-    warm_up()
-    warm = signatures()
+def run_all(folder):
+    """Run in a fresh process: every command, none of which may need numba."""
     paths = sorted(path for path in Path(folder).iterdir() if path.is_file())
     target = Path(folder) / "out"
     target.mkdir()
@@ -141,34 +125,64 @@ def check_signatures(folder):
         with pytest.raises(SystemExit) as end:
             main()
         assert not end.value.code, words
-        new = {name: found - warm[name] for name, found in signatures().items()}
-        assert not any(new.values()), (words, {name: found for name, found in new.items() if found})
+        assert "numba" not in sys.modules, words
 
 
-def test_warm_up_calls_every_kernel_as_the_commands_do(meshes):
-    """Whether they came from the cache or were compiled does not matter here, so this is quick."""
-    code = f"from {__name__} import check_signatures; check_signatures({str(meshes[0].parent)!r})"
+def check_commands(meshes, **variables):
+    """No command compiles, and so none imports numba, when ``warmup`` has run."""
+    code = f"from {__name__} import run_all; run_all({str(meshes[0].parent)!r})"
     done = subprocess.run(
         [sys.executable, "-c", code],
-        env=environment(), capture_output=True, text=True, timeout=300, check=False,
+        env=environment(**variables), capture_output=True, text=True, timeout=600, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+    assert "compiled" not in done.stderr
+
+
+def test_nothing_is_compiled_after_warm_up(meshes):
+    warm_up()
+    check_commands(meshes)
 
 
 @pytest.mark.slow
-def test_nothing_is_compiled_after_warm_up(meshes, tmp_path):
-    """With an empty cache: a minute or two of compilation, then none at all."""
-    cache = str(tmp_path / "cache")
-    done = occluder("warmup", timeout=600, NUMBA_CACHE_DIR=cache)
-    assert (done.returncode, done.stderr) == (0, "")
-    target = tmp_path / "out"
-    target.mkdir()
-    words = [word for command in commands(meshes, target) for word in (*command, "+")]
-    found = subprocess.run(
-        [sys.executable, "-m", "tests.acceptance.compilations", *words[:-1]],
-        env=environment(NUMBA_CACHE_DIR=cache), capture_output=True, text=True, timeout=300,
-        check=False,
-    )  # fmt: skip
-    assert found.returncode == 0, found.stderr
-    assert found.stdout.endswith("done\n")
-    assert [line for line in found.stdout.splitlines() if line.startswith("compiled")] == []
+def test_an_empty_cache_is_filled_by_warmup(meshes, tmp_path):
+    """With an empty cache: a minute of compilation, then none at all."""
+    cache = tmp_path / "cache"
+    done = occluder("warmup", timeout=900, NUMBA_CACHE_DIR=str(cache))
+    assert done.returncode == 0, done.stderr
+    assert all(line.startswith("progress: compiling") for line in done.stderr.splitlines())
+    written = times_in(cache)
+    assert written
+    shutil.rmtree(meshes[0].parent / "out", ignore_errors=True)
+    check_commands(meshes, NUMBA_CACHE_DIR=str(cache))
+    assert times_in(cache) == written
+
+
+NO_COMPILER = "from simplifier.kernels.compiled import library; library._BUILD = 'raise SystemExit'"
+
+
+@pytest.mark.slow
+def test_code_that_is_compiled_ahead_makes_the_same_bytes_as_numba(meshes, tmp_path):
+    """Which compiles function by function where nothing can be compiled ahead: a minute or two."""
+    made = {}
+    for way, before in (("ahead", ""), ("numba", NO_COMPILER)):
+        target, cache = tmp_path / f"{way}.glb", tmp_path / way
+        words = ["occluder", "simplify", str(meshes[0]), "-o", str(target), "--preset", "draft"]
+        code = f"{before}\nimport sys\nfrom simplifier.cli.main import main\n" \
+               f"sys.argv = {[*words, *FEW, '--moves', '400']!r}\nmain()"  # fmt: skip
+        done = subprocess.run(
+            [sys.executable, "-c", code], env=environment(NUMBA_CACHE_DIR=str(cache)), text=True,
+            capture_output=True, timeout=900, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        assert ("one by one" in done.stderr) == (way == "numba")
+        made[way] = target.read_bytes()
+        files = {path.name.partition(".")[0] for path in times_in(cache)}
+        assert bool(files) == (way == "ahead")
+        assert not files & {"text", "box_verdict", "cull_map"}  # which this needs nothing of
+    assert made["ahead"] == made["numba"]
+
+
+def times_in(cache):
+    """When each file of machine code was written."""
+    return {path: path.stat().st_mtime_ns for path in cache.rglob("*.o")}

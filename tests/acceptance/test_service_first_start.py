@@ -131,4 +131,4 @@ def test_kernels_are_compiled_once_and_the_curl_waits(declared, tmp_path):
 
 def times_in(cache):
     """When each file of compiled kernels was written."""
-    return {path: path.stat().st_mtime_ns for path in cache.rglob("*.nb?")}
+    return {path: path.stat().st_mtime_ns for path in cache.rglob("*.o")}

@@ -15,7 +15,7 @@ SHAPE = (7, 5)
 
 def heights(points, faces):
     lows, highs = np.full(SHAPE, np.inf), np.full(SHAPE, -np.inf)
-    raise_columns(points, faces, lows, highs)
+    raise_columns(np.ascontiguousarray(points), faces, lows, highs)
     return lows, highs
 
 

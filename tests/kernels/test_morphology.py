@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from simplifier.kernels.morphology import FAR
-from simplifier.voxel.morphology import squared_distances
+from simplifier.kernels.morphology import FAR, squared_distances
 
 extent = st.integers(1, 9)
 

@@ -47,7 +47,7 @@ def test_what_reaches_out_of_an_umbra():
     random = np.random.default_rng(1)
     nx, ny, objects = 9, 7, 12
     counts = random.integers(0, 3, nx * ny)
-    starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
     owners = random.integers(0, objects, starts[-1]).astype(np.int32)
     tops = random.uniform(0.0, 5.0, starts[-1]).astype(np.float32)
     umbra = random.uniform(2.0, 6.0, (4, 3))

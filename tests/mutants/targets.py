@@ -97,9 +97,12 @@ TARGETS = (
         ("tests/voxel/test_core.py", "tests/voxel/test_core_openings.py",
          "tests/voxel/test_core_rounding.py"),
     ),
+    Target("simplifier/voxel/morphology.py", ("tests/voxel/test_morphology.py",)),
     Target(
-        "simplifier/voxel/morphology.py",
-        ("tests/voxel/test_morphology.py", "tests/kernels/test_morphology.py"),
+        "simplifier/kernels/morphology.py",
+        ("tests/kernels/test_morphology.py",),
+        ("squared_distances", "_dilate_rows"),
+        compiled=False,
     ),
     Target(
         "simplifier/refinement/annealing.py",

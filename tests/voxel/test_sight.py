@@ -121,7 +121,8 @@ def test_a_surface_has_no_pinholes():
     frames, _ = lines_of_sight(touched.shape, None)
     size = picture_size(touched.shape)
     depths = np.empty((len(frames), size, size, 2), dtype=np.float32)
-    draw_voxels(np.argwhere(touched).astype(np.int16), frames, 0, len(frames), depths)
+    voxels = np.argwhere(touched).astype(np.int16, order="C")
+    draw_voxels(voxels, frames, 0, len(frames), depths)
     near, far = np.moveaxis(depths, -1, 0)
     corners = np.array(np.meshgrid(*3 * [[-4.5, 4.5]])).reshape(3, -1).T
     places = np.stack(np.meshgrid(*2 * [np.arange(size) + 0.5 - size / 2], indexing="ij"), axis=-1)

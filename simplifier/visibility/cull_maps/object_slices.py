@@ -70,7 +70,7 @@ def hidden_parts(
     """
     field = maps.field
     passes, free, free_starts = passes_of(maps, cells, within)
-    owners, objects = np.nonzero(visible & ~within)
+    owners, objects = map(np.ascontiguousarray, np.nonzero(visible & ~within))
     starts = np.searchsorted(owners, np.arange(len(cells) + 1))
     parts = np.full((len(objects), SLICES, SLICES), np.inf)
     low, high = boxes[objects, 0], boxes[objects, 1]

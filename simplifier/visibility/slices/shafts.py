@@ -88,7 +88,6 @@ def _touched(upright: UprightScene, grid: Grid, index: int) -> Ids:
     low = np.floor(grid.to_grid(upright.boxes[index, 0]) - 1e-6).astype(np.int64)
     high = np.floor(grid.to_grid(upright.boxes[index, 1]) + 1e-6).astype(np.int64)
     touched = np.zeros(tuple(high - low + 1), dtype=np.bool_)
-    vertices.setflags(write=False)  # as meshes are: else the kernel is compiled a second time
     origin = low * grid.cell + grid.origin
     mark_triangles(vertices, mesh.faces, origin, 1.0 / grid.cell, 0, len(mesh.faces), touched)
     return np.argwhere(touched) + low

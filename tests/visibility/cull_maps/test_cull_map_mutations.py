@@ -142,14 +142,18 @@ def test_a_sample_that_is_left_out_is_found_whichever_it_is(monkeypatch, side, t
 
 
 RING = 32  # of plain rays, which are slow: the scenes below are no larger
-COMPILERS = "from simplifier.kernels.compile import inline_kernel, kernel\n"
+COMPILERS = "from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel\n"
+PLAIN = """
+inline_kernel = inner_kernel = lambda function: function
+kernel = lambda takes: inner_kernel
+"""
 
 
 def plain_kernels(before="", after=""):
     """``see_from_cells`` in plain Python, with one mistake: ``after`` in place of ``before``."""
     source = Path(kernels.__file__).read_text()
     changes = {
-        COMPILERS: "inline_kernel = kernel = lambda function: function\n",
+        COMPILERS: PLAIN,
         f"FIRST_RING = {kernels.FIRST_RING}": f"FIRST_RING = {RING}",
         **({before: after} if before else {}),
     }

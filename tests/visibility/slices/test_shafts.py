@@ -187,16 +187,20 @@ FAULTS = {
 }  # fmt: skip
 
 
+PLAIN = (
+    "inline_kernel = inner_kernel = lambda function: function; kernel = lambda takes: inner_kernel"
+)
+
+
 def faulty(fault):
     """The kernel's source with a fault, as plain Python."""
     old, new = FAULTS[fault]
     source = inspect.getsource(kernels)
     assert source.count(old) == 1, fault
     source = source.replace(old, new).replace(
-        "from simplifier.kernels.compile import inline_kernel, kernel",
-        "inline_kernel = kernel = id_",
+        "from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel", PLAIN
     )
-    space = {"id_": lambda function: function}
+    space = {}
     exec(compile(source, fault, "exec"), space)
     return space["see"]
 

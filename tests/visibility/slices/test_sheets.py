@@ -198,7 +198,7 @@ def test_a_fault_in_the_kernel_is_seen(fault):
     text = inspect.getsource(kernels)
     assert text.count(right) == 1
     space = {}
-    plain = text.replace(right, wrong).replace("@kernel\n", "")
+    plain = text.replace(right, wrong).replace("@inner_kernel\n", "")
     exec(compile(plain, "sheets_with_a_fault", "exec"), space)
     assert closing(*SEEN_PAST[fault], close=space["close"]) == kernels.SHUT
     assert closing(*SEEN_PAST[fault]) == kernels.MET

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numba.core.dispatcher import Dispatcher
 
 from simplifier.camera_paths.columns import UprightScene
+from simplifier.kernels.compiled.kernel import Kernel
 from simplifier.options.visibility import PvsOptions
 from simplifier.visibility.checking.check import CheckOptions, check_pvs
 from simplifier.visibility.columns import horizons, sweep_posts
@@ -46,7 +46,7 @@ def test_no_kernel_is_given_a_sample_that_is_missing(monkeypatch, method):
 
     for module in MODULES:
         for name, value in vars(module).copy().items():
-            if isinstance(value, Dispatcher):
+            if isinstance(value, Kernel):
                 monkeypatch.setattr(module, name, watched(value))
     x, y = np.meshgrid(np.arange(17.0), np.arange(17.0))
     heights = 12.0 * np.sin(0.5 * x + 0.2 * y)

@@ -1,0 +1,1 @@
+"""How kernels become machine code: compiled ahead of the first call, a file at a time, and kept."""

@@ -1,0 +1,117 @@
+"""Machine code is found only where it belongs to the sources and to what it runs in."""
+
+from __future__ import annotations
+
+import pytest
+
+from simplifier.kernels.compiled import code_files
+from simplifier.kernels.compiled.code_files import code_name, find_code, write_code
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Three kernel files, of which ``far`` is called by ``near``, and that by ``one``."""
+    kernels = tmp_path / "kernels"
+    kernels.mkdir()
+    for name, calls in (("one", "near"), ("near", "far"), ("far", ""), ("other", "")):
+        line = f"from simplifier.kernels.{calls} import x\n" if calls else ""
+        (kernels / f"{name}.py").write_text(f"{line}# {name}\n")
+    monkeypatch.setattr(code_files, "KERNELS", kernels)
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    forget()
+    yield tmp_path / "cache"
+    monkeypatch.undo()
+    forget()
+
+
+def forget():
+    for cached in ("_source", "_sources", "_environment", "writable_folder"):
+        getattr(code_files, cached).cache_clear()
+
+
+def change(name):
+    path = code_files.KERNELS / f"{name}.py"
+    path.write_text(path.read_text() + "# changed\n")
+    forget()
+
+
+def test_code_is_found_until_a_source_changes_that_it_was_made_of(folder):
+    write_code(folder, "one", b"code")
+    assert find_code("one").read_bytes() == b"code"
+    assert find_code("other") is None
+    change("other")
+    assert find_code("one") is not None
+    change("far")  # which is called by what it calls
+    assert find_code("one") is None
+
+
+def test_new_code_takes_the_place_of_old_and_of_what_numba_keeps(folder):
+    write_code(folder, "one", b"old")
+    write_code(folder, "other", b"other")
+    for name in ("one.f-3.py311.nbi", "other.f-3.py311.nbi"):
+        (folder / name).touch()
+    change("near")
+    write_code(folder, "one", b"new")
+    assert {path.name for path in folder.iterdir()} == {
+        code_name("one"), code_name("other"), "other.f-3.py311.nbi",
+    }  # fmt: skip
+    assert find_code("one").read_bytes() == b"new"
+
+
+def test_code_for_a_processor_that_is_named_is_found_where_that_is_named(folder, monkeypatch):
+    write_code(folder, "one", b"for this one")
+    monkeypatch.setenv("NUMBA_CPU_NAME", "x86-64-v3")
+    forget()
+    assert find_code("one") is None
+    write_code(folder, "one", b"for any of a kind")
+    assert ".x86-64-v3-" in code_name("one")
+    assert find_code("one").read_bytes() == b"for any of a kind"
+    monkeypatch.setenv("NUMBA_CPU_FEATURES", "+avx512f")
+    forget()
+    assert find_code("one") is None
+    monkeypatch.setenv("NUMBA_CPU_NAME", "")
+    forget()
+    assert find_code("one").read_bytes() == b"for this one"
+
+
+def test_another_version_of_numba_or_python_is_another_environment(folder, monkeypatch):
+    names = {code_name("one")}
+    for place, what in (
+        (code_files, "_numba_version"),
+        (code_files.llvm, "get_host_cpu_name"),
+        (code_files.llvm, "get_process_triple"),
+    ):
+        with monkeypatch.context() as patched:
+            patched.setattr(place, what, lambda: "another")
+            forget()
+            names.add(code_name("one"))
+    assert len(names) == 4
+
+
+def test_a_write_that_fails_leaves_nothing(folder, monkeypatch):
+    write_code(folder, "other", b"other")
+    with pytest.raises(TypeError):
+        write_code(folder, "one", None)
+    assert [path.name for path in folder.iterdir()] == [code_name("other")]
+
+
+@pytest.mark.parametrize(
+    ("platform", "variable"), [("linux", "XDG_CACHE_HOME"), ("win32", "LOCALAPPDATA")]
+)
+@pytest.mark.usefixtures("folder")
+def test_where_the_package_cannot_be_written_the_users_cache_is(
+    tmp_path, monkeypatch, platform, variable
+):
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    forget()
+    monkeypatch.setattr(code_files.os, "access", lambda path, mode: False)
+    monkeypatch.setattr(code_files.sys, "platform", platform)
+    monkeypatch.setenv(variable, str(tmp_path / "home"))
+    assert code_files.writable_folder() == tmp_path / "home" / "planar-occluder" / "kernels"
+
+
+@pytest.mark.usefixtures("folder")
+def test_code_lies_beside_the_kernels_where_that_can_be_written(monkeypatch):
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    forget()
+    assert code_files.writable_folder() == code_files.KERNELS / "__pycache__"

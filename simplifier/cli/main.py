@@ -19,36 +19,79 @@ import gc
 import signal
 import sys
 from collections.abc import Iterator, Mapping
-from functools import cached_property
-from importlib.metadata import EntryPoint, entry_points
-from typing import Annotated, Any, cast
+from dataclasses import dataclass
+from functools import cached_property, partial
+from importlib import import_module
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
-from simplifier.cli.console import accept_any_text, print_line
+from simplifier.cli.console import accept_any_text, count_bar, print_line
 from simplifier.cli.help import HELP_NAMES, help_settings
 from simplifier.cli.running import INTERRUPTED
 from simplifier.errors import CommandError
+from simplifier.progress import show_compiling_by
 from simplifier.version import VERSION
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 COMMAND_GROUP = "occluder.commands"
 
-_PLACES = {
-    "simplify": "simplifier.cli.simplify:simplify",
-    "evaluate": "simplifier.cli.evaluate:evaluate",
-    "tradeoff": "simplifier.cli.tradeoff:tradeoff",
-    "path": "simplifier.cli.path:path",
-    "scene": "simplifier.cli.scene:scene",
-    "cull": "simplifier.cli.cull:cull",
-    "pvs": "simplifier.cli.pvs:pvs",
-    "pvs-show": "simplifier.cli.pvs:pvs_show",
-    "pvs-check": "simplifier.cli.pvs:pvs_check",
-    "build": "simplifier.cli.build:build",
-    "watch": "simplifier.cli.watch:watch",
-    "warmup": "simplifier.cli.warmup:warmup",
+
+@dataclass(frozen=True)
+class Own:
+    """A command of this package: the file of this folder that has it, and how its help begins.
+
+    The help of ``occluder`` shows that of each; loading them for it would take half a second.
+    """
+
+    file: str
+    help: str
+
+    def load(self, name: str) -> Any:
+        module = import_module(f"simplifier.cli.{self.file}")
+        return getattr(module, name.replace("-", "_"))
+
+
+OWN = {
+    "simplify": Own(
+        "simplify", "Make an occluder from a mesh and report its precision and recall."
+    ),
+    "evaluate": Own("evaluate", "Judge an occluder, made here or elsewhere, against its mesh."),
+    "tradeoff": Own(
+        "tradeoff",
+        "Measure speed against accuracy over many settings: a table, a picture and a page.",
+    ),
+    "path": Own(
+        "path", "Write cameras along a walk or a flight through a scene, to judge occluders along."
+    ),
+    "scene": Own("scene", "Make a tree of occluders for a scene of many objects."),
+    "cull": Own(
+        "cull",
+        "Judge the occluders of a scene along a camera path: what they hide, against the truth.",
+    ),
+    "pvs": Own(
+        "pvs",
+        "Find which objects of a scene can be seen from each view cell, before run time.",
+    ),
+    "pvs-show": Own(
+        "pvs", "Tell what a file of visible sets holds, or what may be seen from a point."
+    ),
+    "pvs-check": Own(
+        "pvs",
+        "Hold sets of visible objects against what is certainly seen from points of their cells.",
+    ),
+    "build": Own(
+        "build", "Make the occluders of a manifest that are not current, and judge all of them."
+    ),
+    "watch": Own(
+        "watch",
+        "Build a manifest, and again whenever a mesh or the manifest changes, until Ctrl-C.",
+    ),
+    "warmup": Own("warmup", "Compile and cache the kernels, so that the next start need not."),
 }
-_OWN = {name: EntryPoint(name, place, COMMAND_GROUP) for name, place in _PLACES.items()}
 
 
 class Catalogue(Mapping[str, Any]):
@@ -59,18 +102,24 @@ class Catalogue(Mapping[str, Any]):
     """
 
     @cached_property
-    def _places(self) -> dict[str, EntryPoint]:
+    def _outside(self) -> dict[str, EntryPoint]:
+        from importlib.metadata import entry_points  # which takes a while to load
+
         outside = sorted(entry_points(group=COMMAND_GROUP), key=lambda one: one.name)
-        return _OWN | {one.name: one for one in outside if one.name not in _OWN}
+        return {one.name: one for one in outside if one.name not in OWN}
 
     def __getitem__(self, name: str) -> Any:
-        return _load_command(_OWN[name] if name in _OWN else self._places[name])
+        own = OWN.get(name)
+        if own is None:
+            return _from_outside(self._outside[name])
+        return _command(name, own.load(name))
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._places)
+        yield from OWN
+        yield from self._outside
 
     def __len__(self) -> int:
-        return len(self._places)
+        return len(OWN) + len(self._outside)
 
 
 class Commands(TyperGroup):
@@ -79,12 +128,19 @@ class Commands(TyperGroup):
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
         self.commands = cast(Any, Catalogue())
+        self._listed = False
 
     def list_commands(self, ctx: Any) -> list[str]:
         return list(self.commands)
 
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        self._listed = True
+        super().format_help(ctx, formatter)
+
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """For the help, which shows the rest where one cannot be loaded."""
+        if self._listed and cmd_name in OWN:
+            return TyperCommand(cmd_name, help=OWN[cmd_name].help)
         try:
             return self.commands.get(cmd_name)
         except CommandError as error:
@@ -104,12 +160,10 @@ class Commands(TyperGroup):
         return super().resolve_command(ctx, args)
 
 
-def _load_command(place: EntryPoint) -> Any:
+def _from_outside(place: EntryPoint) -> Any:
     try:
         return _command(place.name, place.load())
     except Exception as error:
-        if place.name in _OWN:
-            raise
         package = place.dist.name if place.dist else place.module
         raise CommandError(
             f"cannot be loaded ({type(error).__name__}: {error})",
@@ -159,6 +213,7 @@ _OBJECTS_BETWEEN_COLLECTIONS = 200_000
 def main() -> None:
     """The entry point of the ``occluder`` command."""
     accept_any_text()
+    show_compiling_by(partial(count_bar, "compiling, once"))
     # Large scenes are a million small objects, none of them garbage: looking through them again
     # and again took a sixth of a build in which nothing had changed.
     gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS)

@@ -1,32 +1,19 @@
-"""The table from suffix to codec.  A new format is one file and one line here."""
+"""The table from suffix to codec.  A new format is one file, a function here and a line."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from simplifier.errors import UnknownFormatError
 from simplifier.geometry.mesh import FloatArray, IndexArray, IntArray
 from simplifier.geometry.occluder import LodChain, Occluder
-from simplifier.io import (
-    collada,
-    collada_claim,
-    glb_writer,
-    gltf,
-    gltf_lods,
-    obj,
-    occ,
-    off,
-    ply,
-    stl,
-    threemf,
-    tres,
-)
 from simplifier.io.claim import Claim, Peek
-from simplifier.io.gltf_container import check_container
 from simplifier.io.labels import Labelled
 from simplifier.io.objects import Objects
+from simplifier.io.suffixes import OCCLUDER_SUFFIXES, QUAD_SUFFIXES
 
 
 @dataclass(frozen=True)
@@ -73,24 +60,37 @@ class Codec:
     check_start: Callable[[bytes, int, str], None] | None = None
 
 
-CODECS: dict[str, Codec] = {
-    ".3mf": Codec(
+def _threemf() -> Codec:
+    from simplifier.io import threemf
+
+    return Codec(
         "3MF",
         threemf.decode,
         threemf.claim,
         objects=threemf.objects,
         labelled=threemf.decode_labelled,
         check_start=threemf.check_start,
-    ),
-    ".dae": Codec(
+    )
+
+
+def _dae() -> Codec:
+    from simplifier.io import collada, collada_claim
+
+    return Codec(
         "COLLADA",
         collada.decode,
         collada_claim.claim,
         objects=collada.objects,
         labelled=collada.decode_labelled,
         check_start=collada.check_start,
-    ),
-    ".glb": Codec(
+    )
+
+
+def _glb() -> Codec:
+    from simplifier.io import glb_writer, gltf, gltf_lods
+    from simplifier.io.gltf_container import check_container
+
+    return Codec(
         "binary glTF",
         gltf.decode,
         gltf.claim,
@@ -102,8 +102,14 @@ CODECS: dict[str, Codec] = {
         external=gltf.external,
         labelled=gltf.decode_labelled,
         check_start=check_container,
-    ),
-    ".gltf": Codec(
+    )
+
+
+def _gltf() -> Codec:
+    from simplifier.io import gltf, gltf_lods
+    from simplifier.io.gltf_container import check_container
+
+    return Codec(
         "glTF",
         gltf.decode,
         gltf.claim,
@@ -113,8 +119,13 @@ CODECS: dict[str, Codec] = {
         external=gltf.external,
         labelled=gltf.decode_labelled,
         check_start=check_container,
-    ),
-    ".obj": Codec(
+    )
+
+
+def _obj() -> Codec:
+    from simplifier.io import obj
+
+    return Codec(
         "Wavefront OBJ",
         obj.decode,
         obj.claim,
@@ -123,8 +134,13 @@ CODECS: dict[str, Codec] = {
         consulted=obj.material_files,
         labelled=obj.decode_labelled,
         check_start=obj.check_start,
-    ),
-    ".occ": Codec(
+    )
+
+
+def _occ() -> Codec:
+    from simplifier.io import occ
+
+    return Codec(
         "occluder file",
         occ.decode,
         occ.claim,
@@ -133,28 +149,77 @@ CODECS: dict[str, Codec] = {
         decode_lods=occ.decode_lods,
         error_bound=occ.error_bound,
         check_start=occ.check_start,
-    ),
-    ".off": Codec(
+    )
+
+
+def _off() -> Codec:
+    from simplifier.io import off
+
+    return Codec(
         "Object File Format",
         off.decode,
         off.claim,
         off.encode,
         encode_polygons=off.encode,
         check_start=off.check_start,
-    ),
-    ".ply": Codec(
+    )
+
+
+def _ply() -> Codec:
+    from simplifier.io import ply
+
+    return Codec(
         "Stanford PLY",
         ply.decode,
         ply.claim,
         ply.encode,
         encode_polygons=ply.encode,
         check_start=ply.check_start,
-    ),
-    ".stl": Codec("STL", stl.decode, stl.claim, stl.encode, check_start=stl.check_start),
-    ".tres": Codec(
+    )
+
+
+def _stl() -> Codec:
+    from simplifier.io import stl
+
+    return Codec("STL", stl.decode, stl.claim, stl.encode, check_start=stl.check_start)
+
+
+def _tres() -> Codec:
+    from simplifier.io import tres
+
+    return Codec(
         "Godot occluder", tres.decode, tres.claim, tres.encode, check_start=tres.check_start
-    ),
-}
+    )
+
+
+_CODECS: Mapping[str, Callable[[], Codec]] = {
+    ".3mf": _threemf, ".dae": _dae, ".glb": _glb, ".gltf": _gltf, ".obj": _obj, ".occ": _occ,
+    ".off": _off, ".ply": _ply, ".stl": _stl, ".tres": _tres,
+}  # fmt: skip
+
+
+class _Codecs(Mapping[str, Codec]):
+    """Codecs by suffix, each loaded when it is looked up: a run needs one or two of them."""
+
+    def __getitem__(self, suffix: str) -> Codec:
+        return _codec(suffix)
+
+    def __contains__(self, suffix: object) -> bool:
+        return suffix in _CODECS
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_CODECS)
+
+    def __len__(self) -> int:
+        return len(_CODECS)
+
+
+@cache
+def _codec(suffix: str) -> Codec:
+    return _CODECS[suffix]()
+
+
+CODECS: Mapping[str, Codec] = _Codecs()
 
 
 def readable_suffixes() -> tuple[str, ...]:
@@ -164,12 +229,12 @@ def readable_suffixes() -> tuple[str, ...]:
 
 def writable_suffixes() -> tuple[str, ...]:
     """In alphabetical order, with the dot, in lower case."""
-    return tuple(suffix for suffix in sorted(CODECS) if CODECS[suffix].encode)
+    return OCCLUDER_SUFFIXES
 
 
 def suffixes_with_quads() -> tuple[str, ...]:
     """Of formats that can hold quads, in alphabetical order."""
-    return tuple(suffix for suffix in sorted(CODECS) if CODECS[suffix].encode_polygons)
+    return QUAD_SUFFIXES
 
 
 def codec_for_reading(path: Path) -> Codec:

@@ -21,8 +21,14 @@ from simplifier.io.claim import Claim, Peek, estimate_matches
 from simplifier.io.files import read_bytes
 from simplifier.io.labels import Label, Labelled
 from simplifier.io.polygons import triangles_by_polygon, triangulate_polygons
-from simplifier.io.text import line_number, named_lines, quote_word, read_statements, without_mark
-from simplifier.kernels.text import count_obj_corners, count_words, read_obj_corners
+from simplifier.io.text import (
+    line_number,
+    named_lines,
+    quote_word,
+    read_statements,
+    text_kernels,
+    without_mark,
+)
 
 _VERTEX_LINE = re.compile(rb"(?im)^[ \t]*v[ \t](.*)$")
 _FACE_LINE = re.compile(rb"(?im)^[ \t]*f[ \t](.*)$")
@@ -107,10 +113,10 @@ def _no_obj(what: str, where: str) -> UnreadableMeshError:
 def _read_corners(data: bytes, where: str) -> tuple[IndexArray, IndexArray]:
     """Corner count of each face, and the vertex indices of all corners."""
     text = np.frombuffer(data, dtype=np.uint8)
-    faces, count = count_obj_corners(text)
+    faces, count = text_kernels().count_obj_corners(text)
     sizes = np.empty(faces, dtype=np.int64)
     corners = np.empty(count, dtype=np.int64)
-    wrong = read_obj_corners(text, sizes, corners)
+    wrong = text_kernels().read_obj_corners(text, sizes, corners)
     if wrong >= 0:
         word = (data[wrong : wrong + 64].split() or [b""])[0]
         raise UnreadableMeshError(
@@ -122,7 +128,7 @@ def _read_corners(data: bytes, where: str) -> tuple[IndexArray, IndexArray]:
 
 
 def _has_words(data: bytes) -> bool:
-    words, _ = count_words(np.frombuffer(data, dtype=np.uint8), 0)
+    words, _ = text_kernels().count_words(np.frombuffer(data, dtype=np.uint8), 0)
     return bool(words > 0)
 
 
@@ -181,7 +187,10 @@ def named_runs(data: bytes, where: str) -> tuple[list[Named], IndexArray, list[s
         begins.append(begin)
     text = np.frombuffer(data, dtype=np.uint8)
     ends = [*begins[1:], len(data)]
-    faces = [count_obj_corners(text[begin:end])[0] for begin, end in zip(begins, ends, strict=True)]
+    faces = [
+        text_kernels().count_obj_corners(text[begin:end])[0]
+        for begin, end in zip(begins, ends, strict=True)
+    ]
     return runs, np.array(faces, dtype=np.int64), libraries
 
 

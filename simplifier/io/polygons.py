@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray, IndexArray
-from simplifier.kernels.ears import clip_ears
 
 _MANY = 64
 """Corners from which the work is bounded: 64 that repeat take earcut a tenth of a millisecond."""
@@ -124,6 +123,8 @@ def _clip_ears(points: FloatArray, polygon: IndexArray) -> IndexArray:
     if flat is None:
         return fan
     if len(flat) > _MANY:
+        from simplifier.kernels.ears import clip_ears  # most files hold triangles alone
+
         faces = np.full_like(fan, -1)
         ears = np.empty_like(fan)
         count = clip_ears(flat, _MOST_LOOKS * len(flat), ears)

@@ -6,17 +6,24 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
+from types import ModuleType
 
 import numpy as np
 
 from simplifier.errors import UnreadableMeshError
 from simplifier.geometry.mesh import FloatArray, IndexArray
-from simplifier.kernels import text as kernels
 
 _WORD = re.compile(rb"[^\s\\]+")
 _COMMA = re.compile(rb"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")  # a decimal, in half of the world
 # What Microsoft's C library prints for infinity and NaN: 1.#INF, -1.#IND, 1.#QNAN00.
 _MICROSOFT = re.compile(rb"[+-]?1\.#(INF|IND|QNAN|SNAN)\d*", re.IGNORECASE)
+
+
+def text_kernels() -> ModuleType:
+    """Loaded, and compiled, only where a text is read."""
+    from simplifier.kernels import text
+
+    return text
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +62,11 @@ def read_numbers(data: bytes, where: str, *, begin: int = 0) -> NumberLines:
     Raises :class:`UnreadableMeshError` with the line of the first word that is no number.
     """
     text = np.frombuffer(data, dtype=np.uint8)
-    words, lines = kernels.count_words(text, begin)
+    words, lines = text_kernels().count_words(text, begin)
     values = np.empty(words)
     hard = np.empty(words, dtype=np.int64)
     firsts = np.full(lines + 1, words, dtype=np.int64)
-    kernels.read_words(text, begin, values, hard, firsts)
+    text_kernels().read_words(text, begin, values, hard, firsts)
     _finish(data, values, hard, where)
     return NumberLines(values, firsts)
 
@@ -81,7 +88,7 @@ def named_lines(data: bytes, keywords: Sequence[bytes]) -> Iterator[tuple[int, b
 def count_statements(data: bytes, keyword: bytes) -> int:
     """How many lines begin with the word ``keyword``, which is in lower case, in either case."""
     text, name = (np.frombuffer(part, dtype=np.uint8) for part in (data, keyword))
-    return int(kernels.count_statements(text, name))
+    return int(text_kernels().count_statements(text, name))
 
 
 def read_statements(data: bytes, keyword: bytes, width: int, where: str) -> FloatArray:
@@ -93,7 +100,7 @@ def read_statements(data: bytes, keyword: bytes, width: int, where: str) -> Floa
     text, name = (np.frombuffer(part, dtype=np.uint8) for part in (data, keyword))
     values = np.empty((count_statements(data, keyword), width))
     hard = np.empty(values.shape, dtype=np.int64)
-    short = kernels.read_statements(text, name, values, hard)
+    short = text_kernels().read_statements(text, name, values, hard)
     if short >= 0:
         raise UnreadableMeshError(
             f"line {line_number(data, short)}: '{keyword.decode()}' needs {width} numbers",

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import inspect
 import subprocess
 import sys
 
 import pytest
 
+from simplifier.cli.main import OWN
 from tests.acceptance.command import ROOT, environment, occluder
 
 METADATA = "Metadata-Version: 2.1\nName: planar-serving\nVersion: 1.0\n"
@@ -156,3 +158,19 @@ def test_nothing_is_loaded_that_is_not_asked_for(path, tmp_path, arguments, foun
         check=True,
     )  # fmt: skip
     assert done.stdout.splitlines()[-1] == found
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_the_list_says_of_a_command_what_its_own_help_says(name):
+    whole = inspect.cleandoc(OWN[name].load(name).__doc__)
+    assert " ".join(whole.partition("\n\n")[0].split()) == OWN[name].help
+
+
+def test_the_list_loads_none_of_them():
+    code = "import sys; from simplifier.cli.main import main; sys.argv = ['occluder', '--help']\n" \
+           "try: main()\nfinally: print('numpy' in sys.modules)"  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment(), capture_output=True, text=True, check=True
+    )
+    assert "pvs-check" in done.stdout
+    assert done.stdout.endswith("False\n")

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from simplifier.geometry.mesh import FloatArray, IntArray, have_area
 from simplifier.geometry.room import Room
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.decimate import decimate
 from simplifier.kernels.soup_views import all_contained
+from simplifier.refinement.fields import GAUSSIAN, depths_in, read_between, smoothed
 
 
 def decimate_into(
@@ -95,8 +95,7 @@ class _Depth:
 
     def __init__(self, cells: BoolArray) -> None:
         shares, self._size = coarse(cells)
-        depth = ndimage.distance_transform_edt(np.pad(shares, 1) > 0.5)[1:-1, 1:-1, 1:-1]
-        self._depth = ndimage.gaussian_filter(depth, 1.0)
+        self._depth = smoothed(depths_in(shares > 0.5), GAUSSIAN, "symmetric")
 
     def gradient(self, points: FloatArray) -> FloatArray:
         """(q, 3) by central differences, a cell to either side."""
@@ -105,9 +104,7 @@ class _Depth:
         for axis in range(3):
             ends = np.repeat(cells.T[None], 2, axis=0)
             ends[:, axis] += np.array([[-1.0], [1.0]])
-            low, high = (
-                ndimage.map_coordinates(self._depth, end, order=1, mode="nearest") for end in ends
-            )
+            low, high = (read_between(self._depth, end) for end in ends)
             columns.append(high - low)
         return np.stack(columns, axis=1)
 

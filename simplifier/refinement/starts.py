@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.room import WHOLE, Room
 from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.thin import crack_triangles, has_border
 from simplifier.refinement.decimate import coarse, decimate_into
+from simplifier.refinement.fields import smoothed
 from simplifier.refinement.reduce import reduce_to
 
 
@@ -142,8 +142,7 @@ def inner_surface(shares: NDArray[np.uint8]) -> tuple[FloatArray, IntArray]:
     field, size = coarse(shares)
     field = np.pad(field / WHOLE, _PAD)
     for _ in range(_PASSES):
-        for axis in range(3):
-            field = ndimage.convolve1d(field, [0.25, 0.5, 0.25], axis=axis, mode="constant")
+        field = smoothed(field, (0.5, 0.25), "constant")
     vertices, faces = _surface_nets(field - _LEVEL)
     return (vertices - _PAD + 0.5) * size, faces
 

@@ -28,6 +28,7 @@ from simplifier.refinement.second_search import (
     search_again,
     search_with_fewer,
 )
+from simplifier.refinement.starts import enclosed_start, fine_starts, sheet_start
 from simplifier.refinement.thin import thin_for_pictures
 from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections, silhouettes
@@ -335,9 +336,6 @@ def _decimated_starts(
     mesh: TriangleMesh, solid: Solid, budget: int, room: Room
 ) -> list[FloatArray]:
     """The solid's surface, and the mesh itself, in no more triangles."""
-    # Here, not above: scipy's images take a tenth of a second to load, and many runs need none.
-    from simplifier.refinement.starts import enclosed_start, sheet_start
-
     makers = (
         lambda: enclosed_start(room, budget),
         lambda: sheet_start(mesh, solid.core, room, budget),
@@ -357,8 +355,6 @@ def _fine_starts(
     mesh: TriangleMesh, solid: Solid, budget: int, rooms: Sequence[Room]
 ) -> list[FloatArray]:
     """The mesh itself in fewer triangles, in detail that pictures do not show, in each room."""
-    from simplifier.refinement.starts import fine_starts  # as above
-
     starts = fine_starts(mesh, solid.core, rooms, budget)
     return [
         pull_into(vertices[faces] + room.margin, room)

@@ -20,9 +20,9 @@ from simplifier.options.stages import Options, SectionOptions, SolidOptions, fin
 GIB = 1 << 30
 MIB = 1 << 20
 
-BASE_BYTES = 180 * MIB
-"""Of a process that has done nothing yet: interpreter, libraries, and the kernels from their cache.
-The first run on a machine compiles them and needs twice as much."""
+BASE_BYTES = 110 * MIB
+"""Of a process that has done nothing yet: interpreter, libraries, and the kernels' machine code.
+The first run on a machine compiles them in other processes, a few hundred MiB each."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ _READ_FACE = 24  # three int64, as codecs give them
 _BLOCK = 40 * MIB  # of triangles that are checked at once, with their corners and edges
 
 _KERNELS = 25 * MIB  # compiled code of what makes an occluder, and small arrays
-_STARTS = 40 * MIB  # scipy's images, and two decimations of at most 64 cells a side
+_STARTS = 15 * MIB  # two decimations of at most 64 cells a side
 _CRACKS = 2 * 28 * MIB  # where the vertices of 192 cells a side begin, and who stands for them
 _DRAWING = 100 * MIB  # matplotlib, OpenCV and fonts; six views of 1024 x 1024 pixels
 _MASKS = 64 * MIB  # of views that are held at once; at least four

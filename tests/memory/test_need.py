@@ -124,8 +124,8 @@ def test_the_message_tells_need_stage_limit_and_what_to_do():
     with pytest.raises(MemoryLimitError) as told:
         check_need(need, 8.0, where="city.glb")
     assert str(told.value) == (
-        "city.glb: about 12.2 GiB of memory would be needed, most of it to refine, and the limit is"
-        " 8 GiB; thin the mesh, or set a memory limit of at least 12.24"
+        "city.glb: about 12.1 GiB of memory would be needed, most of it to refine, and the limit is"
+        " 8 GiB; thin the mesh, or set a memory limit of at least 12.17"
     )
 
 

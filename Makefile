@@ -11,7 +11,8 @@
 # make serve  the HTTP service at http://127.0.0.1:8000
 # make docker-check  the steps of the container image in an empty folder, without an engine (minutes)
 # make openapi  write openapi.yaml anew, after a change of the service's routes or schemas
-# make bench  speed, quality and scenes on the real assets, the service under load (long)
+# make bench  starts, speed, quality and scenes on the real assets, the service under load (long);
+#             then what got slower by a quarter since the last commit
 
 PYTHON ?= python3
 VENV := .venv
@@ -101,10 +102,12 @@ openapi: $(READY)
 
 bench: $(READY)
 	$(BIN)/pip install --quiet -c constraints.txt -e '.[bench]'
+	$(BIN)/python -m bench.start
 	$(BIN)/python -m bench.speed
 	$(BIN)/python -m bench.quality
 	$(BIN)/python -m bench.scenes
 	$(BIN)/python -m bench.service_load
+	$(BIN)/python -m bench.slower
 
 # Installed once, and again when what it depends on changes.
 $(READY): pyproject.toml constraints.txt

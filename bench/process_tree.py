@@ -1,10 +1,12 @@
-"""A command as a whole: seconds, and the peak memory of it and all processes that it starts."""
+"""A command as a whole: time and the peak memory, of it and all processes that it starts."""
 
 from __future__ import annotations
 
+import os
+import resource
 import subprocess
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,20 +17,28 @@ _GLANCE = 0.05  # seconds
 
 @dataclass(frozen=True)
 class Run:
-    """``peak_mib``: the largest sum of proportional set sizes (shared pages count once)."""
+    """``peak_mib``: the largest sum of proportional set sizes (shared pages count once).
+
+    ``cpu_seconds`` are those of all processes that were waited for, in user and system.
+    """
 
     seconds: float
+    cpu_seconds: float
     peak_mib: float
     output: str
 
 
-def run_command(command: Sequence[str]) -> Run:
-    """Run a command from the project's root and watch it; raises CalledProcessError."""
-    begin = time.perf_counter()
+def run_command(command: Sequence[str], variables: Mapping[str, str] | None = None) -> Run:
+    """Run a command from the project's root and watch it; raises CalledProcessError.
+
+    ``variables`` are set in its environment.
+    """
+    begin, before = time.perf_counter(), _children_seconds()
     peak = 0
     with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=ROOT
-    ) as process:
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=ROOT,
+        env=_environment(variables or {}),
+    ) as process:  # fmt: skip
         while process.poll() is None:
             peak = max(peak, sum(_kib(pid) for pid in _tree(process.pid)))
             time.sleep(_GLANCE)
@@ -37,7 +47,19 @@ def run_command(command: Sequence[str]) -> Run:
         output = process.stdout.read()
     if process.returncode:
         raise subprocess.CalledProcessError(process.returncode, command, output)
-    return Run(seconds, peak / 1024.0, output)
+    return Run(seconds, _children_seconds() - before, peak / 1024.0, output)
+
+
+def _environment(variables: Mapping[str, str]) -> dict[str, str]:
+    """This process's, but for what a machine may be set to: Python keeps what it has compiled."""
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    return {**kept, **variables}
+
+
+def _children_seconds() -> float:
+    """CPU time of all processes that this one has started and waited for, and of theirs."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _tree(root: int) -> list[int]:

@@ -39,8 +39,12 @@ def write_table(path: Path, rows: Sequence[Row], command: str, *remarks: str) ->
 
 def read_table(path: Path) -> Table:
     """What :func:`write_table` wrote."""
-    with path.open(newline="", encoding="utf-8") as file:
-        lines = file.readlines()
+    return table_of(path.read_text(encoding="utf-8"))
+
+
+def table_of(text: str) -> Table:
+    """The table that such a file holds."""
+    lines = text.splitlines(keepends=True)
     remarks = tuple(line[2:].rstrip("\n") for line in lines if line.startswith("# "))
     names, *rows = csv.reader(lines[len(remarks) :])
     return Table(remarks, tuple(names), tuple(tuple(row) for row in rows))

@@ -7,12 +7,14 @@
     growth_resolution  against the voxels along the longest edge
     growth_budget      against the triangles allowed
     memory             peak of a whole run at 256 voxels a side; target 1 GiB
-    starts             first start, later starts, import
     kernels            single kernels beside their floors and their peers
     culling            occluders drawn and boxes tested; target 10 ms for 10,000 of each
 
+Starts of whole processes are measured by ``python -m bench.start``.
+
 Times are wall clock with all processors and kernels warm, the median over the repeats with the
-least and the most beside it (``kernels``, ``culling``: one processor).  Every part writes
+least and the most beside it (``kernels``, ``culling``: one processor); ``ratio`` is the median over
+the time of the reference work in the same run (:mod:`bench.reference`).  Every part writes
 ``speed_PART.csv``, growth also a picture, and ``speed.md`` shows all that the folder holds.
 """
 
@@ -27,7 +29,7 @@ from bench.growth import BUDGET, RESOLUTION, TRIANGLES, Growth, fitted_slopes
 from bench.kernels import kernel_times
 from bench.plot import plot_growth
 from bench.record import Row, told, write_page, write_table
-from bench.starts import start_times
+from bench.reference import reference_seconds, remark, with_ratios
 from bench.times import accuracy_times, limit_times, memory_at_256, occluder_times
 
 RESULTS = Path("bench/results")
@@ -41,7 +43,6 @@ PARTS: Mapping[str, Part] = {
     "accuracy": accuracy_times,
     **{name: growth.rows for name, growth in GROWTHS.items()},
     "memory": memory_at_256,
-    "starts": start_times,
     "kernels": kernel_times,
     "culling": culling_times,
 }
@@ -49,12 +50,15 @@ PARTS: Mapping[str, Part] = {
 
 def run_part(name: str, part: Part, repeats: int, folder: Path, command: str) -> Path:
     """Measure one part, print its rows as they come, and write its files; returns the CSV."""
-    rows = []
+    rows: list[Row] = []
+    around = [reference_seconds()]
     for row in part(repeats):
         rows.append(row)
         print(f"{name}: {told(row)}", flush=True)
+    around.append(reference_seconds())
+    rows = with_ratios(rows, {"median_s": "ratio"}, around)
     path = folder / f"speed_{name}.csv"
-    write_table(path, rows, command, *_slopes(name, rows))
+    write_table(path, rows, command, remark(around), *_slopes(name, rows))
     if name in GROWTHS:
         plot_growth(path.with_suffix(".png"), rows, GROWTHS[name].column, command)
     return path

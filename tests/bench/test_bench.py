@@ -22,7 +22,6 @@ from bench import (
     record,
     scene,
     speed,
-    starts,
     times,
     tradeoff,
 )
@@ -144,12 +143,14 @@ def test_growth_writes_slopes_and_a_picture(tmp_path, monkeypatch):
         return point.Measurement(count, took, {"cut": 0.5 * took[0]}, 10.0, 20.0, 30.0)
 
     monkeypatch.setattr(growth, "measure", measured)
+    monkeypatch.setattr(speed, "reference_seconds", lambda: 0.5)
     tiny = growth.Growth("triangles", tuple(seconds), ("bumpy",))
     monkeypatch.setitem(speed.GROWTHS, "growth_triangles", tiny)
     path = speed.run_part("growth_triangles", tiny.rows, 2, tmp_path, "me")
     rows = check_table(path, "me")
     assert [row["slope"] for row in rows] == ["", "1", "2"]
     assert [row["extra_mib"] for row in rows] == ["10", "10", "10"]
+    assert [row["ratio"] for row in rows] == ["2", "8", "128"]
     assert path.with_suffix(".png").read_bytes()[:4] == b"\x89PNG"
     assert any("time grows as triangles to the power of 1.50" in line for line in
                record.read_table(path).remarks)  # fmt: skip
@@ -184,15 +185,6 @@ def test_limits_tell_time_and_recall(tiny_stand_in, tmp_path, monkeypatch):
     assert all(float(row["allowed_s"]) >= float(row["limit_s"]) for row in rows[:2])
     assert all(0.0 < float(row["recall"]) <= 1.0 for row in rows[:2])
     assert all(row["note"].startswith("skipped: ") for row in rows[3:])
-
-
-def test_starts_count_compilations(tmp_path):
-    cache = tmp_path / "kernels"
-    cache.mkdir()
-    code = f"open({str(cache / 'a.nbc')!r}, 'w').close()"
-    row = starts._timed("one", ["-c", code], tmp_path, 1)
-    assert row["compilations"] == 1
-    assert starts._timed("none", ["-c", "pass"], tmp_path, 2)["compilations"] == 0
 
 
 def test_kernel_row_is_well_formed():

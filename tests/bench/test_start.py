@@ -1,0 +1,51 @@
+"""Starts as whole processes: what is counted, and what the table tells of it."""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from bench import meshes, start
+from bench.start import Start
+
+
+def test_a_start_counts_its_machine_code_and_its_processes(tmp_path):
+    cache = tmp_path / "kernels"
+    cache.mkdir()
+    busy = "import time\nwhile time.process_time() < 0.2: pass"
+    code = (
+        f"import os, subprocess, sys; open({str(cache / 'a.o')!r}, 'w').close()\n"
+        f"subprocess.run([sys.executable, '-c', {busy!r}], check=True)"
+    )
+    row = start.measured(Start("one", (sys.executable, "-c", code)), cache, 1)
+    assert row["compiled"] == 1
+    assert row["cpu_s"] > 0.2
+    assert row["peak_mib"] > 1.0
+    alone = start.measured(Start("none", (sys.executable, "-c", "pass")), cache, 2)
+    assert (alone["compiled"], alone["repeats"], alone["work_s"]) == (0, 2, None)
+
+
+def test_cold_starts_get_an_empty_cache_and_the_rest_a_warm_one(tmp_path, monkeypatch):
+    monkeypatch.setattr(meshes, "ASSETS", tmp_path)  # so the bunny is a generated solid
+    caches = {}
+
+    def measured(one, cache, repeats):
+        caches[one.title] = cache.exists()
+        cache.mkdir(exist_ok=True)
+        return {"start": one.title, "repeats": repeats}
+
+    monkeypatch.setattr(start, "measured", measured)
+    rows = list(start.start_rows(3))
+    assert caches.pop("first occluder simplify, bumpy-4968") is False
+    assert caches.pop("occluder warmup from nothing") is False
+    assert all(caches.values())
+    assert {row["repeats"] for row in rows[:2]} == {1}
+    assert {row["repeats"] for row in rows[2:]} == {3}
+
+
+@pytest.mark.slow
+def test_the_work_of_a_start_is_less_than_all_of_it(tmp_path):
+    (row,) = start.start_rows(1, "48 triangles")
+    assert 0.0 < row["work_s"] < row["cpu_s"]
+    assert row["compiled"] == 0

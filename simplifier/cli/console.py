@@ -112,7 +112,7 @@ def progress_bar() -> Iterator[Listener]:
         yield lambda progress: lines.tell(lambda: _stage_words(progress))
         return
     columns = (TextColumn("{task.description:<31}"), BarColumn(), _Figures())
-    with Bars(*columns, console=console, transient=True) as bars:
+    with _shown(Bars(*columns, console=console, transient=True)) as bars:
         task = bars.add_task("starting", total=len(STAGES), measure=None)
 
         def listen(progress: Progress) -> None:
@@ -157,7 +157,7 @@ def run_bar(runs: int) -> Iterator[Callable[[int, str], None]]:
         TimeElapsedColumn(),
         TextColumn("{task.fields[name]}", markup=False),
     )
-    with Bars(*columns, console=console, transient=True) as bars:
+    with _shown(Bars(*columns, console=console, transient=True)) as bars:
         task = bars.add_task("", total=runs, name="warming up")
 
         def tell(done: int, name: str) -> None:
@@ -178,9 +178,27 @@ def count_bar(what: str) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: lines.tell(lambda: f"{what}: {done:,} of {total:,}")
         return
     columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Bars(*columns, console=console, transient=True) as bars:
+    with _shown(Bars(*columns, console=console, transient=True)) as bars:
         task = bars.add_task("", total=None)
         yield lambda done, total: bars.update(task, completed=done, total=total)
+
+
+_bars: list[Bars] = []
+
+
+@contextmanager
+def _shown(bars: Bars) -> Iterator[Bars]:
+    """Show bars; those under way, which would take turns with them on one line, stop meanwhile."""
+    if _bars:
+        _bars[-1].stop()
+    _bars.append(bars)
+    try:
+        with bars:
+            yield bars
+    finally:
+        _bars.pop()
+        if _bars:
+            _bars[-1].start()
 
 
 def print_front(title: str, rows: Sequence[tuple[str, str, str, str, str]]) -> None:

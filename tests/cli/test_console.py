@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import sys
+import time
 
 from simplifier.cli.console import (
     Printed,
@@ -225,3 +226,19 @@ def test_the_bar_knows_every_stage(monkeypatch):
     assert "refining triangles  62%" in shown
     assert "measure 91.3 %" in shown
     assert "\x1b[2K" in shown  # it wipes itself away
+
+
+def test_a_bar_within_another_has_the_line_to_itself(monkeypatch):
+    terminal = as_terminal(monkeypatch)
+    with progress_bar() as listener:
+        listener(Progress("load", 0.5, 0.1))
+        with count_bar("compiling, once") as tell:
+            begin = terminal.tell()
+            for done in range(4):
+                tell(done, 3)
+                time.sleep(0.12)  # bars draw themselves ten times a second
+            within = terminal.getvalue()[begin:]
+        listener(Progress("cut", 0.5, 0.2))
+    assert "compiling, once" in within
+    assert "reading the mesh" not in within
+    assert "choosing polygons" in terminal.getvalue()

@@ -136,7 +136,7 @@ from simplifier.cli import main
 
 class Interrupting:
     def find_spec(self, name, path=None, target=None):
-        if name == "numba":
+        if name == "numpy":
             signal.raise_signal(signal.SIGINT)
 
 sys.meta_path.insert(0, Interrupting())

@@ -229,4 +229,7 @@ def main() -> None:
             command = error.ctx.command_path if error.ctx else "occluder"
             print_line(f"error: {message}; see '{command} --help'")
         status = error.exit_code
+    # Ctrl-C while Python runs a text, as dataclasses do, ends the process by the signal in the end,
+    # whatever the status; running another text takes that back.
+    exec("")
     sys.exit(status)

@@ -136,8 +136,8 @@ from simplifier.cli import main
 
 class Interrupting:
     def find_spec(self, name, path=None, target=None):
-        if name == "numpy":
-            signal.raise_signal(signal.SIGINT)
+        if name == "MODULE":
+            INTERRUPT
 
 sys.meta_path.insert(0, Interrupting())
 sys.argv = ["occluder", "simplify", "mesh.ply", "-o", "out.glb"]
@@ -145,9 +145,20 @@ main.main()
 """
 
 
-def test_while_the_command_is_loaded():
+@pytest.mark.parametrize(
+    ("module", "interrupt"),
+    [
+        ("numpy", "signal.raise_signal(signal.SIGINT)"),
+        # As while a dataclass is made, which the interpreter keeps in mind until its end.
+        ("simplifier.io.ply", "exec('signal.raise_signal(signal.SIGINT)')"),
+    ],
+)
+def test_while_the_command_is_loaded(tmp_path, module, interrupt):
+    simplifier.save(simplifier.Occluder(box().vertices, box().faces), tmp_path / "mesh.ply")
+    code = LOADING.replace("MODULE", module).replace("INTERRUPT", interrupt)
+    (tmp_path / "pressed.py").write_text(code)
     done = subprocess.run(
-        [sys.executable, "-c", LOADING],
+        [sys.executable, "-m", "pressed"], cwd=tmp_path,
         env=environment(), capture_output=True, text=True, timeout=60, check=False,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (130, "error: interrupted; nothing was kept\n")

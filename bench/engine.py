@@ -54,7 +54,7 @@ _INTEL = (
 def compiled(folder: Path) -> Path:
     """The program of ``engine.c``, with AVX2 where this processor has it."""
     program = folder / "engine"
-    command = [os.environ.get("CC") or "cc", "-O2", "-std=c99", "-ffp-contract=off", *_avx2()]
+    command = [os.environ.get("CC") or "cc", "-O3", "-std=c99", "-ffp-contract=off", *_avx2()]
     source = str(_HERE / "engine.c")
     subprocess.run([*command, f"-I{_HEADERS}", source, "-o", str(program), "-lm"], check=True)
     return program
@@ -82,11 +82,11 @@ def compiled_intel(folder: Path, source: Path) -> Path:
         ("MaskedOcclusionCullingAVX512", ["-mavx512f", "-mavx512dq", "-mavx512bw", "-mfma"]),
     ):
         objects.append(str(folder / f"{name}.o"))
-        command = ["c++", "-O2", "-std=c++11", "-w", "-include", str(prefix), *flags]
+        command = ["c++", "-O3", "-std=c++11", "-w", "-include", str(prefix), *flags]
         path = str(source / f"{name}.cpp")
         subprocess.run([*command, "-c", path, "-o", objects[-1]], check=True)
     program = folder / "engine_intel"
-    command = ["c++", "-O2", "-std=c++11", "-mavx2", f"-I{source}", str(_HERE / "engine_intel.cpp")]
+    command = ["c++", "-O3", "-std=c++11", "-mavx2", f"-I{source}", str(_HERE / "engine_intel.cpp")]
     subprocess.run([*command, *objects, "-o", str(program)], check=True)
     return program
 

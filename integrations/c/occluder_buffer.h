@@ -683,20 +683,27 @@ static inline void occluder_buffer_begin(occluder_buffer *buffer, const occluder
     occluder_buffer_clear(buffer);
 }
 
-/* The least of a tile's pixels. */
-OCCLUDER_INLINE_ float occluder_buffer_fresh_(occluder_buffer *buffer, uint32_t row, uint32_t column)
+/* Whether none of a tile's pixels is farther than a reciprocal depth, or all are nearer; a stale tile's
+ * least is found anew.  All lanes decide at once: a branch need not wait for the least of them. */
+OCCLUDER_INLINE_ int occluder_buffer_reaches_(
+    occluder_buffer *buffer, uint32_t row, uint32_t column, float value, int nearer)
 {
     const size_t tile = (size_t)row * buffer->tile_columns + column;
     if (buffer->stale[tile] != 0.0f) {
-        const float *at = buffer->depth + (size_t)OCCLUDER_TILE * (row * (size_t)buffer->stride + column);
-        occluder_lanes least = o8_load_(at);
-        int line;
-        for (line = 1; line < OCCLUDER_TILE; ++line)
-            least = o8_min_(least, o8_load_(at += buffer->stride));
+        const size_t stride = buffer->stride;
+        const float *at = buffer->depth + (size_t)OCCLUDER_TILE * (row * stride + column);
+        const float *below = at + 4 * stride;
+        const occluder_lanes least = o8_min_(
+            o8_min_(o8_min_(o8_load_(at), o8_load_(at + stride)),
+                    o8_min_(o8_load_(at + 2 * stride), o8_load_(at + 3 * stride))),
+            o8_min_(o8_min_(o8_load_(below), o8_load_(below + stride)),
+                    o8_min_(o8_load_(below + 2 * stride), o8_load_(below + 3 * stride))));
+        const occluder_lanes limit = o8_all_(value);
         buffer->farthest[tile] = o8_least_(least);
         buffer->stale[tile] = 0.0f;
+        return !o8_bits_(nearer ? o8_not_more_(least, limit) : o8_less_(least, limit));
     }
-    return buffer->farthest[tile];
+    return nearer ? buffer->farthest[tile] > value : buffer->farthest[tile] >= value;
 }
 
 /* --- Drawing */
@@ -766,7 +773,8 @@ OCCLUDER_INLINE_ void occluder_buffer_fill_(
                 whole &= edge[k] + region->in[place] >= 0.0f;
             }
             if (beside
-                || occluder_buffer_fresh_(buffer, (uint32_t)row, (uint32_t)column) >= nearest)
+                || occluder_buffer_reaches_(
+                    buffer, (uint32_t)row, (uint32_t)column, nearest, 0))
                 continue;
             buffer->stale[tile] = 1.0f;
             if (blur > buffer->blur[tile])
@@ -850,7 +858,8 @@ static inline void occluder_buffer_eight_(
             for (column = left[lane] >> 3; behind && column <= right[lane] >> 3; ++column) {
                 const size_t tile = (size_t)row * buffer->tile_columns + (size_t)column;
                 behind = buffer->farthest[tile] >= near_[lane]
-                    || occluder_buffer_fresh_(buffer, (uint32_t)row, (uint32_t)column) >= near_[lane];
+                    || occluder_buffer_reaches_(
+                        buffer, (uint32_t)row, (uint32_t)column, near_[lane], 0);
             }
         if (!behind)
             open |= 1u << lane;
@@ -950,12 +959,52 @@ static inline double occluder_buffer_guard_(const occluder_buffer *buffer)
     return 4.0 * (buffer->rows > buffer->columns ? buffer->rows : buffer->columns);
 }
 
+#if defined(__AVX2__)
+/* As occluder_project_() of four points: one row of `matrix`. */
+OCCLUDER_INLINE_ __m256d occluder_project4_(const double row[4], __m256d x, __m256d y, __m256d z)
+{
+    return _mm256_add_pd(
+        _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(_mm256_set1_pd(row[0]), x),
+                                    _mm256_mul_pd(_mm256_set1_pd(row[1]), y)),
+                      _mm256_mul_pd(_mm256_set1_pd(row[2]), z)),
+        _mm256_set1_pd(row[3]));
+}
+#endif
+
 static inline void occluder_buffer_points_(
     occluder_buffer *buffer, const float *positions, uint32_t count, const double matrix[12])
 {
     const double near_depth = buffer->view.near_depth, guard = occluder_buffer_guard_(buffer);
-    uint32_t index;
-    for (index = 0; index < count; ++index) {
+    uint32_t index = 0;
+#if defined(__AVX2__)
+    const __m256d sign = _mm256_set1_pd(-0.0), one = _mm256_set1_pd(1.0), half = _mm256_set1_pd(0.5);
+    for (; count - index >= 4; index += 4) {
+        const float *from = positions + 3 * (size_t)index;
+        const __m128 a = _mm_loadu_ps(from), b = _mm_loadu_ps(from + 4), c = _mm_loadu_ps(from + 8);
+        const __m128 late = _mm_shuffle_ps(b, c, _MM_SHUFFLE(2, 1, 3, 2));  /* x y x y, the last two */
+        const __m128 early = _mm_shuffle_ps(a, b, _MM_SHUFFLE(1, 0, 2, 1)); /* y z y z, the first two */
+        const __m256d x = _mm256_cvtps_pd(_mm_shuffle_ps(a, late, _MM_SHUFFLE(2, 0, 3, 0)));
+        const __m256d y = _mm256_cvtps_pd(_mm_shuffle_ps(early, late, _MM_SHUFFLE(3, 1, 2, 0)));
+        const __m256d z = _mm256_cvtps_pd(_mm_shuffle_ps(early, c, _MM_SHUFFLE(3, 0, 3, 1)));
+        const __m256d across = occluder_project4_(matrix, x, y, z);
+        const __m256d down = occluder_project4_(matrix + 4, x, y, z);
+        const __m256d depth = occluder_project4_(matrix + 8, x, y, z);
+        const __m256d most = _mm256_mul_pd(_mm256_set1_pd(guard), depth);
+        const __m256d drawable = _mm256_and_pd(
+            _mm256_and_pd(_mm256_cmp_pd(depth, _mm256_set1_pd(near_depth), _CMP_GE_OQ),
+                          _mm256_cmp_pd(depth, _mm256_set1_pd(OCCLUDER_LARGEST_), _CMP_LT_OQ)),
+            _mm256_and_pd(_mm256_cmp_pd(_mm256_andnot_pd(sign, across), most, _CMP_LE_OQ),
+                          _mm256_cmp_pd(_mm256_andnot_pd(sign, down), most, _CMP_LE_OQ)));
+        const __m256d share = _mm256_div_pd(one, _mm256_blendv_pd(one, depth, drawable));
+        _mm_storeu_ps(buffer->x + index, _mm256_cvtpd_ps(_mm256_and_pd(
+            drawable, _mm256_sub_pd(_mm256_mul_pd(across, share), half))));
+        _mm_storeu_ps(buffer->y + index, _mm256_cvtpd_ps(_mm256_and_pd(
+            drawable, _mm256_sub_pd(_mm256_mul_pd(down, share), half))));
+        _mm_storeu_ps(buffer->z + index, _mm256_cvtpd_ps(
+            _mm256_blendv_pd(_mm256_set1_pd(-1.0), depth, drawable)));
+    }
+#endif
+    for (; index < count; ++index) {
         double at[3], share;
         int drawable;
         occluder_project_(matrix, positions + 3 * (size_t)index, at);
@@ -1504,18 +1553,17 @@ OCCLUDER_INLINE_ float occluder_buffer_blur_(
     const occluder_buffer *buffer, const occluder_block_ *block, float known)
 {
     const uint32_t last = block->right >> 3;
+    const occluder_lanes steps = o8_steps_();
+    occluder_lanes most = o8_all_(known);
     uint32_t row, column;
-    for (row = block->top >> 3; row <= block->bottom >> 3; ++row)
-        for (column = block->left >> 3; column <= last; column += 8) {
-            const float *tiles = buffer->blur + (size_t)row * buffer->tile_columns + column;
-            const unsigned few = last - column < 7 ? 0xffu >> (7 - (last - column)) : 0xffu;
-            uint32_t at;
-            if (occluder_up_to_(tiles, known, column, last) == few)
-                continue;
-            for (at = 0; at < 8 && column + at <= last; ++at)
-                known = occluder_larger_(known, tiles[at]);
-        }
-    return known;
+    for (column = block->left >> 3; column <= last; column += 8) {
+        const occluder_mask few = o8_less_(steps, o8_all_((float)(int32_t)(last - column) + 0.5f));
+        for (row = block->top >> 3; row <= block->bottom >> 3; ++row)
+            most = o8_max_(most, o8_choose_(
+                few, o8_load_(buffer->blur + (size_t)row * buffer->tile_columns + column),
+                o8_all_(0.0f)));
+    }
+    return o8_most_(most);
 }
 
 /* Whether all of a block of pixels are nearer than a reciprocal depth. */
@@ -1525,101 +1573,102 @@ OCCLUDER_INLINE_ int occluder_buffer_is_nearer_(
     const uint32_t top = block->top, bottom = block->bottom;
     const uint32_t left = block->left, right = block->right;
     const occluder_lanes steps = o8_steps_(), limit = o8_all_(value);
-    uint32_t row, column;
+    uint32_t row, column, begin;
     if (right - left < 8 && bottom - top < 16) { /* small: sooner done by pixels than by tiles */
         const float *at = buffer->depth + (size_t)top * buffer->stride + left;
         const unsigned few = 0xffu >> (7 - (right - left));
-        for (row = top; row <= bottom; ++row, at += buffer->stride)
-            if (few & ~o8_bits_(o8_less_(limit, o8_load_(at))))
-                return 0;
-        return 1;
+        occluder_lanes least = o8_load_(at);
+        for (row = top; row < bottom; ++row)
+            least = o8_min_(least, o8_load_(at += buffer->stride));
+        return !(few & ~o8_bits_(o8_less_(limit, least)));
     }
     for (row = top >> 3; row <= bottom >> 3; ++row)
-        for (column = left >> 3; column <= right >> 3; ++column) {
-            const size_t tile = (size_t)row * buffer->tile_columns + column;
-            const uint32_t first = top > 8 * row ? top : 8 * row;
-            const uint32_t last = bottom < 8 * row + 7 ? bottom : 8 * row + 7;
-            const float *at = buffer->depth + (size_t)first * buffer->stride + 8 * (size_t)column;
-            unsigned within;
-            uint32_t line;
-            if (buffer->farthest[tile] > value || occluder_buffer_fresh_(buffer, row, column) > value)
-                continue;
-            within = o8_bits_(o8_and_(
-                o8_less_(o8_all_((float)left - (float)(8 * column) - 0.5f), steps),
-                o8_less_(steps, o8_all_((float)right - (float)(8 * column) + 0.5f))));
-            for (line = first; line <= last; ++line, at += buffer->stride)
-                if (within & ~o8_bits_(o8_less_(limit, o8_load_(at))))
-                    return 0;
+        for (begin = left >> 3; begin <= right >> 3; begin += 8) {
+            const float *tiles = buffer->farthest + (size_t)row * buffer->tile_columns + begin;
+            unsigned open = occluder_up_to_(tiles, value, begin, right >> 3);
+            for (column = begin; open; ++column, open >>= 1) {
+                const uint32_t first = top > 8 * row ? top : 8 * row;
+                const uint32_t last = bottom < 8 * row + 7 ? bottom : 8 * row + 7;
+                const float *at = buffer->depth + (size_t)first * buffer->stride + 8 * (size_t)column;
+                unsigned within;
+                uint32_t line;
+                if (!(open & 1u) || occluder_buffer_reaches_(buffer, row, column, value, 1))
+                    continue;
+                within = o8_bits_(o8_and_(
+                    o8_less_(o8_all_((float)left - (float)(8 * column) - 0.5f), steps),
+                    o8_less_(steps, o8_all_((float)right - (float)(8 * column) + 0.5f))));
+                for (line = first; line <= last; ++line, at += buffer->stride)
+                    if (within & ~o8_bits_(o8_less_(limit, o8_load_(at))))
+                        return 0;
+            }
         }
     return 1;
 }
 
-/* An edge of a box on the screen: x at its upper end, and how it goes on. */
+/* The edges of a box on the screen, twelve and the last four again: x at the upper end, and how it
+ * goes on.  Those that rise by less than a pixel count as a whole. */
 typedef struct {
-    float top, bottom, x, slope;
-    float low, high;         /* of x */
-    float give;              /* pixels that x may be off */
-} occluder_edge_;
+    float top[16], bottom[16], x[16], slope[16];
+    float steep[16];             /* 1 where it rises by more than a pixel */
+    float low[16], high[16];     /* of x, and `give` beyond */
+    float give[16];              /* pixels that x may be off */
+} occluder_edges_;
 
 /* An outline's edges are among the box's twelve, and the others lie within it. */
-static inline void occluder_edges_(const occluder_outline_ *out, occluder_edge_ edges[12])
+static inline void occluder_edges_of_(const occluder_outline_ *out, occluder_edges_ *edges)
 {
+    static const int32_t from[16] = {0, 2, 4, 6, 0, 1, 4, 5, 0, 1, 2, 3, 0, 1, 2, 3};
+    static const int32_t to[16] = {1, 3, 5, 7, 2, 3, 6, 7, 4, 5, 6, 7, 4, 5, 6, 7};
     const float far_x = occluder_larger_(fabsf(out->left), fabsf(out->right));
     const float far_y = occluder_larger_(fabsf(out->top), fabsf(out->bottom));
-    const float give = 2.0f * OCCLUDER_ROUNDED_ * occluder_larger_(far_x, far_y);
-    int corner, axis, count = 0;
-    for (corner = 0; corner < 8; ++corner)
-        for (axis = 0; axis < 3; ++axis) {
-            occluder_edge_ *edge = edges + count;
-            int upper = corner, lower = corner | 1 << axis;
-            float rise;
-            if (upper == lower)
-                continue;
-            if (out->y[upper] > out->y[lower]) {
-                lower = corner;
-                upper = corner | 1 << axis;
-            }
-            edge->top = out->y[upper];
-            edge->bottom = out->y[lower];
-            edge->x = out->x[upper];
-            edge->low = occluder_smaller_(out->x[upper], out->x[lower]);
-            edge->high = occluder_larger_(out->x[upper], out->x[lower]);
-            rise = edge->bottom - edge->top;
-            edge->slope = rise > 1.0f ? (out->x[lower] - out->x[upper]) / rise : 0.0f;
-            edge->give = give * (1.0f + fabsf(edge->slope));
-            ++count;
-        }
+    const occluder_lanes give = o8_all_(2.0f * OCCLUDER_ROUNDED_ * occluder_larger_(far_x, far_y));
+    const occluder_lanes zero = o8_all_(0.0f), one = o8_all_(1.0f);
+    int k;
+    for (k = 0; k < 16; k += 8) {
+        const occluder_lanes ax = o8_pick_(out->x, from + k), ay = o8_pick_(out->y, from + k);
+        const occluder_lanes bx = o8_pick_(out->x, to + k), by = o8_pick_(out->y, to + k);
+        const occluder_mask turned = o8_less_(by, ay);
+        const occluder_lanes top = o8_choose_(turned, by, ay), bottom = o8_choose_(turned, ay, by);
+        const occluder_lanes x = o8_choose_(turned, bx, ax), end = o8_choose_(turned, ax, bx);
+        const occluder_lanes rise = o8_sub_(bottom, top);
+        const occluder_mask steep = o8_less_(one, rise);
+        const occluder_lanes slope = o8_choose_(
+            steep, o8_div_(o8_sub_(end, x), o8_choose_(steep, rise, one)), zero);
+        const occluder_lanes off = o8_mul_(give, o8_add_(one, o8_abs_(slope)));
+        o8_store_(edges->top + k, top);
+        o8_store_(edges->bottom + k, bottom);
+        o8_store_(edges->x + k, x);
+        o8_store_(edges->slope + k, slope);
+        o8_store_(edges->steep + k, o8_choose_(steep, one, zero));
+        o8_store_(edges->low + k, o8_min_(ax, bx));
+        o8_store_(edges->high + k, o8_max_(ax, bx));
+        o8_store_(edges->give + k, off);
+    }
 }
 
-/* Least and largest x of the outline in eight rows, from `above` their upper borders to as much below
- * their lower ones.  Edges that rise by less than a pixel count as a whole. */
+/* Least and largest x of the outline in eight rows, from `reach` above their upper borders to as much
+ * below their lower ones. */
 static inline void occluder_extents_(
-    const occluder_edge_ edges[12], float row, float reach, float left[8], float right[8])
+    const occluder_edges_ *edges, float row, float reach, float left[8], float right[8])
 {
     const occluder_lanes low = o8_add_(o8_all_(row - reach), o8_steps_());
     const occluder_lanes high = o8_add_(o8_all_(row + 1.0f + reach), o8_steps_());
+    const occluder_lanes half = o8_all_(0.5f);
     occluder_lanes least = o8_all_(FLT_MAX), most = o8_all_(-FLT_MAX);
     int k;
     for (k = 0; k < OCCLUDER_BOX_EDGES_; ++k) {
-        const occluder_edge_ *edge = edges + k;
-        const occluder_lanes top = o8_all_(edge->top), bottom = o8_all_(edge->bottom);
+        const occluder_lanes top = o8_all_(edges->top[k]), bottom = o8_all_(edges->bottom[k]);
         const occluder_lanes begin = o8_max_(top, low), end = o8_min_(bottom, high);
+        const occluder_lanes x = o8_all_(edges->x[k]), slope = o8_all_(edges->slope[k]);
+        const occluder_lanes one = o8_add_(x, o8_mul_(o8_sub_(begin, top), slope));
+        const occluder_lanes two = o8_add_(x, o8_mul_(o8_sub_(end, top), slope));
+        const occluder_mask steep = o8_less_(half, o8_all_(edges->steep[k]));
+        const occluder_lanes here = o8_choose_(steep, o8_min_(one, two), o8_all_(edges->low[k]));
+        const occluder_lanes there = o8_choose_(steep, o8_max_(one, two), o8_all_(edges->high[k]));
+        const occluder_lanes give = o8_all_(edges->give[k]);
         const occluder_mask beside = o8_less_(end, begin);
-        occluder_lanes here, there;
-        if (edge->bottom - edge->top > 1.0f) {
-            const occluder_lanes x = o8_all_(edge->x), slope = o8_all_(edge->slope);
-            const occluder_lanes one = o8_add_(x, o8_mul_(o8_sub_(begin, top), slope));
-            const occluder_lanes two = o8_add_(x, o8_mul_(o8_sub_(end, top), slope));
-            here = o8_min_(one, two);
-            there = o8_max_(one, two);
-        } else {
-            here = o8_all_(edge->low);
-            there = o8_all_(edge->high);
-        }
-        least = o8_min_(least, o8_choose_(
-            beside, o8_all_(FLT_MAX), o8_sub_(here, o8_all_(edge->give))));
-        most = o8_max_(most, o8_choose_(
-            beside, o8_all_(-FLT_MAX), o8_add_(there, o8_all_(edge->give))));
+        least = o8_min_(least, o8_choose_(beside, o8_all_(FLT_MAX), o8_sub_(here, give)));
+        most = o8_max_(most, o8_choose_(beside, o8_all_(-FLT_MAX), o8_add_(there, give)));
     }
     o8_store_(left, least);
     o8_store_(right, most);
@@ -1671,6 +1720,28 @@ OCCLUDER_INLINE_ unsigned occluder_buffer_open_(
         entry, o8_load_(buffer->depth + (size_t)row * buffer->stride + column)));
 }
 
+/* Which of eight tiles from `tile` of a row of them on are not known to hide a box in pixel rows
+ * `first` to `last`, which are theirs: an entry grows along a row or a column, or falls, so that none
+ * in a tile is nearer than that of one of its corners, rounded as it is. */
+OCCLUDER_INLINE_ unsigned occluder_buffer_open_tiles_(
+    const occluder_buffer *buffer, float fronts[3][3], int count, float value, uint32_t first,
+    uint32_t last, uint32_t tile)
+{
+    const occluder_lanes begins = o8_mul_(
+        o8_all_(8.0f), o8_add_(o8_all_((float)(int32_t)tile), o8_steps_()));
+    const occluder_lanes ends = o8_add_(begins, o8_all_(7.0f));
+    occluder_lanes entry = o8_all_(value);
+    int k;
+    for (k = 0; k < count; ++k) {
+        const float row = (float)(int32_t)(fronts[k][2] > 0.0f ? last : first);
+        entry = o8_min_(entry, o8_add_(
+            o8_all_(fronts[k][0] + fronts[k][2] * row),
+            o8_mul_(o8_all_(fronts[k][1]), fronts[k][1] > 0.0f ? ends : begins)));
+    }
+    return 0xffu & ~o8_bits_(o8_less_(
+        entry, o8_load_(buffer->farthest + (size_t)(first >> 3) * buffer->tile_columns + tile)));
+}
+
 /* Whether the buffer is nearer wherever a box may be seen, by its own outline and its own front:
  * exacter than its rectangle at the depth of its nearest corner, and dearer.  `value` is the
  * reciprocal of that depth, `reach` the pixels that the outline grows by on all sides. */
@@ -1681,7 +1752,7 @@ static inline int occluder_buffer_hides_outline_(
     const float columns = (float)(int32_t)buffer->columns, rows = (float)(int32_t)buffer->rows;
     /* A corner and the one across the box: what lies between is within the outline. */
     const float middle_x = 0.5f * (out->x[0] + out->x[7]), middle_y = 0.5f * (out->y[0] + out->y[7]);
-    occluder_edge_ edges[OCCLUDER_BOX_EDGES_];
+    occluder_edges_ edges;
     float fronts[3][3], left[8], right[8];
     const int count = occluder_buffer_fronts_(buffer, low, high, reach + 0.5f, fronts);
     uint32_t top, bottom, begin, row;
@@ -1693,24 +1764,44 @@ static inline int occluder_buffer_hides_outline_(
     }
     top = occluder_pixel_(out->top - reach, buffer->rows);
     bottom = occluder_pixel_(out->bottom + reach, buffer->rows);
-    occluder_edges_(out, edges);
+    occluder_edges_of_(out, &edges);
     for (begin = top; begin <= bottom; begin += 8) {
-        occluder_extents_(edges, (float)(int32_t)begin, reach, left, right);
-        for (row = begin; row <= bottom && row < begin + 8; ++row) {
+        const uint32_t end = begin + 7 < bottom ? begin + 7 : bottom;
+        uint32_t first[8], last[8], least = buffer->columns, most = 0, tile;
+        occluder_extents_(&edges, (float)(int32_t)begin, reach, left, right);
+        for (row = begin; row <= end; ++row) {
             const float low_x = left[row - begin] - reach, high_x = right[row - begin] + reach;
-            uint32_t first, last, column;
-            if (!(low_x <= high_x && high_x >= 0.0f && low_x <= columns))
-                continue;
-            first = occluder_pixel_(low_x, buffer->columns);
-            last = occluder_pixel_(high_x, buffer->columns);
-            for (column = first & ~7u; column <= last; column += 8) {
-                unsigned within = 0xffu;
-                if (column < first)
-                    within &= 0xffu << (first - column);
-                if (last - column < 7)
-                    within &= 0xffu >> (7 - (last - column));
-                if (within & occluder_buffer_open_(buffer, fronts, count, value, row, column))
-                    return 0;
+            const int met = low_x <= high_x && high_x >= 0.0f && low_x <= columns;
+            first[row - begin] = met ? occluder_pixel_(low_x, buffer->columns) : 1;
+            last[row - begin] = met ? occluder_pixel_(high_x, buffer->columns) : 0;
+            if (met && first[row - begin] < least)
+                least = first[row - begin];
+            if (met && last[row - begin] > most)
+                most = last[row - begin];
+        }
+        if (least > most)
+            continue;
+        for (tile = least >> 3; tile <= most >> 3; tile += 8) {
+            const unsigned few = (most >> 3) - tile < 7 ? 0xffu >> (7 - ((most >> 3) - tile)) : 0xffu;
+            uint32_t upper = begin | 7u, lower = begin;
+            for (; lower <= end; lower = upper + 1, upper += 8) {
+                const uint32_t until = upper < end ? upper : end;
+                unsigned open = few & occluder_buffer_open_tiles_(
+                    buffer, fronts, count, value, lower, until, tile);
+                uint32_t column;
+                for (column = 8 * tile; open; column += 8, open >>= 1)
+                    for (row = lower; open & 1u && row <= until; ++row) {
+                        const uint32_t from = first[row - begin], to = last[row - begin];
+                        unsigned within = 0xffu;
+                        if (from > to || column > to || column + 7 < from)
+                            continue;
+                        if (column < from)
+                            within &= 0xffu << (from - column);
+                        if (to - column < 7)
+                            within &= 0xffu >> (7 - (to - column));
+                        if (within & occluder_buffer_open_(buffer, fronts, count, value, row, column))
+                            return 0;
+                    }
             }
         }
     }
@@ -1742,17 +1833,14 @@ static inline occluder_verdict occluder_buffer_test(
     if (occluder_buffer_settles_(buffer, &block, blur, value))
         return OCCLUDER_HIDDEN;
     for (round = 0; round < OCCLUDER_ROUNDS_; ++round) {
-        const float reach = buffer->margin + blur + out.slack;
-        float needed;
-        block = occluder_buffer_block_(buffer, &out, reach);
-        needed = occluder_buffer_blur_(buffer, &block, blur);
-        if (needed > blur) {
-            blur = needed;
-            continue;
-        }
-        return occluder_buffer_is_nearer_(buffer, &block, value)
-                || occluder_buffer_hides_outline_(buffer, low, high, &out, value, reach)
-            ? OCCLUDER_HIDDEN : OCCLUDER_VISIBLE;
+        const float needed = occluder_buffer_blur_(buffer, &block, blur);
+        if (!(needed > blur))
+            return occluder_buffer_is_nearer_(buffer, &block, value)
+                    || occluder_buffer_hides_outline_(
+                        buffer, low, high, &out, value, buffer->margin + blur + out.slack)
+                ? OCCLUDER_HIDDEN : OCCLUDER_VISIBLE;
+        blur = needed;
+        block = occluder_buffer_block_(buffer, &out, buffer->margin + blur + out.slack);
     }
     return OCCLUDER_VISIBLE; /* it has not settled */
 }

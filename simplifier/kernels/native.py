@@ -31,7 +31,7 @@ SWITCH = "OCCLUDER_NATIVE"
 _HERE = Path(__file__).parent
 _SOURCES = ("native.c", "occluder_buffer.h", "occluder_tree.h")
 # Products and sums are rounded one by one, as numba's are.
-_FLAGS = ("-O2", "-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-fPIC")
+_FLAGS = ("-O3", "-std=c99", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-fPIC")
 _SECONDS = 120.0  # that a compiler may take, which needs two
 
 

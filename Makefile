@@ -10,6 +10,7 @@
 # make test-blender  the Blender add-on in Blender's own module, bpy (Python 3.11)
 # make serve  the HTTP service at http://127.0.0.1:8000
 # make docker-check  the steps of the container image in an empty folder, without an engine (minutes)
+# make docs   the documentation as a site, in out/site; open out/site/index.html
 # make openapi  write openapi.yaml anew, after a change of the service's routes or schemas
 # make bench  starts, speed, quality and scenes on the real assets, the service under load (long);
 #             then what got slower by a quarter since the last commit
@@ -22,7 +23,7 @@ READY := $(VENV)/.ready
 # What tests and tools load is compiled once, also where the machine is set to keep nothing.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test kernels test-slow test-faults test-cluster mutants test-pages test-blender fuzz check serve docker-check openapi bench clean
+.PHONY: demo test kernels test-slow test-faults test-cluster mutants test-pages test-blender fuzz check serve docker-check docs openapi bench clean
 
 demo: $(READY)
 	mkdir -p out/demo
@@ -97,6 +98,10 @@ serve: $(READY)
 docker-check:
 	docker/check.sh
 
+docs: $(READY)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
+	@echo "open out/site/index.html"
+
 openapi: $(READY)
 	$(BIN)/python -m service.openapi
 
@@ -112,7 +117,7 @@ bench: $(READY)
 # Installed once, and again when what it depends on changes.
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet -c constraints.txt -e '.[gl,cluster,dev]'
+	$(BIN)/pip install --quiet -c constraints.txt -e '.[gl,cluster,dev,docs]'
 	touch $@
 
 clean:

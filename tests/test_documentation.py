@@ -14,9 +14,8 @@ from tests.acceptance.command import ROOT
 
 SHORT = ("simplifier", "service")
 """Folders that a page need not name: ``voxel/fill.py`` is that of ``simplifier``."""
-FOLDERS = frozenset(
-    (".ci", "bench", "docker", "docs", "examples", "integrations", "service", "simplifier", "tests")
-)
+OF_CODE = (".ci", "bench", "docker", "examples", "integrations", "tests", "website")
+FOLDERS = frozenset(("docs", *OF_CODE, *SHORT))
 PAGES = [
     *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
     *sorted((ROOT / "docs").rglob("*.md")),

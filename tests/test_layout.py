@@ -8,6 +8,7 @@ ROOT = Path(__file__).parents[1]
 APART = {
     "acceptance", "bench", "cluster", "contracts", "examples", "extremes", "faults", "fuzz",
     "golden", "integrations", "mutants", "packaging", "properties", "service", "strategies",
+    "website",
 }  # fmt: skip
 """Folders that test more than a module, or no module of the library."""
 

@@ -1,4 +1,7 @@
-"""Every command of the README, as it stands there, in the folder that ``make demo`` makes."""
+"""Every command of the README and the tutorial, as it stands there.
+
+They run in the folder that ``make demo`` makes.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,10 @@ from tests.acceptance.command import ROOT, environment
 from tests.conftest import ASSETS
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```sh\n(.*?)^```", README, re.MULTILINE | re.DOTALL)
+TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+BLOCKS, TUTORIAL_BLOCKS = (
+    re.findall(r"^```sh\n(.*?)^```", page, re.MULTILINE | re.DOTALL) for page in (README, TUTORIAL)
+)
 ROWS = re.findall(r"^```console\n(.*?)^```", README, re.MULTILINE | re.DOTALL)[0].splitlines()
 BIN = Path(sys.executable).parent
 
@@ -33,7 +39,11 @@ def is_of_the_demo(block: str) -> bool:
     return not block.startswith(("make ", "cd ", "occluder serve"))
 
 
-COMMANDS = [one for block in BLOCKS if is_of_the_demo(block) for one in commands(block)]
+COMMANDS, TUTORIAL_COMMANDS = (
+    [one for block in blocks if is_of_the_demo(block) for one in commands(block)]
+    for blocks in (BLOCKS, TUTORIAL_BLOCKS)
+)
+_NUMBER = re.compile(r"\d[\d,.]*\d|\d")
 
 
 def test_the_readme_begins_with_what_it_is_for_and_two_commands():
@@ -44,7 +54,7 @@ def test_the_readme_begins_with_what_it_is_for_and_two_commands():
     assert [one.split()[:2] for one in commands(BLOCKS[0])] == [["make", "demo"], ["make", "test"]]
 
 
-@pytest.mark.parametrize("typed", [*COMMANDS, *ROWS])
+@pytest.mark.parametrize("typed", [*COMMANDS, *TUTORIAL_COMMANDS, *ROWS])
 def test_each_command_is_one_that_there_is(typed):
     program, name, *arguments = shlex.split(typed)
     assert program == "occluder"
@@ -87,6 +97,19 @@ def test_every_command_runs_as_it_stands_there(demo):
     assert (demo / "report.html").is_file()
     for typed in COMMANDS:
         run(typed, demo)
+
+
+@pytest.mark.slow
+def test_the_tutorial_shows_what_its_commands_print(demo):
+    shown = [line for typed in TUTORIAL_COMMANDS for line in run(typed, demo).splitlines()]
+    promised = re.findall(r"^```text\n(.*?)^```", TUTORIAL, re.MULTILINE | re.DOTALL)
+    for line in "".join(promised).splitlines():
+        alike = [one for one in shown if _NUMBER.sub("#", one) == _NUMBER.sub("#", line)]
+        assert any(numbers(one) == pytest.approx(numbers(line), rel=0.02) for one in alike), line
+
+
+def numbers(line):
+    return [float(one.replace(",", "")) for one in _NUMBER.findall(line)]
 
 
 @pytest.mark.slow

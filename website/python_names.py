@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 
+import simplifier
 from website.repository import ROOT
-from website.tables import page
+from website.tables import page, table
 
 FOLDER = "reference/python"
 SUBJECTS: dict[str, tuple[str, ...]] = {
@@ -18,6 +20,11 @@ SUBJECTS: dict[str, tuple[str, ...]] = {
     "Errors": ("errors",),
 }
 """Titles of the pages, and the packages whose names are on each."""
+
+_KINDS = {
+    "choice": "one of", "flag": "bool", "lengths": "list of float", "number": "float",
+    "numbers": "list of float", "size": "(int, int)", "whole": "int", "wholes": "list of int",
+}  # fmt: skip
 
 _NAME = re.compile(r"^from \.([\w.]+) import (\w+) as \w+$", re.MULTILINE)
 
@@ -37,6 +44,30 @@ def pages() -> dict[str, str]:
         made[f"{FOLDER}/{file}.md"] = page(
             f"# {title}",
             "All names are those of `simplifier` itself: `simplifier.NAME`.",
-            *(f"::: {one}" for one in names),
+            *(part for one in names for part in _described(one)),
         )
     return made
+
+
+def _described(name: str) -> Iterator[str]:
+    """What mkdocstrings makes of a name, and below a class of options the table of them."""
+    yield f"::: {name}"
+    found = getattr(simplifier, name.rpartition(".")[2], None)
+    if isinstance(found, type) and issubclass(found, simplifier.OptionSet):
+        yield table(("field", "kind", "default", "what it does"), map(_field, _fields(found)))
+
+
+def _fields(options: type[simplifier.OptionSet]) -> tuple[simplifier.OptionField, ...]:
+    return () if options is simplifier.OptionSet else tuple(options.fields())
+
+
+def _field(one: simplifier.OptionField) -> tuple[str, str, str, str]:
+    kind = " ".join([_KINDS[one.kind], ", ".join(f"`{word}`" for word in one.choices)]).strip()
+    limits = [f"{word} {limit:,}" for word, limit in _limits(one) if limit is not None]
+    default = f"`{one.default}`" + (f" ({one.absent})" if one.absent else "")
+    return f"`{one.name}`", ", ".join([kind, *limits]), default, one.help
+
+
+def _limits(one: simplifier.OptionField) -> Iterator[tuple[str, float | None]]:
+    yield ("above" if one.low_excluded else "at least"), one.low
+    yield "at most", one.high

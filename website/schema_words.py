@@ -39,8 +39,12 @@ def kind_of(schema: Schema, named: Named) -> str:
     if kinds in ("integer", "number"):
         for key, told in (*_LOWEST, *_HIGHEST):
             if key in schema:
-                words.append(f"{told} {schema[key]:,}")
+                words.append(f"{told} {_number(schema[key], kinds)}")
     return ", ".join(words)
+
+
+def _number(value: float, kind: str) -> str:
+    return f"{int(value) if kind == 'integer' else value:,}"
 
 
 def default_of(schema: Schema) -> str:

@@ -68,11 +68,21 @@ def test_each_exported_name_is_on_one_page():
     assert {one.rpartition(".")[2] for one in names} == set(simplifier.__all__) - {"__version__"}
 
 
+def test_options_have_a_table_of_their_fields():
+    text = python_names.pages()["reference/python/options.md"]
+    after = text.partition("::: simplifier.options.simplify.SimplifyOptions\n")[2]
+    whole = after.partition("\n:::")[0]
+    assert all(f"| `{one.name}` |" in whole for one in simplifier.SimplifyOptions.fields())
+    assert "| `resolution` | int, at least 1, at most 1,024 | `None` (64) |" in whole
+    assert "| `up` | one of `x`, `y`, `z` | `y` |" in whole
+
+
 @pytest.mark.parametrize(
     ("schema", "words"),
     [
         ({"type": "integer", "minimum": 1, "maximum": 1000},
          "whole number, at least 1, at most 1,000"),
+        ({"type": "integer", "minimum": 0.0}, "whole number, at least 0"),
         ({"type": ["number", "null"], "exclusiveMinimum": 0}, "number, above 0 or null"),
         ({"anyOf": [{"$ref": "#/a/Job"}, {"type": "null"}]}, "Job or null"),
         ({"type": "array", "items": {"enum": ["x", True]}}, "list of `x` or `true`"),

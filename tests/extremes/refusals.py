@@ -25,7 +25,7 @@ from service.errors import ServiceError
 from service.routes.explanations import ADVICE, kinds
 from simplifier import errors
 from simplifier.builds.manifest import read_manifest
-from simplifier.cli.main import _load_command
+from simplifier.cli.main import _from_outside
 from simplifier.cli.running import run_guarded
 from simplifier.errors import OccluderError
 from simplifier.io.toml import read_toml
@@ -89,7 +89,7 @@ def _no_folder(folder: Path) -> None:
 
 
 def _foreign_command(folder: Path) -> None:
-    _load_command(EntryPoint("host", "nowhere:command", "occluder.commands"))
+    _from_outside(EntryPoint("host", "nowhere:command", "occluder.commands"))
 
 
 def _cancelled(folder: Path) -> object:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
+from service.background import in_background
 from service.engines.failures import server_ended
 from service.errors import ServiceError
 from service.jobs.job import Job
@@ -39,19 +40,9 @@ class Reclaimer:
             if job.state.ended:
                 self.on_end(job)
 
-    @contextmanager
-    def running(self) -> Iterator[None]:
+    def running(self) -> AbstractContextManager[None]:
         """Do it in a thread while the block lasts."""
-        stop = threading.Event()
-        thread = threading.Thread(
-            target=self._rounds, args=(stop,), name="occluder leases", daemon=True
-        )
-        thread.start()
-        try:
-            yield
-        finally:
-            stop.set()
-            thread.join()
+        return in_background(self._rounds, "occluder leases")
 
     def _rounds(self, stop: threading.Event) -> None:
         failing = False

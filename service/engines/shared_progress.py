@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 
+from service.background import in_background
 from service.errors import ServiceError
 from service.jobs.progress import JobProgress, ProgressBoard, ProgressStore
 
@@ -26,19 +26,12 @@ class SharedProgress:
 
     def __init__(self, board: ProgressBoard, store: ProgressStore) -> None:
         self._board, self._store = board, store
-        self._stop = threading.Event()
         self._written: dict[str, JobProgress] = {}
         self._failing = False
 
-    @contextmanager
-    def running(self) -> Iterator[None]:
-        thread = threading.Thread(target=self._run, name="occluder progress", daemon=True)
-        thread.start()
-        try:
-            yield
-        finally:
-            self._stop.set()
-            thread.join()
+    def running(self) -> AbstractContextManager[None]:
+        """Do it in a thread while the block lasts."""
+        return in_background(self._run, "occluder progress")
 
     def exchange(self, *, write: bool) -> None:
         """Do it once.  Raises what the store raises."""
@@ -51,9 +44,9 @@ class SharedProgress:
         wanted = self._board.wanted()
         self._board.hear(wanted, self._store.read(wanted) if wanted else {})
 
-    def _run(self) -> None:
+    def _run(self, stop: threading.Event) -> None:
         rounds = 0
-        while not self._stop.wait(_READ_SECONDS):
+        while not stop.wait(_READ_SECONDS):
             rounds += 1
             write = rounds % _WRITE_EVERY == 0
             try:

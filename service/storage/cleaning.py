@@ -5,10 +5,11 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 
+from service.background import in_background
 from service.errors import ServiceError
 from service.idempotency import KEPT_SECONDS, Answers
 from service.jobs.asset import AssetStore
@@ -59,17 +60,9 @@ class Cleaner:
         removed = self.assets.remove_due(now)
         return Cleaned(forgotten, self.blobs.sweep(self.jobs.unnamed), entries, removed)
 
-    @contextmanager
-    def running(self) -> Iterator[None]:
+    def running(self) -> AbstractContextManager[None]:
         """Do rounds in a thread, the first at once: what a killed server left goes then."""
-        stop = threading.Event()
-        thread = threading.Thread(target=self._rounds, args=(stop,), name="cleaner", daemon=True)
-        thread.start()
-        try:
-            yield
-        finally:
-            stop.set()
-            thread.join()
+        return in_background(self._rounds, "cleaner")
 
     def _rounds(self, stop: threading.Event) -> None:
         # A clock that jumps ahead must not make every job old; one that jumps back keeps them.

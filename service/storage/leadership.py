@@ -12,12 +12,13 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import AbstractContextManager, suppress
 from typing import Any
 
 import psycopg
 
+from service.background import in_background
 from service.storage.postgres import Place, connect
 
 Leads = Callable[[], bool]
@@ -36,38 +37,31 @@ class Leadership:
 
     def __init__(self, place: Place, ask_seconds: float = _ASK_SECONDS) -> None:
         self._place, self._ask_seconds = place, ask_seconds
-        self._held, self._stop = threading.Event(), threading.Event()
+        self._held = threading.Event()
 
     def held(self) -> bool:
         """Whether this server leads.  From any thread."""
         return self._held.is_set()
 
-    @contextmanager
-    def running(self) -> Iterator[None]:
-        thread = threading.Thread(target=self._run, name="occluder leader", daemon=True)
-        thread.start()
-        try:
-            yield
-        finally:
-            self._stop.set()
-            thread.join()
+    def running(self) -> AbstractContextManager[None]:
+        return in_background(self._run, "occluder leader")
 
-    def _run(self) -> None:
-        while not self._stop.is_set():
+    def _run(self, stop: threading.Event) -> None:
+        while not stop.is_set():
             with suppress(psycopg.Error), connect(self._place) as connection:
                 connection.execute(f"SET idle_session_timeout = '{_SILENCE}'")
-                self._try(connection)
+                self._try(connection, stop)
             if self._held.is_set():
                 _log.info("this server leads no more")
                 self._held.clear()
-            self._stop.wait(self._ask_seconds)
+            stop.wait(self._ask_seconds)
 
-    def _try(self, connection: psycopg.Connection[Any]) -> None:
+    def _try(self, connection: psycopg.Connection[Any], stop: threading.Event) -> None:
         """Ask for the lock until it is given, then keep it until the connection ends.
 
         Raises psycopg's errors when it does.
         """
-        while not self._stop.is_set():
+        while not stop.is_set():
             if self._held.is_set():
                 connection.execute("SELECT 1")
             else:
@@ -75,4 +69,4 @@ class Leadership:
                 if row and row[0]:
                     _log.info("this server leads: it sweeps, and takes back the jobs of others")
                     self._held.set()
-            self._stop.wait(self._ask_seconds)
+            stop.wait(self._ask_seconds)

@@ -19,7 +19,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -30,6 +30,7 @@ from sqlalchemy.exc import ArgumentError, DBAPIError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 from sqlalchemy.orm import Session
 
+from service.background import in_background
 from service.errors import DatabaseDamagedError, DiskFullError, NotReadyError, SettingsError
 from service.storage.database import Database, Topic, UndoneError
 from service.storage.schema import check_schema, deployed, migrate, newest_schema
@@ -394,39 +395,31 @@ class Listener:
         on_again: Callable[[], None] = lambda: None,
     ) -> None:
         self._place, self._heard, self._on_again = place, heard, on_again
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="occluder listener", daemon=True)
 
-    @contextmanager
-    def running(self) -> Iterator[None]:
-        self._thread.start()
-        try:
-            yield
-        finally:
-            self._stop.set()
-            self._thread.join()
+    def running(self) -> AbstractContextManager[None]:
+        return in_background(self._run, "occluder listener")
 
-    def _run(self) -> None:
+    def _run(self, stop: threading.Event) -> None:
         pause = 0.25
-        while not self._stop.is_set():
+        while not stop.is_set():
             try:
                 with connect(self._place) as connection:
                     for topic in Topic:
                         connection.execute(f"LISTEN {_channel(topic)}")
                     pause = 0.25
                     self._call(self._on_again)
-                    self._hear(connection)
+                    self._hear(connection, stop)
             except psycopg.Error as error:
                 logger.warning("news of other servers cannot be heard: %s", _first_line(error))
-            self._stop.wait(pause)
+            stop.wait(pause)
             pause = min(2.0 * pause, 10.0)
 
-    def _hear(self, connection: psycopg.Connection[Any]) -> None:
+    def _hear(self, connection: psycopg.Connection[Any], stop: threading.Event) -> None:
         topics = {_channel(topic): topic for topic in Topic}
-        while not self._stop.is_set():
+        while not stop.is_set():
             for told in connection.notifies(timeout=0.5):
                 self._call(partial(self._heard, topics[told.channel], told.payload))
-                if self._stop.is_set():
+                if stop.is_set():
                     return
 
     def _call(self, do: Callable[[], None]) -> None:

@@ -12,6 +12,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
+from service.background import in_background
 from service.errors import HoldLostError, ServiceError
 from service.storage.blobs.ledger import BlobLedger
 
@@ -101,14 +102,10 @@ class Ownership:
     @contextmanager
     def living(self) -> Iterator[None]:
         """Show signs of life in a thread while the block lasts; then end in good order."""
-        stop = threading.Event()
-        thread = threading.Thread(target=self._live, args=(stop,), name="blob holds", daemon=True)
-        thread.start()
         try:
-            yield
+            with in_background(self._live, "blob holds"):
+                yield
         finally:
-            stop.set()
-            thread.join()
             with suppress(ServiceError):  # else others bury it
                 self.show_life()
                 self._ledger.leave(self.name)

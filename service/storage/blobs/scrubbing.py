@@ -11,10 +11,11 @@ import logging
 import math
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 
+from service.background import in_background
 from service.errors import ServiceError
 from service.jobs.stores import FOLDERS, BlobInventory, BlobState, ScrubFigures
 from service.storage.blobs.reading import log_damage
@@ -159,20 +160,10 @@ class Scrubber:
                 damaged=self._figures.damaged + len(found.damaged),
             )
 
-    @contextmanager
-    def running(self) -> Iterator[None]:
+    def running(self) -> AbstractContextManager[None]:
         """Read in a thread while the block lasts."""
         self.checks.begin()
-        stop = threading.Event()
-        thread = threading.Thread(target=self._rounds, args=(stop,), name="scrubber", daemon=True)
-        if self.days > 0.0:
-            thread.start()
-        try:
-            yield
-        finally:
-            stop.set()
-            if self.days > 0.0:
-                thread.join()
+        return in_background(self._rounds, "scrubber") if self.days > 0.0 else nullcontext()
 
     def _rounds(self, stop: threading.Event) -> None:
         while not stop.is_set():

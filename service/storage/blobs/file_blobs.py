@@ -25,10 +25,10 @@ from typing import BinaryIO, TypeVar
 
 from service.errors import SettingsError
 from service.jobs.job import Blob
-from service.jobs.stores import BlobState, DamagedBlobError
+from service.jobs.stores import BlobState
 from service.storage.blobs.drafts import Draft, free_bytes, raising_disk_full, sync_folder
 from service.storage.blobs.places import BlobPlaces, digest_of
-from service.storage.blobs.reading import BlobReader, Trusted, log_damage
+from service.storage.blobs.reading import BlobReader, BrokenReads, Trusted, found_right, log_damage
 
 _BLOCK = 1 << 18
 """Bytes that go to a thread at once.  More is hardly faster, and each slow upload holds as many."""
@@ -53,8 +53,7 @@ class FileBlobs:
         self._min_free = min_free
         self._holds = Holds()
         self._trusted = Trusted()
-        self._lock = threading.Lock()
-        self._broken_reads = 0
+        self._broken = BrokenReads()
         try:
             self.places.make()
             sync_folder(folder)
@@ -101,38 +100,28 @@ class FileBlobs:
     def check(self, blob: Blob) -> bool:
         state = self.places.examine(blob.digest, aside=True)
         if state is BlobState.DAMAGED:
-            self._count_broken_read()
+            self._broken.add()
             log_damage(blob.digest)
         return state is BlobState.WHOLE
 
     def is_right(self, blob: Blob) -> bool:
-        try:
-            with self.open(blob, max(0, blob.size - 1)) as reader:
-                reader.read()
-        except (KeyError, DamagedBlobError):
-            return False
-        return True
+        return found_right(self.open, blob)
 
     @property
     def broken_reads(self) -> int:
-        with self._lock:
-            return self._broken_reads
+        return self._broken.count
 
     @property
     def corrupt(self) -> int:
         return len(self.places.digests_aside())
 
     def _broke(self, digest: str, seen: os.stat_result) -> None:
-        self._count_broken_read()
+        self._broken.add()
         try:
             if self.places.put_aside(digest, seen):
                 log_damage(digest)
         except OSError as error:
             _log.error("the blob %s is damaged, and cannot be put aside: %s", digest, error)
-
-    def _count_broken_read(self) -> None:
-        with self._lock:
-            self._broken_reads += 1
 
     def digests(self) -> Iterator[str]:
         return self.places.digests()

@@ -158,6 +158,31 @@ class Trusted:
             self._found.pop(blob.digest, None)
 
 
+class BrokenReads:
+    """How often what was read for somebody turned out to be damaged.  Safe from any thread."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self.count = 0
+
+    def add(self) -> None:
+        with self._lock:
+            self.count += 1
+
+
+def found_right(open_from: Callable[[Blob, int], BlobReader], blob: Blob) -> bool:
+    """Whether a blob is there and right; one that is trusted is not read again.
+
+    ``open_from``  opens it from a byte on, as :meth:`~service.jobs.stores.BlobStore.open` does.
+    """
+    try:
+        with open_from(blob, max(0, blob.size - 1)) as reader:
+            reader.read()
+    except (KeyError, DamagedBlobError):
+        return False
+    return True
+
+
 def log_damage(digest: str) -> None:
     """Say it where whoever runs the service looks."""
     _log.error("the blob %s is damaged, and was put aside; see docs/service.md", digest)

@@ -14,7 +14,6 @@ copies are kept.
 from __future__ import annotations
 
 import logging
-import threading
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
@@ -28,7 +27,7 @@ from service.jobs.stores import BlobState, DamagedBlobError
 from service.storage.blobs.cache import BlobCache
 from service.storage.blobs.ledger import BlobLedger
 from service.storage.blobs.ownership import Ownership
-from service.storage.blobs.reading import BlobReader, Trusted, log_damage
+from service.storage.blobs.reading import BlobReader, BrokenReads, Trusted, found_right, log_damage
 from service.storage.blobs.s3_inventory import S3Inventory
 from service.storage.blobs.s3_reading import LARGEST_PIECE, ObjectSource
 from service.storage.blobs.s3_writing import S3Keeping, S3Writer
@@ -76,8 +75,7 @@ class S3Blobs:
         self._writer, self._inventory = parts.writer, parts.inventory
         self._sweep, self._cache = parts.sweep, cache
         self._trusted = Trusted()
-        self._lock = threading.Lock()
-        self._broken_reads = 0
+        self._broken = BrokenReads()
 
     def keeping(self) -> AbstractContextManager[S3Keeping]:
         return self._writer.keeping()
@@ -112,17 +110,12 @@ class S3Blobs:
         self._cache.drop(blob)  # it may be what is wrong
         state = self._inventory.examine(blob.digest, aside=True)
         if state is BlobState.DAMAGED:
-            self._count_broken_read()
+            self._broken.add()
             log_damage(blob.digest)
         return state is BlobState.WHOLE
 
     def is_right(self, blob: Blob) -> bool:
-        try:
-            with self.open(blob, max(0, blob.size - 1)) as reader:
-                reader.read()
-        except (KeyError, DamagedBlobError):
-            return False
-        return True
+        return found_right(self.open, blob)
 
     def signed_url(self, blob: Blob, media_type: str, disposition: str) -> str | None:
         told = {
@@ -132,25 +125,20 @@ class S3Blobs:
 
     @property
     def broken_reads(self) -> int:
-        with self._lock:
-            return self._broken_reads
+        return self._broken.count
 
     @property
     def corrupt(self) -> int:
         return len(self._ledger.aside())
 
     def _broke(self, blob: Blob, source: ObjectSource) -> None:
-        self._count_broken_read()
+        self._broken.add()
         try:
             # Of pieces of two objects nobody can tell which was damaged.
             if not source.moved and self._ledger.put_aside(source.key):
                 log_damage(blob.digest)
         except ServiceError as error:
             _log.error("the blob %s is damaged, and cannot be put aside: %s", blob.digest, error)
-
-    def _count_broken_read(self) -> None:
-        with self._lock:
-            self._broken_reads += 1
 
     def digests(self) -> Iterator[str]:
         return self._inventory.digests()

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.errors import OccluderError
+from simplifier.errors import OccluderError, OutputError
 
 ALIGNED = 16
 """Every block begins at a multiple of this."""
@@ -24,9 +24,42 @@ def checksum(data: bytes, header: int) -> int:
     return zlib.crc32(whole[header:], zlib.crc32(bytes(4), zlib.crc32(whole[: header - 4])))
 
 
-def padded(block: bytes) -> bytes:
-    """With 0 up to where the next block begins."""
-    return block.ljust(-(-len(block) // ALIGNED) * ALIGNED, b"\0")
+def sealed(
+    header: NDArray[Any], blocks: Mapping[str, bytes], fitting: Callable[[int, str], int]
+) -> bytes:
+    """The bytes of a file: its header, and behind it the blocks, each from a multiple of 16 on.
+
+    ``header``   () of a structure with ``blocks``, ``file_bytes`` and, at its end, ``checksum``,
+                 which are set.
+    ``fitting``  gives back a number of something that has a name, or refuses it.
+    """
+    parts, end = [b""], header.itemsize
+    for name, block in blocks.items():
+        header["blocks"][name] = fitting(end // ALIGNED, "blocks")
+        parts.append(block.ljust(-(-len(block) // ALIGNED) * ALIGNED, b"\0"))
+        end += len(parts[-1])
+    header["file_bytes"] = end
+    parts[0] = header.tobytes()
+    header["checksum"] = checksum(b"".join(parts), header.itemsize)
+    parts[0] = header.tobytes()
+    return b"".join(parts)
+
+
+def check_sealed(header: np.void, data: bytes, damage: Callable[[str], OccluderError]) -> None:
+    """Raises what ``damage`` makes where the bytes are not those that :func:`sealed` gave."""
+    if header["file_bytes"] != len(data):
+        raise damage(f"it should have {header['file_bytes']} bytes and has {len(data)}")
+    if checksum(data, header.itemsize) != header["checksum"]:
+        raise damage("its bytes are not those that were written: the checksum is another")
+
+
+def fitting(value: int, what: str, *, where: str, remedy: str) -> int:
+    """The number, if a file has room for it.  Raises :class:`OutputError`."""
+    if value > MOST:
+        raise OutputError(
+            f"{value:,} {what} are more than the file has room for", where=where, remedy=remedy
+        )
+    return value
 
 
 @dataclass(frozen=True)

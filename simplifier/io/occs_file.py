@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.checks import as_path, check_kind
-from simplifier.errors import OptionError, OutputError, SceneError
+from simplifier.errors import OptionError, SceneError
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.packed_tree import MESH, NODE, PART, PackedTree
-from simplifier.io.blocks import ALIGNED, MOST, Blocks, checksum, padded
+from simplifier.io.blocks import Blocks, check_sealed, fitting, sealed
 from simplifier.io.files import read_bytes, write_whole
 from simplifier.io.occs_checks import check_meshes, check_parts, check_tree, check_worth
 from simplifier.options.simplify import Axis
@@ -95,16 +95,7 @@ def encode_occs(tree: PackedTree) -> bytes:
         header[name] = _u32(len(some), name.replace("_", " "))
     header["origin"], header["pixel_error"] = tree.origin, tree.pixel_error
     header["fov"], header["rows"] = tree.fov, tree.rows
-    parts, end = [b""], _HEADER.itemsize
-    for name, block in _encode_blocks(tree, about).items():
-        header["blocks"][name] = _u32(end // ALIGNED, "blocks")
-        parts.append(padded(block))
-        end += len(parts[-1])
-    header["file_bytes"] = end
-    parts[0] = header.tobytes()
-    header["checksum"] = checksum(b"".join(parts), _HEADER.itemsize)
-    parts[0] = header.tobytes()
-    return b"".join(parts)
+    return sealed(header, _encode_blocks(tree, about), _u32)
 
 
 def _encode_blocks(tree: PackedTree, about: bytes) -> dict[str, bytes]:
@@ -129,14 +120,7 @@ def _encode_blocks(tree: PackedTree, about: bytes) -> dict[str, bytes]:
     return {name: block for name, block in blocks.items() if block or name not in optional}
 
 
-def _u32(value: int, what: str) -> int:
-    if value > MOST:
-        raise OutputError(
-            f"{value:,} {what} are more than the file has room for",
-            where="packed scene",
-            remedy="split the scene",
-        )
-    return value
+_u32 = partial(fitting, where="packed scene", remedy="split the scene")
 
 
 def decode_occs(data: bytes, where: str) -> PackedTree:
@@ -194,10 +178,7 @@ def _checked_header(data: bytes, where: str) -> np.void:
         raise _unknown(f"version {header['version']} of the format is", where)
     if int(header["flags"]) & ~_KNOWN:
         raise _unknown(f"what it holds besides occluders (flags {header['flags']}) is", where)
-    if header["file_bytes"] != len(data):
-        raise _damage(f"it should have {header['file_bytes']} bytes and has {len(data)}", where)
-    if checksum(data, _HEADER.itemsize) != header["checksum"]:
-        raise _damage("its bytes are not those that were written: the checksum is another", where)
+    check_sealed(header, data, partial(_damage, where=where))
     if not np.isfinite(header["origin"]).all():
         raise _damage("its origin is not finite", where)
     if not 0.0 < float(header["pixel_error"]) < math.inf:

@@ -21,7 +21,7 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.pvs import METHODS, UNKNOWN, Pvs, Rows
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import BOX, PRISM, ViewCells
-from simplifier.io.blocks import ALIGNED, Blocks, checksum, padded
+from simplifier.io.blocks import Blocks, check_sealed, sealed
 from simplifier.io.files import read_bytes, write_whole
 from simplifier.io.pvs_grid import tile_grid
 from simplifier.io.pvs_header import HEADER, damage, u32
@@ -96,16 +96,7 @@ def encode_pvs(pvs: Pvs) -> bytes:
     if len(pvs.cells):
         header["low"], header["high"] = pvs.cells.low.min(axis=0), pvs.cells.high.max(axis=0)
     header["scene"], header["settings"] = np.void(pvs.scene), np.void(pvs.settings)
-    parts, end = [b""], HEADER.itemsize
-    for name, data in _encode_blocks(pvs).items():
-        header["blocks"][name] = u32(end // ALIGNED, "blocks")
-        parts.append(padded(data))
-        end += len(parts[-1])
-    header["file_bytes"] = end
-    parts[0] = header.tobytes()
-    header["checksum"] = checksum(b"".join(parts), HEADER.itemsize)
-    parts[0] = header.tobytes()
-    return b"".join(parts)
+    return sealed(header, _encode_blocks(pvs), u32)
 
 
 def _check_fits(pvs: Pvs) -> None:
@@ -209,10 +200,7 @@ def _checked_header(data: bytes, where: str) -> np.void:
     if header["version"] > PVS_VERSION:
         raise _unknown(f"version {header['version']} of the format is", where)
     _check_flags(header, where)
-    if header["file_bytes"] != len(data):
-        raise damage(f"it should have {header['file_bytes']} bytes and has {len(data)}", where)
-    if checksum(data, HEADER.itemsize) != header["checksum"]:
-        raise damage("its bytes are not those that were written: the checksum is another", where)
+    check_sealed(header, data, partial(damage, where=where))
     if header["method"] >= len(METHODS):
         raise damage(f"its method is number {header['method']} of {len(METHODS)}", where)
     if header["objects"] > _MOST_OBJECTS:

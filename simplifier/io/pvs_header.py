@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from simplifier.errors import OutputError, UnreadablePvsError
-from simplifier.io.blocks import MOST
+from simplifier.errors import UnreadablePvsError
+from simplifier.io.blocks import fitting
 
 BLOCKS = (
     "order", "cells", "grid", "row_of", "row_offsets", "rows", "slices", "altitudes", "names",
@@ -18,15 +20,7 @@ HEADER = np.dtype([
 ])  # fmt: skip
 
 
-def u32(value: int, what: str) -> int:
-    """The number, if the file has room for it.  Raises :class:`OutputError`."""
-    if value > MOST:
-        raise OutputError(
-            f"{value:,} {what} are more than the file has room for",
-            where="visible sets",
-            remedy="take fewer or larger view cells",
-        )
-    return value
+u32 = partial(fitting, where="visible sets", remedy="take fewer or larger view cells")
 
 
 def damage(what: str, where: str) -> UnreadablePvsError:

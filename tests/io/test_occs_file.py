@@ -168,7 +168,7 @@ def test_other_files_are_refused(tmp_path, content):
 
 
 def test_what_the_format_has_no_room_for_is_refused(monkeypatch):
-    monkeypatch.setattr("simplifier.io.occs_file.MOST", 9)
+    monkeypatch.setattr("simplifier.io.blocks.MOST", 9)
     with pytest.raises(OutputError, match="10 vertices are more"):
         encode_occs(town())
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.culling.depth_buffer import DepthBuffer, Verdict, screen_view
+from simplifier.culling.depth_buffer import DepthBuffer, Verdict, in_frustum
 from simplifier.geometry.camera import Camera, Lens
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.packed_tree import PackedTree, faces_of
@@ -20,7 +20,6 @@ from simplifier.hierarchy.occluder_tree import FAR, OccluderTree
 from simplifier.hierarchy.packing import pack_tree
 from simplifier.hierarchy.visible_nodes import CutFinder
 from simplifier.io.occs_file import encode_occs
-from simplifier.kernels.frustum import mark_outside
 from simplifier.kernels.native import NativeTree, address
 
 _ALL = 0xFFFFFFFF  # in place of a budget
@@ -81,10 +80,7 @@ class Culler:
 
     def in_frustum(self, camera: Camera) -> BoolArray:
         """(p,) the parts whose box is not wholly beside the view frustum."""
-        outside = np.empty(len(self._part_boxes), dtype=np.bool_)
-        view = screen_view(camera, self.buffer.rows, self.buffer.columns)
-        mark_outside(self._part_boxes, view, outside)
-        return ~outside
+        return in_frustum(self._part_boxes, camera, self.buffer.rows, self.buffer.columns)
 
     def cull(self, camera: Camera) -> Culled:
         """Draw the cut from near to far, leaving out what is hidden by then, and test all parts.

@@ -20,9 +20,11 @@ from simplifier.errors import MeshError, OptionError
 from simplifier.geometry.arrays import rounded_up
 from simplifier.geometry.camera import Camera, Lens
 from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.weld import edge_pairs
 from simplifier.kernels import box_verdict
 from simplifier.kernels.depth_buffer import PAST, TILE, draw, draw_placed
+from simplifier.kernels.frustum import mark_outside
 from simplifier.kernels.native import Buffer, address, library
 from simplifier.options.scene import LARGEST_SCREEN
 
@@ -273,6 +275,13 @@ def _check_mesh(vertices: FloatArray, faces: IntArray) -> None:
         raise MeshError(
             f"a face names none of the {len(vertices)} vertices", remedy="repair the face indices"
         )
+
+
+def in_frustum(boxes: FloatArray, camera: Camera, rows: int, columns: int) -> BoolArray:
+    """(n,) which world-space boxes (n, 2, 3) float64 are not wholly beside the view frustum."""
+    outside = np.empty(len(boxes), dtype=np.bool_)
+    mark_outside(boxes, screen_view(camera, rows, columns), outside)
+    return ~outside
 
 
 def screen_view(camera: Camera, rows: int, columns: int) -> FloatArray:

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from simplifier.culling.culler import Culled
-from simplifier.culling.depth_buffer import DepthBuffer, Verdict, screen_view
+from simplifier.culling.depth_buffer import DepthBuffer, Verdict, in_frustum
 from simplifier.errors import SceneError
 from simplifier.geometry.camera import Camera
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import BoolArray
 from simplifier.hierarchy.occluder_tree import NEAR
-from simplifier.kernels.frustum import mark_outside
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,10 +52,7 @@ class GivenCuller:
 
     def in_frustum(self, camera: Camera) -> BoolArray:
         """(p,) the parts whose box is not wholly beside the view frustum."""
-        outside = np.empty(len(self._part_boxes), dtype=np.bool_)
-        view = screen_view(camera, self.buffer.rows, self.buffer.columns)
-        mark_outside(self._part_boxes, view, outside)
-        return ~outside
+        return in_frustum(self._part_boxes, camera, self.buffer.rows, self.buffer.columns)
 
     def cull(self, camera: Camera) -> Culled:
         """Draw the occluders and test all parts."""

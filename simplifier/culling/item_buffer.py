@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.culling.depth_buffer import check_screen, screen_view
+from simplifier.culling.depth_buffer import check_screen, in_frustum, screen_view
 from simplifier.geometry.camera import Camera
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.scene import Scene
-from simplifier.kernels.frustum import mark_outside
 from simplifier.kernels.item_buffer import NOTHING, draw_items, merge_pictures
 from simplifier.kernels.threads import run_chunks, thread_count
 
@@ -84,14 +83,12 @@ class ItemBuffer:
     ) -> None:
         """Draw objects of a scene, all by default; an object's index is its item."""
         chosen = np.arange(len(scene)) if objects is None else np.asarray(objects, dtype=np.int64)
-        outside = np.empty(len(chosen), dtype=np.bool_)
-        view = screen_view(camera, self.rows, self.columns)
-        mark_outside(self._boxes_of(scene)[chosen], view, outside)
+        inside = in_frustum(self._boxes_of(scene)[chosen], camera, self.rows, self.columns)
         self._make_room(len(scene))
         self.draw_parts(
             [
                 Part(scene.meshes[scene.mesh_of[index]], scene.transforms[index], int(index))
-                for index in chosen[~outside]
+                for index in chosen[inside]
             ],
             camera,
         )

@@ -66,6 +66,21 @@ static occluder_buffer opened(const native_buffer *native)
     return buffer;
 }
 
+static occluder_mesh mesh_of(
+    const float *positions, int64_t vertex_count, const int32_t *faces, int64_t face_count,
+    const uint32_t *pairs, int64_t pair_count)
+{
+    occluder_mesh mesh;
+    mesh.positions = positions;
+    mesh.indices = faces;
+    mesh.vertex_count = (uint32_t)vertex_count;
+    mesh.triangle_count = (uint32_t)face_count;
+    mesh.index_bytes = 4;
+    mesh.pairs = pairs;
+    mesh.pair_count = (uint32_t)pair_count;
+    return mesh;
+}
+
 /* `vertices` in the world; `positions` is room for as many of float32. */
 SHARED void occluder_native_draw(
     const native_buffer *native, const double *vertices, int64_t vertex_count,
@@ -74,20 +89,13 @@ SHARED void occluder_native_draw(
 {
     static const float around_eye[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     occluder_buffer buffer = opened(native);
-    occluder_mesh mesh;
+    const occluder_mesh mesh = mesh_of(positions, vertex_count, faces, face_count, pairs, pair_count);
     int64_t index;
     for (index = 0; index < vertex_count; ++index) {
         positions[3 * index] = (float)(vertices[3 * index] - native->eye[0]);
         positions[3 * index + 1] = (float)(vertices[3 * index + 1] - native->eye[1]);
         positions[3 * index + 2] = (float)(vertices[3 * index + 2] - native->eye[2]);
     }
-    mesh.positions = positions;
-    mesh.indices = faces;
-    mesh.vertex_count = (uint32_t)vertex_count;
-    mesh.triangle_count = (uint32_t)face_count;
-    mesh.index_bytes = 4;
-    mesh.pairs = pairs;
-    mesh.pair_count = (uint32_t)pair_count;
     if (error_count == 1)
         occluder_buffer_draw(&buffer, &mesh, around_eye, errors[0]);
     else
@@ -115,14 +123,7 @@ SHARED void occluder_native_draw_placed(
     const float *error)
 {
     occluder_buffer buffer = opened(native);
-    occluder_mesh mesh;
-    mesh.positions = positions;
-    mesh.indices = faces;
-    mesh.vertex_count = (uint32_t)vertex_count;
-    mesh.triangle_count = (uint32_t)face_count;
-    mesh.index_bytes = 4;
-    mesh.pairs = pairs;
-    mesh.pair_count = (uint32_t)pair_count;
+    const occluder_mesh mesh = mesh_of(positions, vertex_count, faces, face_count, pairs, pair_count);
     occluder_buffer_draw(&buffer, &mesh, transform, error[0]);
 }
 

@@ -5,6 +5,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "occluder_buffer.h"
 #include "occluder_tree.h"
+#include "given_view.h"
+#include "read_all.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -29,37 +31,6 @@ static double median(double *times, size_t count)
 {
     qsort(times, count, sizeof *times, compare);
     return times[count / 2];
-}
-
-/* The whole file, in memory as malloc() aligns it. */
-static unsigned char *read_all(const char *name, size_t *size)
-{
-    FILE *stream = fopen(name, "rb");
-    unsigned char *bytes;
-    long length;
-    if (!stream || fseek(stream, 0, SEEK_END) || (length = ftell(stream)) < 0)
-        exit(3);
-    rewind(stream);
-    *size = (size_t)length;
-    bytes = (unsigned char *)malloc(*size + 1);
-    if (!bytes || fread(bytes, 1, *size, stream) != *size)
-        exit(3);
-    fclose(stream);
-    return bytes;
-}
-
-static occluder_view look(const double *numbers)
-{
-    occluder_view view;
-    memcpy(view.eye, numbers, sizeof view.eye);
-    memcpy(view.right, numbers + 3, sizeof view.right);
-    memcpy(view.up, numbers + 6, sizeof view.up);
-    memcpy(view.ahead, numbers + 9, sizeof view.ahead);
-    view.focal = numbers[12];
-    view.near_depth = numbers[13];
-    view.rows = (uint32_t)numbers[14];
-    view.columns = (uint32_t)numbers[15];
-    return view;
 }
 
 /* FILE: the view, then how many vertices, triangles and boxes, all as doubles; then the vertices and

@@ -44,6 +44,7 @@ BUDGETS = (None, 2000, 1000, 500)  # triangles a frame
 _ERROR = 0.05  # metres that the city's houses may be off
 _HERE = Path(__file__).parent
 _HEADERS = _HERE.parent / "integrations" / "c"
+_TESTED = _HERE.parent / "tests" / "integrations" / "c"
 # What newer compilers miss in Intel's sources, and what they have by these names already.
 _INTEL = (
     "#include <cstddef>\n#include <new>\n#include <cpuid.h>\n#include <immintrin.h>\n"
@@ -56,7 +57,9 @@ def compiled(folder: Path) -> Path:
     program = folder / "engine"
     command = [os.environ.get("CC") or "cc", "-O3", "-std=c99", "-ffp-contract=off", *_avx2()]
     source = str(_HERE / "engine.c")
-    subprocess.run([*command, f"-I{_HEADERS}", source, "-o", str(program), "-lm"], check=True)
+    subprocess.run(
+        [*command, f"-I{_HEADERS}", f"-I{_TESTED}", source, "-o", str(program), "-lm"], check=True
+    )
     return program
 
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import multiprocessing
-import os
 import signal
 import statistics
 import sys
@@ -34,11 +33,9 @@ from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
 from service.storage.postgres import PostgresDatabase
 from service.storage.sqlite import SqliteDatabase
-from tests.acceptance.command import ROOT
 from tests.cluster.machines import Cluster
-from tests.faults.serving import LIGHT_WORK, SURROUNDINGS
+from tests.faults.serving import LIGHT_WORK, path_of_processes
 from tests.postgres import PostgresServer, running_postgres
-from tests.service.declared import declare
 from tests.service.real import BOX
 from tests.waiting import BUSY, until
 
@@ -130,8 +127,8 @@ def worker_rows(arguments: argparse.Namespace) -> Iterator[Row]:
     for kind, (variables, each, body, query) in kinds.items():
         for hosts in (1, 2, 4):
             with tempfile.TemporaryDirectory() as folder:
-                path = [str(SURROUNDINGS), str(declare(Path(folder) / "declared")), str(ROOT)]
-                cluster = Cluster(os.pathsep.join(path), Path(folder), hosts=hosts, **variables)
+                path = path_of_processes(Path(folder) / "declared")
+                cluster = Cluster(path, Path(folder), hosts=hosts, **variables)
                 with closing(cluster):
                     jobs = each * hosts if variables else each
                     yield {"jobs": kind, "workers": hosts, **_working(cluster, jobs, body, query)}

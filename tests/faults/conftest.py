@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import os
-
 import pytest
 
-from tests.acceptance.command import ROOT
-from tests.faults.serving import LIGHT_WORK, SURROUNDINGS, Server
-from tests.service.declared import declare
+from tests.faults.serving import LIGHT_WORK, Server, path_of_processes
 
 
 @pytest.fixture(scope="session")
 def declared(tmp_path_factory):
     """What goes on the path of a server and its workers."""
-    record = declare(tmp_path_factory.mktemp("declared"))
-    return os.pathsep.join(map(str, [SURROUNDINGS, record, ROOT]))
+    return path_of_processes(tmp_path_factory.mktemp("declared"))
 
 
 @pytest.fixture

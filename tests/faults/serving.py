@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import random
 import signal
 import socket
@@ -12,13 +13,19 @@ from pathlib import Path
 
 import httpx
 
-from tests.acceptance.command import OCCLUDER, environment
+from tests.acceptance.command import OCCLUDER, ROOT, environment
+from tests.service.declared import declare
 from tests.service.real import BOX, running
 from tests.waiting import until
 
 TIMEOUT = 60.0
 LIGHT_WORK = Path(__file__).with_name("light_work.py")
 SURROUNDINGS = Path(__file__).with_name("surroundings")
+
+
+def path_of_processes(folder):
+    """What goes on the path of servers and workers under test; ``folder`` declares them."""
+    return os.pathsep.join(map(str, [SURROUNDINGS, declare(folder), ROOT]))
 
 
 class Server:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from pathlib import Path
 
@@ -12,9 +11,7 @@ import pytest
 from service.access.key import Scope
 from service.storage.key_store import SqlKeyStore
 from service.storage.sqlite import SqliteDatabase
-from tests.acceptance.command import ROOT
-from tests.faults.serving import LIGHT_WORK, SURROUNDINGS
-from tests.service.declared import declare
+from tests.faults.serving import LIGHT_WORK, path_of_processes
 from tests.service.real import BOX, running
 from tests.service.routes.serving import problem
 from tests.waiting import BUSY, until
@@ -24,8 +21,7 @@ JOB_SECONDS = 0.4
 
 @pytest.fixture(scope="module")
 def declared(tmp_path_factory):
-    record = declare(tmp_path_factory.mktemp("declared"))
-    return os.pathsep.join(map(str, [SURROUNDINGS, record, ROOT]))
+    return path_of_processes(tmp_path_factory.mktemp("declared"))
 
 
 @pytest.fixture

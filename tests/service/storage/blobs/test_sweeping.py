@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import random
-import threading
-import time
-from collections import Counter
 from collections.abc import Collection
 
 import pytest
@@ -16,6 +12,7 @@ from service.errors import HoldLostError, NotReadyError
 from service.jobs.stores import FOLDERS
 from service.storage.blobs.ledger import rely_on
 from tests.service.storage.blobs.blob_store_contract import all_but, blob_of, put_now
+from tests.service.storage.blobs.racing import Rows, race
 from tests.service.storage.blobs.s3_stores import keys_in, memory_bucket, store_in
 
 LEASE = 100.0
@@ -149,69 +146,23 @@ def test_a_bucket_that_has_become_another_s_is_not_swept(instance, bucket):
     assert len(list(store.digests())) == len(keys_in(bucket)) == 1
 
 
-class Rows:
-    """What is committed, and seen by all soon after."""
-
-    def __init__(self, database) -> None:
-        self.database = database
-        self.lock = threading.Lock()
-        self.names: Counter[str] = Counter()
-
-    def commit(self, blob) -> None:
-        with self.database.writing() as session:
-            rely_on(session, [blob])
-        with self.lock:
-            self.names[blob.digest] += 1
-
-    def forget(self, digest: str) -> None:
-        with self.lock:
-            self.names[digest] -= 1
-
-    def unnamed(self, digests: Collection[str]) -> set[str]:
-        with self.lock:
-            return set(digests).difference(+self.names)
-
-
 @pytest.mark.parametrize("kind", ["sqlite", "postgres"])
 def test_no_sweep_takes_what_a_row_names(kind, request, bucket, tmp_path):
     """Few contents and many threads of two instances, so that all meet all the time."""
     database = request.getfixturevalue(f"{kind}_database")
-    stores, rows, faults = [store_in(bucket, database, tmp_path) for _ in "ab"], Rows(database), []
-    stop = threading.Event()
-    contents = [bytes([i]) * 100 for i in range(4)]
+    stores = [store_in(bucket, database, tmp_path) for _ in "ab"]
 
-    def work(seed: int) -> None:
-        chance = random.Random(seed)
-        while not stop.is_set():
-            data, store = chance.choice(contents), chance.choice(stores)
-            blob = blob_of(data)
-            try:
-                with store.keeping() as keeping:
-                    try:
-                        keeping.adopt(blob)
-                    except KeyError:
-                        keeping.put(io.BytesIO(data))
-                    rows.commit(blob)
-                with store.open(blob) as file:
-                    assert file.read() == data
-                rows.forget(blob.digest)
-            except BaseException as error:
-                faults.append(error)
-                raise
+    def rely(blob) -> None:
+        with database.writing() as session:
+            rely_on(session, [blob])
 
-    removed = 0
-    threads = [threading.Thread(target=work, args=(seed,)) for seed in range(3)]
-    for thread in threads:
-        thread.start()
-    deadline = time.monotonic() + 20.0
-    while removed < 20 and not faults and time.monotonic() < deadline:
-        removed += stores[0].sweep(rows.unnamed)
+    def sweep() -> int:
+        removed = stores[0].sweep(rows.unnamed)
         stores[1]._ownership.show_life()  # which ends its holds
-    stop.set()
-    for thread in threads:
-        thread.join()
-    assert faults == []
-    assert removed >= 20  # else nothing was put to the test
+        return removed
+
+    rows = Rows(rely)
+    race(stores, rows, [bytes([i]) * 100 for i in range(4)], sweep, 20)
     for store in 2 * stores:
         store.sweep(rows.unnamed)
     assert keys_in(bucket) == set()

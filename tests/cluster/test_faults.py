@@ -210,11 +210,12 @@ def with_disk(parts, tmp_path):
         return None
 
 
+@pytest.mark.cluster
 @pytest.mark.parametrize(
     ("jobs", "hosts", "faults", "seed"),
     [
         pytest.param(10, 1, FEW, 1, id="short"),
-        pytest.param(500, 3, ALL, 2, id="long", marks=pytest.mark.cluster),
+        pytest.param(500, 3, ALL, 2, id="long"),
     ],
 )
 def test_each_accepted_job_ends_once_whatever_happens(

@@ -33,6 +33,7 @@ def run(code, folder, **variables):
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_first_call_compiles_once_and_shows_it(tmp_path):
     shown = """
 from contextlib import contextmanager
@@ -88,6 +89,7 @@ def test_what_the_listener_raises_ends_the_compilers(monkeypatch):
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names a processor of that kind")
+@pytest.mark.slow
 def test_code_for_any_processor_of_a_kind_gives_the_same(tmp_path):
     found = [
         run("print(*ears(), sep=';')", tmp_path, NUMBA_CPU_NAME=name, NUMBA_CPU_FEATURES="").stdout

@@ -127,6 +127,7 @@ def test_a_file_of_a_job_is_served_by_who_has_not_done_it(cluster):
     assert file.content.startswith(b"# elsewhere\n")
 
 
+@pytest.mark.faults
 def test_one_that_is_told_to_end_gives_its_job_back_at_no_cost(cluster, tmp_path):
     gate = tmp_path / "gate"
     job_id = cluster.submit(f"# wait {gate}")
@@ -152,6 +153,7 @@ def test_the_end_of_a_job_is_heard_on_other_machines(cluster, tmp_path):
         assert worker.wait(BUSY) == 0
 
 
+@pytest.mark.faults
 def test_the_job_of_one_that_is_killed_is_done_by_another(cluster, tmp_path):
     gate = tmp_path / "gate"
     job_id = cluster.submit(f"# wait {gate}")

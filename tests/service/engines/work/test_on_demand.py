@@ -95,7 +95,11 @@ def mesh(tmp_path_factory):
     return {"mesh": str(path)}
 
 
-@pytest.mark.parametrize("options", [{"lods": 3}, {"lods": 1}, {"overhang": 0.0}, {}])
+@pytest.mark.parametrize(
+    "options",
+    [{"lods": 3}, *(pytest.param(one, marks=pytest.mark.slow)
+                    for one in ({"lods": 1}, {"overhang": 0.0}, {}))],
+)  # fmt: skip
 def test_an_occluder_that_kept_little_gives_every_file_of_one_that_kept_all(
     mesh, tmp_path, options
 ):

@@ -55,6 +55,7 @@ def test_pictures_of_sets(command, town, tmp_path):
                 assert (np.abs(plan.astype(int) - colour) <= 2).all(axis=2).sum() > 100
 
 
+@pytest.mark.slow
 def test_strong_occluders_are_drawn_by_themselves(command, town, tmp_path):
     folder = tmp_path / "strong"
     more = ("--method", "strong", "--pictures", folder)

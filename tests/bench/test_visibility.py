@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from bench.visibility import cells_rows, check_rows, city_rows
 from bench.visibility_cases import city
 from bench.visibility_front import Front, front_rows
@@ -19,6 +21,7 @@ def test_a_small_city_is_judged():
         assert row["bytes_a_cell"] > 0.0
 
 
+@pytest.mark.slow
 def test_one_thing_at_a_time_is_varied_and_drawn(tmp_path):
     rows = list(cells_rows((3, 4), (4, 6), (5.0,), (5.0, 10.0)))
     assert [row["varied"] for row in rows] == [

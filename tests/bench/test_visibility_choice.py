@@ -8,6 +8,7 @@ from bench import visibility_choice, visibility_walks
 from bench.visibility_cases import city, walkable_city
 
 
+@pytest.mark.slow
 def test_each_method_that_serves_is_beside_auto(monkeypatch):
     monkeypatch.setattr(visibility_choice, "CASES", {"town": lambda: city(3, 9)})
     monkeypatch.setattr(visibility_choice, "_LEFT_OUT", {"town": ("slice-wise",)})

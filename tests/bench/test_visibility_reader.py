@@ -16,6 +16,7 @@ def test_as_many_objects_are_visible_as_are_asked_for(run):
     assert [len(pvs.slices.of(cell)) for cell in range(9)] == [30] * 9
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler here")
 def test_every_task_is_timed():
     rows = list(reader_times(9, 200, 30))

@@ -39,6 +39,7 @@ def test_as_much_is_hidden_as_the_paper_says():
         assert row["our_tests"] < 0.3 * row["tests"]
 
 
+@pytest.mark.slow
 def test_two_levels_take_fewer_tests_for_the_same_sets():
     rows = list(level_rows(5))
     assert all(row["same_sets"] for row in rows)

@@ -33,7 +33,17 @@ WAYS = {
 }
 
 
-@pytest.fixture(scope="module", params=[*WAYS, "NEON"])
+VITAL = ("gcc", "clang++", "gcc, AVX2", "gcc, plain")
+"""Of these ways; `make test-slow` takes the others."""
+
+
+@pytest.fixture(
+    scope="module",
+    params=[
+        way if way in VITAL else pytest.param(way, marks=pytest.mark.slow)
+        for way in [*WAYS, "NEON"]
+    ],
+)
 def program(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("c")
     if request.param == "NEON":

@@ -27,6 +27,8 @@ from tests.visibility.checking.test_check import pvs_of
 from tests.visibility.scenes import puzzle
 from tests.visibility.solid.test_height_field import upright
 
+pytestmark = pytest.mark.slow  # tests of the tests: what they would miss
+
 VIEWS = 1000
 
 

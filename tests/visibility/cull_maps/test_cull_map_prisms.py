@@ -70,6 +70,7 @@ def test_what_shows_through_slits_beside_a_slanted_edge_is_in_the_set():
     assert missed_in_slits((0.1,), 10.5, 21.0) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.0, 0.1])
 def test_an_erosion_along_the_edge_that_is_left_out_or_short_is_found_out(monkeypatch, share):
     whole = Window.sector
@@ -80,6 +81,7 @@ def test_an_erosion_along_the_edge_that_is_left_out_or_short_is_found_out(monkey
     assert missed_in_slits((0.1,), 10.5, 21.0) > 0
 
 
+@pytest.mark.slow
 def test_a_sample_that_is_left_out_is_found_out(monkeypatch):
     def fewer(*given):
         rows, kinds, free = _samples(*given)

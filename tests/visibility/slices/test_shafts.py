@@ -221,6 +221,7 @@ def leaks(see, viewpoints, monkeypatch):
     return missing
 
 
+@pytest.mark.slow
 @pytest.mark.sweep(2)
 @pytest.mark.parametrize("fault", FAULTS)
 def test_faults_are_found(fault, monkeypatch):
@@ -228,6 +229,7 @@ def test_faults_are_found(fault, monkeypatch):
     assert leaks(faulty(fault), 1000, monkeypatch)
 
 
+@pytest.mark.slow
 def test_without_faults_nothing_is_found(monkeypatch):
     assert not leaks(kernels.see, 1000, monkeypatch)
 

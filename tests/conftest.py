@@ -12,6 +12,7 @@ from __future__ import annotations
 import gc
 import math
 import os
+import signal
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -33,6 +34,10 @@ if workers := int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "0")):
     os.environ.setdefault("OCCLUDER_THREADS", str(max(1, thread_count() // workers)))
     # No command needs the threads that numpy starts for matrices, and hundreds of commands are run.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# A shell has what it starts in the background ignore Ctrl-C, and so would all that tests start.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # What a kernel says that it takes is what it is given.
 Kernel.strict = True

@@ -498,11 +498,14 @@ def test_no_worker_outlives_its_server(tmp_path, end):
         env={**environment(), "PYTHONPATH": str(Path(__file__).parents[3])},
     )  # fmt: skip
     with server:
-        until(lambda: note.exists() and len(note.read_text().split()) == 2)
-        workers = [Path(f"/proc/{pid}") for pid in note.read_text().split()]
-        if end == "ctrl-c":  # which a terminal sends to all that it sees
-            os.killpg(server.pid, signal.SIGINT)
-        else:
+        try:
+            until(lambda: note.exists() and len(note.read_text().split()) == 2)
+            workers = [Path(f"/proc/{pid}") for pid in note.read_text().split()]
+            if end == "ctrl-c":  # which a terminal sends to all that it sees
+                os.killpg(server.pid, signal.SIGINT)
+            else:
+                server.kill()
+            server.wait(10.0)
+        finally:
             server.kill()
-        server.wait(10.0)
         until(lambda: not any(worker.exists() for worker in workers), 5.0)

@@ -60,6 +60,8 @@ def simplify_mesh(
     listener: Listener | None = None,
     cancel: Cancel | None = None,
     overrides: Overrides = NO_OVERRIDES,
+    *,
+    warn: bool = True,
 ) -> Simplification:
     """Turn a triangle soup into an occluder of at most ``options.selection.budget`` triangles.
 
@@ -68,7 +70,9 @@ def simplify_mesh(
 
     ``listener`` is told about the progress; what it raises ends the run.  ``cancel``, once set,
     ends it soon: with the best so far from refining on, before that with
-    :class:`~simplifier.errors.CancelledError`.  Raises
+    :class:`~simplifier.errors.CancelledError`.  ``warn`` is whether to look for what a user should
+    know of the solid: where it leaks, what would close it is tried, which may take as long as
+    refining a draft.  Raises
     :class:`~simplifier.errors.BackendUnavailableError` for a slicer that cannot run here and
     :class:`~simplifier.errors.OptionError` for drawn parts beyond the budget.
     """
@@ -79,7 +83,7 @@ def simplify_mesh(
     # 1. Voxelize the mesh and fill what it encloses (section 4.1).
     solid = solidify(mesh, options.solid, watch, overrides)
     # Before refining, which uses up what a time limit leaves.
-    warnings = solid_warnings(mesh, solid, options.solid, overrides)
+    warnings = solid_warnings(mesh, solid, options.solid, overrides) if warn else []
     decisions = solid_decisions(solid, options.solid)
     interrupted, bound = False, ERROR_VOXELS
     if left == 0:

@@ -26,6 +26,7 @@ from simplifier.progress import Cancel
 
 _ATTEMPTS = 2
 _GLANCE = 0.05  # seconds between looks at whether to stop
+_THREADS_OF_MATRICES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ class _Crew:
     def fill(self, jobs: Sequence[Any]) -> None:
         """Start what processes are missing and give a job to each that has none."""
         while self._waiting and len(self._workers) < self._processes:
-            with without_interrupts():
+            with without_interrupts(), _one_thread_each():
                 self._workers.append(Worker(self._start, self._arguments))
         for worker in self._workers:
             if self._waiting and worker.idle:
@@ -252,6 +253,24 @@ def without_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Processes started within multiply matrices in one thread, which numpy asks for as it loads.
+
+    They share the processors; threads that wait for one that has none only spin.
+    """
+    before = {name: os.environ.get(name) for name in _THREADS_OF_MATRICES}
+    os.environ.update(dict.fromkeys(_THREADS_OF_MATRICES, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def _serve(connection: Connection, start: Start, arguments: tuple[Any, ...]) -> None:

@@ -88,6 +88,13 @@ def test_processes_that_never_begin_are_no_reason_to_try_forever():
         list(run_jobs(dying, (), [("square", 1)] * 100, 2))
 
 
+def test_processes_multiply_matrices_in_one_thread():
+    before = dict(os.environ)
+    (outcome,) = run_jobs(starter, (), [("variable", "OPENBLAS_NUM_THREADS")], 1)
+    assert outcome.answer.result == "1"
+    assert dict(os.environ) == before
+
+
 def test_no_job_needs_no_process():
     assert list(run_jobs(dying, (), [], 2)) == []
 

@@ -75,8 +75,9 @@ def node_occluder(
     if kind == "near" and is_own_occluder(mesh, options):
         return _worth(Occluder(mesh.vertices, mesh.faces, 0.0), mesh, options.resolution)
     result = simplify_mesh(
-        mesh, node_options(float(mesh.extent.max()), kind, stand, options), cancel=cancel
-    )
+        mesh, node_options(float(mesh.extent.max()), kind, stand, options), cancel=cancel,
+        warn=False,
+    )  # fmt: skip
     if result.interrupted:
         raise CancelledError("cancelled before the occluder was as good as asked for")
     made = result.occluder

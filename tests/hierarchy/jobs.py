@@ -28,6 +28,8 @@ def work(folder, kind, value):
         return os.getpid()
     if kind == "threads":
         return thread_count()
+    if kind == "variable":
+        return os.environ.get(value)
     if kind == "sleep":
         time.sleep(value)
     if kind == "refuse":

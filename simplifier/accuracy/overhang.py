@@ -68,7 +68,7 @@ def measure_overhangs(
             _count(original, hidden, image, pixels[index, first:last], farthest[index, first:last])
     pixel = 2.0 * sphere.radius / ACROSS
     return tuple(
-        Overhang(shares_beside(beside), lines, math.sqrt(max(int(far.max()), 0)) * pixel)
+        Overhang(shares_beside(*beside.T), lines, math.sqrt(max(int(far.max()), 0)) * pixel)
         for beside, far in zip(pixels, farthest, strict=True)
     )
 

@@ -49,20 +49,41 @@ def _count_view(original, shown, over):
     return np.int64(there), np.int64(beside)
 
 
-@kernel("uint64[:, :, :], uint64[:, :, :], int64, int64, int64[:, :]")
-def count_beside(originals, hidden, begin, end, pixels):
-    """Fill ``pixels`` (V, 2) int64 of views ``begin`` to ``end`` as :func:`count_overhang` does."""
-    over = np.empty(originals.shape[1:], np.uint64)
+@kernel("uint64[:, :, :], int64, int64, uint64[:, :, :], int64[:]")
+def widen(masks, begin, end, wide, pixels):
+    """Fill views ``begin`` to ``end``.
+
+    ``wide``    (V, rows, words) uint64: pixels within one of the mask, even across a corner.
+    ``pixels``  (V,) int64: how many the mask has.
+    """
     for view in range(begin, end):
-        pixels[view] = _count_view(originals[view], hidden[view], over)
+        there = np.uint64(0)
+        for row in range(masks.shape[1]):
+            for word in range(masks.shape[2]):
+                wide[view, row, word] = _near(masks[view], row, word)
+                there += popcount(masks[view, row, word])
+        pixels[view] = np.int64(there)
 
 
-def shares_beside(pixels: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(V,) float64: what lies beside as a share of the original's pixels, (V, 2) as counted.
+@kernel("uint64[:, :, :], uint64[:, :, :], int64, int64, int64[:]")
+def count_beside(wide, hidden, begin, end, beside):
+    """Fill views ``begin`` to ``end`` of ``beside`` (V,) int64.
+
+    These are the pixels of ``hidden`` that are not in ``wide``, both (V, rows, words) uint64.
+    """
+    for view in range(begin, end):
+        count = np.uint64(0)
+        for row in range(wide.shape[1]):
+            for word in range(wide.shape[2]):
+                count += popcount(hidden[view, row, word] & ~wide[view, row, word])
+        beside[view] = np.int64(count)
+
+
+def shares_beside(there: NDArray[np.int64], beside: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(V,) float64: what lies beside as a share of the original's pixels, both (V,).
 
     Where the original shows nothing 1 if anything lies there, else 0.
     """
-    there, beside = pixels.T
     shares = np.where(there > 0, beside / np.maximum(there, 1), beside > 0)
     return np.asarray(shares, dtype=np.float64)
 

@@ -143,20 +143,33 @@ def sample_quads(originals, occluders, columns, quads, seed, first_view, begin, 
 
 
 def exact_quad_pixels(
-    original: NDArray[np.uint64], occluder: NDArray[np.uint64], columns: int
+    original: NDArray[np.uint64],
+    occluder: NDArray[np.uint64],
+    columns: int,
+    full: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """(V, 3) float64: the expectation of Nt, Pf and Nf for one quad a view, pixels.
 
     ``original``, ``occluder``  (V, rows, words) bit rows of :mod:`simplifier.kernels.coverage`.
+    ``full``  (V,) :func:`full_areas` of the original, for callers who judge several occluders.
     What :func:`simplifier.accuracy.accuracy.sampled_quad_pixels` tends to with more quads, at
     about the same cost.
     """
+    full = full_areas(original, columns) if full is None else full
     pixels = np.zeros((len(original), 3), dtype=np.float64)
     run_chunks(
-        lambda begin, end: count_rectangles(original, occluder, columns, begin, end, pixels),
+        lambda begin, end: count_rectangles(original, full, occluder, columns, begin, end, pixels),
         len(original),
     )
     return pixels
+
+
+def full_areas(masks: NDArray[np.uint64], columns: int) -> NDArray[np.float64]:
+    """(V,) float64: the area of all rectangles of pixels that lie in each of the masks (V, rows,
+    words), each as often as a quad is drawn that is it."""
+    areas = np.zeros(len(masks), dtype=np.float64)
+    run_chunks(lambda begin, end: add_up_full(masks, columns, begin, end, areas), len(masks))
+    return areas
 
 
 @inline_kernel
@@ -319,12 +332,26 @@ def _outside_pixels(original, occluder, box, moments, heights, ages, starts, lev
     return total
 
 
-@kernel("uint64[:, :, :], uint64[:, :, :], int64, int64, int64, float64[:, :]")
-def count_rectangles(originals, occluders, columns, begin, end, pixels):
+@kernel("uint64[:, :, :], int64, int64, int64, float64[:]")
+def add_up_full(masks, columns, begin, end, areas):
+    """Fill ``areas[begin:end]`` (V,) float64 as :func:`full_areas` does."""
+    heights = np.empty(columns, np.int64)
+    starts = np.empty(columns + 1, np.int64)
+    levels = np.empty(columns + 1, np.int64)
+    for view in range(begin, end):
+        box = bounding_box(masks[view], columns)
+        areas[view] = 0.0
+        if box[1] > 0:
+            areas[view] = _full_area(masks[view], masks[view], box, heights, starts, levels)
+
+
+@kernel("uint64[:, :, :], float64[:], uint64[:, :, :], int64, int64, int64, float64[:, :]")
+def count_rectangles(originals, full, occluders, columns, begin, end, pixels):
     """Fill ``pixels[begin:end]`` with the expected (Nt, Pf, Nf) of one quad.
 
-    ``originals``, ``occluders`` (V, rows, words) uint64, ``pixels`` (V, 3) float64.  Needs 24 bytes
-    a pixel of scratch memory a thread.
+    ``originals``, ``occluders`` (V, rows, words) uint64, ``full`` (V,) float64 the originals'
+    :func:`full_areas`, ``pixels`` (V, 3) float64.  Needs 24 bytes a pixel of scratch memory a
+    thread.
     """
     rows = originals.shape[1]
     moments = np.empty((rows + 2, columns + 1, 3), np.int64)
@@ -341,10 +368,9 @@ def count_rectangles(originals, occluders, columns, begin, end, pixels):
         if box[1] == 0:
             continue
         pairs = (float(box[1] - box[0]) * float(box[3] - box[2])) ** 2
-        whole = _full_area(original, original, box, heights, starts, levels)
         shared = _full_area(original, occluder, box, heights, starts, levels)
         pixels[view, 0] = shared / pairs
-        pixels[view, 1] = (whole - shared) / pairs
+        pixels[view, 1] = (full[view] - shared) / pairs
         if _outside_moments(original, occluder, box, moments):
             outside = _outside_pixels(
                 original, occluder, box, moments, heights, ages, starts, levels, youngest

@@ -12,8 +12,7 @@ from simplifier.geometry.overrides import NOTHING
 from simplifier.geometry.room import Room
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.annealing import anneal
-from simplifier.kernels.bit_image import SIZE
-from simplifier.kernels.overhang import count_beside
+from simplifier.kernels.overhang import count_beside, widen
 from simplifier.kernels.soup_views import (
     FRONT_ROWS,
     FRONT_STEP,
@@ -61,10 +60,10 @@ class RefineViews:
         """Overhang if something stuck out by a unit of space all around: the mean over all views of
         the outline's length as a share of the silhouette's area.  0 where nothing shows."""
         masks = np.ascontiguousarray(self.originals[:, :, None])
-        pixels = np.empty((len(masks), 2), dtype=np.int64)
-        count_beside(masks, np.full_like(masks, ~np.uint64(0)), 0, len(masks), pixels)
-        there, beside = pixels.T
-        around = SIZE * SIZE - there - beside
+        wide = np.empty_like(masks)
+        there, around = np.empty((2, len(masks)), dtype=np.int64)
+        widen(masks, 0, len(masks), wide, there)
+        count_beside(masks, wide, 0, len(masks), around)
         scale = np.linalg.norm(self.projections[:, 0, :3], axis=1)
         shares = around * scale / np.maximum(there, 1)
         return float(shares[there > 0].mean()) if there.any() else 0.0

@@ -6,13 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.overrides import NOTHING
 from simplifier.kernels.coverage import MaskArray, coverage_masks, soup_masks
 from simplifier.kernels.front import pixels_before
-from simplifier.kernels.overhang import count_beside, shares_beside
-from simplifier.kernels.random_quads import exact_quad_pixels
+from simplifier.kernels.overhang import count_beside, shares_beside, widen
+from simplifier.kernels.random_quads import exact_quad_pixels, full_areas
 from simplifier.kernels.threads import run_chunks
 from simplifier.refinement.depths import NO_DEPTHS, Depths, with_depth
 
@@ -36,13 +37,15 @@ MUCH = 0.7
 class Outlines:
     """Pictures of the original in which overhang and front are counted.
 
-    ``projections`` (V, 2, 4) to 512 x 512 pixels, ``originals`` (V, 512, 8) masks, and the
-    triangles ``drawn`` (k, 3, 3) by hand, which count as the original's; and its ``depths`` in
-    pictures of any size, or none, where no front is asked for.
+    ``projections`` (V, 2, 4) to 512 x 512 pixels, ``wide`` (V, 512, 8) masks of what is at most a
+    pixel away from the original, its own ``pixels`` (V,), and the triangles ``drawn`` (k, 3, 3) by
+    hand, which count as the original's; and its ``depths`` in pictures of any size, or none, where
+    no front is asked for.
     """
 
     projections: FloatArray
-    originals: MaskArray
+    wide: MaskArray
+    pixels: NDArray[np.int64]
     drawn: FloatArray
     depths: Depths = NO_DEPTHS
 
@@ -58,7 +61,9 @@ class Outlines:
         """``projections`` (V, 2, 4) to 64 x 64 pixels, as a search has them."""
         fine = projections * (OUTLINE / 64)
         masks = coverage_masks(vertices, faces, fine, OUTLINE, OUTLINE)
-        return cls(fine, masks, drawn, depths)
+        wide, pixels = np.empty_like(masks), np.empty(len(masks), dtype=np.int64)
+        run_chunks(lambda begin, end: widen(masks, begin, end, wide, pixels), len(masks))
+        return cls(fine, wide, pixels, drawn, depths)
 
     def front(self, triangles: FloatArray) -> FloatArray:
         """(V,) pixels of the original before which a soup (m, 3, 3) stands, as a share of all."""
@@ -70,20 +75,19 @@ class Outlines:
     def overhang(self, triangles: FloatArray) -> FloatArray:
         """(V,) pixels of a soup (m, 3, 3) beside the original, as a share of the original's."""
         shown = soup_masks(np.concatenate([triangles, self.drawn]), self.projections, OUTLINE)
-        pixels = np.empty((len(shown), 2), dtype=np.int64)
-        run_chunks(
-            lambda begin, end: count_beside(self.originals, shown, begin, end, pixels), len(shown)
-        )
-        return shares_beside(pixels)
+        beside = np.empty(len(shown), dtype=np.int64)
+        count_beside(self.wide, shown, 0, len(shown), beside)
+        return shares_beside(self.pixels, beside)
 
 
 @dataclass(frozen=True, eq=False)
 class FineViews:
-    """``projections`` (V, 2, 4) to 256 x 256 pixels, the original's masks (V, 256, 4), and where
-    overhang is counted."""
+    """``projections`` (V, 2, 4) to 256 x 256 pixels, the original's masks (V, 256, 4), what of
+    their quads is full (V,), and where overhang is counted."""
 
     projections: FloatArray
     originals: MaskArray
+    full: FloatArray
     outlines: Outlines
 
     @classmethod
@@ -92,7 +96,8 @@ class FineViews:
     ) -> FineViews:
         """``projections`` (V, 2, 4) to 64 x 64 pixels, as a search has them."""
         fine = projections * (SIZE / 64)
-        return cls(fine, coverage_masks(vertices, faces, fine, SIZE, SIZE), outlines)
+        masks = coverage_masks(vertices, faces, fine, SIZE, SIZE)
+        return cls(fine, masks, full_areas(masks, SIZE), outlines)
 
 
 @dataclass(frozen=True)
@@ -111,14 +116,14 @@ class FinalistScore:
 
 
 def precision_and_recall(
-    originals: MaskArray, shown: MaskArray, columns: int
+    originals: MaskArray, shown: MaskArray, columns: int, full: FloatArray | None = None
 ) -> tuple[float, float]:
-    """Of masks (V, rows, words).
+    """Of masks (V, rows, words); ``full`` (V,) are :func:`full_areas` of the originals, if known.
 
     Where nothing is hidden the precision is 1; where there is nothing to hide the recall is 0, so
     that what is too thin for any picture is no success.
     """
-    pixels = exact_quad_pixels(originals, np.ascontiguousarray(shown), columns)
+    pixels = exact_quad_pixels(originals, np.ascontiguousarray(shown), columns, full)
     right, missed, wrong = pixels.sum(axis=0)
     return (
         float(right / (right + wrong)) if right + wrong > 0.0 else 1.0,
@@ -134,7 +139,7 @@ def score_finalist(triangles: FloatArray, views: FineViews) -> FinalistScore:
     priced = views.outlines.depths.known
     before = float(views.outlines.front(triangles).mean()) if priced else 0.0
     return FinalistScore(
-        *precision_and_recall(views.originals, shown, SIZE), float(beside.mean()),
+        *precision_and_recall(views.originals, shown, SIZE, views.full), float(beside.mean()),
         float(beside.max()), before,
     )  # fmt: skip
 

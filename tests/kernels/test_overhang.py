@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from simplifier.kernels.overhang import count_overhang
+from simplifier.kernels.overhang import count_beside, count_overhang, widen
 
 
 def packed(masks):
@@ -77,3 +77,19 @@ def test_across_a_corner_one_pixel_is_none_and_two_are():
     pixels, farthest = counted(original, hidden)
     assert pixels.tolist() == [[1, 0], [1, 1]]
     assert farthest.tolist() == [0, 8]
+
+
+@given(
+    st.integers(1, 40), st.integers(1, 150), st.floats(0.0, 0.3), st.floats(0.0, 0.5),
+    st.integers(0, 2**32 - 1),
+)  # fmt: skip
+def test_pixels_beside_wide_masks(rows, columns, density, other_density, seed):
+    generator = np.random.default_rng(seed)
+    original = packed(generator.random((2, rows, columns)) < density)
+    hidden = packed(generator.random((2, rows, columns)) < other_density)
+    wide, (there, beside) = np.zeros_like(original), np.zeros((2, 2), np.int64)
+    widen(original, 0, 2, wide, there)
+    count_beside(wide, hidden, 0, 2, beside)
+    counted, farthest = np.zeros((2, 2), np.int64), np.zeros(2, np.int64)
+    count_overhang(original, hidden, columns, 0, 2, counted, farthest)
+    assert np.array_equal(np.stack([there, beside], axis=1), counted)

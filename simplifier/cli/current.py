@@ -1,7 +1,7 @@
-"""Whether an occluder is current: made by this version, of the same files with the same options.
+"""Whether what a command makes is current: by this version, of the same files and options.
 
-What was made of what is kept in the user's own folder, a small file an occluder, so that nothing
-lies beside the occluder.  Where nothing can be kept, every occluder is made anew.
+What was made of what is kept in the user's own folder, a small file an output, so that nothing lies
+beside it.  Where nothing can be kept, every occluder is made anew, and every scene gone through.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import typer
@@ -21,19 +22,18 @@ from simplifier.builds.record import Digests
 from simplifier.errors import OccluderError
 from simplifier.io.files import make_folder, write_whole
 from simplifier.options.fields import OptionSet
-from simplifier.report.report import Report
 from simplifier.version import VERSION
 
 _FOLDER = "planar-occluder"
 _MOST = 500
-"""Occluders that are known of; the oldest are forgotten."""
+"""Outputs that are known of; the oldest are forgotten."""
 
 
 @dataclass(frozen=True)
 class Making:
-    """All that an occluder hangs on, and where it goes.
+    """All that an occluder, or a scene's, hangs on, and where it goes.
 
-    ``output``  the file that was named, or the base of the names of levels.
+    ``output``  the file or folder that was named, or the base of the names of levels.
     ``asked``   version, options and digests of the files that are read, as JSON has them.
     """
 
@@ -41,27 +41,33 @@ class Making:
     asked: Mapping[str, Any]
 
     @classmethod
-    def of(cls, mesh: Path, output: Path, overrides: Path | None, *options: OptionSet) -> Making:
-        """``overrides``  the file of them that is read, if one is."""
+    def of(
+        cls,
+        mesh: Path,
+        output: Path,
+        overrides: Path | None,
+        *options: OptionSet,
+        also: Mapping[str, Any] = MappingProxyType({}),
+    ) -> Making:
+        """``overrides``  the file of them that is read, if one is; ``also`` what is no option."""
         digest, beside = mesh_stamp(mesh)
         by_hand = None if overrides is None else Digests().of(overrides)
         chosen = {name: value for one in options for name, value in one.chosen().items()}
         asked = {"version": VERSION, "mesh": digest, "beside": beside, "by_hand": by_hand,
-                 "options": chosen}  # fmt: skip
+                 "options": chosen, **also}  # fmt: skip
         return cls(output.resolve(), json.loads(json.dumps(asked)))
 
-    def current(self) -> Report | None:
-        """The report on what is there, if that is what would be made."""
+    def current(self) -> Any:
+        """What was told of what is there, if that is what would be made; else None."""
         try:
             kept = json.loads(self._record.read_bytes())
             known = kept["asked"] == self.asked and _digests(kept["files"]) == kept["files"]
-            report: Report | None = kept["report"] if known else None
+            return kept["report"] if known else None
         except (OSError, ValueError, KeyError, TypeError):  # none, or a damaged one
             return None
-        return report
 
-    def keep(self, files: Iterable[Path], report: Report) -> None:
-        """Remember what was made."""
+    def keep(self, files: Iterable[Path], report: Mapping[str, Any]) -> None:
+        """Remember what was made, and what to tell of it: JSON."""
         kept = {
             "asked": self.asked,
             "files": _digests(map(str, map(Path.resolve, files))),

@@ -110,7 +110,7 @@ def simplify(
         making = Making.of(
             mesh, output, overrides_used(mesh, overrides, no_overrides), options, writing
         )
-        found = None if force or pictures is not None else making.current()
+        found: Report | None = None if force or pictures is not None else making.current()
         if found is not None:
             if report is not None:
                 write_report(found, report)

@@ -62,7 +62,7 @@ def made(output):
     return int(now), int(kept.split()[0])
 
 
-def test_a_village_and_what_a_change_costs(here, tmp_path):
+def test_a_village_and_what_a_change_costs(here, tmp_path, monkeypatch):
     write_scene(village(), tmp_path / "scene.glb")
     first = built(occluder, tmp_path, "--preview")
     assert (first.returncode, first.stderr) == (0, "")
@@ -80,13 +80,19 @@ def test_a_village_and_what_a_change_costs(here, tmp_path):
     before = files(tmp_path / "out")
 
     packed = tmp_path / "town.occs"
-    again = built(here, tmp_path, "--preview", "--packed", str(packed))
+    with monkeypatch.context() as patched:  # what is current is not even loaded
+        patched.delattr("simplifier.cli.scene_making.make_scene")
+        again = built(here, tmp_path, "--preview", "--packed", str(packed))
     assert made(again.stdout) == (0, count)
     assert files(tmp_path / "out") == before
     assert packed.read_bytes() == before["scene.occs"]
     engine_tree = simplifier.load_packed_tree(packed)
     assert list(engine_tree.objects) == document["objects"]
     assert f"scene.occs, {packed.stat().st_size:,} bytes" in again.stdout
+
+    (tmp_path / "out" / next(iter(document["occluders"].values()))["file"]).write_bytes(b"rot")
+    assert made(built(here, tmp_path, "--preview").stdout) == (1, count - 1)
+    assert files(tmp_path / "out") == before
 
     write_scene(village(grown=13), tmp_path / "scene.glb")
     changed = built(here, tmp_path)

@@ -1,0 +1,169 @@
+"""Scene -> its tree of occluders in a folder, and what the command tells of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from simplifier.cli.console import count_bar
+from simplifier.cli.running import Interrupts
+from simplifier.culling.ranking import around, found_within, rank_occluders
+from simplifier.errors import MeshError, SceneError
+from simplifier.geometry.camera import Camera, CameraPath
+from simplifier.geometry.scene import Scene
+from simplifier.hierarchy.occluder_tree import leaf_occluders
+from simplifier.hierarchy.packed_file import PACKED_FILE, current_packed, write_packed, write_ranked
+from simplifier.hierarchy.scene_build import Build, build_occluders
+from simplifier.hierarchy.scene_file import (
+    SCENE_FILE,
+    load_occluder_tree,
+    occluder_store,
+    read_summaries,
+    write_manifest,
+)
+from simplifier.io.camera_path import load_camera_path
+from simplifier.io.files import make_folder
+from simplifier.io.occs_file import decode_occs
+from simplifier.io.scene import load_scene
+from simplifier.io.scene_writer import write_scene
+from simplifier.options.scene import PathKind, PathOptions, SceneOptions
+
+_PREVIEW = "preview.glb"
+_RANKING_FRAMES = 60  # every other one ranks, the others judge
+
+
+@dataclass(frozen=True)
+class Made:
+    """Tables, figures and warnings to be ``told`` of it, and ``told_again`` once all of it is
+    current; the ``files`` that hold it."""
+
+    told: dict[str, Any]
+    told_again: dict[str, Any]
+    files: list[Path]
+
+
+def make_scene(
+    source: Path,
+    output: Path,
+    options: SceneOptions,
+    transparent: Literal["leave-out", "keep"],
+    ranking: tuple[int | None, Path | None],
+    listening: Interrupts,
+) -> Made:
+    """``ranking``  the triangles a frame to rank occluders for, if they are, and the camera path to
+    rank along, if one was given."""
+    most, path = ranking
+    given = None if path is None else load_camera_path(path)
+    read = load_scene(source, transparent=transparent, memory_limit=options.memory_limit)
+    make_folder(output)  # a scene that cannot be read leaves nothing behind
+    store = occluder_store(output)
+    with listening.deferred() as cancel, count_bar("occluders") as tell:
+        build = build_occluders(
+            read, options, store, read_summaries(output), tell, cancel, options.memory_limit
+        )
+    with listening.held():
+        write_manifest(output, read, options, build)
+        data = _write_tree(output, options.preview)
+    ranked = []
+    if most is not None:
+        cameras = (given or _walk(read, options)).cameras
+        data, words = _rank(output, data, cameras, options, most)
+        ranked = [("ranked", words)]
+    made = [output / SCENE_FILE, output / PACKED_FILE, *map(store.path, build.summaries)]
+    again = replace(build, made=0, kept=build.made + build.kept)
+    return Made(
+        _told(read, build, len(data), ranked),
+        _told(read, again, len(data), ranked),
+        [*made, output / _PREVIEW] if options.preview else made,
+    )
+
+
+def _told(read: Scene, build: Build, packed: int, ranked: list[tuple[str, str]]) -> dict[str, Any]:
+    warnings = [*read.warnings, *build.warnings]
+    rows = [*_summary_rows(read, build, packed), *ranked]
+    return {"rows": rows, "warnings": warnings, "figures": _figures(read, build)}
+
+
+def _figures(read: Scene, build: Build) -> dict[str, Any]:
+    return {
+        "objects": len(read),
+        "parts": len(build.parts.object_of),
+        "triangles": int(read.triangle_counts.sum()),
+        "nodes": len(build.tree),
+        "occluders": len(build.summaries),
+        "occluder_triangles": sum(one.triangles for one in build.summaries.values()),
+        "made": build.made,
+        "kept": build.kept,
+        "warnings": [*read.warnings, *build.warnings],
+    }
+
+
+def _write_tree(output: Path, preview: bool) -> bytes:
+    """Write what is made of ``scene.json`` and the occluders; the bytes of ``scene.occs``."""
+    data = current_packed(output)
+    if data is None or preview:
+        tree = load_occluder_tree(output)
+        data = data or write_packed(output, tree)
+        if preview:
+            write_scene(leaf_occluders(tree), output / _PREVIEW)
+    return data
+
+
+def _walk(read: Scene, options: SceneOptions) -> CameraPath:
+    """Through the scene, of the first kind that there is room for."""
+    # Here, not above: what it needs of scipy takes longer to load than a small change to build.
+    from simplifier.camera_paths.generate import generate_path
+
+    kinds: tuple[PathKind, ...] = ("street", "inside", "roof")
+    for kind in kinds:
+        try:
+            return generate_path(read, PathOptions(kind, _RANKING_FRAMES, options.up))
+        except MeshError:
+            continue
+    raise SceneError(
+        "there is no way through the scene to rank its occluders along",
+        remedy="give a camera path with --path",
+    )
+
+
+def _rank(
+    output: Path, data: bytes, cameras: Sequence[Camera], options: SceneOptions, most: int
+) -> tuple[bytes, str]:
+    """Rank by every other camera, and judge by those between; the bytes of ``scene.occs``, and what
+    to tell."""
+    tree = decode_occs(data, PACKED_FILE)
+    views = [view for camera in cameras[::2] for view in around(camera)]
+    others = [view for camera in cameras[1::2] for view in around(camera)] or views
+    size = options.rows, options.rows * 16 // 9
+    with count_bar("views") as tell:
+        ranking = rank_occluders(tree, views, *size, tell)
+    whole = found_within(tree, others, *size, None)
+    before = found_within(tree, others, *size, most)
+    after = found_within(ranking.tree, others, *size, most)
+    told = (
+        f"{ranking.useful:,} of {ranking.drawn:,} occluders that {len(views):,} views drew; within"
+        f" {most:,} triangles a frame {_share(after, whole)} of what the whole tree finds from"
+        f" other views, {_share(before, whole)} without ranks"
+    )
+    return write_ranked(output, ranking.tree, most), told
+
+
+def _share(count: int, whole: int) -> str:
+    return f"{count / max(whole, 1):.1%}"
+
+
+def _summary_rows(read: Scene, build: Build, packed: int) -> list[tuple[str, str]]:
+    far = sum(keys.far is not None for keys in build.keys)
+    near = sum(keys.near is not None for keys in build.keys)
+    triangles = sum(one.triangles for one in build.summaries.values())
+    return [
+        ("objects", f"{len(read):,}"),
+        ("parts", f"{len(build.parts.object_of):,}"),
+        ("triangles", f"{int(read.triangle_counts.sum()):,}"),
+        ("nodes", f"{len(build.tree):,}, of which {far:,} with a far and {near:,} a near occluder"),
+        ("occluders", f"{len(build.summaries):,} of {triangles:,} triangles"),
+        ("made now", f"{build.made:,}, {build.kept:,} kept from before"),
+        ("for engines", f"{PACKED_FILE}, {packed:,} bytes"),
+    ]

@@ -31,7 +31,7 @@ def check_kept(made, mesh, bound):
     assert deviation_from_solid(found, mesh, made.solid) <= found.error_bound <= bound
 
 
-@pytest.mark.sweep(3)
+@pytest.mark.sweep(6)
 @pytest.mark.parametrize("share", [0.2, 0.04, 0.012])
 @pytest.mark.parametrize("name", MESHES)
 def test_it_is_kept_in_the_default_grid(name, share):
@@ -73,7 +73,7 @@ def test_it_is_kept_with_other_options(options):
     check_kept(made, mesh, 0.04 * longest)
 
 
-@pytest.mark.sweep(3)
+@pytest.mark.sweep(5)
 @pytest.mark.parametrize("overhang", [0.011, 0.03, 0.2])
 @pytest.mark.parametrize("name", ["blob", "soup", "table"])
 def test_more_overhang_has_more_room_within_the_bound_of_the_grid(name, overhang):

@@ -42,7 +42,7 @@ def check(product):
         assert any("the occluder is empty" in warning for warning in product.warnings)
 
 
-@pytest.mark.sweep(3)
+@pytest.mark.sweep(5)
 @pytest.mark.parametrize("name", WHOLE)
 def test_hides_nearly_all_and_hardly_anything_wrongly(name):
     product = produced(SHAPES[name]())
@@ -51,7 +51,7 @@ def test_hides_nearly_all_and_hardly_anything_wrongly(name):
     assert recall >= LEAST.get(name, 0.9)
 
 
-@pytest.mark.sweep(3)
+@pytest.mark.sweep(5)
 @pytest.mark.parametrize("width", HOLES)
 def test_a_hole_narrower_than_a_voxel_is_closed_and_one_of_two_leaks_and_says_so(width):
     """In between it depends on where the hole lies in the grid."""

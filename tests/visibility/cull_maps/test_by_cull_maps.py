@@ -36,6 +36,7 @@ def visible(pvs):
     return np.stack([pvs.visible(cell) for cell in range(len(pvs.cells))])
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize(
     ("make", "fill"), [(town, "outside"), (town, "viewers"), (mountains, "outside")]
 )

@@ -43,6 +43,7 @@ def test_what_is_seen_in_scenes_built_against_it(make, pixel):
     assert puzzle.seen <= found
 
 
+@pytest.mark.sweep(4)
 @pytest.mark.parametrize("make", PUZZLES)
 def test_what_is_hidden_with_fine_pixels_and_many_samples(make):
     puzzle = make()
@@ -51,6 +52,7 @@ def test_what_is_hidden_with_fine_pixels_and_many_samples(make):
     assert puzzle.seen <= found
 
 
+@pytest.mark.sweep(3)
 @pytest.mark.parametrize("seed", [0, 1, 2])
 @pytest.mark.parametrize(("pixel", "spacing"), [(1.0, 10.0), (2.0, 5.0), (0.7, 1.3)])
 def test_all_that_any_point_of_a_cell_sees_of_a_city_is_in_its_set(seed, pixel, spacing):

@@ -1,8 +1,6 @@
 """Manifest to current outputs: what is stale is made, and recorded as soon as it is there.
 
 Many assets made at a time: by processes of this machine, or by a maker that is asked.
-
-One build of a folder at a time.
 """
 
 from __future__ import annotations
@@ -11,18 +9,36 @@ import os
 import posixpath
 import tempfile
 from collections.abc import Collection, Generator, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from contextlib import closing, contextmanager, suppress
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import closing, suppress
 from dataclasses import replace
 from functools import partial
 from hashlib import sha256
+from itertools import islice
 from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import BoundedSemaphore
 
 from simplifier.builds.asset_plan import Asset
 from simplifier.builds.finding import Finding, State, shortfalls
+from simplifier.builds.holding import shard_build, whole_build
 from simplifier.builds.making import AssetJob, MadeAsset, Maker, Target, make_asset, make_here
 from simplifier.builds.record import Digests, Entry, Record, RecordKeeper, record_path
-from simplifier.builds.staleness import Examined, chosen_options, examine, find_gone, judge_unmade
+from simplifier.builds.removal import remove_gone, remove_replaced
+from simplifier.builds.shard_record import (
+    ShardKeeper,
+    check_other_shards,
+    read_shard_record,
+    shard_path,
+)
+from simplifier.builds.shards import Shard
+from simplifier.builds.staleness import (
+    Examined,
+    chosen_options,
+    examine_shard,
+    find_gone,
+    judge_unmade,
+)
 from simplifier.errors import OutputError
 from simplifier.io.files import make_folder, remove_drafts, write_all_whole
 from simplifier.kernels.threads import thread_count
@@ -41,6 +57,7 @@ def build_assets(
     before: Record | None = None,
     digests: Digests | None = None,
     skipped: Collection[str] = (),
+    shard: Shard | None = None,
     tidy: bool = True,
     tell: TellCount = lambda done, total: None,
 ) -> list[Finding]:
@@ -49,6 +66,8 @@ def build_assets(
     ``at_once``  assets under way.
     ``before``   the record whose recall counts as what was; by default none is compared with.
     ``skipped``  assets that are left stale.
+    ``shard``    whose assets alone are made; what they come to goes to a record of the shard's own,
+                 and what is gone is left to the join of all.
     ``tidy``     whether what was made of assets that are there no more is removed, unless somebody
                  changed it.
 
@@ -59,9 +78,12 @@ def build_assets(
     Raises :class:`~simplifier.errors.ManifestError` for a bad manifest or record, and
     :class:`OutputError` where another build runs or the record cannot be written.
     """
-    with exclusive(path.resolve().parent):
-        seen = examine(path, digests or Digests())
-        keeper = RecordKeeper(record_path(path), seen.record)
+    folder = path.resolve().parent
+    with whole_build(folder) if shard is None else shard_build(folder, shard):
+        if shard is not None:
+            check_other_shards(path, shard)
+        seen = examine_shard(path, shard, digests or Digests())
+        keeper = _keeper(path, seen, shard)
         was = before or {}
         findings = {one.name: judge_unmade(one, seen.record, seen.stale.get(one.name, ""), was)
                     for one in seen.assets}  # fmt: skip
@@ -72,11 +94,26 @@ def build_assets(
                     seen, due, keeper, was, maker, at_once, tell, cancel
                 ):
                     findings[finding.asset] = finding
-            if tidy and not cancel.is_set():
-                _remove_gone(seen, keeper)
+            if isinstance(keeper, ShardKeeper):
+                if not cancel.is_set():
+                    keeper.finish()
+            elif tidy and not cancel.is_set():
+                for name in remove_gone(seen):
+                    keeper.drop(name)
         finally:
             keeper.save()
-    return [*findings.values(), *(() if tidy else find_gone(seen))]
+    return [*findings.values(), *(() if tidy or shard else find_gone(seen))]
+
+
+def _keeper(path: Path, seen: Examined, shard: Shard | None) -> RecordKeeper:
+    """Of a shard it has what its earlier run made and is current still."""
+    if shard is None:
+        return RecordKeeper(record_path(path), seen.record)
+    own = {one.name: seen.record[one.name] for one in seen.assets if one.name in seen.record}
+    place = shard_path(path, shard)
+    made = read_shard_record(place).made if place.exists() else {}
+    kept = {name: one for name, one in made.items() if name in own and name not in seen.stale}
+    return ShardKeeper(path, shard, own, kept)
 
 
 def _findings_of_due(
@@ -106,11 +143,14 @@ def _findings_of_due(
                 if not isinstance(made, MadeAsset) and cancel.is_set():
                     continue
                 if not isinstance(made, MadeAsset):
-                    yield replace(stale, state=State.FAILED, why=outcome.answer.failure)
+                    finding = replace(stale, state=State.FAILED, why=outcome.answer.failure)
                 else:
-                    yield _put_in_place(
-                        folder, asset, jobs[outcome.job], made, stale, keeper, before
+                    finding = _put_in_place(
+                        seen, asset, jobs[outcome.job], made, stale, keeper, before
                     )
+                if finding.state is State.FAILED:
+                    keeper.note(finding)
+                yield finding
                 tell(done, len(due))
 
 
@@ -124,7 +164,7 @@ def _job(folder: Path, asset: Asset, scratch: Path) -> AssetJob:
 
 
 def _put_in_place(
-    folder: Path,
+    seen: Examined,
     asset: Asset,
     job: AssetJob,
     made: MadeAsset,
@@ -133,6 +173,7 @@ def _put_in_place(
     before: Record,
 ) -> Finding:
     """Move what was made to where it belongs, and record it."""
+    folder = seen.manifest.folder
     files = {
         posixpath.join(posixpath.dirname(output), file.name): file.read_bytes()
         for output, target in zip(asset.files, job.targets, strict=True)
@@ -144,8 +185,15 @@ def _put_in_place(
         write_all_whole({folder / name: data for name, data in files.items()})
     except OutputError as error:
         return replace(stale, state=State.FAILED, why=str(error))
+    was = before.get(asset.name)
+    short = shortfalls(asset.requirements, made.figures, was.figures if was else None)
+    built = replace(
+        stale, state=State.BUILT, figures=made.figures, short=tuple(short), warnings=made.warnings,
+        seconds=made.seconds,
+    )  # fmt: skip
     hashes = {name: sha256(data).hexdigest() for name, data in files.items()}
     old = keeper.entry(asset.name)
+    keeper.note(built)
     keeper.put(
         asset.name,
         Entry(
@@ -154,29 +202,8 @@ def _put_in_place(
         ),
     )  # fmt: skip
     if old is not None:
-        _remove(folder, old, [name for name in old.outputs if name not in hashes])
-    was = before.get(asset.name)
-    short = shortfalls(asset.requirements, made.figures, was.figures if was else None)
-    return replace(
-        stale, state=State.BUILT, figures=made.figures, short=tuple(short), warnings=made.warnings,
-        seconds=made.seconds,
-    )  # fmt: skip
-
-
-def _remove_gone(seen: Examined, keeper: RecordKeeper) -> None:
-    """What was made of meshes that are there no more, and their entries."""
-    for name in seen.record.keys() - {asset.name for asset in seen.assets}:
-        _remove(seen.manifest.folder, seen.record[name], list(seen.leftovers(name)))
-        keeper.drop(name)
-
-
-def _remove(folder: Path, entry: Entry, files: Sequence[str]) -> None:
-    """Of some files of an entry those that are as they were made."""
-    digests = Digests()
-    for file in files:
-        if digests.of(folder / file) == entry.outputs[file]:
-            with suppress(OSError):
-                (folder / file).unlink()
+        remove_replaced(seen, asset.name, old, hashes)
+    return built
 
 
 def _remove_abandoned(folder: Path, due: Sequence[Asset]) -> None:
@@ -185,7 +212,8 @@ def _remove_abandoned(folder: Path, due: Sequence[Asset]) -> None:
         remove_drafts(place, idle=_ABANDONED)
 
 
-_ASKED = 8  # of a service at a time, where nothing else is said
+_ASKED = 256  # of a service at a time, where nothing else is said: most of them wait their turn
+_READ = 8  # meshes at a time that are hashed for it, each in memory
 _GLANCE = 0.1  # seconds between looks at whether to stop
 
 
@@ -207,16 +235,28 @@ def answers_by(
     maker: Maker, jobs: Sequence[AssetJob], at_once: int | None, cancel: Cancel
 ) -> Generator[JobOutcome, None, None]:
     """As :func:`answers_here`, ``at_once`` by a maker that ends soon by itself on ``cancel``."""
-    work = partial(make_asset, maker)
-    with ThreadPoolExecutor(at_once or _ASKED) as pool:
-        waiting: dict[Future[JobOutcome], None] = {
-            pool.submit(_outcome, work, place, job): None for place, job in enumerate(jobs)
-        }
+    work = partial(make_asset, maker, reading=BoundedSemaphore(_READ))
+    most, places, over = (
+        at_once or _ASKED,
+        iter(range(len(jobs))),
+        SimpleQueue[Future[JobOutcome]](),
+    )
+    with ThreadPoolExecutor(most) as pool:
+
+        def begin(count: int) -> int:
+            """Of as many as are left; a future each of a million jobs would take memory."""
+            begun = list(islice(places, count))
+            for place in begun:
+                pool.submit(_outcome, work, place, jobs[place]).add_done_callback(over.put)
+            return len(begun)
+
         try:
-            while waiting and not cancel.is_set():
-                for done in wait(waiting, _GLANCE, FIRST_COMPLETED).done:
-                    del waiting[done]
-                    yield done.result()
+            under_way = begin(most)
+            while under_way and not cancel.is_set():
+                with suppress(Empty):
+                    outcome = over.get(timeout=_GLANCE).result()
+                    under_way += begin(1) - 1
+                    yield outcome
         finally:
             pool.shutdown(cancel_futures=True)
 
@@ -229,40 +269,3 @@ def _start(threads: int) -> JobFunction:
     """What a process does with a job, on so many threads."""
     os.environ["OCCLUDER_THREADS"] = str(threads)
     return partial(make_asset, make_here)
-
-
-try:
-    import fcntl
-except ImportError:  # Windows: builds are not kept apart there
-    fcntl = None  # type: ignore[assignment]
-
-
-@contextmanager
-def exclusive(folder: Path) -> Iterator[None]:
-    """Hold the folder until the block ends, or the process in whatever way; it leaves no file.
-
-    Raises :class:`OutputError` at once where another process holds it.
-    """
-    if fcntl is None:
-        yield
-        return
-    try:
-        held = os.open(folder, os.O_RDONLY)
-    except OSError as error:
-        raise OutputError(
-            f"the folder cannot be opened ({error.strerror})",
-            where=str(folder),
-            remedy="check the path and its permissions",
-        ) from None
-    try:
-        try:
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise OutputError(
-                "another build of this folder is running",
-                where=str(folder),
-                remedy="wait for its end, or end it",
-            ) from None
-        yield
-    finally:
-        os.close(held)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -73,18 +73,25 @@ class MadeAsset:
     seconds: float
 
 
-def make_asset(maker: Maker, job: AssetJob) -> MadeAsset:
-    """Raises :class:`~simplifier.errors.MeshError` where the mesh changes meanwhile, and else what
+def make_asset(
+    maker: Maker, job: AssetJob, *, reading: AbstractContextManager[object] | None = None
+) -> MadeAsset:
+    """``reading``  what is held while the mesh is in memory to be hashed.
+
+    Raises :class:`~simplifier.errors.MeshError` where the mesh changes meanwhile, and else what
     the maker raises; what cannot be written costs this asset alone, too."""
-    begin = time.perf_counter()
-    before = mesh_stamp(job.mesh)
+    begin, reading = time.perf_counter(), reading or nullcontext()
+    with reading:
+        before = mesh_stamp(job.mesh)
     for target in job.targets:
         target.draft.parent.mkdir(parents=True)
     try:
         report = maker(job)
     except OutputError as error:
         raise OccluderError(error.what, where=error.where, remedy=error.remedy) from None
-    if mesh_stamp(job.mesh) != before:
+    with reading:
+        after = mesh_stamp(job.mesh)
+    if after != before:
         raise MeshError("it changed while it was read", where=str(job.mesh), remedy="build again")
     mesh, beside = before
     verdict = report["verdict"]

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from simplifier.accuracy.verdict import VERDICT_WORDS, VerdictWord
-from simplifier.builds.finding import AssetFigures
+from simplifier.builds.finding import AssetFigures, Finding
 from simplifier.checks import is_finite
 from simplifier.errors import ManifestError, OptionError
 from simplifier.io.files import read_bytes, write_whole
@@ -84,7 +84,7 @@ def parse_record(data: bytes, where: str) -> Record:
     try:
         content = json.loads(data)
         version = content["schema_version"]
-        entries = {_text(name): _entry(one) for name, one in content["assets"].items()}
+        entries = parse_entries(content)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise ManifestError(
             "this is no record of a build", where=where, remedy="remove it and build again"
@@ -98,14 +98,21 @@ def parse_record(data: bytes, where: str) -> Record:
     return entries
 
 
+def parse_entries(content: Mapping[str, Any]) -> dict[str, Entry]:
+    """Those of a record's JSON; raises what a value of another kind makes of it."""
+    return {_text(name): _entry(one) for name, one in content["assets"].items()}
+
+
 def write_record(path: Path, record: Record) -> None:
     """Whole or not at all.  Raises :class:`~simplifier.errors.OutputError`."""
-    content = {
-        "assets": {name: asdict(entry) for name, entry in record.items()},
-        "schema_version": _SCHEMA_VERSION,  # last, so that no asset is
-    }
+    write_whole(path, record_text(record, schema_version=_SCHEMA_VERSION).encode())
+
+
+def record_text(record: Record, **more: Any) -> str:
+    """As JSON, with ``more`` beside the assets; these come first, so that none is the last line."""
+    content = {"assets": {name: asdict(entry) for name, entry in record.items()}, **more}
     text = json.dumps(content, indent=1, sort_keys=True, allow_nan=False, ensure_ascii=False)
-    write_whole(path, f"{text}\n".encode())
+    return f"{text}\n"
 
 
 class RecordKeeper:
@@ -118,6 +125,9 @@ class RecordKeeper:
 
     def entry(self, name: str) -> Entry | None:
         return self._entries.get(name)
+
+    def note(self, finding: Finding) -> None:
+        """Hear of one that was made, before its entry is put, or that failed."""
 
     def put(self, name: str, entry: Entry) -> None:
         """Raises :class:`~simplifier.errors.OutputError`."""
@@ -135,10 +145,13 @@ class RecordKeeper:
         if not self._changed:
             return
         begin = time.monotonic()
-        write_record(self._path, self._entries)
+        self._write()
         end = time.monotonic()
         self._rest_until = end + _REST * (end - begin)
         self._changed = False
+
+    def _write(self) -> None:
+        write_record(self._path, self._entries)
 
 
 def _entry(data: Mapping[str, Any]) -> Entry:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,8 @@ from simplifier.builds.finding import Finding, State, shortfalls, unknown_figure
 from simplifier.builds.manifest import Manifest, read_manifest
 from simplifier.builds.outputs import Output, level_base
 from simplifier.builds.record import Digests, Entry, Record, read_record, record_path
+from simplifier.builds.shard_record import read_shard_record, shard_path
+from simplifier.builds.shards import Shard
 from simplifier.io.suffixes import overrides_place
 from simplifier.kernels.threads import thread_count
 from simplifier.options.simplify import SimplifyOptions
@@ -103,45 +107,101 @@ def _word(value: Any) -> str:
 
 
 @dataclass(frozen=True)
-class Examined:
-    """``stale``: why each asset that is to be made has to be, by its name."""
+class Plan:
+    """What a manifest asks for, and the record beside it."""
 
     manifest: Manifest
+    record: Record
+    assets: tuple[Asset, ...]
+
+
+def make_plan(path: Path) -> Plan:
+    """Raises :class:`~simplifier.errors.ManifestError` for a bad manifest or record."""
+    manifest = read_manifest(path)
+    record = read_record(record_path(path))
+    made = {file for one in record.values() for file in one.outputs}
+    return Plan(manifest, record, plan_assets(manifest, made))
+
+
+@dataclass(frozen=True)
+class Examined:
+    """``planned``  all assets of the manifest.
+    ``assets``   those of them that were looked at.
+    ``record``   what is known of each.
+    ``stale``    why each asset that is to be made has to be, by its name.
+    """
+
+    manifest: Manifest
+    planned: tuple[Asset, ...]
     assets: tuple[Asset, ...]
     record: Record
     stale: Mapping[str, str]
 
     def leftovers(self, name: str) -> Iterator[str]:
         """Files that were made of an asset, the record says, and that are no output any more."""
-        outputs = {one for asset in self.assets for one in asset.files}
-        for file in self.record[name].outputs:
-            if asset_output(file, outputs) is None:
-                yield file
+        return (file for file in self.record[name].outputs if self._owner(file) is None)
+
+    def is_of_another(self, file: str, name: str) -> bool:
+        """Whether a file is an output, or one's level of detail, of another asset."""
+        return self._owner(file) not in (None, name)
+
+    def _owner(self, file: str) -> str | None:
+        output = asset_output(file, self._owners)
+        return None if output is None else self._owners[output]
+
+    @cached_property
+    def _owners(self) -> Mapping[str, str]:
+        return {output: asset.name for asset in self.planned for output in asset.files}
 
 
-def examine(path: Path, digests: Digests) -> Examined:
-    """Raises :class:`~simplifier.errors.ManifestError` for a bad manifest or record."""
-    manifest = read_manifest(path)
-    record = read_record(record_path(path))
-    assets = plan_assets(manifest, {file for one in record.values() for file in one.outputs})
-    folder = manifest.folder
-    found = digests.all_of(files_of(folder, assets, record), thread_count())
-    reasons = ((one.name, reason(folder, one, record.get(one.name), found)) for one in assets)
-    return Examined(manifest, assets, record, {name: why for name, why in reasons if why})
+def examine(
+    plan: Plan, digests: Digests, *, shard: Shard | None = None, newer: Record | None = None
+) -> Examined:
+    """``shard``  look at its assets alone.
+    ``newer``  entries in place of those of the record by which an asset is not current.
+    """
+    assets = tuple(one for one in plan.assets if shard is None or shard.holds(one.name))
+    folder, newer, record = plan.manifest.folder, newer or {}, dict(plan.record)
+    files = chain(files_of(folder, assets, record), files_of(folder, assets, newer))
+    found = digests.all_of(files, thread_count())
+    stale = {}
+    for one in assets:
+        why = reason(folder, one, record.get(one.name), found)
+        if why and one.name in newer:
+            record[one.name] = newer[one.name]
+            why = reason(folder, one, newer[one.name], found)
+        if why:
+            stale[one.name] = why
+    return Examined(plan.manifest, plan.assets, assets, record, stale)
 
 
-def check_assets(path: Path, before: Record) -> list[Finding]:
+def examine_shard(path: Path, shard: Shard | None, digests: Digests) -> Examined:
+    """What an earlier run of the shard has made is known, too; without a shard all is examined.
+
+    Raises :class:`~simplifier.errors.ManifestError` for a bad manifest or record.
+    """
+    plan = make_plan(path)
+    newer = None
+    if shard is not None and shard_path(path, shard).exists():
+        newer = read_shard_record(shard_path(path, shard)).entries
+    return examine(plan, digests, shard=shard, newer=newer)
+
+
+def check_assets(path: Path, before: Record, shard: Shard | None = None) -> list[Finding]:
     """Make nothing: is every output there, current, and as good as is demanded?
 
-    ``before``  the record whose recall counts as what was.  Raises as :func:`examine`.
+    ``before``  the record whose recall counts as what was.
+    ``shard``   whose assets alone are looked at; what is gone is told by a check of all.
+
+    Raises as :func:`examine_shard`.
     """
-    seen = examine(path, Digests())
+    seen = examine_shard(path, shard, Digests())
     return [
         *(
             judge_unmade(one, seen.record, seen.stale.get(one.name, ""), before)
             for one in seen.assets
         ),
-        *find_gone(seen),
+        *(find_gone(seen) if shard is None else ()),
     ]
 
 
@@ -156,7 +216,7 @@ def judge_unmade(asset: Asset, record: Record, stale: str, before: Record) -> Fi
 
 def find_gone(seen: Examined) -> Iterator[Finding]:
     """Those of the record that are no assets any more, where what was made of them is there."""
-    names = {asset.name for asset in seen.assets}
+    names = {asset.name for asset in seen.planned}
     for name in sorted(seen.record.keys() - names):
         left = [one for one in seen.leftovers(name) if (seen.manifest.folder / one).exists()]
         if left:

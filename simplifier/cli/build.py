@@ -11,14 +11,16 @@ import typer
 
 from simplifier.builds.build import build_assets as build_assets
 from simplifier.builds.finding import Finding
+from simplifier.builds.joining import join_shards as join_shards
 from simplifier.builds.making import maker_at
 from simplifier.builds.manifest import MANIFEST_NAME
 from simplifier.builds.record import Record, baseline
 from simplifier.builds.reports import json_report, junit_report, markdown_report
+from simplifier.builds.shards import Shard, read_shard
 from simplifier.builds.staleness import check_assets as check_assets
 from simplifier.cli.console import count_bar, print_line
 from simplifier.cli.findings import print_findings
-from simplifier.cli.help import OUTPUT, QUALITY, with_examples
+from simplifier.cli.help import ADVANCED, OUTPUT, QUALITY, with_examples
 from simplifier.cli.options import AtOnce, Key, ManifestFile, Server, with_options
 from simplifier.cli.running import (
     INTERRUPTED,
@@ -28,13 +30,14 @@ from simplifier.cli.running import (
     interrupts,
     run_guarded,
 )
+from simplifier.errors import OptionError
 from simplifier.io.files import check_folder, write_whole
 
 
 @with_examples(
     ("occluder build", "Make what is not current of occluders.toml in this folder."),
     ("occluder build --check --against HEAD", "In CI: make nothing, and refuse lost recall."),
-    ("occluder build --server http://127.0.0.1:8000", "Let a service make the occluders."),
+    ("occluder build --shard 2/16", "On a farm: make one part of 16; --join after all of them."),
 )
 @with_options()
 def build(
@@ -64,6 +67,23 @@ def build(
     json: Annotated[
         Path | None, typer.Option(help="Write all findings as JSON.", rich_help_panel=OUTPUT)
     ] = None,
+    shard: Annotated[
+        str | None,
+        typer.Option(
+            metavar="I/N",
+            help="Make only the I-th part of N, 1 to N. Any number of parts may run at once, on any"
+            " machines.",
+            rich_help_panel=ADVANCED,
+        ),
+    ] = None,
+    join: Annotated[
+        bool,
+        typer.Option(
+            "--join",
+            help="Make nothing. Merge the records of all parts, and judge all assets.",
+            rich_help_panel=ADVANCED,
+        ),
+    ] = False,
     server: Server = None,
     key: Key = None,
     at_once: AtOnce = None,
@@ -84,19 +104,24 @@ def build(
 
     def run() -> None:
         nonlocal status
+        part = None if shard is None else read_shard(shard)
+        if join:
+            _check_alone(check=check, shard=shard, server=server, at_once=at_once)
         for file in reports:
             check_folder(file)
+        name = manifest.name if part is None else f"{manifest.name} (shard {part})"
         before = {} if against is None else baseline(against, manifest)
         with interrupts() as listening:
-            findings = (
-                check_assets(manifest, before)
-                if check
-                else _build_findings(manifest, before, server, key, at_once, listening)
-            )
+            if join:
+                findings: Sequence[Finding] = join_shards(manifest, before)
+            elif check:
+                findings = check_assets(manifest, before, part)
+            else:
+                findings = _build_findings(manifest, before, part, server, key, at_once, listening)
             with listening.held():
-                print_findings(manifest.name, findings)
+                print_findings(name, findings)
                 for file, report in reports.items():
-                    write_whole(file, report(manifest.name, findings))
+                    write_whole(file, report(name, findings))
         status = int(any(one.faults for one in findings))
         if listening.heard:
             print_line("error: interrupted; what was made is kept, run it again for the rest")
@@ -110,6 +135,7 @@ def build(
 def _build_findings(
     manifest: Path,
     before: Record,
+    shard: Shard | None,
     server: str | None,
     key: str | None,
     at_once: int | None,
@@ -120,5 +146,16 @@ def _build_findings(
         tell = stack.enter_context(count_bar("occluders"))
         maker = None if server is None else stack.enter_context(maker_at(server, key, cancel))
         return build_assets(
-            manifest, cancel, maker=maker, at_once=at_once, before=before, tell=tell
+            manifest, cancel, maker=maker, at_once=at_once, before=before, shard=shard, tell=tell
         )
+
+
+def _check_alone(**others: object) -> None:
+    """Raises :class:`OptionError` for what a join would pass over."""
+    for name, value in others.items():
+        if value not in (None, False):
+            raise OptionError(
+                f"a join makes nothing, so it cannot be given with --{name.replace('_', '-')}",
+                where="join",
+                remedy="give --join alone, after all shards",
+            )

@@ -68,7 +68,7 @@ AtOnce = Annotated[
         min=1,
         max=256,
         help="Number of assets made at the same time.",
-        show_default="the number of processors; 8 by a server",
+        show_default="the number of processors; 256 by a server",
         rich_help_panel=ADVANCED,
     ),
 ]

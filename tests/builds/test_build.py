@@ -12,7 +12,8 @@ from hashlib import sha256
 import pytest
 
 from simplifier.builds import staleness
-from simplifier.builds.build import build_assets, exclusive
+from simplifier.builds.build import build_assets
+from simplifier.builds.holding import whole_build
 from simplifier.builds.record import read_record, write_record
 from simplifier.builds.staleness import check_assets
 from simplifier.errors import CancelledError, ManifestError, OutputError
@@ -272,7 +273,10 @@ def test_recall_is_compared_with_what_was(built):
 
 
 def test_two_builds_of_a_folder_are_kept_apart(built):
-    with exclusive(built.parent), pytest.raises(OutputError, match="another build of this folder"):
+    with (
+        whole_build(built.parent),
+        pytest.raises(OutputError, match="another build of this folder"),
+    ):
         run(built)
     assert set(states(run(built)).values()) == {CURRENT}
 
@@ -325,3 +329,36 @@ def test_the_share_that_is_done_is_told(tmp_path):
     manifest = write(tmp_path, a=TRIANGLE, b=TRIANGLE)
     run(manifest, tell=lambda done, total: told.append((done, total)))
     assert told == [(0, 2), (1, 2), (2, 2)]
+
+
+def test_an_output_that_another_asset_takes_over_is_not_removed(tmp_path):
+    """Two meshes of the same content swap their outputs."""
+    swapped = SETTINGS + "output = '{}.glb'\n[[asset]]\nfiles = 'b.obj'\noutput = '{}.glb'\n"
+    manifest = write(tmp_path, swapped.format("x", "y"), a=TRIANGLE, b=TRIANGLE)
+    run(manifest, at_once=1)
+    write(tmp_path, swapped.format("y", "x"))
+    assert set(states(run(manifest, at_once=1)).values()) == {BUILT}
+    assert set(states(run(manifest)).values()) == {CURRENT}
+
+
+def test_a_maker_elsewhere_has_256_assets_under_way_and_no_more(tmp_path):
+    manifest = write(tmp_path, **{f"m{i}": TRIANGLE for i in range(600)})
+    quick, lock, under_way, most = QuickMaker(), threading.Lock(), 0, 0
+    full = threading.Event()
+
+    def maker(job):
+        nonlocal under_way, most
+        with lock:
+            under_way += 1
+            most = max(most, under_way)
+        if most == 256:
+            full.set()
+        assert full.wait(60)
+        try:
+            return quick(job)
+        finally:
+            with lock:
+                under_way -= 1
+
+    assert set(states(run(manifest, maker)).values()) == {BUILT}
+    assert most == 256

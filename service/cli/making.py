@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from simplifier.builds.making import AssetJob
 
 _PATIENCE = 3600.0  # seconds for which a full queue is waited for
+_SENT = 8  # meshes at a time
+_GLANCE = 0.1  # seconds between looks at whether to stop
 _DEFAULTS = {field.name: field.default for field in SimplifyOptions.fields()}
 
 
@@ -41,14 +43,48 @@ def maker(address: str, key: str | None, stop: threading.Event) -> Iterator[Remo
         Client(address, key=key, patience=_PATIENCE, priority=Priority.BULK, stop=stop) as client,
         Client(address, key=key, patience=0.0) as canceller,
     ):
-        yield RemoteMaker(client, canceller)
+        remote = RemoteMaker(client, canceller)
+        with _cancelling(remote, stop):
+            yield remote
+
+
+@contextmanager
+def _cancelling(remote: RemoteMaker, stop: threading.Event) -> Iterator[None]:
+    """Cancel what is under way once ``stop`` is set: whoever follows a job hears of it then, and
+    otherwise only when the server next says that it is still there."""
+    over = threading.Event()
+
+    def watch() -> None:
+        while not over.wait(_GLANCE):
+            if stop.is_set():
+                remote.cancel()
+                return
+
+    watcher = threading.Thread(target=watch, daemon=True)
+    watcher.start()
+    try:
+        yield
+    finally:
+        over.set()
+        watcher.join()
 
 
 class RemoteMaker:
-    """Makes a mesh's occluder on the other machine; to be called from any thread."""
+    """Makes a mesh's occluder on the other machine; to be called from any thread.
+
+    However many call it, few send at a time: the first jobs begin while others are sent, and where
+    the queue is full few come back to ask.
+    """
 
     def __init__(self, client: Client, canceller: Client) -> None:
         self._client, self._canceller = client, canceller
+        self._sending = threading.BoundedSemaphore(_SENT)
+        self._under_way: set[str] = set()
+
+    def cancel(self) -> None:
+        """All that is under way."""
+        for job_id in tuple(self._under_way):
+            self._cancel(job_id)
 
     def __call__(self, job: AssetJob) -> Mapping[str, Any]:
         """Write the drafts; the report.
@@ -63,7 +99,9 @@ class RemoteMaker:
         _check_plain(job)
         try:
             by_hand = overrides_beside(job.mesh)
-            done = self._wait(self._client.submit(job.mesh, overrides=by_hand, options=asked))
+            with self._sending:
+                sent = self._client.submit(job.mesh, overrides=by_hand, options=asked)
+            done = self._wait(sent)
             report = self._client.result(done.id).report
             for target in job.targets:
                 self._fetch(done.id, target.draft, job.options.levels is not None)
@@ -75,17 +113,25 @@ class RemoteMaker:
             raise OccluderError("the service has made no report", where=str(job.mesh))
         return report
 
+    def _cancel(self, job_id: str) -> None:
+        from service.client import ClientError
+
+        with suppress(ClientError):  # a server that is gone has nothing to cancel
+            self._canceller.cancel(job_id)
+
     def _wait(self, job: RemoteJob) -> RemoteJob:
-        from service.client import ClientError, StoppedError
+        from service.client import StoppedError
         from service.jobs.job import JobState
 
+        self._under_way.add(job.id)
         try:
             _check_version(job)
             done = job if job.state.ended else self._client.wait(job.id)
         except (StoppedError, OccluderError):
-            with suppress(ClientError):  # a server that is gone has nothing to cancel
-                self._canceller.cancel(job.id)
+            self._cancel(job.id)
             raise
+        finally:
+            self._under_way.discard(job.id)
         if done.state is JobState.SUCCEEDED:
             return done
         failure = done.failure

@@ -18,6 +18,8 @@ from service.client.transfers import ReportShare, Upload, download, report_as_re
 
 _TIMEOUT = httpx.Timeout(60.0, connect=10.0, pool=None)
 _SILENCE = httpx.Timeout(40.0, connect=10.0)  # a stream without even a comment counts as lost
+_ANY_NUMBER = httpx.Limits(max_connections=None, max_keepalive_connections=20)
+"""Of connections: each job that is followed has one of its own."""
 _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
 
 Query = Mapping[str, Any]
@@ -41,6 +43,7 @@ class Wire:
             base_url=server,
             headers={"Authorization": f"Bearer {key}"} if key else {},
             timeout=_TIMEOUT,
+            limits=_ANY_NUMBER,
             mounts={f"all://{host}": None for host in _LOOPBACK},  # never by a proxy
         )
         self._sender = Sender(self._http, patience, stop)

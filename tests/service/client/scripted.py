@@ -50,6 +50,10 @@ DROP = Reply(cut=-1)
 """The line drops before there is any answer."""
 
 
+class _Server(ThreadingHTTPServer):
+    request_queue_size = 256  # more than 5 at once would try again after seconds
+
+
 @contextmanager
 def serving(answer):
     """Run a server that asks ``answer(request)``; yields its address."""
@@ -90,7 +94,7 @@ def serving(answer):
         def log_message(self, format, *arguments):
             pass
 
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    server = _Server(("127.0.0.1", 0), Handler)
     thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
     thread.start()
     try:

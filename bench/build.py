@@ -1,15 +1,16 @@
-"""Checking many assets: ``python -m bench.build [--assets N] [--kib K]``.
+"""Checking and joining many assets: ``python -m bench.build [--assets N] [--kib K]``.
 
 How long ``occluder build --check`` takes for assets that are all current, from a fresh process,
 with warm files: wall clock of the whole command, the median of some runs, beside what reading and
-hashing the same bytes takes by itself.  ``build_check.csv`` holds the figures, ``build.md`` shows
-them.
+hashing the same bytes takes by itself.  Likewise ``--check`` of one shard, and ``--join`` of all.
+``build_check.csv`` and ``build_join.csv`` hold the figures, ``build.md`` shows them.
 """
 
 from __future__ import annotations
 
 import argparse
 import random
+import shutil
 import statistics
 import sys
 import tempfile
@@ -23,12 +24,15 @@ from bench.process_tree import run_command
 from bench.record import Row, told, write_page, write_table
 from simplifier.builds.build import build_assets
 from simplifier.builds.making import AssetJob
-from simplifier.builds.record import Digests
+from simplifier.builds.record import Digests, record_path
+from simplifier.builds.shard_record import shards_folder
+from simplifier.builds.shards import Shard
 from simplifier.kernels.threads import thread_count
 from simplifier.version import VERSION
 
 RESULTS = Path("bench/results")
 _FOLDER = 100  # meshes in each folder
+_SHARDS = 10
 _OCCLUDER = 3000  # bytes of an output
 _MANIFEST = """[defaults]
 ground = true
@@ -60,16 +64,47 @@ def check_times(counts: Sequence[int], kib: int, repeats: int) -> Iterator[Row]:
             }  # fmt: skip
 
 
+def join_times(counts: Sequence[int], kib: int, repeats: int) -> Iterator[Row]:
+    """A row a number of assets, made by shards."""
+    for count in counts:
+        with tempfile.TemporaryDirectory() as name:
+            manifest = _written(Path(name, "assets"), count, kib)
+            for number in range(1, _SHARDS + 1):
+                shard = Shard(number, _SHARDS)
+                build_assets(manifest, threading.Event(), maker=_pretended, shard=shard)
+            kept = Path(name, "kept")
+            shutil.copytree(shards_folder(manifest), kept)
+            command = [sys.executable, "-m", "simplifier", "build", str(manifest)]
+            check = [*command, "--check", "--shard", f"1/{_SHARDS}"]
+            checks = [run_command(check).seconds for _ in range(repeats)]
+            joins = []
+            for _ in range(repeats):
+                record_path(manifest).unlink(missing_ok=True)
+                shutil.copytree(kept, shards_folder(manifest), dirs_exist_ok=True)
+                joins.append(run_command([*command, "--join", "--quiet"]))
+            yield {
+                "assets": count, "mesh_kib": kib, "shards": _SHARDS,
+                "check_of_one_s": statistics.median(checks),
+                "join_s": statistics.median(run.seconds for run in joins), "repeats": repeats,
+                "join_peak_mib": max(run.peak_mib for run in joins),
+            }  # fmt: skip
+
+
 def _built(folder: Path, count: int, kib: int) -> Path:
     """Meshes of noise, and a record as if occluders had been made of them."""
+    manifest = _written(folder, count, kib)
+    build_assets(manifest, threading.Event(), maker=_pretended)
+    return manifest
+
+
+def _written(folder: Path, count: int, kib: int) -> Path:
     noise = random.Random(0).randbytes(kib * 1024)
     for index in range(count):
         mesh = folder / f"folder_{index // _FOLDER}" / f"mesh_{index:06}.ply"
-        mesh.parent.mkdir(exist_ok=True)
+        mesh.parent.mkdir(parents=True, exist_ok=True)
         mesh.write_bytes(index.to_bytes(8, "little") + noise)
     manifest = folder / "occluders.toml"
     manifest.write_text(_MANIFEST)
-    build_assets(manifest, threading.Event(), maker=_pretended)
     return manifest
 
 
@@ -96,14 +131,14 @@ def main() -> None:
     parser.add_argument("--kib", type=int, default=50)
     parser.add_argument("--repeats", type=int, default=5)
     chosen = parser.parse_args()
-    rows = []
-    for row in check_times(chosen.assets, chosen.kib, chosen.repeats):
-        print(told(row), flush=True)
-        rows.append(row)
-    write_table(
-        RESULTS / "build_check.csv", rows, " ".join(["python -m bench.build", *sys.argv[1:]])
-    )
-    write_page(RESULTS, "build", ["check"])
+    for table, times in (("check", check_times), ("join", join_times)):
+        rows = []
+        for row in times(chosen.assets, chosen.kib, chosen.repeats):
+            print(told(row), flush=True)
+            rows.append(row)
+        command = " ".join(["python -m bench.build", *sys.argv[1:]])
+        write_table(RESULTS / f"build_{table}.csv", rows, command)
+    write_page(RESULTS, "build", ["check", "join"])
 
 
 if __name__ == "__main__":

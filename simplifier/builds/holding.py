@@ -1,7 +1,7 @@
 """Who builds in a folder: one whole build or join, or any number of shards, each once.
 
-By locks of files, which hold among the machines of a shared folder, too: on NFS a lock of a folder
-would be seen by its own machine alone.
+By locks of files, which hold among the machines of a shared folder, too: NFS passes on those of
+files that are open for writing, flock(2), which a folder never is.
 """
 
 from __future__ import annotations

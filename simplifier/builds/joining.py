@@ -110,21 +110,21 @@ def _checked(path: Path, records: Mapping[Path, ShardRecord]) -> dict[Shard, Sha
 def _check_assets(path: Path, plan: Plan, shards: Mapping[Shard, ShardRecord]) -> None:
     """Each asset in the record of its shard, and no other."""
     count = next(iter(shards)).count
-    names = {asset.name for asset in plan.assets}
+    wanted: dict[Shard, set[str]] = {shard: set() for shard in shards}
+    for asset in plan.assets:
+        wanted[Shard(shard_number(asset.name, count), count)].add(asset.name)
     for shard, record in sorted(shards.items()):
         told = record.entries.keys() | record.failed.keys()
-        for name in sorted(told):
-            if not shard.holds(name):
-                proper = Shard(shard_number(name, count), count)
+        for name in sorted(told - wanted[shard]):
+            proper = Shard(shard_number(name, count), count)
+            if proper != shard:
                 raise ManifestError(
                     f"shard {shard} has '{name}', which is of shard {proper}",
                     where=str(shard_path(path, shard)),
                     remedy=f"remove this record and run: {_command(path, shard)}",
                 )
-        _check_same(path, shard, "is no asset here", told - names)
-        _check_same(
-            path, shard, "is not in its record", {n for n in names if shard.holds(n)} - told
-        )
+        _check_same(path, shard, "is no asset here", told - wanted[shard])
+        _check_same(path, shard, "is not in its record", wanted[shard] - told)
 
 
 def _check_same(path: Path, shard: Shard, what: str, names: Iterable[str]) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from simplifier.builds.finding import Finding, State
-from simplifier.builds.record import Record, RecordKeeper, parse_entries, record_text
+from simplifier.builds.record import Record, RecordKeeper, parse_entries, record_text, utf8_text
 from simplifier.builds.shards import Shard, read_shard
 from simplifier.checks import is_finite
 from simplifier.errors import ManifestError, OptionError
@@ -84,12 +84,12 @@ def read_shard_record(path: Path) -> ShardRecord:
             raise ValueError
         return ShardRecord(
             read_shard(content["shard"]),
-            str(content["manifest"]),
-            str(content["version"]),
+            utf8_text(content["manifest"]),
+            utf8_text(content["version"]),
             content["finished"] is True,
             parse_entries(content),
-            {str(name): _making(one) for name, one in content["made"].items()},
-            {str(name): str(why) for name, why in content["failed"].items()},
+            {utf8_text(name): _making(one) for name, one in content["made"].items()},
+            {utf8_text(name): utf8_text(why) for name, why in content["failed"].items()},
         )
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError, OptionError):
         raise ManifestError(
@@ -102,11 +102,11 @@ def read_shard_record(path: Path) -> ShardRecord:
 def _making(data: Mapping[str, Any]) -> Making:
     if not is_finite(data["seconds"]):
         raise TypeError
-    return Making(str(data["why"]), data["seconds"], tuple(map(str, data["warnings"])))
+    return Making(utf8_text(data["why"]), data["seconds"], tuple(map(utf8_text, data["warnings"])))
 
 
-def _write(path: Path, record: ShardRecord) -> None:
-    """Raises :class:`~simplifier.errors.OutputError`."""
+def write_shard_record(path: Path, record: ShardRecord) -> None:
+    """Whole or not at all.  Raises :class:`~simplifier.errors.OutputError`."""
     make_folder(path.parent)
     text = record_text(
         record.entries,
@@ -166,7 +166,7 @@ class ShardKeeper(RecordKeeper):
         self._changed = True
 
     def _write(self) -> None:
-        _write(
+        write_shard_record(
             self._path,
             replace(self._record, entries=self._entries, made=self._made, failed=self._failed),
         )

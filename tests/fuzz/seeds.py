@@ -18,6 +18,8 @@ import numpy as np
 from simplifier import simplify_scene
 from simplifier.builds.finding import AssetFigures
 from simplifier.builds.record import Entry, write_record
+from simplifier.builds.shard_record import Making, ShardRecord, write_shard_record
+from simplifier.builds.shards import Shard
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Level, LodChain, Occluder
@@ -52,6 +54,7 @@ from tests.io.builders import (
 from tests.io.damaged_occs import town
 from tests.solids import box, table
 
+_SHARD = Shard(1, 2)
 _OVERRIDES = b"""
 [[box]]
 name = "core"
@@ -324,6 +327,11 @@ def _decided_files() -> Iterator[tuple[str, str, bytes]]:
         path = Path(folder, "written.lock")
         write_record(path, entries)
         yield "build_record", "written", path.read_bytes()
+        held = {name: one for name, one in entries.items() if _SHARD.holds(name)}
+        making = {name: Making("it was never made", 1.5, ("weak",)) for name in held}
+        record = ShardRecord(_SHARD, "ab", "1", True, held, making, {"trees/oak.stl": "it is open"})
+        write_shard_record(path, record)
+        yield "shard_record", "written", path.read_bytes()
         mesh = Path(folder, "rock.glb")
         for name in ("by_hand_glb", "rich"):
             data = next(data for _, one, data in _all_glb() if one == name)

@@ -20,7 +20,11 @@ from tests.fuzz.mutation.flips import flip
 from tests.fuzz.mutation.sealed import flip_sealed
 from tests.fuzz.mutation.words import reword
 from tests.fuzz.promises import check_refusal
-from tests.fuzz.promises.builds import check_build_manifest, check_build_record
+from tests.fuzz.promises.builds import (
+    check_build_manifest,
+    check_build_record,
+    check_shard_record,
+)
 from tests.fuzz.promises.built_scenes import check_built_scene
 from tests.fuzz.promises.camera_paths import check_camera_path
 from tests.fuzz.promises.materials import check_material_file
@@ -125,6 +129,7 @@ READERS = (
     Target("camera_path", _camera_path, (flip, reword, edit, edit)),
     Target("manifest", check_manifest, (flip, edit, edit)),
     Target("occs", check_packed, (flip, flip_sealed, flip_sealed, flip_sealed)),
+    Target("shard_record", check_shard_record, (flip, edit, edit)),
     Target("stored", check_stored, (flip, edit_glb)),
 )
 """Inputs are changed files."""

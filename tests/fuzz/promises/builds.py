@@ -6,8 +6,11 @@ from pathlib import Path
 
 from simplifier.builds.asset_plan import plan_assets
 from simplifier.builds.finding import State
+from simplifier.builds.joining import join_shards
 from simplifier.builds.manifest import read_manifest
 from simplifier.builds.record import Record, parse_record, read_record, write_record
+from simplifier.builds.shard_record import read_shard_record, shard_path, write_shard_record
+from simplifier.builds.shards import Shard
 from simplifier.builds.staleness import check_assets
 from simplifier.io.suffixes import OCCLUDER_SUFFIXES
 from tests.fuzz.promises import check_sentence, promise
@@ -46,6 +49,24 @@ def check_build_record(data: bytes, folder: Path) -> None:
     (place / "occluders.lock").write_bytes(data)
     names = {one.asset for one in check_assets(place / "occluders.toml", record)}
     promise(names >= set(_MESHES) - _outputs(record), "whatever it says, all meshes are looked at")
+
+
+def check_shard_record(data: bytes, folder: Path) -> None:
+    """``data`` as the record of the first of two shards; raises ``OccluderError`` where it is
+    refused."""
+    path = _folder(folder / "build") / "sharded.toml"
+    path.write_text('[[asset]]\nfiles = "**/*"\n')
+    place = shard_path(path, Shard(1, 2))
+    place.parent.mkdir(exist_ok=True)
+    place.write_bytes(data)
+    record = read_shard_record(place)
+    copy = folder / "copy.json"
+    write_shard_record(copy, record)
+    promise(read_shard_record(copy) == record, "a record is the same when it is read again")
+    found = {one.asset for one in check_assets(path, {}, Shard(1, 2))}
+    promise(found == {one for one in _MESHES if Shard(1, 2).holds(one)}, "a shard is its own")
+    join_shards(path, {})
+    promise(False, "one shard of two is not joined")
 
 
 def _outputs(record: Record) -> set[str]:

@@ -13,6 +13,7 @@ from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.front import measure_front
 from simplifier.accuracy.overhang import measure_overhang
 from simplifier.checks import as_path, check_callable, check_cancel, check_kind
+from simplifier.device.choice import open_device
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
@@ -123,9 +124,12 @@ def evaluate(
     watch = Stopwatch(listener, cancel)
     solid = solidify(mesh, stages.solid, watch, Overrides(viewers=overrides.viewers))
     with watch.stage("accuracy"):
-        accuracy = evaluate_accuracy(mesh, occluder, passed_on(AccuracyOptions, chosen))
-        overhang = measure_overhang(mesh, occluder, accuracy.directions)
-        front = measure_front(mesh, occluder, accuracy.directions)
+        device = open_device(chosen.device)
+        accuracy = evaluate_accuracy(
+            mesh, occluder, passed_on(AccuracyOptions, chosen), device=device
+        )
+        overhang = measure_overhang(mesh, occluder, accuracy.directions, device)
+        front = measure_front(mesh, occluder, accuracy.directions, device)
     return EvaluateResult(
         mesh, occluder, chosen, stages, solid, accuracy, overhang, front, watch.timings, overrides
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from simplifier.device.choice import open_device
 from simplifier.errors import OptionError
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
@@ -84,6 +85,7 @@ def simplify_mesh(
     solid = solidify(mesh, options.solid, watch, overrides)
     # Before refining, which uses up what a time limit leaves.
     warnings = solid_warnings(mesh, solid, options.solid, overrides) if warn else []
+    warnings.extend(open_device(options.device).remarks)
     decisions = solid_decisions(solid, options.solid)
     interrupted, bound = False, ERROR_VOXELS
     if left == 0:
@@ -132,7 +134,7 @@ def cut_solid(
 
     They are cut from the solid of the mesh, whose flat parts say where to cut as well.
     """
-    with open_slicer(solid, options.sections, watch) as slicer:
+    with open_slicer(solid, options, watch) as slicer:
         with watch.timed("sections"):
             flats = flat_directions(mesh)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,8 @@ import simplifier
 from examples.castle import castle
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.deviation import deviation
+from simplifier.device import opengl_device
+from simplifier.device.choice import open_device
 from simplifier.errors import BackendUnavailableError, CancelledError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.options.stages import ERROR_VOXELS, make_options
@@ -455,6 +458,22 @@ def test_opengl_does_as_well_as_the_sampler():
     theirs = evaluate_accuracy(mesh, drawn.occluder, seen_by)
     assert theirs.recall == pytest.approx(ours.recall, abs=0.03)
     assert theirs.precision == pytest.approx(ours.precision, abs=0.005)
+
+
+def test_a_device_changes_nothing_but_the_slicer(monkeypatch):
+    """With front asked for, it draws every kind of picture that a search looks at."""
+    options = {"budget": 24, "resolution": 20, "moves": 1200, "front": 0.01}
+    if open_device("gpu").name == "cpu":
+        pytest.skip(*open_device("gpu").remarks)
+    # Else the processor would stand in for what OpenGL fails at.
+    monkeypatch.setattr(opengl_device, "suppress", lambda *_: nullcontext())
+    diary = Diary()
+    ours = run(sphere(), **options)
+    drawn = run(sphere(), device="gpu", slicer="cpu", **options)
+    assert drawn.occluder.vertices.tobytes() == ours.occluder.vertices.tobytes()
+    assert ours.warnings == ()
+    run(sphere(), diary, device="gpu", **{**options, "moves": 0})
+    assert "surface" in diary.begun  # which the stencil buffer needs
 
 
 def test_without_opengl_the_message_says_what_to_install(monkeypatch):

@@ -156,10 +156,11 @@ def _options_to_send(options: SimplifyOptions) -> dict[str, Any]:
     """What differs from the defaults; a single occluder is one level, which a service has to be
     told."""
     chosen = {name: one for name, one in asdict(options).items() if one != _DEFAULTS[name]}
-    if "slicer" in chosen:
-        raise OptionError(
-            "a service draws with its own", where="slicer", remedy="leave it out, or build here"
-        )
+    for name in ("slicer", "device"):
+        if name in chosen:
+            raise OptionError(
+                "a service draws with its own", where=name, remedy="leave it out, or build here"
+            )
     if options.levels is None and not options.wholly_inside:
         chosen["lods"] = 1
     return chosen

@@ -14,7 +14,8 @@ from service.keep import Keep
 from simplifier import OCCLUDER_SUFFIXES, OptionError, OutputError, SimplifyOptions
 from simplifier.cli.plugin import Debug, overrides_beside, read_values, with_options
 
-_FIELDS = tuple(one for one in SimplifyOptions.fields() if one.name != "slicer")  # the server's
+_OF_SERVER = {"slicer", "device"}
+_FIELDS = tuple(one for one in SimplifyOptions.fields() if one.name not in _OF_SERVER)
 _DEFAULTS = {field.name: field.default for field in _FIELDS}
 
 

@@ -25,7 +25,7 @@ from simplifier import (
 LEVELS = 3
 """Levels of detail of a result, where a request does not say."""
 
-_KEPT = frozenset({"slicer", "preview", "backend", "skip_buried"})
+_KEPT = frozenset({"slicer", "device", "preview", "backend", "skip_buried"})
 _GIB = 1 << 30
 
 

@@ -32,12 +32,13 @@ import numpy as np
 
 from simplifier.accuracy.verdict import LEAST_COVERAGE
 from simplifier.checks import check_kind, check_whole
+from simplifier.device.device import PROCESSOR, Device
 from simplifier.errors import MeshError, OptionError
 from simplifier.geometry.mesh import A_MESH, FloatArray, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.views import BoundingSphere, from_above, image_axes, random_directions
-from simplifier.kernels.coverage import MaskArray, coverage_masks, unpack_masks
+from simplifier.kernels.coverage import MaskArray, unpack_masks
 from simplifier.kernels.random_quads import exact_quad_pixels, sample_quads
 from simplifier.kernels.threads import run_chunks
 from simplifier.options.fields import OptionSet, shared
@@ -128,11 +129,13 @@ def evaluate_accuracy(
     options: AccuracyOptions | None = None,
     *,
     directions: FloatArray | None = None,
+    device: Device = PROCESSOR,
 ) -> AccuracyReport:
     """Judge an occluder by views that no search has seen; the same on any number of threads.
 
     ``directions``  (V, 3) unit vectors to use in place of ``options.views`` random ones, whatever
                     ``options.viewers`` says.
+    ``device``      what draws the pictures; the result is the same on any.
 
     An occluder without triangles has precision 1 and recall 0.  Where the mesh fills next to
     nothing (:data:`~simplifier.accuracy.verdict.LEAST_COVERAGE`) all quads are counted, since a
@@ -140,7 +143,7 @@ def evaluate_accuracy(
     and :class:`OptionError` for directions that are not unit
     vectors.
     """
-    return evaluate_accuracies(mesh, [occluder], options, directions=directions)[0]
+    return evaluate_accuracies(mesh, [occluder], options, directions=directions, device=device)[0]
 
 
 def evaluate_accuracies(
@@ -149,6 +152,7 @@ def evaluate_accuracies(
     options: AccuracyOptions | None = None,
     *,
     directions: FloatArray | None = None,
+    device: Device = PROCESSOR,
 ) -> tuple[AccuracyReport, ...]:
     """As :func:`evaluate_accuracy` each, but the mesh is drawn once for all."""
     check_kind("mesh", mesh, TriangleMesh, A_MESH)
@@ -156,9 +160,9 @@ def evaluate_accuracies(
         check_kind("occluder", occluder, Occluder, AN_OCCLUDER)
     chosen = options if options is not None else AccuracyOptions()
     lines = checked_directions(_sight(chosen) if directions is None else directions)
-    found = _measured(mesh, occluders, lines, chosen)
+    found = _measured(mesh, occluders, lines, chosen, device)
     if not chosen.exact and any(0.0 < one.coverage < LEAST_COVERAGE for one in found):
-        return _measured(mesh, occluders, lines, replace(chosen, exact=True))
+        return _measured(mesh, occluders, lines, replace(chosen, exact=True), device)
     return found
 
 
@@ -167,10 +171,12 @@ def _measured(
     occluders: Sequence[Occluder],
     lines: FloatArray,
     options: AccuracyOptions,
+    device: Device,
 ) -> tuple[AccuracyReport, ...]:
     pixels = np.zeros((len(occluders), len(lines), 3))
     areas = np.zeros(len(lines))
-    for first, last, original, masks in mask_blocks(mesh, occluders, lines, options.image):
+    blocks = mask_blocks(mesh, occluders, lines, options.image, device=device)
+    for first, last, original, masks in blocks:
         areas[first:last] = mean_quad_areas(original)
         for index, hidden in enumerate(masks):
             pixels[index, first:last] = _quad_pixels(original, hidden, options, first)
@@ -200,7 +206,11 @@ def _report(
 
 
 def view_masks(
-    mesh: TriangleMesh, occluder: Occluder, directions: FloatArray, image: int
+    mesh: TriangleMesh,
+    occluder: Occluder,
+    directions: FloatArray,
+    image: int,
+    device: Device = PROCESSOR,
 ) -> tuple[BoolArray, BoolArray]:
     """Silhouettes of original and occluder: two (V, image, image) bool arrays.
 
@@ -209,7 +219,8 @@ def view_masks(
     :func:`evaluate_accuracy`.
     """
     check_whole("image", image, 8, 4096)
-    original, (hidden,) = _masks(mesh, [occluder], checked_directions(directions), image, image)
+    lines = checked_directions(directions)
+    original, (hidden,) = _masks(mesh, [occluder], lines, image, image, device)
     return unpack_masks(original, image), unpack_masks(hidden, image)
 
 
@@ -242,6 +253,7 @@ def mask_blocks(
     directions: FloatArray,
     image: int,
     across: int | None = None,
+    device: Device = PROCESSOR,
 ) -> Iterator[tuple[int, int, MaskArray, list[MaskArray]]]:
     """(first, last, original, occluders) masks of views first .. last - 1, in bounded memory.
 
@@ -253,7 +265,8 @@ def mask_blocks(
     block = max(4, _BLOCK_BYTES // bytes_per_view)
     for first in range(0, len(directions), block):
         last = min(first + block, len(directions))
-        yield first, last, *_masks(mesh, occluders, directions[first:last], image, across or image)
+        some = directions[first:last]
+        yield first, last, *_masks(mesh, occluders, some, image, across or image, device)
 
 
 def _masks(
@@ -262,6 +275,7 @@ def _masks(
     directions: FloatArray,
     image: int,
     across: int,
+    device: Device,
 ) -> tuple[MaskArray, list[MaskArray]]:
     sphere = BoundingSphere.of(mesh)
     projections = np.empty((len(directions), 2, 4))
@@ -269,7 +283,8 @@ def _masks(
     projections[:, :, 3] = image / 2.0
 
     def silhouettes(item: TriangleMesh | Occluder) -> MaskArray:
-        return coverage_masks(sphere.to_unit(item.vertices), item.faces, projections, image, image)
+        unit = sphere.to_unit(item.vertices)
+        return device.coverage_masks(unit, item.faces, projections, image, image)
 
     original = silhouettes(mesh)
     try:

@@ -12,21 +12,24 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.accuracy.accuracy import checked_directions
+from simplifier.device.device import PROCESSOR, Device
 from simplifier.errors import MeshError
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import FRONT_DEPTH, BoundingSphere, ViewShares, image_axes
-from simplifier.kernels.front import front_pixels
 
 ACROSS = 256
 """Pixels across the original's bounding sphere."""
 
 
-def measure_front(mesh: TriangleMesh, occluder: Occluder, directions: FloatArray) -> ViewShares:
+def measure_front(
+    mesh: TriangleMesh, occluder: Occluder, directions: FloatArray, device: Device = PROCESSOR
+) -> ViewShares:
     """Measure in orthographic pictures of 256 pixels across the mesh's bounding sphere.
 
     ``directions``  (V, 3) unit vectors: the viewer looks along them.  Unlike a silhouette, a front
                     along a direction is not that along its opposite.
+    ``device``      what draws the pictures; the result is the same on any.
 
     The share of a view in which the original shows nothing is 0.  Raises
     :class:`~simplifier.errors.MeshError` when the occluder's arrays cannot be drawn and
@@ -41,7 +44,7 @@ def measure_front(mesh: TriangleMesh, occluder: Occluder, directions: FloatArray
     own = sphere.to_unit(mesh.vertices), mesh.faces
     other = sphere.to_unit(occluder.vertices), occluder.faces
     try:
-        pixels = front_pixels(own, other, projections, ACROSS, 2.0 * FRONT_DEPTH)
+        pixels = device.front_pixels(own, other, projections, ACROSS, 2.0 * FRONT_DEPTH)
     except ValueError as error:
         raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error
     shown, before = pixels.T

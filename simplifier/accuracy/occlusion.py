@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from simplifier.accuracy.accuracy import view_masks
+from simplifier.device.device import PROCESSOR, Device
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import BoundingSphere, hemisphere_directions
@@ -28,9 +29,12 @@ class OcclusionMeasures:
     ratio: float
 
 
-def occlusion_measures(mesh: TriangleMesh, occluder: Occluder) -> OcclusionMeasures:
+def occlusion_measures(
+    mesh: TriangleMesh, occluder: Occluder, device: Device = PROCESSOR
+) -> OcclusionMeasures:
     """Measure both from 64 even directions, in images of 128 pixels a side."""
-    original, hidden = view_masks(mesh, occluder, hemisphere_directions(_DIRECTIONS), _IMAGE)
+    lines = hemisphere_directions(_DIRECTIONS)
+    original, hidden = view_masks(mesh, occluder, lines, _IMAGE, device)
     pixel = 2.0 * BoundingSphere.of(mesh).radius / _IMAGE
     there, here = (float(directional_measures(masks).mean()) for masks in (hidden, original))
     return OcclusionMeasures(

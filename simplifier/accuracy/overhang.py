@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simplifier.accuracy.accuracy import checked_directions, mask_blocks
+from simplifier.device.device import PROCESSOR, Device
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import BoundingSphere, ViewShares
@@ -41,21 +42,27 @@ class Overhang(ViewShares):
     stick_out: float
 
 
-def measure_overhang(mesh: TriangleMesh, occluder: Occluder, directions: FloatArray) -> Overhang:
+def measure_overhang(
+    mesh: TriangleMesh, occluder: Occluder, directions: FloatArray, device: Device = PROCESSOR
+) -> Overhang:
     """Measure in orthographic pictures of 512 pixels across the mesh's bounding sphere.
 
     ``directions``  (V, 3) unit vectors, the lines of sight.
+    ``device``      what draws the pictures; the result is the same on any.
 
     Pictures are larger where the occluder reaches past the sphere, up to four times; what sticks
     out further than that is not counted.  Raises :class:`~simplifier.errors.MeshError` when the
     occluder's arrays cannot be drawn and :class:`~simplifier.errors.OptionError` for directions
     that are not unit vectors.
     """
-    return measure_overhangs(mesh, [occluder], directions)[0]
+    return measure_overhangs(mesh, [occluder], directions, device)[0]
 
 
 def measure_overhangs(
-    mesh: TriangleMesh, occluders: Sequence[Occluder], directions: FloatArray
+    mesh: TriangleMesh,
+    occluders: Sequence[Occluder],
+    directions: FloatArray,
+    device: Device = PROCESSOR,
 ) -> tuple[Overhang, ...]:
     """As :func:`measure_overhang` each, but the mesh is drawn once for all."""
     lines = checked_directions(directions)
@@ -63,7 +70,8 @@ def measure_overhangs(
     image = max((_image_size(sphere.to_unit(one.vertices)) for one in occluders), default=ACROSS)
     pixels = np.empty((len(occluders), len(lines), 2), dtype=np.int64)
     farthest = np.empty((len(occluders), len(lines)), dtype=np.int64)
-    for first, last, original, masks in mask_blocks(mesh, occluders, lines, image, ACROSS):
+    blocks = mask_blocks(mesh, occluders, lines, image, ACROSS, device)
+    for first, last, original, masks in blocks:
         for index, hidden in enumerate(masks):
             _count(original, hidden, image, pixels[index, first:last], farthest[index, first:last])
     pixel = 2.0 * sphere.radius / ACROSS

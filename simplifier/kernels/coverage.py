@@ -63,14 +63,6 @@ def coverage_masks(
     return masks
 
 
-def soup_masks(
-    triangles: NDArray[np.float64], projections: NDArray[np.float64], pixels: int
-) -> MaskArray:
-    """As :func:`coverage_masks` of a soup (m, 3, 3), ``pixels`` a side."""
-    corners = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
-    return coverage_masks(triangles.reshape(-1, 3), corners, projections, pixels, pixels)
-
-
 def unpack_masks(masks: MaskArray, columns: int) -> NDArray[np.bool_]:
     """(..., rows, columns) bool from bit rows."""
     octets = np.ascontiguousarray(masks).astype("<u8", copy=False).view(np.uint8)

@@ -163,11 +163,11 @@ def _drop_member(taken, index):
 
 @kernel(
     "float64[:, :], int32[:], int64[:], float64[:, :, :], int32[:], int32[:], int32[:], "
-    "int64[:], (int64, float64, float64[:]), int64, int64, uint8[:], uint64[:, :]"
+    "int64[:], (int64, float64, float64[:]), int64, int64, uint8[:], uint64[:, :], int64[:]"
 )
 def search_cut(
     points, lowest, offsets, maps, triangles, polygons, levels, firsts, limits, exchanges, seed,
-    halt, standing,
+    halt, standing, bounds,
 ):  # fmt: skip
     """Fill the budget by gain a triangle, then take members out and refill while that helps.
 
@@ -177,7 +177,8 @@ def search_cut(
     of a gain by what it costs (1 / cost: gain a triangle).  ``exchanges`` is how often two members
     are taken out and the freed triangles spent anew; ``seed`` chooses the second of the two.
 
-    ``standing`` (V, 64) uint64 is what is hidden already, at no cost.
+    ``standing`` (V, 64) uint64 is what is hidden already, at no cost; ``bounds`` (p,) int64 is what
+    each polygon adds to that in full, and so at most at any level.
 
     ``halt`` (1,) uint8 ends the search early, with a cut of no worth, once another thread sets it.
     Returns the levels (p,) int32 and the score.
@@ -199,12 +200,8 @@ def search_cut(
     gains = np.empty(len(polygons), np.int64)
     _unite(shapes, standing, taken, drawn, images, union, view_scores, scratch)
     for polygon in range(count):
-        if halt[0]:
-            break
-        # A level lies in its full polygon, so no level gains more than that.
-        bound = _gain(shapes, polygon, triangles[polygon], union, view_scores, 0, 1, scratch)
         for pair in range(firsts[polygon], firsts[polygon + 1]):
-            gains[pair] = bound
+            gains[pair] = bounds[polygon]
     total = _fill(
         shapes, standing, pairs, gains, taken, drawn, images, union, view_scores, limits,
         scratch, halt,

@@ -22,6 +22,7 @@ from dataclasses import dataclass, field, replace
 
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.deviation import SLACK, deviation_from_solid
+from simplifier.device.choice import open_device
 from simplifier.errors import CancelledError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import LeftOut, Level, LodChain, Occluder
@@ -252,6 +253,7 @@ def judge_level(mesh: TriangleMesh, made: Simplification, options: Options) -> K
             _VIEWS, _IMAGE, seed=options.seed, exact=True, viewers=options.solid.viewers,
             up=options.solid.up,
         ),
+        device=open_device(options.device),
     )  # fmt: skip
     strays = deviation_from_solid(made.occluder, mesh, made.solid)
     level = Level(made.occluder, options.solid.resolution, strays)

@@ -34,6 +34,7 @@ LONGEST_SECONDS = 1e6
 """The longest time limit, seconds: eleven days."""
 
 Slicing = Literal["cpu", "gl"]
+DeviceChoice = Literal["auto", "cpu", "gpu"]
 Trim = Literal["gain", "area"]
 Axis = Literal["x", "y", "z"]
 Viewers = Literal["all", "above", "inside"]
@@ -138,9 +139,14 @@ class SimplifyOptions(OptionSet):
         0.001, "Stop adding polygons when the next one raises the occlusion measure by less than"
         " this.", low=0.0, high=1.0,
     )  # fmt: skip
-    slicer: Slicing = option(
-        "cpu", "What cuts the sections: cpu, or gl for the OpenGL stencil buffer."
-    )
+    slicer: Slicing | None = option(
+        None, "What cuts the sections: cpu, or gl for the OpenGL stencil buffer.",
+        absent="by device",
+    )  # fmt: skip
+    device: DeviceChoice = option(
+        "cpu", "What draws and measures: cpu, gpu (a graphics card, by OpenGL), or auto (the card,"
+        " if there is one).",
+    )  # fmt: skip
     preset: Preset = option(
         "balanced", "How much time to spend: draft, balanced or best.", group="Quality"
     )
@@ -303,6 +309,7 @@ class EvaluateOptions(OptionSet):
     image: int = shared(SimplifyOptions, "image")
     quads: int = shared(SimplifyOptions, "quads")
     exact: bool = shared(SimplifyOptions, "exact")
+    device: DeviceChoice = shared(SimplifyOptions, "device")
     memory_limit: float | None = shared(SimplifyOptions, "memory_limit")
 
 

@@ -18,6 +18,7 @@ from simplifier.options.simplify import (
     LITTLE_OVERHANG,
     MOST_VOXELS,
     Axis,
+    DeviceChoice,
     EvaluateOptions,
     Fill,
     Preset,
@@ -137,8 +138,9 @@ class SectionOptions(OptionSet):
     """Most planes tried in a depth bin, 1 to 1024.  Up to 128 voxels the step alone counts; past
     that this keeps the time from growing with the cube of the resolution."""
 
-    slicer: Slicing = shared(SimplifyOptions, "slicer")
-    """``cpu`` samples the grid; ``gl`` draws the voxel mesh into an OpenGL stencil buffer."""
+    slicer: Slicing | None = shared(SimplifyOptions, "slicer")
+    """``cpu`` samples the grid; ``gl`` draws the voxel mesh into an OpenGL stencil buffer; None is
+    what belongs to the device."""
 
 
 @dataclass(frozen=True)
@@ -235,9 +237,18 @@ class Options(OptionSet):
     error_bound: float | None = None
     """World units that the occluder keeps to, above 0; None for what the resolution gives."""
 
+    device: DeviceChoice = shared(SimplifyOptions, "device")
+    """What draws the original, judges candidates and, if no slicer is named, cuts sections."""
+
     time_limit: float | None = shared(SimplifyOptions, "time_limit")
     """Seconds from mesh to occluder, above 0: less shortens the preset's work, more goes on
     refining, whatever the moves.  None takes as long as the preset's work does."""
+
+    @property
+    def may_use_stencil(self) -> bool:
+        """Whether OpenGL's stencil buffer cuts the sections, or may."""
+        slicer = self.sections.slicer
+        return slicer == "gl" or (slicer is None and self.device != "cpu")
 
     @property
     def fine_room(self) -> bool:

@@ -9,6 +9,7 @@ from pathlib import Path
 from simplifier.accuracy.accuracy import AccuracyReport
 from simplifier.accuracy.overhang import Overhang
 from simplifier.accuracy.verdict import EngineVerdict, verdict_on
+from simplifier.device.choice import open_device
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
@@ -61,7 +62,10 @@ class EvaluateResult:
     def warnings(self) -> tuple[str, ...]:
         """What the user should know beside the verdict, a sentence each."""
         kept = Overrides(open=self.overrides.open)  # what is drawn is the occluder's own affair
-        return remarks(self.mesh, self.occluder, self.solid, kept)
+        return (
+            *remarks(self.mesh, self.occluder, self.solid, kept),
+            *open_device(self.options.device).remarks,
+        )
 
     def report(self, *, load_seconds: float = 0.0, names: Names = NAMES) -> Report:
         """What ``--report`` writes, as ``docs/report.schema.json`` says.
@@ -81,6 +85,7 @@ class EvaluateResult:
             timings={**self.timings, "load": load_seconds}, warnings=self.warnings,
             seed=self.options.seed, overhang=self.overhang, front=self.front, verdict=verdict,
             command=next_evaluate(self.options, verdict, names),
+            device=open_device(self.options.device),
         )  # fmt: skip
 
     def write_pictures(
@@ -92,4 +97,7 @@ class EvaluateResult:
         Raises :class:`~simplifier.errors.OutputError`.
         """
         shown = self.report() if report is None else report
-        return write_pictures(folder, self.mesh, self.occluder, self.accuracy, shown, name=name)
+        return write_pictures(
+            folder, self.mesh, self.occluder, self.accuracy, shown, name=name,
+            device=open_device(self.options.device),
+        )  # fmt: skip

@@ -15,6 +15,7 @@ from simplifier.accuracy.deviation import deviation_from_solid
 from simplifier.accuracy.front import measure_front
 from simplifier.accuracy.overhang import Overhang, measure_overhangs
 from simplifier.accuracy.verdict import Aim, Aims, EngineVerdict, verdict_on
+from simplifier.device.choice import open_device
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Level, LodChain, Occluder
@@ -106,14 +107,15 @@ class SimplifyResult:
 
     def measure(self, listener: Listener | None = None) -> MeasuredResult:
         """Precision, recall, overhang and a verdict, of every level."""
-        watch = Stopwatch(listener)
+        watch, device = Stopwatch(listener), open_device(self.options.device)
         with watch.stage("accuracy"):
             chain = self._chain()
             occluders = [level.occluder for level in chain.levels]
             accuracies = evaluate_accuracies(
-                self.mesh, occluders, passed_on(AccuracyOptions, self.options)
+                self.mesh, occluders, passed_on(AccuracyOptions, self.options), device=device
             )
-            overhangs = measure_overhangs(self.mesh, occluders, accuracies[0].directions)
+            directions = accuracies[0].directions
+            overhangs = measure_overhangs(self.mesh, occluders, directions, device)
             verdicts = tuple(
                 verdict_on(
                     verdict_figures(level.occluder, accuracy, overhang),
@@ -123,7 +125,7 @@ class SimplifyResult:
                     chain.levels, accuracies, overhangs, strict=True
                 )
             )
-            front = measure_front(self.mesh, self.occluder, accuracies[0].directions)
+            front = measure_front(self.mesh, self.occluder, directions, device)
             notes = remarks(self.mesh, self.occluder, self.made.solid, self.overrides)
         taken = watch.timings["accuracy"]
         return MeasuredResult(self, chain, accuracies, overhangs, front, verdicts, taken, notes)
@@ -244,7 +246,7 @@ class MeasuredResult:
             seed=self.result.options.seed, strays=self.levels[0].deviation,
             overhang=self.overhang, front=self.front, verdict=self.verdict, command=commands[0],
             levels=levels if self.result.chain else (),
-            left_out=left_out_rows(self.chain),
+            left_out=left_out_rows(self.chain), device=open_device(self.result.options.device),
         )  # fmt: skip
 
     def write_pictures(
@@ -257,8 +259,9 @@ class MeasuredResult:
         """
         shown = self.report() if report is None else report
         return write_pictures(
-            folder, self.mesh, self.occluder, self.accuracies[0], shown, name=name
-        )
+            folder, self.mesh, self.occluder, self.accuracies[0], shown, name=name,
+            device=open_device(self.result.options.device),
+        )  # fmt: skip
 
 
 def _aims(options: SimplifyOptions, distance: float) -> Aims:
@@ -300,6 +303,7 @@ def _options_row(result: SimplifyResult, judging: AccuracyOptions) -> dict[str, 
         "transparent": chosen.transparent,
         "overrides": overrides_summary(result.overrides),
         **asdict(options.sections),
+        "slicer": options.sections.slicer or open_device(options.device).slicer,
         **asdict(options.selection),
         "refine": asdict(options.refine),
         "time_limit": options.time_limit,

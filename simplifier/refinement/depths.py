@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.device.device import PROCESSOR, Device
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.kernels.bit_image import SIZE
-from simplifier.kernels.front import depth_limits
 from simplifier.kernels.soup_views import FRONT_ROWS, FRONT_STEP
 
 
@@ -38,6 +38,7 @@ class Depths:
         size: int,
         tolerance: float,
         turned: bool,
+        device: Device = PROCESSOR,
     ) -> Depths:
         """Of a mesh in square pictures.
 
@@ -53,7 +54,7 @@ class Depths:
         if turned:
             away[::2] *= -1.0
         maps = with_depth(projections * (size / SIZE), away)
-        return cls(away, depth_limits(vertices, faces, maps, size, tolerance))
+        return cls(away, device.depth_limits(vertices, faces, maps, size, tolerance))
 
     def rows_of_search(self) -> Depths:
         """Those rows of 64 that a search looks at."""

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.device.device import PROCESSOR, Device, soup_masks
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.overrides import NOTHING
-from simplifier.kernels.coverage import MaskArray, coverage_masks, soup_masks
+from simplifier.kernels.coverage import MaskArray
 from simplifier.kernels.front import pixels_before
 from simplifier.kernels.overhang import count_beside, shares_beside, widen
 from simplifier.kernels.random_quads import exact_quad_pixels, full_areas
@@ -40,7 +41,7 @@ class Outlines:
     ``projections`` (V, 2, 4) to 512 x 512 pixels, ``wide`` (V, 512, 8) masks of what is at most a
     pixel away from the original, its own ``pixels`` (V,), and the triangles ``drawn`` (k, 3, 3) by
     hand, which count as the original's; and its ``depths`` in pictures of any size, or none, where
-    no front is asked for.
+    no front is asked for.  The ``device`` draws.
     """
 
     projections: FloatArray
@@ -48,6 +49,7 @@ class Outlines:
     pixels: NDArray[np.int64]
     drawn: FloatArray
     depths: Depths = NO_DEPTHS
+    device: Device = PROCESSOR
 
     @classmethod
     def of(
@@ -57,13 +59,14 @@ class Outlines:
         projections: FloatArray,
         drawn: FloatArray = NOTHING,
         depths: Depths = NO_DEPTHS,
+        device: Device = PROCESSOR,
     ) -> Outlines:
         """``projections`` (V, 2, 4) to 64 x 64 pixels, as a search has them."""
         fine = projections * (OUTLINE / 64)
-        masks = coverage_masks(vertices, faces, fine, OUTLINE, OUTLINE)
+        masks = device.coverage_masks(vertices, faces, fine, OUTLINE, OUTLINE)
         wide, pixels = np.empty_like(masks), np.empty(len(masks), dtype=np.int64)
         run_chunks(lambda begin, end: widen(masks, begin, end, wide, pixels), len(masks))
-        return cls(fine, wide, pixels, drawn, depths)
+        return cls(fine, wide, pixels, drawn, depths, device)
 
     def front(self, triangles: FloatArray) -> FloatArray:
         """(V,) pixels of the original before which a soup (m, 3, 3) stands, as a share of all."""
@@ -74,7 +77,8 @@ class Outlines:
 
     def overhang(self, triangles: FloatArray) -> FloatArray:
         """(V,) pixels of a soup (m, 3, 3) beside the original, as a share of the original's."""
-        shown = soup_masks(np.concatenate([triangles, self.drawn]), self.projections, OUTLINE)
+        together = np.concatenate([triangles, self.drawn])
+        shown = soup_masks(self.device, together, self.projections, OUTLINE)
         beside = np.empty(len(shown), dtype=np.int64)
         count_beside(self.wide, shown, 0, len(shown), beside)
         return shares_beside(self.pixels, beside)
@@ -96,7 +100,7 @@ class FineViews:
     ) -> FineViews:
         """``projections`` (V, 2, 4) to 64 x 64 pixels, as a search has them."""
         fine = projections * (SIZE / 64)
-        masks = coverage_masks(vertices, faces, fine, SIZE, SIZE)
+        masks = outlines.device.coverage_masks(vertices, faces, fine, SIZE, SIZE)
         return cls(fine, masks, full_areas(masks, SIZE), outlines)
 
 
@@ -134,7 +138,7 @@ def precision_and_recall(
 def score_finalist(triangles: FloatArray, views: FineViews) -> FinalistScore:
     """Judge a soup (m, 3, 3); none at all has precision 1, recall 0 and no overhang."""
     together = np.concatenate([triangles, views.outlines.drawn])
-    shown = soup_masks(together, views.projections, SIZE)
+    shown = soup_masks(views.outlines.device, together, views.projections, SIZE)
     beside = views.outlines.overhang(triangles)
     priced = views.outlines.depths.known
     before = float(views.outlines.front(triangles).mean()) if priced else 0.0

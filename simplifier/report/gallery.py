@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from simplifier.accuracy.accuracy import AccuracyReport
+from simplifier.device.device import PROCESSOR, Device
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.report.png import figure_image, png_bytes
@@ -46,9 +47,11 @@ class Gallery:
     precision: bytes
 
 
-def draw_gallery(mesh: TriangleMesh, occluder: Occluder, accuracy: AccuracyReport) -> Gallery:
+def draw_gallery(
+    mesh: TriangleMesh, occluder: Occluder, accuracy: AccuracyReport, device: Device = PROCESSOR
+) -> Gallery:
     """Draw everything; about a second.  Raises as :func:`~.accuracy.view_masks`."""
-    views = view_pictures(mesh, occluder, accuracy)
+    views = view_pictures(mesh, occluder, accuracy, device=device)
     count = len(occluder.faces)
     title = (
         f"{count:,} {'triangle' if count == 1 else 'triangles'}, "

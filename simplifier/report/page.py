@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from simplifier.accuracy.accuracy import AccuracyReport
 from simplifier.checks import as_path
+from simplifier.device.device import PROCESSOR, Device
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.files import make_folder, write_whole
@@ -50,18 +51,20 @@ def write_pictures(
     report: Report,
     *,
     name: str = "mesh",
+    device: Device = PROCESSOR,
 ) -> list[Path]:
     """Write the contact sheet, every view, both histograms and the page; return what was written.
 
     ``folder`` is made when it is not there; files of the same names are replaced, each whole or not
-    at all.  ``name`` is what the page calls the mesh.  Raises :class:`OutputError`.
+    at all.  ``name`` is what the page calls the mesh; the ``device`` draws.  Raises
+    :class:`OutputError`.
     """
     # Here, not above: matplotlib takes half a second to import, and most runs draw nothing.
     from simplifier.report.gallery import draw_gallery
 
     place = as_path("folder", folder)
     make_folder(place)
-    gallery = draw_gallery(mesh, occluder, accuracy)
+    gallery = draw_gallery(mesh, occluder, accuracy, device)
     files = {"silhouettes.png": gallery.sheet}
     for index, (view, data) in enumerate(zip(gallery.views, gallery.view_files, strict=True)):
         files[f"view_{index:02d}_{view.name.replace(' ', '_')}.png"] = data
@@ -116,7 +119,7 @@ def page_text(report: Report, gallery: Gallery, *, name: str = "mesh") -> str:
         ],
         colophon=(
             f"planar-occluder {report['version']}, seed {report['seed']}, "
-            f"report schema {report['schema_version']}"
+            f"report schema {report['schema_version']}, drawn by {report.get('device', 'cpu')}"
         ),
     )
 

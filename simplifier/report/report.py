@@ -18,6 +18,7 @@ from simplifier.accuracy.front import measure_front
 from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.accuracy.overhang import Overhang, measure_overhang
 from simplifier.accuracy.verdict import EngineVerdict, VerdictFigures, verdict_on
+from simplifier.device.device import PROCESSOR, Device
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import LodChain, Occluder
 from simplifier.geometry.solid import Solid
@@ -50,6 +51,7 @@ def build_report(
     front: ViewShares | None = None,
     verdict: EngineVerdict | None = None,
     command: str | None = None,
+    device: Device = PROCESSOR,
 ) -> Report:
     """All that is known of an occluder, ready for ``json.dumps``.
 
@@ -58,13 +60,13 @@ def build_report(
     the occluder is that of the finest.  ``strays`` is its deviation, ``overhang`` what it covers
     beside the mesh, ``front`` what it stands before, and ``verdict`` what is to be thought of it;
     each is found here if it is None.  ``command`` is what to try next, ``decisions`` are what was
-    decided while the occluder was made, a sentence each.
+    decided while the occluder was made, a sentence each.  The ``device`` draws.
     """
-    measures = occlusion_measures(mesh, occluder)
+    measures = occlusion_measures(mesh, occluder, device)
     if overhang is None:
-        overhang = measure_overhang(mesh, occluder, accuracy.directions)
+        overhang = measure_overhang(mesh, occluder, accuracy.directions, device)
     if front is None:
-        front = measure_front(mesh, occluder, accuracy.directions)
+        front = measure_front(mesh, occluder, accuracy.directions, device)
     if strays is None:
         strays = deviation_from_solid(occluder, mesh, solid)
     if verdict is None:
@@ -89,6 +91,7 @@ def build_report(
         "error_bound": _finite(occluder.error_bound),
         "deviation": strays,
         "timings": {stage: timings.get(stage, 0.0) for stage in STAGES},
+        "device": device.name,
         "options": dict(options),
         "input": _input(mesh),
         "solid": _solid(solid),

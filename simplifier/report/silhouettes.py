@@ -18,6 +18,7 @@ from matplotlib.transforms import IdentityTransform
 from numpy.typing import NDArray
 
 from simplifier.accuracy.accuracy import AccuracyReport, view_masks
+from simplifier.device.device import PROCESSOR, Device
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.solid import BoolArray
@@ -81,14 +82,18 @@ def choose_views(accuracy: AccuracyReport, count: int = 6) -> list[int]:
 
 
 def view_pictures(
-    mesh: TriangleMesh, occluder: Occluder, accuracy: AccuracyReport, count: int = 6
+    mesh: TriangleMesh,
+    occluder: Occluder,
+    accuracy: AccuracyReport,
+    count: int = 6,
+    device: Device = PROCESSOR,
 ) -> list[ViewPicture]:
     """The chosen views as pictures of one common scale, the worst first.
 
     What an occluder has outside of the original's bounding sphere may be cut off.
     """
     chosen = choose_views(accuracy, count)
-    originals, hidden = view_masks(mesh, occluder, accuracy.directions[chosen], _MASK)
+    originals, hidden = view_masks(mesh, occluder, accuracy.directions[chosen], _MASK, device)
     reach = np.asarray((originals | hidden).any(axis=0))
     frames = zip(
         chosen, _crop_to_frame(originals, reach), _crop_to_frame(hidden, reach), strict=True

@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.device.device import PROCESSOR, Device
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.section import Chain, signed_area
 from simplifier.kernels.bit_image import SIZE
-from simplifier.kernels.measure import draw_polygon, score_images, score_polygon_unions
-from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.measure import draw_polygon, score_images
+from simplifier.progress import TellShare, silent
 
 Images = NDArray[np.uint64]
 """(views, 64) uint64: one 64 x 64 bit image a view."""
@@ -22,7 +23,8 @@ Images = NDArray[np.uint64]
 class Candidates:
     """Polygons laid end to end, and their maps into the pictures of all search views.
 
-    ``standing`` (V, 64) is what is hidden already, whichever are chosen.
+    ``standing`` (V, 64) is what is hidden already, whichever are chosen; the ``device`` scores many
+    of them at once.
 
     Arrays as :mod:`simplifier.kernels.measure` takes them.  ``triangles`` (p,) int32 is the
     triangle count of each full polygon.  Scores are twice the occlusion measure summed over the
@@ -35,10 +37,15 @@ class Candidates:
     maps: FloatArray
     triangles: IntArray = field(repr=False)
     standing: Images = field(repr=False)
+    device: Device = PROCESSOR
 
     @classmethod
     def from_chains(
-        cls, chains: Sequence[Chain], projections: FloatArray, standing: Images | None = None
+        cls,
+        chains: Sequence[Chain],
+        projections: FloatArray,
+        standing: Images | None = None,
+        device: Device = PROCESSOR,
     ) -> Candidates:
         """``projections`` (views, 2, 4): grid space to pixels of 64 x 64 images, affine."""
         if standing is None:
@@ -53,6 +60,7 @@ class Candidates:
             _maps(chains, projections),
             (sizes - 2).astype(np.int32),
             standing,
+            device,
         )
 
     def __len__(self) -> int:
@@ -72,18 +80,20 @@ class Candidates:
         draw_polygon(self.points, self.lowest, self.offsets, self.maps, polygon, level, images)
         return images
 
-    def scores(self, polygons: IntArray, levels: IntArray, base: Images) -> NDArray[np.int64]:
+    def scores(
+        self, polygons: IntArray, levels: IntArray, base: Images, tell: TellShare = silent
+    ) -> NDArray[np.int64]:
         """(k,) score of ``base`` with each of the (k,) polygons added, one at a time."""
-        scores = np.zeros(len(polygons), dtype=np.int64)
-        run_chunks(
-            lambda begin, end: score_polygon_unions(
-                self.points, self.lowest, self.offsets, self.maps,
-                polygons, levels, base, begin, end, scores,
-            ),
-            len(polygons),
-            least=4,
-        )  # fmt: skip
-        return scores
+        shapes = (self.points, self.lowest, self.offsets, self.maps)
+        return self.device.polygon_scores(shapes, polygons, levels, base, tell)
+
+    def full_gains(self, tell: TellShare = silent) -> NDArray[np.int64]:
+        """(p,) what each polygon adds in full to the score of what stands already.
+
+        A level lies in its full polygon, so none gains more than that.
+        """
+        polygons = np.arange(len(self), dtype=np.int32)
+        return self.scores(polygons, self.triangles, self.standing, tell) - score(self.standing)
 
     def areas(self, polygon: int) -> FloatArray:
         """(triangles + 1,) area of a polygon by level; level 0 has none."""

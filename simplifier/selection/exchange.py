@@ -51,13 +51,15 @@ def choose_by_gain(
             halt[0] = 1
             raise
 
+    bounds = candidates.full_gains(lambda share: tell(0.0))
+
     def search(begin: int, end: int) -> None:
         for index in range(begin, end):
             weights = np.maximum(np.arange(budget + 1.0), 1.0) ** -_POWERS[index]
             found[index] = search_cut(
                 candidates.points, candidates.lowest, candidates.offsets, candidates.maps,
                 candidates.triangles, polygons, levels, firsts, (budget, alpha, weights),
-                exchanges, seed + index, halt, candidates.standing,
+                exchanges, seed + index, halt, candidates.standing, bounds,
             )  # fmt: skip
 
     run_chunks(search, len(_POWERS), tell=tell_or_halt)

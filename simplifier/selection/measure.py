@@ -14,11 +14,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.device.device import PROCESSOR, Device
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.solid import BoolArray, Solid
 from simplifier.geometry.views import from_above, hemisphere_directions, image_axes
 from simplifier.kernels.bit_image import SIZE
-from simplifier.kernels.coverage import coverage_masks
 from simplifier.kernels.measure import distance_sum, score_images
 from simplifier.kernels.threads import run_chunks
 from simplifier.options.stages import Options
@@ -50,14 +50,18 @@ def bit_measure(image: NDArray[np.uint64], pixel: float = 1.0) -> float:
 
 
 def silhouettes(
-    vertices: FloatArray, faces: IntArray, projections: FloatArray, tell: TellShare = silent
+    vertices: FloatArray,
+    faces: IntArray,
+    projections: FloatArray,
+    tell: TellShare = silent,
+    device: Device = PROCESSOR,
 ) -> NDArray[np.uint64]:
     """(views, 64) uint64 bit images of a triangle soup; ``projections`` (views, 2, 4).
 
     ``tell`` hears the share of the views that are drawn.
     """
     return np.ascontiguousarray(
-        coverage_masks(vertices, faces, projections, SIZE, SIZE, tell)[:, :, 0]
+        device.coverage_masks(vertices, faces, projections, SIZE, SIZE, tell)[:, :, 0]
     )
 
 

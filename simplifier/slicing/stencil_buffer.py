@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.errors import BackendUnavailableError
+from simplifier.device.opengl_context import open_context, unavailable
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.section import ImageFrame
 from simplifier.geometry.solid import BoolArray
@@ -74,7 +74,7 @@ class StencilBuffer:
     """
 
     def __init__(self, points: FloatArray, most_faces: int) -> None:
-        self._context, self._stencil = open_context()
+        self._context, self._stencil = open_stencil()
         self._queries: list[Any] = []
         self._framebuffer: Any = None
         self._rows, self._columns = 0, 0
@@ -189,38 +189,16 @@ _ARGUMENTS: dict[str, tuple[Any, ...]] = {
 }
 
 
-def open_context(
+def open_stencil(
     where: str = "slicer gl", instead: str = "the cpu slicer"
 ) -> tuple[Any, StencilCalls]:
     """A moderngl context that is current, OpenGL 3.3 or newer, and its stencil calls.
 
-    Raises :class:`BackendUnavailableError` where a package or a library is missing, which says
-    ``where`` it is wanted, and what can be used ``instead``.
+    Raises :class:`~simplifier.errors.BackendUnavailableError` as
+    :func:`~simplifier.device.opengl_context.open_context` does.
     """
-    try:
-        import glcontext
-        import moderngl
-    except ImportError as error:
-        what = f"the Python package {error.name} is missing"
-        raise _unavailable(what, where, instead) from error
-    # Both packages raise plain Exception, for a missing library as for a refusing driver.
-    try:
-        native = glcontext.get_backend_by_name("egl")(mode="standalone", glversion=330)
-        context = moderngl.create_context(context=native)
-    except Exception as error:
-        what = f"OpenGL 3.3 with EGL cannot be opened ({error})"
-        raise _unavailable(what, where, instead) from error
+    context, native = open_context(where, instead)
     return context, StencilCalls(native, where, instead)
-
-
-def _unavailable(what: str, where: str, instead: str) -> BackendUnavailableError:
-    return BackendUnavailableError(
-        what,
-        where=where,
-        remedy="install the 'gl' extra (pip install planar-occluder[gl]) and OpenGL with EGL "
-        "(Debian packages libegl1 libegl-mesa0 libgl1-mesa-dri libgles2 libgl1 libopengl0 "
-        f"libgbm1), or use {instead}",
-    )
 
 
 class StencilCalls:
@@ -253,7 +231,7 @@ class StencilCalls:
         self._renderbuffer = fresh
         if call["glCheckFramebufferStatus"](_FRAMEBUFFER) != _FRAMEBUFFER_COMPLETE:
             what = f"no stencil buffer of {columns} x {rows} pixels"
-            raise _unavailable(what, self._where, self._instead)
+            raise unavailable(what, self._where, self._instead)
 
     def clear(self) -> None:
         """Set all of the stencil to 0."""

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from simplifier.device.choice import open_device
 from simplifier.geometry.mesh import FloatArray, as_mesh
 from simplifier.geometry.overrides import NOTHING
 from simplifier.geometry.section import Chain, Polygon, Section
@@ -28,9 +29,9 @@ from simplifier.voxel.surface import voxel_mesh
 
 
 @contextmanager
-def open_slicer(solid: Solid, options: SectionOptions, watch: Stopwatch) -> Iterator[Slicer]:
+def open_slicer(solid: Solid, options: Options, watch: Stopwatch) -> Iterator[Slicer]:
     """What cuts the core of the solid: samples of its grid, or its mesh in the stencil buffer."""
-    if options.slicer == "cpu":
+    if (options.sections.slicer or open_device(options.device).slicer) == "cpu":
         yield GridSampler(solid.core)
         return
     with watch.stage("surface"):
@@ -96,7 +97,8 @@ def _choose(
     chosen = options.selection
     projections = search_projections(solid, options, chosen.views)
     standing = silhouettes(*as_mesh(drawn), projections)
-    candidates = Candidates.from_chains(chains, projections, standing)
+    device = open_device(options.device)
+    candidates = Candidates.from_chains(chains, projections, standing, device)
     if chosen.trim == "area":
         return trim_by_area(candidates, greedy_cut(candidates, chosen.alpha), chosen.budget)
     room = options.seed % 2**62  # each search adds its number, and the kernel takes 64 bits

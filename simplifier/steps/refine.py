@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from simplifier.device.choice import open_device
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.room import Room
@@ -115,7 +116,8 @@ def _sealed(
     lines = search_projections(solid, options, _SEALING_VIEWS) * (OUTLINE / 64)
     lines = np.random.default_rng(options.seed).permutation(lines)  # near ones show the same
     placed = solid.core.to_grid(mesh.vertices)
-    return withdraw(triangles, placed, mesh.faces, lines, OUTLINE, _CLEAN_VIEWS)
+    device = open_device(options.device)
+    return withdraw(triangles, placed, mesh.faces, lines, OUTLINE, _CLEAN_VIEWS, device)
 
 
 def _moved(
@@ -157,13 +159,14 @@ def _moved(
 
         return stop
 
-    aims = options.refine
+    aims, device = options.refine, open_device(options.device)
 
     def depths(lines: FloatArray, size: int) -> Depths:
         if aims.front >= 1.0:
             return NO_DEPTHS
         tolerance = 2.0 * FRONT_DEPTH * BoundingSphere.of(mesh).radius / solid.core.cell_size
-        return Depths.of(*original, lines, size, tolerance, options.solid.viewers != "above")
+        turned = options.solid.viewers != "above"
+        return Depths.of(*original, lines, size, tolerance, turned, device)
 
     if aims.front < 1.0:
         views = replace(views, depths=depths(views.projections, SIZE).rows_of_search())
@@ -171,12 +174,13 @@ def _moved(
     outlines = None
     if solid.reach > 0 and (several or not deadline.limited):
         lines = search_projections(solid, options, _OUTLINES, margin)
-        outlines = Outlines.of(*original, lines, drawn, depths(lines, _FRONT))
+        outlines = Outlines.of(*original, lines, drawn, depths(lines, _FRONT), device)
 
     def judge() -> Judge:
         count = _FINE_VIEWS if several else _FEW_FINE_VIEWS
         fine = search_projections(solid, options, count, margin)
-        pictures = FineViews.of(*original, fine, outlines or Outlines.of(*original, fine, drawn))
+        own = outlines or Outlines.of(*original, fine, drawn, device=device)
+        pictures = FineViews.of(*original, fine, own)
         return Judge(pictures, aims.precision, aims.overhang, front=aims.front)
 
     run = _Run(
@@ -387,7 +391,9 @@ def _views(
             if share < 0.5 < drawing.share:  # so slow that nothing would be left for refining
                 raise _StoppedError
 
-        return RefineViews(projections, silhouettes(*original, projections, keep_pace), by_hand)
+        device = open_device(options.device)
+        originals = silhouettes(*original, projections, keep_pace, device)
+        return RefineViews(projections, originals, by_hand)
 
     most = options.refine.views
     if not deadline.limited:

@@ -7,12 +7,14 @@ import os
 import pty
 import shlex
 import subprocess
+import sys
 from typing import get_args
 
 import pytest
 
 import simplifier
 from simplifier import api
+from simplifier.device.choice import close_device, open_device
 from simplifier.io.formats import writable_suffixes
 from simplifier.options.fields import OptionGroup
 from tests.acceptance.command import (
@@ -368,6 +370,42 @@ def test_without_opengl(command, folder, tmp_path, monkeypatch):
     )
     assert status == 1
     assert "or use the cpu slicer" in one_line(errors)
+
+
+def test_a_device_is_named_and_changes_no_byte(command, folder, tmp_path):
+    """By what OpenGL there is; where there is none a line says so, and the processor works."""
+    made, reports = {}, {}
+    for device in ("cpu", "gpu"):
+        out, report = tmp_path / f"{device}.glb", tmp_path / f"{device}.json"
+        status, _, errors = command(
+            "simplify", folder / "boxes.ply", "-o", out, "--budget", "20", "--report", report,
+            "--device", device, "--slicer", "cpu", *QUICK, *FEW_VIEWS,
+        )  # fmt: skip
+        assert status == 0
+        assert ("device gpu: " in errors) == bool(open_device(device).remarks)
+        made[device], reports[device] = out.read_bytes(), json.loads(report.read_text())
+        check_report(reports[device])
+    assert made["gpu"] == made["cpu"]
+    assert reports["cpu"]["device"] == "cpu"
+    assert reports["gpu"]["device"] == open_device("gpu").name
+    for key in ("precision", "recall", "by_view", "overhang", "front", "occlusion_measure"):
+        assert reports["gpu"][key] == reports["cpu"][key]
+
+
+def test_a_graphics_card_that_is_not_there(command, folder, tmp_path, monkeypatch):
+    close_device()
+    monkeypatch.setitem(sys.modules, "moderngl", None)
+    out = tmp_path / "out.glb"
+    asked = ("--device", "gpu", "--budget", "20", *QUICK)
+    assert command("simplify", folder / "boxes.ply", "-o", out, *asked, *FEW_VIEWS)[0] == 0
+    status, _, errors = command(
+        "evaluate", folder / "boxes.ply", out, "--device", "gpu", *FEW_VIEWS
+    )
+    close_device()
+    assert status == 0
+    (line,) = [one for one in errors.splitlines() if "device gpu" in one]
+    assert "the processor did all the work: device gpu: the Python package moderngl is" in line
+    assert "or use --device cpu" in line
 
 
 def test_version_and_help(command):

@@ -29,7 +29,7 @@ def search(candidates, budget, *, alpha=0.001, power=1.0, exchanges=0, seed=0, h
     cut, score = search_cut(
         candidates.points, candidates.lowest, candidates.offsets, candidates.maps,
         candidates.triangles, polygons, levels, firsts, (budget, alpha, weights), exchanges, seed,
-        np.full(1, halt, np.uint8), candidates.standing,
+        np.full(1, halt, np.uint8), candidates.standing, candidates.full_gains(),
     )  # fmt: skip
     filled = plain.fill(candidates, polygons, levels, budget, alpha, weights)
     return cut, score, filled

@@ -85,7 +85,7 @@ def test_whole_numbers_stay_whole(kind, name, low):
         (SolidOptions, "up", ("x", "y", "z")),
         (SolidOptions, "viewers", ("all", "above", "inside")),
         (SolidOptions, "fill", ("sight", "flood")),
-        (SectionOptions, "slicer", ("cpu", "gl")),
+        (Options, "device", ("auto", "cpu", "gpu")),
         (SelectionOptions, "trim", ("gain", "area")),
     ],
 )

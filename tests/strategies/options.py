@@ -71,7 +71,7 @@ def _values(field: OptionField, longest: float) -> st.SearchStrategy[Any]:
         case "flag":
             found = st.booleans()
         case "choice":  # OpenGL is not there on every machine
-            found = st.sampled_from([one for one in field.choices if one != "gl"])
+            found = st.sampled_from([one for one in field.choices if one not in ("gl", "gpu")])
         case "lengths":
             found = st.lists(_bounds(longest), min_size=1, max_size=4, unique=True)
         case kind:

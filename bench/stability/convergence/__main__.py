@@ -28,7 +28,7 @@ from bench.stability.convergence.plot import Cells, plot_errors, plot_gains
 from bench.stability.convergence.slicers import slicer_rows
 from bench.stability.convergence.subjects import Subject, subjects
 from simplifier.errors import BackendUnavailableError
-from simplifier.slicing.stencil_buffer import open_context
+from simplifier.slicing.stencil_buffer import open_stencil
 from simplifier.warmup import warm_up
 
 RESULTS, IMAGES = ROOT / "bench" / "results", ROOT / "docs" / "images"
@@ -100,7 +100,7 @@ def _making(output: Path) -> None:
 
 def _slicers(output: Path) -> None:
     try:
-        context, _ = open_context()
+        context, _ = open_stencil()
     except BackendUnavailableError as error:
         print(f"slicers: skipped: {error}")
         return

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray
-from simplifier.slicing.stencil_buffer import open_context
+from simplifier.slicing.stencil_buffer import open_stencil
 from simplifier.visibility.cull_maps.shadow_edges import ShadowEdges
 
 PRECISION = 2.0**-18
@@ -121,7 +121,7 @@ class UmbraBuffer:
     """
 
     def __init__(self) -> None:
-        self._context, self._stencil = open_context("backend opengl", "--backend cpu")
+        self._context, self._stencil = open_stencil("backend opengl", "--backend cpu")
         self.widest = 0
         self._framebuffer: Any = None
         self._shadows: Any = None

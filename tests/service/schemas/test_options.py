@@ -34,7 +34,7 @@ CASES = [(kind, field) for kind in TABLES for field in TABLES[kind].fields]
 @pytest.mark.parametrize("kind", TABLES)
 def test_every_option_of_the_library_is_there_but_what_the_server_decides(kind):
     missing = {one.name for one in OF_LIBRARY[kind]} - {one.name for one in TABLES[kind].fields}
-    assert missing <= {"slicer", "preview", "backend", "skip_buried"}
+    assert missing <= {"slicer", "device", "preview", "backend", "skip_buried"}
 
 
 @pytest.mark.parametrize("kind", TABLES)

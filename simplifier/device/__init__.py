@@ -1,0 +1,1 @@
+"""What draws pictures and measures candidates: the processor, or a graphics card by OpenGL."""

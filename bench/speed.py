@@ -9,6 +9,7 @@
     memory             peak of a whole run at 256 voxels a side; target 1 GiB
     kernels            single kernels beside their floors and their peers
     culling            occluders drawn and boxes tested; target 10 ms for 10,000 of each
+    devices            pictures and scores by the processor and by OpenGL, with its renderer's name
 
 Starts of whole processes are measured by ``python -m bench.start``.
 
@@ -25,6 +26,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from bench.culling import culling_times
+from bench.devices import device_times
 from bench.growth import BUDGET, RESOLUTION, TRIANGLES, Growth, fitted_slopes
 from bench.kernels import kernel_times
 from bench.plot import plot_growth
@@ -45,6 +47,7 @@ PARTS: Mapping[str, Part] = {
     "memory": memory_at_256,
     "kernels": kernel_times,
     "culling": culling_times,
+    "devices": device_times,
 }
 
 

@@ -17,12 +17,16 @@ from hypothesis import strategies as st
 from simplifier.device import opengl_device, programs
 from simplifier.device.choice import open_device
 from simplifier.device.device import PROCESSOR
-from simplifier.geometry.views import image_axes, random_directions
+from simplifier.geometry.views import BoundingSphere, image_axes, random_directions
+from simplifier.io.load import load
 from simplifier.kernels.coverage import unpack_masks
+from tests.conftest import ASSETS
 from tests.kernels.test_coverage import FLAT, edge_functions
 from tests.kernels.test_front import NOTHING, depths_along_rays, soup
 from tests.selection.scenes import random_candidates
 from tests.solids import sphere
+
+MESHES = sorted(path.name for path in ASSETS.glob("*") if path.suffix in (".ply", ".glb"))
 
 DEVICES = {"cpu": lambda: PROCESSOR, "gpu": lambda: open_device("gpu")}
 
@@ -30,8 +34,18 @@ DEVICES = {"cpu": lambda: PROCESSOR, "gpu": lambda: open_device("gpu")}
 @pytest.fixture(params=sorted(DEVICES), scope="module")
 def device(request):
     """Each device in turn; skips where one cannot run."""
-    found = DEVICES[request.param]()
-    if request.param == "gpu" and found.name == "cpu":
+    yield from opened(request.param)
+
+
+@pytest.fixture(params=sorted(DEVICES.keys() - {"cpu"}), scope="module")
+def other(request):
+    """Each but the processor, which others are compared with."""
+    yield from opened(request.param)
+
+
+def opened(name):
+    found = DEVICES[name]()
+    if name != "cpu" and found.name == "cpu":
         pytest.skip(*found.remarks)
     with pytest.MonkeyPatch.context() as patch:
         # Else the processor would stand in for what OpenGL fails at, and pass.
@@ -72,9 +86,9 @@ def test_a_triangle_covers_what_exact_edge_functions_say(device, corners):
 
 @settings(max_examples=60, deadline=None)
 @given(corners=st.lists(triangle, min_size=1, max_size=8), rows=st.integers(1, 40))
-def test_ties_go_as_on_the_processor(device, corners, rows):
+def test_ties_go_as_on_the_processor(other, corners, rows):
     """Corners and edges that meet pixel centres are where a rule about ties is at work."""
-    assert (masks(device, corners, rows, 70) == masks(PROCESSOR, corners, rows, 70)).all()
+    assert (masks(other, corners, rows, 70) == masks(PROCESSOR, corners, rows, 70)).all()
 
 
 @settings(max_examples=40, deadline=None)
@@ -99,9 +113,11 @@ def test_what_stands_in_front_is_what_rays_say(device, mesh, occluder, image, se
     assert (limits[~seen & ~doubt] == -np.inf).all()
 
 
-@pytest.mark.parametrize(("rings", "views", "image"), [(6, 5, 64), (6, 3, 250), (64, 12, 90)])
-def test_every_device_gives_the_same_bits(device, rings, views, image):
-    """Few triangles, whose rows are shared out, and many."""
+@pytest.mark.parametrize("enough", [1, 1 << 30])
+@pytest.mark.parametrize(("rings", "views", "image"), [(6, 5, 64), (20, 3, 150)])
+def test_every_device_gives_the_same_bits(other, rings, views, image, enough, monkeypatch):
+    """Of many triangles, and of few, whose rows are shared out."""
+    monkeypatch.setattr(programs, "_ENOUGH", enough)
     ball, maps = sphere(1.0, rings=rings), seen_from(views, image)
     small = sphere(0.7, rings=5)
     flat = np.ascontiguousarray(maps[:, :2])
@@ -116,7 +132,23 @@ def test_every_device_gives_the_same_bits(device, rings, views, image):
             one.depth_limits(*mesh, maps, image, 0.02).tobytes(),
         )
 
-    assert everything(device) == everything(PROCESSOR)
+    assert everything(other) == everything(PROCESSOR)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MESHES)
+def test_every_device_shows_real_meshes_to_the_same_bit(other, name):
+    mesh, maps = load(ASSETS / name), seen_from(6, 512)
+    unit = BoundingSphere.of(mesh).to_unit(mesh.vertices)
+    occluder, flat = (unit * 0.9, mesh.faces[::50]), maps[:, :2]
+
+    def both(one):
+        return (
+            one.coverage_masks(unit, mesh.faces, flat, 512, 512).tobytes(),
+            one.front_pixels((unit, mesh.faces), occluder, maps, 512, 0.02).tobytes(),
+        )
+
+    assert both(other) == both(PROCESSOR)
 
 
 def test_far_corners_and_triangles_without_area(device):

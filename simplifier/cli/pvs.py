@@ -241,6 +241,7 @@ def pvs_show(
     pictures: Annotated[
         Path | None, typer.Option(help="Draw all cells by the size of their sets into this folder.")
     ] = None,
+    quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
     """Tell what a file of visible sets holds, or what may be seen from a point."""
@@ -284,7 +285,7 @@ def pvs_show(
         if len(names) > _SOME:
             print_text(f"  and {len(names) - _SOME:,} more")
 
-    run_guarded(run, debug=debug)
+    run_guarded(run, debug=debug, quiet=quiet)
 
 
 def _point(text: str) -> Any:
@@ -314,6 +315,7 @@ def pvs_check(
     ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of the lots.")] = 0,
     transparent: SeenThrough = "leave-out",
+    quiet: Quiet = False,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
@@ -359,4 +361,4 @@ def pvs_check(
         if found.leaks:
             raise typer.Exit(1)
 
-    run_guarded(run, debug=debug)
+    run_guarded(run, debug=debug, quiet=quiet)

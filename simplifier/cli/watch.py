@@ -13,7 +13,7 @@ from simplifier.cli.console import print_line, print_text
 from simplifier.cli.findings import line_of
 from simplifier.cli.help import with_examples
 from simplifier.cli.options import AtOnce, Key, ManifestFile, Server, with_options
-from simplifier.cli.running import Debug, interrupts, run_guarded
+from simplifier.cli.running import Debug, Quiet, interrupts, run_guarded
 from simplifier.errors import OccluderError
 
 
@@ -27,6 +27,7 @@ def watch(
     server: Server = None,
     key: Key = None,
     at_once: AtOnce = None,
+    quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
     """Build a manifest, and again whenever a mesh or the manifest changes, until Ctrl-C.
@@ -43,7 +44,7 @@ def watch(
                 manifest, cancel, found=_tell, refused=_refuse, maker=maker, at_once=at_once
             )
 
-    run_guarded(run, debug=debug)
+    run_guarded(run, debug=debug, quiet=quiet)
 
 
 def _tell(finding: Finding) -> None:

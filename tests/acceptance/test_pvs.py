@@ -66,6 +66,7 @@ def test_sets_are_found_shown_checked_and_read(command, town, cells, tmp_path):
     assert status == 0
     assert "is in cell 0: " in told
     assert "outside of all cells: " in command("pvs-show", file, "--at", "0,0,500")[1]
+    assert command("pvs-show", file, "--quiet") == (0, "", "")
 
     status, told, _ = command("pvs-check", town, file, "--cells", "6", "--views", "20")
     assert status == 0

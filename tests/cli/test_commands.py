@@ -7,8 +7,9 @@ import subprocess
 import sys
 
 import pytest
+import typer
 
-from simplifier.cli.main import OWN
+from simplifier.cli.main import OWN, app
 from tests.acceptance.command import ROOT, environment, occluder
 
 METADATA = "Metadata-Version: 2.1\nName: planar-serving\nVersion: 1.0\n"
@@ -174,3 +175,9 @@ def test_the_list_loads_none_of_them():
     )
     assert "pvs-check" in done.stdout
     assert done.stdout.endswith("False\n")
+
+
+@pytest.mark.parametrize("name", sorted(OWN))
+def test_every_own_command_can_be_quiet(name):
+    found = typer.main.get_command(app).get_command(None, name)
+    assert any("--quiet" in parameter.opts for parameter in found.params)

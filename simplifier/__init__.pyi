@@ -69,6 +69,7 @@ from .production.result import SimplifyResult as SimplifyResult
 from .production.viewing import save_for_viewing as save_for_viewing
 from .production.visible_sets import VisibleSets as VisibleSets
 from .production.visible_sets import find_visible_sets as find_visible_sets
+from .production.walking import record_walk as record_walk
 from .progress import STAGES as STAGES
 from .progress import Progress as Progress
 from .report.viewpoint import Viewpoint as Viewpoint

@@ -269,20 +269,22 @@ def _tell(job: Job, message: str, *values: object) -> None:
 
 
 def laid_out(folder: Path, files: Iterable[JobFile], blobs: BlobStore) -> dict[str, str]:
-    """An empty folder for a task, and in it its files, by the stems of their names.
+    """An empty folder for a task, and in it its files: what was sent by the stems of their names,
+    what the job has made by their names.
 
     Raises KeyError when one is no longer stored, and :class:`DiskFullError`.
     """
     paths: dict[str, str] = {}
     with _raising_disk_full():
         shutil.rmtree(folder, ignore_errors=True)
-        for place in ("results", "scratch", "input"):
+        for place in ("results", "scratch", "input", "made"):
             (folder / place).mkdir(mode=0o700, parents=True)
         for one in files:
             name = PurePosixPath(one.name)
-            file = folder / "input" / name.name  # readers go by the suffix; blobs have none
+            holder = folder / ("input" if one.is_input else "made")
+            file = holder / name.name  # readers go by the suffix; blobs have none
             blobs.lay_out(one.blob, file)
-            paths[name.stem] = str(file)
+            paths[name.stem if one.is_input else name.name] = str(file)
     return paths
 
 

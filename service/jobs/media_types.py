@@ -26,6 +26,7 @@ _MEDIA_TYPES: Mapping[str, tuple[str, ...]] = {
     ".tiff": ("image/tiff",),
     ".toml": ("application/toml",),
     ".tres": ("application/x-godot-resource",),
+    ".walk": ("application/x-occluder-walk",),
     ".zip": ("application/zip", "application/x-zip-compressed"),
 }
 """What files of a suffix are called by others; by us as the first says."""

@@ -24,6 +24,11 @@ WHOLE = ("occluder.glb", "occluder.occ")
 LEVELS = "levels.npz"
 """All levels to the last bit: where a job keeps little, what other files are written from."""
 
+OCCLUDERS = "scene.zip"
+"""Of a scene: its tree and each occluder by itself."""
+WALK = "scene.walk"
+"""Of a scene: a walk through it with what is culled in each frame, for a page to play."""
+
 PAGES: Mapping[str, str] = {
     "report": "report.html",
     "silhouettes": "pictures/silhouettes.png",
@@ -97,6 +102,8 @@ def made_of(name: str) -> Collection[str]:
     """The names of the results that a file is made of, as far as they are there."""
     if name == ORIGINAL:
         return ()
+    if name == WALK:
+        return (OCCLUDERS,)
     if is_page(name):
         return (REPORT, LEVELS, FINEST)
     return (LEVELS,)
@@ -104,11 +111,15 @@ def made_of(name: str) -> Collection[str]:
 
 def needs_uploads(job: Made, name: str) -> bool:
     """Whether what was sent is needed to make a file."""
-    return is_page(name) or name == ORIGINAL or job.kind is JobKind.EVALUATION
+    return is_page(name) or name in (ORIGINAL, WALK) or job.kind is JobKind.EVALUATION
 
 
 def _written(job: Made, files: Collection[str]) -> Iterator[str]:
-    if job.state is not JobState.SUCCEEDED or REPORT not in files or job.summary is None:
+    if job.state is not JobState.SUCCEEDED or job.summary is None:
+        return
+    if job.kind is JobKind.SCENE and OCCLUDERS in files:
+        yield WALK
+    if REPORT not in files:
         return
     if job.kind is JobKind.EVALUATION:
         yield FINEST

@@ -77,7 +77,7 @@ def cull(
         typer.Option(
             "-o",
             "--output",
-            help="Folder for cull.csv, cull.json, cull.png and frames.png.",
+            help="Folder for cull.csv, cull.json, walk.html, cull.png and frames.png.",
             rich_help_panel=OUTPUT,
         ),
     ],
@@ -119,8 +119,8 @@ def cull(
                 print_text(COUNTED)
                 for table in drawn_tables(flown):
                     print_table(*table)
-                made = f"cull.csv, cull.json, cull.png and frames.png in {output}"
-                print_closing(made, _good(flown), f"open {output / 'cull.png'}")
+                made = f"cull.csv, cull.json, walk.html, cull.png and frames.png in {output}"
+                print_closing(made, _good(flown), f"open {output / 'walk.html'}")
                 print_json(summary(flown, scene.resolve().name))
         if not flown.complete:
             frames = f"{len(flown.frames)} of {len(cameras.cameras)} frames"

@@ -17,7 +17,8 @@ from simplifier.culling.flythrough import Flythrough
 from simplifier.culling.flythrough_rows import pixel_words, recall_words
 from simplifier.culling.frame import FrameFigures
 from simplifier.culling.shot import RED, Shot
-from simplifier.geometry.camera import Camera, CameraPath
+from simplifier.culling.upward import up_axis
+from simplifier.geometry.camera import Camera
 from simplifier.geometry.mesh import FloatArray
 from simplifier.report.png import RgbImage, figure_image, png_bytes
 from simplifier.wording import count, percent, picture_line, small_percent
@@ -158,20 +159,7 @@ _BEYOND, _WITHIN, _BLACK = (238, 238, 235), (255, 255, 255), (20, 20, 20)
 _BEHIND = 0.1  # of the picture's height, below the camera
 _MOST = 0.97  # of the parts in view lie in the picture: a few far ones would make all others small
 _FINE = 3  # pixels drawn for one of the picture, along each side
-_LEVEL = 30.0  # weight of being level: steep cameras tell by it alone, rolled ones spoil it
 _STEEP = 1e-3  # of a direction's level part; below, there is none
-
-
-def up_axis(path: CameraPath) -> int:
-    """0 to 2: the axis that is upwards along the path.
-
-    It is upright in the pictures, and level in none: a camera that looks steeply down has its own
-    up far from it, but its right is level.
-    """
-    score = np.zeros(3)
-    for camera in path.cameras:
-        score += camera.axes[1] ** 2 - _LEVEL * camera.axes[0] ** 2
-    return int(np.argmax(score))
 
 
 def plan_picture(

@@ -13,7 +13,14 @@ from itertools import zip_longest
 
 import numpy as np
 
-from simplifier.culling.frame import Frame, FrameFigures, FrameMeasure, part_boxes, total
+from simplifier.culling.frame import (
+    Frame,
+    FrameFigures,
+    FrameMeasure,
+    Played,
+    part_boxes,
+    total,
+)
 from simplifier.culling.shot import Shot
 from simplifier.culling.visible_sets import VisibleSets
 from simplifier.errors import CancelledError, SceneError, UnreadablePathError
@@ -24,6 +31,9 @@ from simplifier.hierarchy.parts import Parts, split_large
 from simplifier.options.scene import CullOptions
 from simplifier.progress import Cancel, TellStep
 
+MOST_PLAYED = 2000
+"""Frames that can be played afterwards; a byte a part and frame is kept."""
+
 
 @dataclass(frozen=True, eq=False)
 class Flythrough:
@@ -33,6 +43,8 @@ class Flythrough:
     ``pixel_error``  that the occluders were drawn with.
     ``shots``        of some of the frames.
     ``sets``         visible sets that were looked up along the path, if any were.
+    ``occluders``    that were drawn.
+    ``played``       what became of the parts in the first :data:`MOST_PLAYED` frames.
     """
 
     scene: Scene
@@ -42,7 +54,9 @@ class Flythrough:
     pixel_error: float
     frames: tuple[Frame, ...]
     shots: tuple[Shot, ...]
-    sets: VisibleSets | None = None
+    sets: VisibleSets | None
+    occluders: OccluderTree | Scene
+    played: tuple[Played, ...]
 
     @property
     def complete(self) -> bool:
@@ -92,19 +106,22 @@ def fly(
     parts = split_large(scene) if isinstance(occluders, Scene) else matching_parts(scene, occluders)
     measure = FrameMeasure(scene, parts, occluders, options, sets)
     chosen = _even_places(len(path.cameras), options.shots)
-    frames, shots = [], []
+    frames, shots, played = [], [], []
     for index, camera in enumerate(path.cameras):
         if cancel is not None and cancel.is_set():
             break
         tell(index, f"frame {index}")
         frames.append(measure.frame(index, camera))
+        if index < MOST_PLAYED:
+            played.append(measure.played())
         if index in chosen:
             shots.append(measure.shot(index, camera))
     if not frames:
         raise CancelledError("cancelled before the first frame was measured")
     return Flythrough(
-        scene, parts, path, options, measure.pixel_error, tuple(frames), tuple(shots), sets
-    )
+        scene, parts, path, options, measure.pixel_error, tuple(frames), tuple(shots), sets,
+        occluders, tuple(played),
+    )  # fmt: skip
 
 
 def _even_places(count: int, most: int) -> set[int]:

@@ -12,6 +12,7 @@ from simplifier.culling.fate import Counts
 from simplifier.culling.flythrough import Flythrough
 from simplifier.culling.flythrough_rows import drawn_share, flythrough_csv, median_milliseconds
 from simplifier.culling.frame import Frame, FrameFigures
+from simplifier.culling.walk_page import walk_page
 from simplifier.report.machine import this_machine
 from simplifier.version import VERSION
 
@@ -61,13 +62,15 @@ def summary(flown: Flythrough, scene_name: str) -> dict[str, Any]:
 
 
 def flythrough_files(flown: Flythrough, scene_name: str) -> Iterator[tuple[str, bytes]]:
-    """``cull.csv``, ``cull.json``, ``cull.png`` and ``frames.png``, each made when asked for.
+    """``cull.csv``, ``cull.json``, ``walk.html``, ``cull.png`` and ``frames.png``, each made when
+    asked for.
 
     What cannot be had again without measuring comes first.
     """
     yield "cull.csv", flythrough_csv(flown)
     text = json.dumps(summary(flown, scene_name), indent=2, allow_nan=False) + "\n"
     yield "cull.json", text.encode("utf-8", "backslashreplace")
+    yield "walk.html", walk_page(flown, scene_name).encode()
     # Here, not above: matplotlib takes half a second to import, and most commands draw nothing.
     from simplifier.culling.contact_sheet import contact_sheet
     from simplifier.culling.flythrough_plot import flythrough_plot

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.culling.culler import Culled, Culler
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
@@ -73,6 +74,18 @@ class Frame:
     figures: FrameFigures
 
 
+@dataclass(frozen=True, eq=False)
+class Played:
+    """What is kept of a frame to show it again.
+
+    ``fates``  (p,) :class:`Fate` of the parts.
+    ``drawn``  the occluders, as :class:`Culled` has them.
+    """
+
+    fates: NDArray[np.uint8]
+    drawn: tuple[tuple[int, int], ...]
+
+
 def total(frames: Sequence[Frame]) -> FrameFigures:
     """Sums over one or more frames; the scene's triangles count anew in each."""
     every = [frame.figures for frame in frames]
@@ -118,6 +131,7 @@ class FrameMeasure:
         self.pixel_error = self._culler.pixel_error
         self._truth = ItemBuffer(options.rows * options.detail, options.columns * options.detail)
         self._fates = np.zeros(len(parts.object_of), dtype=np.uint8)
+        self._drawn_occluders: tuple[tuple[int, int], ...] = ()
 
     def frame(self, index: int, camera: Camera) -> Frame:
         """Cull and draw the truth."""
@@ -127,6 +141,7 @@ class FrameMeasure:
         truth.draw(self._parts.scene, camera)
         visible = truth.visible
         self._fates = fates(culled.verdicts, truth.fragments, visible)
+        self._drawn_occluders = culled.drawn
         of_objects = fates(
             object_verdicts(culled.verdicts, object_of, count),
             object_sums(truth.fragments, object_of, count),
@@ -158,6 +173,10 @@ class FrameMeasure:
             seen = self._sets.seen_from(camera.position)[self._parts.object_of]
             ways |= {Way.PVS: in_view & seen, Way.BOTH: ways[Way.OCCLUDERS] & seen}
         return {way: ways[way] for way in Way if way in ways}
+
+    def played(self) -> Played:
+        """What became of the parts in the frame that was measured last."""
+        return Played(self._fates, self._drawn_occluders)
 
     def shot(self, index: int, camera: Camera) -> Shot:
         """Pictures of the frame that was measured last."""

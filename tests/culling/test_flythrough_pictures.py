@@ -8,12 +8,13 @@ import cv2
 import numpy as np
 import pytest
 
-from simplifier.culling.contact_sheet import COLOURS, contact_sheet, plan_picture, up_axis
+from simplifier.culling.contact_sheet import COLOURS, contact_sheet, plan_picture
 from simplifier.culling.fate import Fate
 from simplifier.culling.flythrough import fly
 from simplifier.culling.flythrough_plot import flythrough_plot
 from simplifier.culling.item_buffer import ItemBuffer
 from simplifier.culling.shot import RED, Shot, view_picture
+from simplifier.culling.upward import up_axis
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.options.scene import CullOptions
 from tests.culling.occluded import (

@@ -100,7 +100,7 @@ def test_without_anything_hidden_there_is_no_recall():
 
 def test_the_table_comes_first():
     names = [name for name, _ in flythrough_files(flown(), "town.glb")]
-    assert names == ["cull.csv", "cull.json", "cull.png", "frames.png"]
+    assert names == ["cull.csv", "cull.json", "walk.html", "cull.png", "frames.png"]
 
 
 def test_rows_of_the_terminal():

@@ -21,6 +21,7 @@ from service.dashboard.plain_table import PlainTable
 from service.dashboard.visibility.sets_detail import SetsDetail, read_sets
 from service.dashboard.visibility.sets_panels import sets_panels
 from service.dashboard.visitor import Visitor, current_visitor
+from service.dashboard.walk.walk_panel import walk_panel
 from service.dashboard.wording import moment
 from service.jobs.job import Job, JobKind, JobState
 
@@ -47,6 +48,7 @@ def _show(visitor: Visitor, detail: RunDetail, sets: SetsDetail | None) -> None:
     elif sets is not None:
         sets_panels(sets, detail.files)
     elif job.state is JobState.SUCCEEDED:
+        walk_panel(detail)
         run_panels(detail)
     else:
         _show_without_result(visitor, job)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Mapping
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 import simplifier
 from service.engines.messages import Task
@@ -13,11 +13,11 @@ from service.engines.work.inputs import input_path, options_within_memory, read_
 from service.engines.work.levels_file import load_levels
 from service.engines.work.refusals import refusals
 from service.engines.work.report_files import PICTURES, part_page
+from service.engines.work.scene import record_walk
 from service.engines.worker import Cancel, DoTask, ReportProgress
 from service.jobs.job import JobKind, Summary
-from service.jobs.on_demand import FINEST, LEVELS, ORIGINAL, REPORT, is_page, level_of
+from service.jobs.on_demand import FINEST, LEVELS, ORIGINAL, REPORT, WALK, is_page, level_of
 
-_FINEST, _LEVELS, _REPORT = (PurePosixPath(name).stem for name in (FINEST, LEVELS, REPORT))
 _OPTIONS: Mapping[JobKind, type[simplifier.SimplifyOptions] | type[simplifier.EvaluateOptions]] = {
     JobKind.OCCLUDER: simplifier.SimplifyOptions,
     JobKind.EVALUATION: simplifier.EvaluateOptions,
@@ -39,6 +39,8 @@ def make_file(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     with refusals(task):
         if is_page(name):
             _draw(task, results)
+        elif name == WALK:
+            (results / name).write_bytes(record_walk(task, cancel))
         elif name == ORIGINAL:
             simplifier.save_for_viewing(_mesh(task), results / name)
         else:
@@ -49,7 +51,7 @@ def make_file(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
 def _draw(task: Task, results: Path) -> None:
     mesh, made = _mesh(task), _made(task)
     finest = made.levels[0].occluder if isinstance(made, simplifier.LodChain) else made
-    report = json.loads(input_path(task, _REPORT).read_text("utf-8"))
+    report = json.loads(input_path(task, REPORT).read_text("utf-8"))
     simplifier.draw_report(results / PICTURES, mesh, finest, report, name=task.name)
     part_page(results)
 
@@ -74,9 +76,9 @@ def _mesh(task: Task) -> simplifier.TriangleMesh:
 
 def _made(task: Task) -> simplifier.LodChain | simplifier.Occluder:
     """What the job has made, or was sent to judge."""
-    if _LEVELS in task.inputs:
-        return load_levels(input_path(task, _LEVELS))
-    name = _FINEST if _FINEST in task.inputs else "occluder"
+    if LEVELS in task.inputs:
+        return load_levels(input_path(task, LEVELS))
+    name = FINEST if FINEST in task.inputs else "occluder"
     options = _OPTIONS[task.kind].of(options_within_memory(task))
     return simplifier.load_occluder(
         input_path(task, name), allow_external=False, memory_limit=options.memory_limit

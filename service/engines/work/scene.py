@@ -9,7 +9,9 @@ from pathlib import Path
 
 import simplifier
 from service.engines.messages import Task
+from service.engines.work.archive import unpack
 from service.engines.work.inputs import (
+    input_path,
     options_within_memory,
     scene_path,
     whole_memory,
@@ -18,6 +20,7 @@ from service.engines.work.inputs import (
 from service.engines.work.meter import Meter
 from service.engines.worker import Cancel, ReportProgress, TaskCancelledError
 from service.jobs.job import Summary
+from service.jobs.on_demand import OCCLUDERS
 
 
 def make_scene(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
@@ -41,7 +44,7 @@ def make_scene(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
     if cancel.is_set():
         raise TaskCancelledError
     meter.at("write", 0.9)
-    _pack(folder, results / "scene.zip")
+    _pack(folder, results / OCCLUDERS)
     for name in ("scene.json", "scene.occs", "preview.glb"):
         (folder / name).replace(results / name)
     document = json.loads((results / "scene.json").read_text("utf-8"))
@@ -53,6 +56,15 @@ def make_scene(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
         seconds=meter.seconds,
         warnings=tuple(document["warnings"]),
     )
+
+
+def record_walk(task: Task, cancel: Cancel) -> bytes:
+    """A walk through the scene and its occluders, which were made before; raises as above."""
+    folder = Path(task.scratch) / "occluders"
+    folder.mkdir()
+    unpack(input_path(task, OCCLUDERS), folder, task.unpacked)
+    tree = simplifier.load_occluder_tree(folder)
+    return simplifier.record_walk(_load(task), tree, name=task.name, cancel=cancel)
 
 
 def _load(task: Task) -> simplifier.Scene:

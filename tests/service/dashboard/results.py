@@ -16,6 +16,7 @@ from bench.visibility_city import generated_city
 from examples.castle import castle
 from service.engines.messages import Task
 from service.engines.work.occluder import make_occluder
+from service.engines.work.scene import make_scene
 from service.engines.work.visibility import find_sets
 from service.jobs.job import JobKind, Summary
 from service.keep import Keep
@@ -92,3 +93,18 @@ def _found_sets(folder: Path, name: str, options: Mapping[str, Any]) -> JobResul
     )  # fmt: skip
     summary = find_sets(task, lambda progress: None, threading.Event())
     return JobResult(options, scene, results, summary, JobKind.VISIBILITY, "scene")
+
+
+def scene_result(folder: Path) -> JobResult:
+    """The occluders of a small town, made in the same way."""
+    write_scene(generated_city(4), folder / "town.glb")
+    results, scratch = folder / "results", folder / "scratch"
+    results.mkdir(parents=True)
+    scratch.mkdir()
+    options = {"up": "z", "ground": True, "resolution": 16, "moves": 50}
+    task = Task(
+        JobKind.SCENE, "town.glb", options, {"scene": str(folder / "town.glb")}, str(results),
+        str(scratch), threads=1, memory=1 << 32, unpacked=1 << 30,
+    )  # fmt: skip
+    summary = make_scene(task, lambda progress: None, threading.Event())
+    return JobResult(options, folder / "town.glb", results, summary, JobKind.SCENE, "scene")

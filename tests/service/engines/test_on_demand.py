@@ -91,7 +91,7 @@ def test_pages_are_drawn_once_for_all_who_ask_and_become_files(desk: Desk) -> No
         "input/mesh.obj", "report.json", "lod0.glb", "report.html", "pictures/recall.png",
     }  # fmt: skip
     page = next(file for file in desk.jobs.files(job.id) if file.name == "report.html")
-    assert desk.blobs.path(page.blob).read_text() == "lod0 mesh report of cat.obj"
+    assert desk.blobs.path(page.blob).read_text() == "lod0.glb mesh report.json of cat.obj"
     assert page.media_type.startswith("text/html")
     desk.make(job).result(30.0)
     assert len(desk.begun) == 2  # one each
@@ -105,8 +105,8 @@ def test_of_a_job_that_kept_little_each_file_is_made_by_itself(desk: Desk) -> No
         one.result(30.0)
     made = {file.name: desk.blobs.path(file.blob).read_text() for file in desk.jobs.files(job.id)}
     assert {name: made[name] for name in names} == {
-        "lod0.obj": "lod0.obj of levels", "lod0.ply": "lod0.ply of levels",
-        "occluder.occ": "occluder.occ of levels", "original.glb": "original.glb of mesh",
+        "lod0.obj": "lod0.obj of levels.npz", "lod0.ply": "lod0.ply of levels.npz",
+        "occluder.occ": "occluder.occ of levels.npz", "original.glb": "original.glb of mesh",
     }  # fmt: skip
     assert len(desk.begun) == 4
     desk.make(job, "report.html").result(30.0)

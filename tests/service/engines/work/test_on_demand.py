@@ -54,7 +54,7 @@ class Done:
         place = tmp_path / name.replace("/", "-")
         inputs = dict(self.inputs) if needs_uploads(self, name) else {}
         inputs |= {
-            Path(one).stem: str(self.folder / "results" / one)
+            one: str(self.folder / "results" / one)
             for one in made_of(name) if one in self.files
         }  # fmt: skip
         make_file(

@@ -1,0 +1,24 @@
+"""A scene's walk, with the player that pages of ``occluder cull`` have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from nicegui.element import Element
+
+import simplifier
+
+PLAYER = Path(simplifier.__file__).parent / "culling" / "player"
+
+
+class WalkView(Element, component="walk_view.js", esm={"occluder-walk": str(PLAYER)}):
+    """Nothing is fetched until somebody asks for it.
+
+    ``address``  of the file :data:`service.jobs.on_demand.WALK` of a job; ``made`` whether it is
+                 there, or is made when it is asked for.
+    """
+
+    def __init__(self, address: str, *, made: bool) -> None:
+        super().__init__()
+        self.props["address"] = address
+        self.props["made"] = made

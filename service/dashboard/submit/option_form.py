@@ -18,10 +18,16 @@ class OptionForm:
     """Controls of a table's options.
 
     ``first``  names of those that most people need; the others are under "More settings".
+    ``on_change``  is called whenever a value has changed.
     """
 
-    def __init__(self, table: OptionTable, first: Sequence[str] = ()) -> None:
-        self._table = table
+    def __init__(
+        self,
+        table: OptionTable,
+        first: Sequence[str] = (),
+        on_change: Callable[[], object] = lambda: None,
+    ) -> None:
+        self._table, self._on_change = table, on_change
         self._controls: dict[str, ValueElement[Any]] = {}
         fields = {one.name: one for one in table.fields}
         shown = [fields[name] for name in first] if first else list(table.fields)
@@ -78,13 +84,17 @@ class OptionForm:
                 control.run_method("focus")
                 return
 
+    def _changed(self) -> None:
+        self.read()
+        self._on_change()
+
     def _shows(self, name: str) -> bool:
         return isinstance(self._controls.get(name), ValidationElement)
 
     def _add(self, field: OptionField) -> None:
         with ui.element("div").classes("option"):
             control = _MAKERS.get(field.kind, _typing)(field)
-            control.on_value_change(self.read)
+            control.on_value_change(self._changed)
             self._controls[field.name] = control
             if field.kind == "flag":
                 ui.label(field.help).classes("option-help").props(f"id=help-{field.name}")

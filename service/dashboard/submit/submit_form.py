@@ -5,7 +5,8 @@ The browser has the files, sends them, and keeps the settings from one visit to 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from nicegui import ui
 from nicegui.element import Element
@@ -16,10 +17,16 @@ from service.dashboard.jobs.live_job import LiveJob
 from service.dashboard.notices import warn
 from service.dashboard.submit.intake import COMMON, Intake
 from service.dashboard.submit.option_form import OptionForm
+from service.dashboard.submit.remembered import Remembered
+from service.dashboard.submit.saved_settings import SavedSettings
 from service.dashboard.submit.typed import asset_names, remembered_options
 from service.dashboard.visitor import Visitor
 
 _LONGEST_NAME = 300
+_FOLLOWED = 20
+"""Jobs that are shown as they run; of more, the page of jobs tells."""
+
+_FOLDERS = Path(__file__).parent / "folders"
 
 
 class SubmitForm:
@@ -35,7 +42,9 @@ class SubmitForm:
                 on_chosen=self._hear_chosen, on_sent=self._hear_sent, on_done=self._hear_done,
             )  # fmt: skip
             self._asset = _asset_input(asset) if intake.assets else None
-            self._form = OptionForm(self._table, COMMON[intake.kind])
+            kept = f"{intake.place.strip('/')}.{visitor.caller().tenant}"
+            self._form = OptionForm(self._table, COMMON[intake.kind], on_change=self._keep)
+            SavedSettings(self._form, self._table, f"{kept}.saved")
             with ui.element("div").classes("row-of-controls"):
                 self._button = ui.button("Submit", on_click=self._submit)
                 self._button.props("no-caps unelevated")
@@ -43,8 +52,10 @@ class SubmitForm:
                 words = ui.label(f"Choose {intake.one} first.")
                 self._words = words.classes("quiet").props("role=status")
             self._button.disable()
-        self._remembered = Remembered(intake.place.strip("/"), self._hear_kept)
+        self._remembered = Remembered(kept, self._hear_kept)
         self._jobs = ui.element("div").classes("live-jobs")
+        self._more = ui.label("").classes("quiet").props("role=status")
+        self._sent = 0
 
     def _hear_chosen(self, names: list[str]) -> None:
         self._files = names
@@ -58,13 +69,16 @@ class SubmitForm:
             self._form.show_faults(form)
             warn("Some settings are wrong; see beside them")
             return
-        self._remembered.keep(self._form.typed)
         self._button.disable()
         self._words.text = "Sending"
         asset = self._asset.value or "" if self._asset else ""
         self._uploader.send(form.given, asset_names(asset, self._files))
 
     def _hear_sent(self, job_id: str) -> None:
+        self._sent += 1
+        if self._sent > _FOLLOWED:
+            self._more.text = f"{self._sent - _FOLLOWED} more jobs are sent. See all under Jobs."
+            return
         with self._jobs:
             panel = LiveJob(self._visitor, job_id).panel
         panel.move(target_index=0)
@@ -76,6 +90,10 @@ class SubmitForm:
 
     def _hear_kept(self, told: object) -> None:
         self._form.fill(remembered_options(self._table, told))
+
+    def _keep(self) -> None:
+        """What is typed is there again after a reload, sent or not."""
+        self._remembered.keep(self._form.typed)
 
     def _reset(self) -> None:
         self._form.reset()
@@ -91,7 +109,7 @@ def _asset_input(name: str) -> ui.input:
     return entry
 
 
-class Uploader(Element, component="uploader.js"):
+class Uploader(Element, component="uploader.js", esm={"occluder-folders": str(_FOLDERS)}):
     """Files that wait to be sent are named by ``on_chosen``, each job that came of one by
     ``on_sent``; ``on_done`` follows the last."""
 
@@ -109,10 +127,12 @@ class Uploader(Element, component="uploader.js"):
         self.props["address"] = intake.address
         self.props["title"] = intake.title
         self.props["overrides"] = intake.overrides
+        self.props["largest"] = largest
         self.props["accept"] = ",".join(suffixes + [".toml"] * intake.overrides)
         formats = ", ".join(one.removeprefix(".") for one in suffixes)
         self.props["help"] = (
-            f"Choose or drop {formats}; each at most {file_size(largest)}. {intake.advice}"
+            f"Choose or drop {formats}, or folders of them; each at most {file_size(largest)}. "
+            f"{intake.advice}"
         )
 
         def hear_chosen(event: GenericEventArguments) -> None:
@@ -128,16 +148,3 @@ class Uploader(Element, component="uploader.js"):
     def send(self, settings: Sequence[tuple[str, str]], assets: Sequence[str]) -> None:
         """Send all that wait, each with the same settings and its asset's name."""
         self.run_method("send", [list(pair) for pair in settings], list(assets))
-
-
-class Remembered(Element, component="remembered.js"):
-    """``on_kept`` is told what was kept before, whatever it is; None for nothing."""
-
-    def __init__(self, name: str, on_kept: Callable[[object], object]) -> None:
-        super().__init__()
-        self.props["name"] = f"occluder.{name}"
-        self.on("kept", lambda event: on_kept(event.args))
-
-    def keep(self, values: Mapping[str, str]) -> None:
-        """Remember these values in place of those before."""
-        self.run_method("keep", dict(values))

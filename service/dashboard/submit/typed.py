@@ -81,10 +81,12 @@ def remembered_options(table: OptionTable, told: object) -> dict[str, str]:
 def asset_names(typed: str, files: Sequence[str]) -> list[str]:
     """Whose run each file becomes; empty for none.
 
+    ``files``  names, or paths within a folder that was dropped.
+
     Several files are assets of their own below the name that was typed, for else they would be one
     history of different things.
     """
     name = typed.strip()
     if not name or len(files) == 1:
         return [name] * len(files)
-    return [f"{name.rstrip('/')}/{PurePosixPath(file).stem}" for file in files]
+    return [f"{name.rstrip('/')}/{PurePosixPath(file).with_suffix('')}" for file in files]

@@ -1,5 +1,7 @@
-// Files that are dropped or chosen, sent one after the other by the browser itself.  Overrides go
-// along with the mesh that they are named after.
+// Files and folders that are dropped or chosen, sent one after the other by the browser itself.
+// Overrides go along with the mesh that they are named after.
+
+import { filesOf, leftOut, MOST } from "occluder-folders";
 
 const REFUSED = "The connection ended before the answer came.";
 const OVERRIDES = ".overrides.toml"; // in place of the mesh's own ending
@@ -16,24 +18,38 @@ export default {
         <label :for="inputId" class="panel-title">{{ title }}</label>
         <input :id="inputId" ref="input" type="file" multiple :accept="accept" :disabled="busy"
                :aria-describedby="helpId" @change="choose" />
+        <label class="folder-choice">or a folder:
+          <input type="file" webkitdirectory :disabled="busy" aria-label="A folder"
+                 :aria-describedby="helpId" @change="chooseFolder" />
+        </label>
         <span :id="helpId" class="option-help">{{ help }}</span>
       </div>
+      <p v-if="reading" class="quiet" role="status">Reading the folder, {{ reading }} files so far</p>
+      <details v-if="out.length" class="left-out">
+        <summary>{{ out.length === 1 ? "1 file is" : out.length + " files are" }} left out</summary>
+        <ul>
+          <li v-for="one in out.slice(0, 200)" :key="one.path">
+            <span class="name">{{ one.path }}</span>: {{ one.reason }}
+          </li>
+          <li v-if="out.length > 200">and {{ out.length - 200 }} more</li>
+        </ul>
+      </details>
       <table v-if="files.length" class="upload-list">
         <caption class="for-readers">Files to be sent</caption>
         <tbody>
           <tr v-for="(one, index) in files" :key="one.key" :data-state="one.state">
-            <td class="name">{{ one.file.name }}</td>
+            <td class="name">{{ one.path }}</td>
             <td class="number">{{ size(one.file.size) }}</td>
             <td>
               <progress v-if="one.state === 'sending'" :value="one.share" max="1"
-                        :aria-label="'Sent of ' + one.file.name"></progress>
+                        :aria-label="'Sent of ' + one.path"></progress>
               <span v-else-if="one.state === 'sent'" class="good">sent</span>
               <div v-else-if="wrong(one)" class="fault name" role="alert">{{ wrong(one) }}</div>
               <span v-else class="quiet name">{{ plan(one) }}</span>
             </td>
             <td class="button-cell">
               <button v-if="one.state !== 'sent'" type="button" @click="remove(index)"
-                      :aria-label="(one.state === 'sending' ? 'Stop ' : 'Remove ') + one.file.name">
+                      :aria-label="(one.state === 'sending' ? 'Stop ' : 'Remove ') + one.path">
                 {{ one.state === "sending" ? "Stop" : "Remove" }}
               </button>
             </td>
@@ -42,10 +58,11 @@ export default {
       </table>
     </div>`,
 
-  props: { address: String, title: String, accept: String, help: String, overrides: Boolean },
+  props: { address: String, title: String, accept: String, help: String, overrides: Boolean,
+    largest: Number },
 
   data() {
-    return { files: [], over: false, busy: false, next: 0 };
+    return { files: [], out: [], over: false, busy: false, reading: 0, next: 0 };
   },
 
   computed: {
@@ -76,20 +93,56 @@ export default {
     },
 
     choose(event) {
-      this.add(event.target.files);
+      this.add([...event.target.files].map((file) => ({ file, path: file.name })));
       event.target.value = ""; // the same file may be chosen again
     },
 
-    drop(event) {
-      this.over = false;
-      if (!this.busy) this.add(event.dataTransfer.files);
+    chooseFolder(event) {
+      const found = [...event.target.files].map((file) => ({ file, path: file.webkitRelativePath }));
+      this.addFolder(found);
+      event.target.value = "";
     },
 
+    async drop(event) {
+      this.over = false;
+      if (this.busy) return;
+      // What was dropped is gone after this call; only what is taken out of it stays.
+      const entries = [...event.dataTransfer.items].map((one) => one.webkitGetAsEntry?.());
+      const folders = entries.filter((one) => one?.isDirectory);
+      const files = [...event.dataTransfer.files].filter((_, at) => !entries[at]?.isDirectory);
+      this.add(files.map((file) => ({ file, path: file.name })));
+      if (!folders.length) return;
+      this.reading = 1;
+      this.addFolder(await filesOf(folders, (count) => (this.reading = count)));
+      this.reading = 0;
+    },
+
+    // What of a folder can be sent; all else is listed with its reason.
+    addFolder(found) {
+      const wanted = found.map((one) => ({
+        ...one, reason: one.reason ?? leftOut(one, this.accept.split(","), this.largest),
+      }));
+      const good = wanted.filter((one) => !one.reason);
+      this.out = [
+        ...wanted.filter((one) => one.reason),
+        ...good.splice(MOST).map((one) => ({ ...one, reason: `beyond ${MOST} files at once` })),
+      ].map(({ path, reason }) => ({ path, reason }));
+      this.add(good);
+    },
+
+    // The same place again takes the place of what was chosen before.
     add(files) {
-      for (const file of files) {
+      const again = new Set(files.map((one) => one.path));
+      const folder = (path) => path.includes("/");
+      this.files = this.files.filter(
+        (one) => one.state === "sent" || one.state === "sending" || !again.has(one.path)
+          || !(one.overrides || folder(one.path)),
+      );
+      for (const { file, path } of files) {
         const overrides = this.overrides && /\.toml$/i.test(file.name);
-        if (overrides) this.files = this.files.filter((one) => !this.awaits(one, file.name));
-        this.files.push({ key: this.next++, file, overrides, state: "chosen", share: 0, fault: "" });
+        this.files.push({
+          key: this.next++, file, path, overrides, state: "chosen", share: 0, fault: "",
+        });
       }
       this.tell();
     },
@@ -109,11 +162,11 @@ export default {
 
     // Whether these are overrides of that name that a mesh may still take along.
     awaits(one, name) {
-      return one.overrides && one.state !== "sent" && one.file.name === name;
+      return one.overrides && one.state !== "sent" && one.path === name;
     },
 
     overridesOf(mesh) {
-      return this.files.find((one) => this.awaits(one, overridesName(mesh.file.name)));
+      return this.files.find((one) => this.awaits(one, overridesName(mesh.path)));
     },
 
     meshesOf(overrides) {
@@ -134,11 +187,11 @@ export default {
 
     plan(one) {
       if (!one.overrides) return "to be sent";
-      return `goes with ${this.meshesOf(one).map((mesh) => mesh.file.name).join(", ")}`;
+      return `goes with ${this.meshesOf(one).map((mesh) => mesh.path).join(", ")}`;
     },
 
     tell() {
-      this.$emit("chosen", this.waiting().map((one) => one.file.name));
+      this.$emit("chosen", this.waiting().map((one) => one.path));
     },
 
     // Each file with the same settings; `assets` has a name for each, empty for none.

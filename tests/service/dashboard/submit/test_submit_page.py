@@ -301,3 +301,102 @@ def test_it_can_be_read_on_a_tablet(
     assert not overflows(page)
     keep_picture(page, f"dashboard_submit_{scheme}", tmp_path)
     context.close()
+
+
+def folder_of(place: Path, mesh: Path) -> Path:
+    """A folder with two meshes in folders of their own, overrides, and what is left out."""
+    folder = place / "props"
+    for name in ("gate", "tower"):
+        (folder / name).mkdir(parents=True)
+        (folder / name / "lod.obj").write_bytes(mesh.read_bytes())
+    (folder / "gate" / "lod.overrides.toml").write_text(
+        "[[open]]\nname = 'door'\ncenter = [0, 0, 0]\nsize = [0.1, 0.1, 0.1]\n"
+    )
+    (folder / "notes.txt").write_text("of no use")
+    (folder / ".git").mkdir()
+    (folder / ".git" / "old.obj").write_text("v 0 0 0")
+    (folder / "empty.obj").write_text("")
+    return folder
+
+
+def test_a_folder_is_sent_and_what_is_left_out_is_told(
+    page: Page, working: str, mesh: Path, tmp_path: Path
+) -> None:
+    page.goto(f"{working}/submit")
+    fill(page, Asset="kit")
+    page.get_by_label("A folder").set_input_files(folder_of(tmp_path, mesh))
+    waiting = page.get_by_role("table", name="Files to be sent")
+    expect(waiting.get_by_text("props/gate/lod.obj", exact=True)).to_be_visible()
+    expect(waiting.get_by_text("goes with props/gate/lod.obj")).to_be_visible()
+    page.get_by_text("files are left out").click()
+    out = page.locator(".left-out")
+    for path, reason in (
+        ("props/notes.txt", "not one of the formats"), ("props/.git/old.obj", "hidden"),
+        ("props/empty.obj", "empty"),
+    ):  # fmt: skip
+        expect(out.get_by_text(f"{path}: {reason}")).to_be_visible()
+    assert faint_texts(page) == []
+    keep_picture(page, "dashboard_submit_folder", tmp_path)
+    page.get_by_role("button", name="Submit").click()
+    expect(jobs_of(page)).to_have_count(2, timeout=PATIENCE)
+    for at in range(2):
+        status = jobs_of(page).nth(at).get_by_role("status")
+        expect(status).to_have_text("succeeded", timeout=PATIENCE)
+    page.goto(working)
+    for name in ("kit/props/gate/lod", "kit/props/tower/lod"):
+        expect(page.get_by_text(name).first).to_be_visible()
+
+
+DROP = """(zone, names) => {
+  const entry = (path, children) => ({
+    fullPath: path, isDirectory: Boolean(children),
+    createReader: () => {
+      const batches = children?.map((one) => [one]) ?? [];
+      return { readEntries: (done) => done(batches.shift() ?? []) };
+    },
+    file: (done) => done(new File(["v 0 0 0"], path.split("/").pop())),
+  });
+  const deep = entry("/drop/deep", names.map((one) => entry(`/drop/deep/${one}`)));
+  const root = entry("/drop", [entry("/drop/top.obj"), deep]);
+  const event = new Event("drop", { bubbles: true, cancelable: true });
+  const file = new File([], "drop");
+  event.dataTransfer = { items: [{ webkitGetAsEntry: () => root }], files: [file] };
+  zone.dispatchEvent(event);
+}"""
+
+
+def test_a_dropped_folder_is_read_to_its_end(page: Page, working: str) -> None:
+    """Folders tell their entries some at a time."""
+    page.goto(f"{working}/submit")
+    names = [f"{at:03}.obj" for at in range(150)] + ["a.png"]
+    page.locator(".drop-zone").evaluate(DROP, names)
+    rows = page.get_by_role("table", name="Files to be sent").get_by_role("row")
+    expect(rows).to_have_count(151)
+    expect(page.get_by_text("1 file is left out")).to_be_visible()
+    expect(page.get_by_text("151 files")).to_be_visible()
+
+
+def test_drafts_outlive_a_reload_and_settings_are_saved_by_name(page: Page, working: str) -> None:
+    page.goto(f"{working}/submit")
+    budget = page.get_by_label("Budget", exact=True)
+    budget.fill("33")
+    page.get_by_role("checkbox", name="Ground").click()
+    page.wait_for_function("Object.values(localStorage).some((one) => one.includes('33'))")
+    page.reload()
+    expect(budget).to_have_value("33")
+    expect(page.get_by_role("checkbox", name="Ground")).to_be_checked()
+    page.get_by_role("button", name="Save as").click()
+    page.get_by_label("Name", exact=True).fill("walls")
+    page.get_by_role("button", name="Save", exact=True).click()
+    page.get_by_role("button", name="Defaults").click()
+    expect(budget).to_have_value("64")
+    page.reload()
+    expect(budget).to_have_value("64")
+    page.get_by_label("Saved settings").click()
+    page.get_by_role("option", name="walls").click()
+    expect(budget).to_have_value("33")
+    page.get_by_role("button", name="Delete").click()
+    expect(page.get_by_role("button", name="Delete")).to_be_disabled()
+    page.reload()
+    expect(budget).to_have_value("33")
+    expect(page.get_by_role("button", name="Delete")).to_be_disabled()

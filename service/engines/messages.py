@@ -35,6 +35,7 @@ class Task:
     ``request_id``  of the request that it is done for, for the log.
     ``keep``     which files of the result are written.
     ``pages``    whether the pages of its report are drawn now; else when somebody asks for them.
+    ``journal``  a file that outlives the attempt, for what is not to be done again; None for none.
     ``wanted``   a file to be made of what an earlier job has kept, which is among the inputs.
     """
 
@@ -54,6 +55,7 @@ class Task:
     keep: Keep = Keep.ALL
     pages: bool = True
     wanted: str | None = None
+    journal: str | None = None
     type: Literal["task"] = "task"
 
 

@@ -22,7 +22,7 @@ from service.engines.recording import Recorder
 from service.engines.signals import Bell, Orders, Running
 from service.engines.trouble import StoppedError, Trouble
 from service.errors import DiskFullError, NotFoundError, ServiceError
-from service.jobs.job import Claim, Job, JobFile, inputs_by_part
+from service.jobs.job import JOURNALS, Claim, Job, JobFile, JobKind, inputs_by_part
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
 from service.keep import Keep
@@ -210,6 +210,9 @@ class Slot:
                 now = shop.jobs.job(None, job.id)
                 _tell(now, "job %s is %s after attempt %d", job.id, now.state, job.attempt)
                 # Queued again, it may have been done by another attempt by now, which tells of it.
+                if now.state.ended:
+                    with suppress(OSError):
+                        self._journal(job).unlink()
                 if now.state.ended and now.attempt == job.attempt:
                     shop.end(now)
 
@@ -252,7 +255,20 @@ class Slot:
             str(folder / "scratch"), self._threads(), shop.settings.job_memory,
             shop.settings.max_unpacked, labels, digests, shop.settings.read_seconds, job.request_id,
             job.keep, shop.settings.draw_at_once and job.keep is Keep.ALL,
+            journal=self._begun_journal(job),
         )  # fmt: skip
+
+    def _journal(self, job: Job) -> Path:
+        """A file that outlives attempts and servers, on this machine."""
+        return self._shop.scratch.with_name(JOURNALS) / job.id
+
+    def _begun_journal(self, job: Job) -> str | None:
+        if job.kind is not JobKind.TRADEOFF:
+            return None
+        path = self._journal(job)
+        with _raising_disk_full():
+            path.parent.mkdir(mode=0o700, exist_ok=True)
+        return str(path)
 
     def _threads(self) -> int:
         """The threads of a job: one a processor where it is alone, else a fair share of them."""

@@ -98,6 +98,9 @@ def inputs_by_part(files: Iterable[JobFile]) -> dict[str, JobFile]:
     return {PurePosixPath(file.name).stem: file for file in files if file.is_input}
 
 
+JOURNALS = "journals"
+"""The folder beside that of work under way, for what outlives an attempt."""
+
 OVERRIDES_FILE = "input/overrides.toml"
 """The input that holds overrides of the mesh, where there are some."""
 

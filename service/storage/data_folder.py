@@ -5,13 +5,17 @@ from __future__ import annotations
 import fcntl
 import os
 import shutil
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from service.errors import SettingsError
+from service.jobs.job import JOURNALS
 from service.storage.sqlite import SqliteDatabase
+
+_JOURNAL_SECONDS = 7 * 86_400.0
 
 
 @dataclass(frozen=True)
@@ -22,6 +26,7 @@ class DataFolder:
     ``blobs/``       meshes and results, unless they are in a bucket.
     ``cache/``       copies of what is in the bucket.
     ``scratch/``     work under way, of no use to another server.
+    ``journals/``    what jobs under way have measured, which outlives attempts and servers.
     ``lock``         held by the server, with its process id.
     """
 
@@ -86,6 +91,7 @@ class DataFolder:
                 lock.truncate(0)
                 lock.write(f"{os.getpid()}\n".encode())
                 _empty(self.scratch)
+                _drop_old(self.path / JOURNALS)
             try:
                 yield
             finally:
@@ -109,6 +115,13 @@ class DataFolder:
                 f"'{error.filename or self.path}'); check its permissions and the free space, or "
                 "set OCCLUDER_DATA to another folder"
             ) from error
+
+
+def _drop_old(folder: Path) -> None:
+    """Journals of jobs that have ended elsewhere, or were cancelled while no server ran."""
+    for entry in folder.glob("*"):
+        if entry.stat().st_mtime < time.time() - _JOURNAL_SECONDS:
+            entry.unlink()
 
 
 def _empty(folder: Path) -> None:

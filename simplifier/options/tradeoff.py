@@ -24,7 +24,8 @@ class TradeoffOptions(OptionSet):
 
     ``resolutions``, ``directions``, ``times``  the values of each knob, the others at their
     default; with ``full`` every combination.  The presets are always measured, and every budget
-    gets all of it.  ``transparent`` is for meshes that are read from files.
+    gets all of it.  ``within`` ends the sweep early, with what was measured.
+    ``transparent`` is for meshes that are read from files.
 
     Raises :class:`OptionError` for a value of another kind or out of range.
     """
@@ -50,6 +51,10 @@ class TradeoffOptions(OptionSet):
     )
     repeats: int = option(3, "Runs of each setting. Their median time counts.", low=1, high=1000)
     full: bool = option(False, "Try every combination, not one option at a time.")
+    within: float | None = option(
+        None, "Seconds for the whole sweep. Settings that are left by then are not run.",
+        above=0.0, high=LONGEST_SECONDS, unit="seconds", absent="as long as it takes",
+    )  # fmt: skip
     up: Axis = shared(SimplifyOptions, "up")
     ground: bool = shared(SimplifyOptions, "ground")
     transparent: Transparent = shared(SimplifyOptions, "transparent")

@@ -14,7 +14,7 @@ from simplifier.options.tradeoff import TradeoffOptions
 from simplifier.report.machine import Machine
 from simplifier.report.templates import page_html, png_address
 from simplifier.tradeoff import words
-from simplifier.tradeoff.advice import STEP, Advice, KnobAdvice, Pay, Step
+from simplifier.tradeoff.advice import FEWEST_CASES, STEP, Advice, KnobAdvice, Pay, Step
 from simplifier.tradeoff.cases import Case, Judged
 from simplifier.tradeoff.plot import DARK, LIGHT, case_picture
 from simplifier.tradeoff.sweep import Outcome
@@ -101,8 +101,12 @@ def _less_tile(advice: Advice) -> Tile:
 
 
 def _never_tile(advice: Advice) -> Tile:
-    values = [pay.value for pay in advice.pays if pay.cases and not pay.paid]
-    note = "dominated in every case" if values else "every value is on some front"
+    values = [pay.value for pay in advice.pays if pay.never]
+    note = "dominated in every case"
+    if not values and advice.cases < FEWEST_CASES:
+        return "Never pays", "too early to say", f"takes {FEWEST_CASES} cases or more"
+    if not values:
+        note = "every value is on some front"
     shown = values if len(values) <= 2 else [*values[:2], f"{len(values) - 2} more"]
     return "Never pays", ", ".join(shown) or "nothing", note
 

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-from simplifier.checks import check_callable, check_cancel, check_kind
+from simplifier.checks import as_path, check_callable, check_cancel, check_kind
 from simplifier.errors import CancelledError
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
@@ -19,6 +20,7 @@ from simplifier.report.machine import Machine, this_machine
 from simplifier.tradeoff import words
 from simplifier.tradeoff.advice import Advice, advise
 from simplifier.tradeoff.cases import Case, judge_cases
+from simplifier.tradeoff.journal import Journal
 from simplifier.tradeoff.sweep import Outcome, Trial, mesh_trials, outcomes, settings_of
 from simplifier.tradeoff.table import json_bytes, rows_of, tradeoff_csv
 from simplifier.wording import percent, percent_at_most, short_seconds
@@ -120,10 +122,14 @@ def sweep_tradeoff(
     tell: TellTotalStep = lambda done, runs, now: None,
     cancel: Cancel | None = None,
     overrides: Overrides = NO_OVERRIDES,
+    journal: str | Path | None = None,
 ) -> Study:
     """Measure what more time buys on a mesh, which tables and pages call ``name``.
 
     ``overrides`` hold for every run; the mesh was loaded with what they ignore.
+
+    ``journal``    a file that runs are kept in as they come.  What is in it of the same sweep is
+                   not run again; it is removed once the sweep is whole.
 
     What ``tell`` raises ends the sweep.  ``cancel``, once set, ends it soon.  Raises
     :class:`~simplifier.errors.CancelledError` then, however much was measured.
@@ -138,8 +144,11 @@ def sweep_tradeoff(
     def told(done: int, now: str) -> object:
         return tell(done, runs, now)
 
-    trials = list(mesh_trials(name, mesh, options, told, cancel, overrides))
+    keeper = None if journal is None else Journal.open(as_path("journal", journal), options)
+    trials = list(mesh_trials(name, mesh, options, told, cancel, overrides, keeper))
     if cancel is not None and cancel.is_set():
         raise CancelledError(f"cancelled after {len(trials)} of {runs} runs")
     tell(runs, runs, "writing")
+    if keeper is not None:
+        keeper.end()
     return study_of(trials, options, options.precision)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Protocol
 
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.overhang import measure_overhang
@@ -27,7 +27,7 @@ from simplifier.options.simplify import Axis, Preset
 from simplifier.options.stages import Options, make_options
 from simplifier.options.tradeoff import TradeoffOptions
 from simplifier.pipeline import simplify_mesh
-from simplifier.progress import Cancel, TellStep
+from simplifier.progress import Cancel, Deadline, TellStep
 
 DEFAULT: Preset = "balanced"
 """The preset that the other settings depart from."""
@@ -144,6 +144,16 @@ class Outcome:
     repeats: int
 
 
+class Keeper(Protocol):
+    """Keeps trials as they come, and knows those of a sweep that did not end."""
+
+    def known(self, mesh: TriangleMesh, number: int, setting: Setting, name: str) -> Trial | None:
+        """The trial of a setting in a round, if it was run before."""
+
+    def keep(self, mesh: TriangleMesh, number: int, trial: Trial) -> None:
+        """Keep a trial of a round."""
+
+
 OverridesOf = Callable[[Path], Overrides]
 """Those of a mesh's file; raises :class:`~simplifier.errors.OverridesError`."""
 
@@ -153,11 +163,13 @@ def sweep(
     options: TradeoffOptions,
     tell: TellStep = lambda done, name: None,
     overrides_of: OverridesOf = lambda path: NO_OVERRIDES,
+    keeper: Keeper | None = None,
 ) -> Iterator[Trial]:
     """Run every setting on every mesh, as results come; what fails is a result too."""
     before = 0
     for name, path in mesh_names(paths).items():
-        yield from _mesh_trials(name, path, options, _tell_from(before, tell), overrides_of)
+        told = _tell_from(before, tell)
+        yield from _mesh_trials(name, path, options, told, overrides_of, keeper)
         before += len(settings_of(options)) * options.repeats
     tell(before, "writing")
 
@@ -200,8 +212,9 @@ def _outcome(runs: list[Trial]) -> Outcome:
 
 
 def _mesh_trials(
-    name: str, path: Path, options: TradeoffOptions, tell: TellStep, overrides_of: OverridesOf
-) -> Iterator[Trial]:
+    name: str, path: Path, options: TradeoffOptions, tell: TellStep, overrides_of: OverridesOf,
+    keeper: Keeper | None,
+) -> Iterator[Trial]:  # fmt: skip
     tell(0, name)
     try:
         overrides = overrides_of(path)
@@ -214,7 +227,9 @@ def _mesh_trials(
     except Exception as error:
         yield Trial(name, None, failure=_reason(error))
         return
-    yield from mesh_trials(name, mesh, options, tell, overrides=overrides)
+    if overrides != NO_OVERRIDES:
+        keeper = None  # it tells meshes apart, not what was drawn by hand
+    yield from mesh_trials(name, mesh, options, tell, overrides=overrides, keeper=keeper)
 
 
 def mesh_trials(
@@ -224,27 +239,47 @@ def mesh_trials(
     tell: TellStep = lambda done, name: None,
     cancel: Cancel | None = None,
     overrides: Overrides = NO_OVERRIDES,
+    keeper: Keeper | None = None,
 ) -> Iterator[Trial]:
     """Run every setting on one mesh, which was loaded with what ``overrides`` ignore, as results
     come.
 
-    Ends soon once ``cancel`` is set; the run that it ends is no trial.
+    Ends soon once ``cancel`` is set or ``options.within`` is over; the run that it ends is no
+    trial.  The first run is made in any case.  What ``keeper`` knows is not run again.
     """
     run = _Run(name, mesh, overrides, options, _Judge(mesh, options.seed))
     failed: set[Setting] = set()
     done = 0
-    for _, setting in product(range(options.repeats), settings_of(options)):
+    deadline = Deadline.after(options.within)
+    for number, setting in product(range(options.repeats), settings_of(options)):
+        if done and deadline.is_up:
+            return
         tell(done, f"{name}, {setting.budget} triangles, {setting.name}")
         done += 1
         if setting in failed:
             continue
-        try:
-            trial = run.trial(setting, cancel)
-        except CancelledError:
-            return
+        trial = keeper.known(mesh, number, setting, name) if keeper is not None else None
+        if trial is None:
+            try:
+                trial = run.trial(setting, _Ends(cancel, deadline) if done > 1 else cancel)
+            except CancelledError:
+                return
+            if keeper is not None:
+                keeper.keep(mesh, number, trial)
         if trial.failure:
             failed.add(setting)
         yield trial
+
+
+@dataclass(frozen=True, eq=False)
+class _Ends:
+    """A cancel that is set by another, or by the end of the time."""
+
+    cancel: Cancel | None
+    deadline: Deadline
+
+    def is_set(self) -> bool:
+        return self.deadline.is_up or (self.cancel is not None and self.cancel.is_set())
 
 
 @dataclass(frozen=True, eq=False)

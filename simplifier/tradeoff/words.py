@@ -5,7 +5,14 @@ from __future__ import annotations
 import statistics
 from collections.abc import Sequence
 
-from simplifier.tradeoff.advice import STEP, Advice, KnobAdvice, Pay, Step
+from simplifier.tradeoff.advice import (
+    FEWEST_CASES,
+    STEP,
+    Advice,
+    KnobAdvice,
+    Pay,
+    Step,
+)
 from simplifier.tradeoff.cases import Judged
 from simplifier.tradeoff.sweep import Outcome
 from simplifier.wording import count, exact_percent, median_points, points
@@ -17,19 +24,36 @@ def advice_lines(advice: Advice) -> list[str]:
 
 
 def never_lines(advice: Advice, precision: float) -> list[str]:
-    """The values that are on no front, and those that are nowhere precise enough."""
-    lines = []
+    """The values that are on no front, and those that are nowhere precise enough.
+
+    From few cases nothing is said never to pay.
+    """
+    lines, few = [], []
     for pay in advice.pays:
         if pay.cases == 0:
             where = _in_all(pay.imprecise)
             lines.append(f"{_subject(pay)} below {exact_percent(precision)} precision {where}.")
-        elif pay.paid == 0:
+        elif pay.paid == 0 and not pay.never:
+            few.append(pay)
+        elif pay.never:
             rivals = _or(pay.rivals[:2])
             lines.append(
                 f"{_capital(pay.value)} never {_verb(pay, 'pay')}: {_in_all(pay.cases)} another "
                 f"setting is as fast and recalls as much, most often {rivals}."
             )
-    return lines
+    return [*lines, *_few(few)]
+
+
+def _few(pays: Sequence[Pay]) -> list[str]:
+    """What was on no front of few cases, in one sentence."""
+    if not pays:
+        return []
+    most = max(pay.cases for pay in pays)
+    names = _and([pay.value for pay in pays])
+    return [
+        f"On no front so far: {names}. {count(most, 'case').capitalize()} cannot tell whether they "
+        f"ever pay; that takes {FEWEST_CASES} cases or more (a case is a mesh at a budget)."
+    ]
 
 
 def failure_lines(found: Sequence[Outcome]) -> list[str]:

@@ -16,6 +16,7 @@ from simplifier.tradeoff.table import COLUMNS
 from tests.acceptance.command import OCCLUDER, environment, occluder, read_all, read_until
 from tests.solids import box, joined
 
+JOURNAL = "tradeoff.journal"
 FILES = ["tradeoff.csv", "tradeoff.html", "tradeoff.json", "tradeoff.png"]
 SMALL = ("--resolutions", "8", "--directions", "4", "--budgets", "8", "--times", "0.05")
 HOSTILE = "a\n<script>$(id) é [bold].ply"
@@ -106,7 +107,7 @@ def test_ctrl_c_keeps_what_was_measured(folder, tmp_path):
     said = shown.decode().splitlines()[-1]
     assert "warning: interrupted after 2 of 18 runs; " in said
     assert f"{tmp_path} holds what they gave" in said
-    assert sorted(path.name for path in tmp_path.iterdir()) == FILES
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*FILES, JOURNAL])
     assert [row["setting"] for row in rows(tmp_path)] == ["draft", "balanced"]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import random
 import signal
@@ -122,3 +123,28 @@ def test_jobs_end_while_workers_and_the_server_are_killed_all_the_time(server):
         f"{max(job.attempt for job in left)} times at most, {repeated_attempts(left)} attempts "
         f"repeated, {clients.lost} requests sent again"
     )
+
+
+@pytest.mark.faults
+def test_a_sweep_goes_on_where_the_server_was_killed(server):
+    """Runs that were measured before the kill are not measured again."""
+    serving = server(work=None, OCCLUDER_WORKERS="1").start()
+    made = serving.post("/v1/occluders?filename=box.obj&asset=box&preset=draft&views=8")
+    assert serving.end_of(made.json()["id"])["state"] == "succeeded"
+    asset = serving.get(f"/v1/jobs/{made.json()['id']}").json()["asset"]["id"]
+    sweep = serving.post(
+        f"/v1/assets/{asset}/tradeoff",
+        b'{"budgets": [8], "resolutions": [16], "directions": [8], "times": [1, 2], "repeats": 2}',
+        {"Content-Type": "application/json"},
+    )
+    assert sweep.status_code == 202, sweep.text
+    journals = serving.data / "journals"
+    until(lambda: any(one.read_text().count("\n") > 4 for one in journals.glob("*")), PATIENCE)
+    before = next(journals.glob("*")).read_text().splitlines()
+    serving.kill()
+    serving.start()
+    assert serving.end_of(sweep.json()["id"])["state"] == "succeeded"
+    assert list(journals.glob("*")) == []
+    table = serving.get(f"/v1/jobs/{sweep.json()['id']}/files/tradeoff.csv").text
+    kept = [json.loads(line) for line in before[1:-1]]
+    assert any(f"{line['seconds']:.6g}"[:5] in table for line in kept)

@@ -122,19 +122,31 @@ def test_a_doubled_budget():
 
 
 def test_what_never_pays():
-    advice = advise(cases_of([*plain_trials(), *plain_trials("b.obj")]))
+    advice = advise(cases_of([t for at in range(10) for t in plain_trials(f"{at}.obj")]))
     pays = {pay.value: pay for pay in advice.pays}
-    assert (pays["resolution 128"].paid, pays["resolution 128"].cases) == (0, 2)
+    assert (pays["resolution 128"].paid, pays["resolution 128"].cases) == (0, 10)
     assert pays["resolution 128"].rivals == ("time 1 s",)
-    assert (pays["draft"].paid, pays["draft"].cases) == (2, 2)
-    assert (pays["resolution 32"].cases, pays["resolution 32"].imprecise) == (0, 2)
+    assert (pays["draft"].paid, pays["draft"].cases) == (10, 10)
+    assert (pays["resolution 32"].cases, pays["resolution 32"].imprecise) == (0, 10)
     assert words.never_lines(advice, 0.99) == [
-        "Best never pays: in both cases another setting is as fast and recalls as much, most "
+        "Best never pays: in all 10 cases another setting is as fast and recalls as much, most "
         "often time 2 s.",
-        "Resolution 32 is below 99 % precision in both cases.",
-        "Resolution 128 never pays: in both cases another setting is as fast and recalls as "
+        "Resolution 32 is below 99 % precision in all 10 cases.",
+        "Resolution 128 never pays: in all 10 cases another setting is as fast and recalls as "
         "much, most often time 1 s.",
     ]
+
+
+@pytest.mark.parametrize("meshes", [1, 2, 9])
+def test_few_cases_are_not_enough_to_say_that_something_never_pays(meshes):
+    advice = advise(cases_of([t for at in range(meshes) for t in plain_trials(f"{at}.obj")]))
+    lines = words.never_lines(advice, 0.99)
+    assert not any("never pay" in line for line in lines)
+    cases = f"{meshes} case{'s' * (meshes > 1)}"
+    assert lines[-1] == (
+        f"On no front so far: best and resolution 128. {cases} cannot tell whether they ever pay; "
+        "that takes 10 cases or more (a case is a mesh at a budget)."
+    )
 
 
 def test_a_value_pays_when_one_of_its_combinations_does():
@@ -145,10 +157,11 @@ def test_a_value_pays_when_one_of_its_combinations_does():
 
 
 def test_directions_are_many():
-    slow = trial(Setting(16, directions=96), 2.5, 0.5)
-    advice = advise(cases_of([*plain_trials(), slow]))
+    slow = [trial(Setting(16, directions=96), 2.5, 0.5, mesh=f"{at}.obj") for at in range(10)]
+    plain = [t for at in range(10) for t in plain_trials(f"{at}.obj")]
+    advice = advise(cases_of([*plain, *slow]))
     assert any(
-        line.startswith("96 directions never pay: in the one case measured another setting")
+        line.startswith("96 directions never pay: in all 10 cases another setting")
         for line in words.never_lines(advice, 0.99)
     )
 

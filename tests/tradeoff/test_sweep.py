@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -202,3 +203,10 @@ def test_ctrl_c_is_not_a_failure_of_the_mesh(mesh_file, monkeypatch):
     monkeypatch.setattr(tradeoff, "simplify_mesh", interrupted)
     with pytest.raises(KeyboardInterrupt):
         list(sweep([mesh_file], SMALL))
+
+
+def test_a_sweep_ends_within_its_time(mesh_file, quick, monkeypatch):
+    options = replace(SMALL, repeats=50, within=1e-3)
+    trials = list(sweep([mesh_file], options))
+    assert [one.setting for one in trials] == settings_of(options)[:1]  # the first in any case
+    assert not trials[0].failure

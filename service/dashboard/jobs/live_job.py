@@ -17,11 +17,12 @@ from service.dashboard.notices import showing_refusals
 from service.dashboard.visitor import Visitor
 from service.dashboard.wording import percent, seconds
 from service.errors import NotFoundError
-from service.jobs.job import JobState
+from service.jobs.job import JobKind, JobState
 from service.routes import actions
 
 _GLANCE = 0.25  # seconds between looks at the progress, which is in memory
 _LOOKS = 8  # glances between looks into the database while progress comes
+_TELLING = 0.08  # of a sweep: with less done, the time that is left is a guess
 
 
 class LiveJob:
@@ -129,6 +130,14 @@ def state_words(line: JobLine) -> str:
         case JobState.RUNNING:
             done = f"{percent(line.fraction, 0)}, {line.stage}" if line.stage else "starting"
             tried = f", attempt {line.attempt}" if line.attempt > 1 else ""
-            return f"{done}, {seconds(line.seconds)}{tried}"
+            return f"{done}, {seconds(line.seconds)}{tried}{_left_words(line)}"
         case _:
             return ""
+
+
+def _left_words(line: JobLine) -> str:
+    """How long a sweep still takes, once enough of it is done to tell: its runs are alike."""
+    if line.kind is not JobKind.TRADEOFF or line.fraction < _TELLING:
+        return ""
+    left = line.seconds * (1.0 - line.fraction) / line.fraction
+    return f", about {max(round(left), 1)} s left"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
+from typing import Any
 
 from anyio.to_thread import run_sync
 from nicegui import ui
@@ -18,6 +19,11 @@ from service.dashboard.tradeoff.points import Tradeoff, tradeoff_of
 from service.dashboard.visitor import Visitor, current_visitor
 from service.jobs.job import JobKind
 from service.routes import actions
+
+QUICK_SECONDS = 50
+"""Of the quick sweep: with reading the mesh and drawing the result it is under a minute."""
+
+_BUDGET = 64  # where no run says another
 
 
 @ui.page("/tradeoff/{asset_id}")
@@ -73,6 +79,14 @@ def _show_measured(known: Tradeoff) -> None:
                 ui.link(f"tradeoff.{suffix}", link)
 
 
+def quick_options(budget: int) -> dict[str, Any]:
+    """The presets, and a step of each knob, once each."""
+    return {
+        "budgets": [budget], "resolutions": [32], "directions": [16], "times": [0.5, 2.0],
+        "repeats": 1, "within": float(QUICK_SECONDS),
+    }  # fmt: skip
+
+
 class SweepPanel:
     """``on_measured`` is awaited when a sweep has ended."""
 
@@ -82,15 +96,25 @@ class SweepPanel:
         self._visitor, self._asset_id = visitor, known.asset_id
         self._on_measured = on_measured
         with panel("Sweep"):
+            self._budget = known.budget or _BUDGET
             ui.label(
-                "Runs many settings on the mesh of the latest run, times and judges each. It takes "
-                "minutes: settings x budgets x repeats."
+                f"The quick sweep tries the presets and a few settings once each, at {self._budget}"
+                f" triangles. It ends within {QUICK_SECONDS} seconds, with what was measured by "
+                "then. Runs are kept as they come, also if the service is stopped meanwhile."
             ).classes("option-help")
-            self._form = OptionForm(visitor.services.tables[JobKind.TRADEOFF])
-            if known.budget is not None:
-                self._form.fill({"budgets": str(known.budget), "repeats": "1"})
-            self._button = ui.button("Run the sweep", on_click=self._run)
-            self._button.props("no-caps unelevated")
+            self._quick = ui.button("Run the quick sweep", on_click=self._run_quick)
+            self._quick.props("no-caps unelevated")
+            with ui.expansion("Choose the settings").classes("more-settings") as chosen:
+                chosen.props('dense expand-separator header-class="panel-title"')
+                ui.label(
+                    "Every setting is run at every budget, as often as repeats say. That takes "
+                    "minutes."
+                ).classes("option-help")
+                self._form = OptionForm(visitor.services.tables[JobKind.TRADEOFF])
+                if known.budget is not None:
+                    self._form.fill({"budgets": str(known.budget), "repeats": "1"})
+                self._button = ui.button("Run the sweep", on_click=self._run)
+                self._button.props("no-caps outline")
         self._place = ui.element("div").classes("live-jobs")
         if known.going:
             self._follow(known.going)
@@ -102,20 +126,28 @@ class SweepPanel:
             warn("Some settings are wrong; see beside them")
             return
 
+        await self._sweep(form.resolved)
+
+    async def _run_quick(self) -> None:
+        await self._sweep(quick_options(self._budget))
+
+    async def _sweep(self, options: Mapping[str, Any]) -> None:
         def sweep() -> str:
             caller = self._visitor.caller(Scope.WRITE)
             services = self._visitor.services
-            return actions.sweep(services, caller, self._asset_id, form.resolved).id
+            return actions.sweep(services, caller, self._asset_id, options).id
 
         with showing_refusals():
             self._follow(await run_sync(sweep))
 
     def _follow(self, job_id: str) -> None:
         self._button.disable()
+        self._quick.disable()
         self._place.clear()
         with self._place:
             LiveJob(self._visitor, job_id, self._hear_end)
 
     async def _hear_end(self, _: JobLine) -> None:
         self._button.enable()
+        self._quick.enable()
         await self._on_measured()

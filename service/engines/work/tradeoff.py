@@ -25,12 +25,16 @@ def measure_tradeoff(task: Task, tell: ReportProgress, cancel: Cancel) -> Summar
     mesh, overrides = read_mesh(task, options)
     meter.at("runs", 0.0)
 
+    begin = meter.seconds
+
     def report_runs(done: int, runs: int, now: str) -> None:
-        meter.at_count("runs", _MEASURED * done / runs, done, runs)
+        spent = (meter.seconds - begin) / options.within if options.within else 0.0
+        meter.at_count("runs", _MEASURED * min(max(done / runs, spent), 1.0), done, runs)
 
     study = simplifier.sweep_tradeoff(
-        mesh, options, name=task.name, tell=report_runs, cancel=cancel, overrides=overrides
-    )
+        mesh, options, name=task.name, tell=report_runs, cancel=cancel, overrides=overrides,
+        journal=task.journal,
+    )  # fmt: skip
     for name, data in study.files():
         if cancel.is_set():
             raise TaskCancelledError

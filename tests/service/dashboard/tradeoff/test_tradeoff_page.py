@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import httpx
@@ -34,6 +35,7 @@ def asset(working: str, tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 def fill(page: Page, **more: str) -> None:
+    page.get_by_text("Choose the settings").click()
     for label, text in {**TINY, **more}.items():
         page.get_by_label(label, exact=True).fill(text)
 
@@ -45,7 +47,7 @@ def test_a_sweep_is_run_watched_and_laid_over_the_runs(
     runs = page.get_by_role("table", name="Runs")
     expect(runs.get_by_role("row")).to_have_count(2)
     fill(page)
-    page.get_by_role("button", name="Run the sweep").click()
+    page.get_by_role("button", name="Run the sweep", exact=True).click()
     settings = page.get_by_role("table", name="Settings of the sweep")
     expect(settings.get_by_role("row")).to_have_count(7, timeout=PATIENCE)
     expect(settings.get_by_text("on the front").first).to_be_visible()
@@ -55,6 +57,21 @@ def test_a_sweep_is_run_watched_and_laid_over_the_runs(
     assert download.value.path().read_text().count("\n") == 7
     page.get_by_role("heading", level=1).scroll_into_view_if_needed()
     keep_picture(page, "dashboard_tradeoff", tmp_path)
+
+
+def test_the_quick_sweep_tells_the_time_left_and_calls_nothing_useless(
+    page: Page, working: str, asset: str
+) -> None:
+    page.goto(f"{working}/tradeoff/{asset}")
+    page.get_by_role("button", name="Run the quick sweep").click()
+    job = page.get_by_role("region", name="Job")
+    expect(job.get_by_text(re.compile(r"about \d+ s left"))).to_be_visible(timeout=PATIENCE)
+    expect(job.get_by_role("status")).to_have_text("succeeded", timeout=PATIENCE)
+    settings = page.get_by_role("table", name="Settings of the sweep")
+    expect(settings.get_by_text("time 2 s", exact=True)).to_be_visible()
+    measured = page.get_by_role("region", name="What the sweep measured")
+    expect(measured.get_by_text("1 case cannot tell whether")).to_be_visible()
+    expect(measured.get_by_text("never pay")).to_have_count(0)
 
 
 def test_a_sweep_is_cancelled(page: Page, working: str, asset: str) -> None:
@@ -67,7 +84,7 @@ def test_a_sweep_is_cancelled(page: Page, working: str, asset: str) -> None:
     expect(job.get_by_text("running settings")).to_be_visible()
     job.get_by_role("button", name="Cancel").click()
     expect(job.get_by_role("status")).to_have_text("cancelled")
-    expect(page.get_by_role("button", name="Run the sweep")).to_be_enabled()
+    expect(page.get_by_role("button", name="Run the quick sweep")).to_be_enabled()
 
 
 def test_wrong_lists_are_told_beside_them(page: Page, working: str, asset: str) -> None:

@@ -251,9 +251,9 @@ class NotReadyError(ServiceError):
 
 
 class HoldLostError(ServiceError):
-    """What was stored for this was taken for that of a dead server, and is stored no more."""
+    """What was stored for this was taken for that of a dead server, and is no longer stored."""
 
-    slug, status, title = "hold-lost", 503, "What was sent is stored no more"
+    slug, status, title = "hold-lost", 503, "The uploaded file is no longer stored"
 
 
 class DiskFullError(ServiceError):

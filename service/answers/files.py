@@ -144,7 +144,7 @@ def _open_blob(blobs: BlobStore, file: JobFile, part: ByteRange) -> Reader:
 
 
 def _lost(file: JobFile) -> NotFoundError:
-    return NotFoundError(f"'{file.name}' is stored no more", remedy="make it again by a new job")
+    return NotFoundError(f"'{file.name}' is no longer stored", remedy="make it again by a new job")
 
 
 async def _chunks_of(source: Reader) -> AsyncIterator[bytes]:

@@ -240,4 +240,6 @@ class OnDemand:
 
 
 def _gone(name: str) -> NotFoundError:
-    return NotFoundError(f"what '{name}' is made from is stored no more", remedy="make a new job")
+    return NotFoundError(
+        f"the files that '{name}' is made from are no longer stored", remedy="make a new job"
+    )

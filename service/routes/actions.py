@@ -97,7 +97,7 @@ def _once_more(
                 keeping.adopt(file.blob)
         except KeyError:
             raise ConflictError(
-                "what was sent for the job is stored no more", remedy="send it again"
+                "the uploaded file of the job is no longer stored", remedy="send it again"
             ) from None
         submission = Submission(
             tenant=job.tenant, kind=kind, name=job.name, options=options, inputs=inputs,

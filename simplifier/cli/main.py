@@ -77,11 +77,11 @@ OWN = {
         "Find which objects of a scene can be seen from each view cell, before run time.",
     ),
     "pvs-show": Own(
-        "pvs", "Tell what a file of visible sets holds, or what may be seen from a point."
+        "pvs", "Show what a file of visible sets holds, or what can be seen from a point."
     ),
     "pvs-check": Own(
         "pvs",
-        "Hold sets of visible objects against what is certainly seen from points of their cells.",
+        "Check sets of visible objects against what is certainly seen from points in their cells.",
     ),
     "build": Own(
         "build", "Make the occluders of a manifest that are not current, and judge all of them."

@@ -236,15 +236,18 @@ def pvs_show(
     file: PvsFile,
     *,
     at: Annotated[
-        str | None, typer.Option(help="A world point, X,Y,Z: what may be seen from there.")
+        str | None, typer.Option(help="Show what can be seen from this world point, X,Y,Z.")
     ] = None,
     pictures: Annotated[
-        Path | None, typer.Option(help="Draw all cells by the size of their sets into this folder.")
+        Path | None,
+        typer.Option(
+            help="Draw a plan of all cells, coloured by the size of their sets, into this folder."
+        ),
     ] = None,
     quiet: Quiet = False,
     debug: Debug = False,
 ) -> None:
-    """Tell what a file of visible sets holds, or what may be seen from a point."""
+    """Show what a file of visible sets holds, or what can be seen from a point."""
 
     def run() -> None:
         from simplifier.cli.pvs_parts import parts_of, parts_rows
@@ -277,7 +280,7 @@ def pvs_show(
         cells = held.cells.containing(held.to_cells(point)).tolist()
         seen = held.visible(point)
         where = f"in cell {', '.join(map(str, cells))}" if cells else "outside of all cells"
-        print_text(f"{at} is {where}: {int(seen.sum()):,} of {len(seen):,} objects may be visible")
+        print_text(f"{at} is {where}: {int(seen.sum()):,} of {len(seen):,} objects can be seen")
         told = map("".join, zip(held.names, parts_of(held, cells), strict=True))
         names = [name for name, visible in zip(told, seen, strict=True) if visible]
         for name in names[:_SOME]:
@@ -305,21 +308,23 @@ def pvs_check(
     scene: TerrainArgument,
     file: PvsFile,
     *,
-    cells: Annotated[int, typer.Option(min=1, help="Cells that are drawn by lot.")] = 50,
-    views: Annotated[int, typer.Option(min=1, help="Viewpoints in each.")] = 60,
+    cells: Annotated[
+        int, typer.Option(min=1, help="Number of cells to check, chosen at random.")
+    ] = 50,
+    views: Annotated[int, typer.Option(min=1, help="Number of viewpoints in each cell.")] = 60,
     pictures: Annotated[
-        int, typer.Option(min=0, help="Viewpoints in each that pictures are drawn from, too.")
+        int, typer.Option(min=0, help="Number of viewpoints in each cell to draw pictures from.")
     ] = 0,
     ground: Annotated[
         bool, typer.Option("--ground", help="Draw ground below the objects.")
     ] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Of the lots.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random choice.")] = 0,
     transparent: SeenThrough = "leave-out",
     quiet: Quiet = False,
     debug: Debug = False,
     **chosen: Any,
 ) -> None:
-    """Hold sets of visible objects against what is certainly seen from points of their cells.
+    """Check sets of visible objects against what is certainly seen from points in their cells.
 
     Exits with 1 where a visible object is missing.
     """

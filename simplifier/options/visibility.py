@@ -9,7 +9,7 @@ from simplifier.options.fields import OptionSet, option, shared
 from simplifier.options.simplify import EYE_HEIGHT, Axis, SimplifyOptions, Transparent
 
 SEE_THROUGH_HELP = (
-    "Transparent surfaces may be seen, and must not hide others: leave-out sees to that, keep"
+    "Transparent surfaces can be seen, but must not occlude: leave-out makes sure of that, keep"
     " treats them as solid."
 )
 

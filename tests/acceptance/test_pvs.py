@@ -234,11 +234,11 @@ def test_slices_and_altitudes_of_a_point_are_shown(command, tmp_path):
     assert "60.0 % of what is visible is drawn in part" in told
     assert "steps of 0.25, from 100 up" in told
     status, told, _ = command("pvs-show", file, "--at", "2000000.5,101,5000000.5")
-    assert "2 of 4 objects may be visible" in told
+    assert "2 of 4 objects can be seen" in told
     assert "Häuser: slices z 1 to 3 of 8\n" in told
     assert "Häfen: slices x 3 to 8 and y 5 to 8 of 8; seen from 100.5 up\n" in told
     status, told, _ = command("pvs-show", file, "--at", "2000000.5,100.4,5000000.5")
-    assert "1 of 4 objects may be visible" in told
+    assert "1 of 4 objects can be seen" in told
     assert "Häfen" not in told
 
 

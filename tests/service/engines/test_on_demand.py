@@ -146,7 +146,7 @@ def test_a_mesh_that_is_stored_no_more_is_told(desk: Desk) -> None:
     job = desk.job()
     mesh = next(file for file in desk.jobs.files(job.id) if file.is_input)
     desk.blobs.path(mesh.blob).unlink()
-    with pytest.raises(NotFoundError, match="stored no more"):
+    with pytest.raises(NotFoundError, match="no longer stored"):
         desk.make(job).result(30.0)
 
 
@@ -186,6 +186,6 @@ def test_pages_of_a_job_that_is_forgotten_meanwhile_are_dropped(desk: Desk) -> N
     job = desk.job()
     desk.jobs.expire(2e10)
     assert not desk.jobs.add_files(job.id, desk.jobs.files(job.id))
-    with pytest.raises(NotFoundError, match="stored no more"):
+    with pytest.raises(NotFoundError, match="no longer stored"):
         desk.make(job).result(30.0)
     assert not desk.begun

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from simplifier.camera_paths.generate import generate_path
 from simplifier.checks import check_cancel, check_kind, check_whole
-from simplifier.culling.flythrough import MOST_PLAYED, fly
+from simplifier.culling.flythrough import MOST_PLAYED, fly, matching_parts
 from simplifier.culling.walk_file import encode_walk
 from simplifier.errors import MeshError
 from simplifier.geometry.camera import CameraPath
@@ -44,8 +44,10 @@ def record_walk(
     """
     check_kind("scene", scene, Scene, "what simplifier.load_scene returns")
     check_kind("occluders", occluders, OccluderTree, "what simplifier.load_occluder_tree returns")
+    check_kind("name", name, str, "a text")
     check_whole("frames", frames, 1, MOST_PLAYED)
     check_cancel(cancel)
+    matching_parts(scene, occluders)  # refused before a path is looked for, which takes longer
     path = _path(scene, PathOptions(frames=frames, up=occluders.options.up))
     options = CullOptions(repeats=1, shots=0)
     return encode_walk(fly(scene, occluders, path, options, cancel=cancel), name)

@@ -10,7 +10,8 @@ from __future__ import annotations
 import json
 import math
 import os
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Self
@@ -18,6 +19,7 @@ from typing import Any, Self
 from simplifier.errors import OutputError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.hierarchy.node_plan import mesh_key
+from simplifier.io.files import write_whole
 from simplifier.options.tradeoff import TradeoffOptions
 from simplifier.tradeoff.sweep import Setting, Trial
 from simplifier.version import VERSION
@@ -42,7 +44,7 @@ class Journal:
         lines = _lines(path)
         known = {}
         if lines and lines[0].get("about") == about:
-            known = {_place(line): line for line in lines[1:] if "setting" in line}
+            known = {place: line for line in lines[1:] if (place := _place(line))}
         made = cls(path, known)
         made._begin(about)
         return made
@@ -73,29 +75,37 @@ class Journal:
         }  # fmt: skip
         # A full disk ends no sweep: what it measures is still to be had at its end.
         with suppress(OutputError):
-            self._write([line], "a")
+            self._append(line)
 
     def end(self) -> None:
         """The sweep is whole, and its results are elsewhere."""
         self._path.unlink(missing_ok=True)
 
     def _begin(self, about: dict[str, Any]) -> None:
-        self._write([{"about": about}, *self._known.values()], "w")
+        """Without what a kill left of a line, and whole at any moment."""
+        lines = [{"about": about}, *self._known.values()]
+        with _told(self._path):
+            write_whole(self._path, "".join(json.dumps(one) + "\n" for one in lines).encode())
 
-    def _write(self, lines: list[dict[str, Any]], mode: str) -> None:
-        try:
-            with self._path.open(mode, encoding="utf-8") as file:
-                file.writelines(json.dumps(line) + "\n" for line in lines)
-                file.flush()
-                os.fsync(file.fileno())
-        except OSError as error:
-            raise OutputError(
-                f"it cannot be written ({error.strerror})", where=str(self._path),
-                remedy="choose another folder",
-            ) from error  # fmt: skip
+    def _append(self, line: dict[str, Any]) -> None:
+        with _told(self._path), self._path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(line) + "\n")
+            file.flush()
+            os.fsync(file.fileno())
 
 
 _NUMBERS = ("seconds", "precision", "recall", "overhang")
+_KEYS = {"mesh", "round", "setting", "triangles", "failure", "warnings", *_NUMBERS}
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except (OSError, ValueError) as error:  # ValueError: a path with a NUL
+        raise OutputError(
+            f"the journal cannot be used ({error})", where=str(path), remedy="name another file"
+        ) from error
 
 
 def _finite(value: float) -> float | None:
@@ -105,7 +115,7 @@ def _finite(value: float) -> float | None:
 def _lines(path: Path) -> list[dict[str, Any]]:
     """Those that can be read."""
     found = []
-    with suppress(FileNotFoundError):
+    with _told(path), suppress(FileNotFoundError):
         for text in path.read_text("utf-8", "replace").splitlines():
             with suppress(ValueError):
                 line = json.loads(text)
@@ -114,5 +124,11 @@ def _lines(path: Path) -> list[dict[str, Any]]:
     return found
 
 
-def _place(line: dict[str, Any]) -> Place:
-    return line["mesh"], line["round"], Setting(**line["setting"])
+def _place(line: dict[str, Any]) -> Place | None:
+    """None for a line that somebody else has written."""
+    if not line.keys() >= _KEYS:
+        return None
+    try:
+        return line["mesh"], line["round"], Setting(**line["setting"])
+    except TypeError:
+        return None

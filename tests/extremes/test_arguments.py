@@ -143,6 +143,14 @@ CALLS: dict[str, Callable[[Given], Call]] = {
         partial(simplifier.simplify_scene, seed=-1),
         {"scene": simplifier.load_scene(given.path), "folder": given.folder / "scene"},
     ),
+    "record_walk": lambda given: Call(
+        simplifier.record_walk,
+        {
+            "scene": simplifier.load_scene(given.path),
+            "occluders": simplifier.load_occluder_tree(BUILT),
+            "cancel": ENDED,
+        },
+    ),
     "find_visible_sets": lambda given: Call(
         simplifier.find_visible_sets,
         {"path": given.path, "cancel": ENDED},

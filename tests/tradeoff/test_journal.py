@@ -83,5 +83,5 @@ def test_another_mesh_and_other_options_are_measured_anew(tmp_path, runs):
 
 
 def test_where_nothing_can_be_written_is_told(tmp_path):
-    with pytest.raises(OutputError, match="cannot be written"):
+    with pytest.raises(OutputError, match="there is no folder"):
         Journal.open(tmp_path / "none" / "journal", OPTIONS)

@@ -102,8 +102,9 @@ class SweepPanel:
                 f" triangles. It ends within {QUICK_SECONDS} seconds, with what was measured by "
                 "then. Runs are kept as they come, also if the service is stopped meanwhile."
             ).classes("option-help")
-            self._quick = ui.button("Run the quick sweep", on_click=self._run_quick)
-            self._quick.props("no-caps unelevated")
+            with ui.element("div").classes("row-of-controls"):
+                self._quick = ui.button("Run the quick sweep", on_click=self._run_quick)
+                self._quick.props("no-caps unelevated")
             with ui.expansion("Choose the settings").classes("more-settings") as chosen:
                 chosen.props('dense expand-separator header-class="panel-title"')
                 ui.label(

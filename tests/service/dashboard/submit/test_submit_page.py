@@ -336,7 +336,6 @@ def test_a_folder_is_sent_and_what_is_left_out_is_told(
     ):  # fmt: skip
         expect(out.get_by_text(f"{path}: {reason}")).to_be_visible()
     assert faint_texts(page) == []
-    keep_picture(page, "dashboard_submit_folder", tmp_path)
     page.get_by_role("button", name="Submit").click()
     expect(jobs_of(page)).to_have_count(2, timeout=PATIENCE)
     for at in range(2):

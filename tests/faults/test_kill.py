@@ -134,17 +134,18 @@ def test_a_sweep_goes_on_where_the_server_was_killed(server):
     asset = serving.get(f"/v1/jobs/{made.json()['id']}").json()["asset"]["id"]
     sweep = serving.post(
         f"/v1/assets/{asset}/tradeoff",
-        b'{"budgets": [8], "resolutions": [16], "directions": [8], "times": [1, 2], "repeats": 2}',
+        b'{"budgets": [8], "resolutions": [16], "directions": [8], "times": [1], "repeats": 1}',
         {"Content-Type": "application/json"},
     )
     assert sweep.status_code == 202, sweep.text
     journals = serving.data / "journals"
-    until(lambda: any(one.read_text().count("\n") > 4 for one in journals.glob("*")), PATIENCE)
+    until(lambda: any(one.read_text().count("\n") > 3 for one in journals.glob("*")), PATIENCE)
     before = next(journals.glob("*")).read_text().splitlines()
     serving.kill()
     serving.start()
-    assert serving.end_of(sweep.json()["id"])["state"] == "succeeded"
+    assert serving.end_of(sweep.json()["id"], PATIENCE)["state"] == "succeeded"
     assert list(journals.glob("*")) == []
     table = serving.get(f"/v1/jobs/{sweep.json()['id']}/files/tradeoff.csv").text
     kept = [json.loads(line) for line in before[1:-1]]
-    assert any(f"{line['seconds']:.6g}"[:5] in table for line in kept)
+    assert len(kept) >= 2
+    assert all(f"{line['seconds']:.6g}"[:5] in table for line in kept)

@@ -64,6 +64,7 @@ from .production.drawing import draw_report as draw_report
 from .production.estimate import check_file as check_file
 from .production.estimate import estimate_memory as estimate_memory
 from .production.evaluation import EvaluateResult as EvaluateResult
+from .production.loss_map import save_loss_map as save_loss_map
 from .production.result import MeasuredResult as MeasuredResult
 from .production.result import SimplifyResult as SimplifyResult
 from .production.viewing import save_for_viewing as save_for_viewing

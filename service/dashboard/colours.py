@@ -26,6 +26,8 @@ STOPS: tuple[Colour, ...] = (
     (155, 148, 118), (188, 174, 108), (222, 201, 88), (254, 232, 56),
 )  # fmt: skip
 """At equal distances, lowest first."""
+UNSEEN: Colour = (178, 178, 186)
+"""A place that no view sees, beside colours of shares."""
 
 
 @dataclass(frozen=True)

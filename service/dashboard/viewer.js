@@ -1,11 +1,12 @@
 // The 3D view as an element of a page: its properties, its keys, and what it says in words.
 
-import { Stage } from "occluder-drawing";
+import { Stage, loadLoss } from "occluder-drawing";
 import { loadSets } from "occluder-sets";
 
 const NO_WEBGL =
   "This browser draws no 3D: WebGL is switched off or not there. The numbers, pictures and " +
   "downloads of this page need none.";
+const css = (colour) => `rgb(${colour.join(",")})`;
 const LOST = "The graphics card has dropped the 3D view; it comes back by itself, or on reload.";
 
 export default {
@@ -15,6 +16,7 @@ export default {
            :aria-describedby="wordsId" @keydown="press">
         <p v-if="message" class="mesh-viewer-message" role="alert">{{ message }}</p>
         <p v-else-if="state === 'loading'" class="mesh-viewer-message" role="status">Loading…</p>
+        <p v-else-if="waiting" class="mesh-viewer-message" role="status">{{ waiting }}</p>
         <div v-if="mode === 'side' && !message" class="mesh-viewer-halves" aria-hidden="true">
           <span>original</span><span>occluder</span>
         </div>
@@ -26,6 +28,21 @@ export default {
           <span v-for="one in legend" :key="one.name" class="mesh-viewer-legend">
             <span class="swatch" :style="{ background: one.colour }"></span>{{ one.text }}
           </span>
+        </template>
+        <template v-else-if="mode === 'loss'">
+          <span v-if="lossFault" role="alert">{{ lossFault }}</span>
+          <template v-else-if="lossWords">
+            <span class="loss-scale">
+              <span class="loss-ramp" :style="{ background: gradient }"></span>
+              <span class="loss-ticks">
+                <span>0 %, always covered</span><span>50 %</span><span>100 %, never covered</span>
+              </span>
+            </span>
+            <span class="mesh-viewer-legend">
+              <span class="swatch" :style="{ background: unseen }"></span>seen by no view
+            </span>
+            <span class="loss-words">{{ lossWords }}</span>
+          </template>
         </template>
         <span v-else>{{ words }}</span>
       </figcaption>
@@ -44,10 +61,13 @@ export default {
     group: String,
     sets: String,
     cell: Number,
+    loss: String,
+    ramp: Array,
   },
 
   data() {
-    return { state: "loading", message: "", triangles: null, shares: null, share: 0.5 };
+    return { state: "loading", message: "", triangles: null, shares: null, share: 0.5,
+      lossShare: null, lossViews: null, lossFault: "", waiting: "" };
   },
 
   computed: {
@@ -69,8 +89,22 @@ export default {
         `right drag pans, 0 resets.`
       );
     },
+    gradient() {
+      return `linear-gradient(90deg, ${this.ramp.slice(1).map(css).join(", ")})`;
+    },
+    unseen() {
+      return css(this.ramp[0]);
+    },
+    lossWords() {
+      if (this.lossShare === null) return "";
+      return (
+        `Colour: how much of what ${this.lossViews.toLocaleString("en")} views see of a place the ` +
+        `occluder does not cover. All over the mesh it is ${(100 * this.lossShare).toFixed(1)} %. ` +
+        `By the finest level.`
+      );
+    },
     legend() {
-      const [, wrong, missed, both] = this.palette.map((one) => `rgb(${one.join(",")})`);
+      const [, wrong, missed, both] = this.palette.map(css);
       const shares = this.shares;
       const covered = shares ? shares.both + shares.missed + shares.wrong : 0;
       const share = (name) =>
@@ -86,6 +120,7 @@ export default {
   watch: {
     mode(mode) {
       this.stage?.setMode(mode);
+      this.paintLoss();
     },
     share(share) {
       this.stage?.setShare(share);
@@ -106,7 +141,7 @@ export default {
     try {
       this.stage = new Stage(
         this.$refs.host,
-        { up: this.up, palette: this.palette },
+        { up: this.up, palette: this.palette, ramp: this.ramp },
         {
           counted: (shares) => {
             this.shares = shares;
@@ -134,6 +169,7 @@ export default {
       return;
     }
     await this.showLevel();
+    await this.paintLoss();
   },
 
   beforeUnmount() {
@@ -160,6 +196,24 @@ export default {
       this.triangles = this.stage.pieces.triangles();
       this.stage.invalidate();
       this.$emit("ready", this.triangles);
+    },
+
+    // Loaded once, when it is first to be seen: the service works it out then.
+    async paintLoss() {
+      if (this.mode !== "loss" || !this.stage || !this.loss || this.lossAsked) return;
+      this.lossAsked = true;
+      this.lossFault = "";
+      this.waiting = "Finding where recall is lost…";
+      try {
+        const loss = await loadLoss(this.loss);
+        this.stage?.showLoss(loss);
+        this.lossShare = loss.share;
+        this.lossViews = loss.views;
+      } catch (error) {
+        this.lossAsked = false;
+        this.lossFault = `The heat map cannot be shown: ${error.message}.`;
+      }
+      this.waiting = "";
     },
 
     async loadCell(cell) {

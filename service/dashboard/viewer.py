@@ -11,10 +11,10 @@ import nicegui
 from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
-from service.dashboard.colours import BOTH, MISSED, NEITHER, WRONG
+from service.dashboard.colours import BOTH, MISSED, NEITHER, STOPS, UNSEEN, WRONG
 from service.dashboard.views import Direction
 
-Mode = Literal["overlay", "transparent", "side", "wipe", "silhouette", "alone"]
+Mode = Literal["overlay", "transparent", "side", "wipe", "silhouette", "loss", "alone"]
 
 _THREE = Path(nicegui.__file__).parent / "elements" / "scene" / "dist"
 _HERE = Path(__file__).parent
@@ -54,6 +54,8 @@ class MeshViewer(
     ``sets``       address of the folder that :mod:`service.engines.work.set_view` writes: the
                    objects of the original that are in the set of a cell take the occluder's place.
     ``cell``       the one to begin with.
+    ``loss``       address of the file that :func:`simplifier.save_loss_map` writes, of the finest
+                   level; it is loaded when its mode is first shown.
     ``up``         axis of the mesh that points up.
     ``label``      what the view shows, for those who do not see it.
     ``direction``  line of sight to begin with; None for from the front.
@@ -72,12 +74,13 @@ class MeshViewer(
         group: str | None = None,
         sets: str | None = None,
         cell: int = 0,
+        loss: str | None = None,
     ) -> None:
         super().__init__()
         self._set(
             original=original, levels=list(levels), level=0, mode=mode, wireframe=False, up=up,
             palette=[NEITHER, WRONG, MISSED, BOTH], direction=direction, label=label, group=group,
-            sets=sets, cell=cell,
+            sets=sets, cell=cell, loss=loss, ramp=[UNSEEN, *reversed(STOPS)],
         )  # fmt: skip
 
     def show_level(self, level: int) -> None:
@@ -90,7 +93,8 @@ class MeshViewer(
 
     def show_mode(self, mode: Mode) -> None:
         """Both over each other, the original see-through, beside each other, the original up to a
-        slider and the occluder from there on, silhouettes, or without the original."""
+        slider and the occluder from there on, silhouettes, where recall is lost on the original, or
+        without the original."""
         self._set(mode=mode)
 
     def show_wireframe(self, on: bool) -> None:

@@ -3,7 +3,8 @@
 Pages and pictures of a report always: drawing them takes 0.4 s, of jobs that may take as long, and
 most results of a build are never looked at.  Where a job keeps little
 (:class:`~service.keep.Keep`) also its levels one by one in all formats, and the original to look
-at: a million small jobs would else write twenty million files, for nobody.
+at: a million small jobs would else write twenty million files, for nobody.  Where on the mesh
+recall is lost always comes on demand.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ WHOLE = ("occluder.glb", "occluder.occ")
 """All levels in one file."""
 LEVELS = "levels.npz"
 """All levels to the last bit: where a job keeps little, what other files are written from."""
+LOSS = "loss.json"
+"""Where on the mesh recall is lost, for the 3D view to paint it: seconds for a large mesh."""
 
 OCCLUDERS = "scene.zip"
 """Of a scene: its tree and each occluder by itself."""
@@ -87,7 +90,8 @@ def on_demand(job: Made, files: Collection[str]) -> tuple[str, ...]:
 
     The pictures of single views are not told, for only drawing decides which there are.
     """
-    made = (*_written(job, files), *(PAGES.values() if has_pages(job, files) else ()))
+    drawn = (*PAGES.values(), LOSS) if has_pages(job, files) else ()
+    made = (*_written(job, files), *drawn)
     return tuple(name for name in made if name not in files)
 
 
@@ -104,14 +108,14 @@ def made_of(name: str) -> Collection[str]:
         return ()
     if name == WALK:
         return (OCCLUDERS,)
-    if is_page(name):
+    if is_page(name) or name == LOSS:
         return (REPORT, LEVELS, FINEST)
     return (LEVELS,)
 
 
 def needs_uploads(job: Made, name: str) -> bool:
     """Whether what was sent is needed to make a file."""
-    return is_page(name) or name in (ORIGINAL, WALK) or job.kind is JobKind.EVALUATION
+    return is_page(name) or name in (ORIGINAL, WALK, LOSS) or job.kind is JobKind.EVALUATION
 
 
 def _written(job: Made, files: Collection[str]) -> Iterator[str]:

@@ -87,7 +87,7 @@ def draw_depth_limits(vertices, faces, projections, threshold, begin, end, limit
     nearest = np.empty((image, image))
     shown = np.empty((image, (image + 63) >> 6), np.uint64)
     for view in range(begin, end):
-        _draw_nearest(
+        draw_nearest(
             vertices, faces, projections[view], -threshold, points, cells, nearest, shown
         )  # fmt: skip
         for row in range(image):
@@ -121,7 +121,7 @@ def count_before(limits, vertices, faces, projections, begin, end, pixels):
     nearest = np.empty((image, image))
     shown = np.empty((image, (image + 63) >> 6), np.uint64)
     for view in range(begin, end):
-        _draw_nearest(vertices, faces, projections[view], 0.0, points, cells, nearest, shown)
+        draw_nearest(vertices, faces, projections[view], 0.0, points, cells, nearest, shown)
         there, before = 0, 0
         for row in range(image):
             for column in range(image):
@@ -157,7 +157,7 @@ def count_front(
         waiting[:] = ~np.uint64(0)
         seen[:] = 0
         flat, away = projections[view, :2], projections[view, 2]
-        _draw_nearest(
+        draw_nearest(
             other_vertices, other_faces, projections[view], threshold, points, cells, limits, hidden
         )
         project(vertices, flat, image, image, points, cells[: vertices.shape[1]])
@@ -223,7 +223,7 @@ def _slope(x0, z0, x1, z1):
 
 
 @inline_kernel
-def _draw_nearest(vertices, faces, projection, threshold, points, cells, nearest, shown):
+def draw_nearest(vertices, faces, projection, threshold, points, cells, nearest, shown):
     """Fill ``nearest`` with the least depths in a view plus the threshold, infinite where no
     triangle is; and set in ``shown``, which is not cleared, where one is.
 

@@ -11,7 +11,7 @@ from service.dashboard.view_map import Axis
 from service.dashboard.views import View, views_of
 from service.jobs.asset import Asset, AssetStore
 from service.jobs.job import OVERRIDES_FILE, Job, JobKind
-from service.jobs.on_demand import ORIGINAL
+from service.jobs.on_demand import LOSS, ORIGINAL
 from service.jobs.stores import BlobStore, JobStore
 from service.routes.results import read_report
 from service.schemas.job import JobBody
@@ -67,8 +67,8 @@ class Solid:
 class RunDetail:
     """A job with all that came of it; empty where it has not succeeded, or its kind has none.
 
-    ``original``  address of the mesh to look at; ``sheet`` of the picture of its silhouettes;
-    ``overrides`` of the file of overrides that came with it.
+    ``original``  address of the mesh to look at; ``loss`` of where on it recall is lost;
+    ``sheet`` of the picture of its silhouettes; ``overrides`` of the overrides that came with it.
     ``later``     what is made when somebody first asks for it.
     ``pages``     addresses of what shows the report, by what it shows.
     ``left_out``  why levels that were asked for are not there, a sentence each.
@@ -92,6 +92,10 @@ class RunDetail:
     @property
     def original(self) -> str | None:
         return self._link(ORIGINAL)
+
+    @property
+    def loss(self) -> str | None:
+        return self._link(LOSS)
 
     @property
     def sheet(self) -> str | None:

@@ -24,6 +24,7 @@ _MODES: dict[Mode, str] = {
     "side": "Side by side",
     "wipe": "Slider",
     "silhouette": "Silhouettes",
+    "loss": "Heat map",
 }
 
 _LISTED = 6
@@ -54,7 +55,8 @@ class _ControlledViewer:
         self._up = run.up
         self._starts = [level.switch_distance for level in run.levels]
         with ui.element("div").classes("row-of-controls"):
-            self._modes = ui.toggle(dict(_MODES), value=mode, on_change=self._show_mode)
+            modes = {one: name for one, name in _MODES.items() if one != "loss" or run.loss}
+            self._modes = ui.toggle(modes, value=mode, on_change=self._show_mode)
             self._modes.props('dense no-caps unelevated role=group aria-label="What is shown"')
             levels = {
                 level.level: f"Level {level.level}, {whole(level.triangles)} triangles"
@@ -71,6 +73,7 @@ class _ControlledViewer:
             up=run.up,
             mode=mode,
             group=group,
+            loss=run.loss,
         )
         self._said = ui.label().classes("quiet one-line").props("aria-live=polite")
 

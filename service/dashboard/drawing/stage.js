@@ -2,6 +2,7 @@
 
 import { THREE } from "nicegui-scene";
 import { Eye } from "./eye.js";
+import { HeatMap } from "./heat_map.js";
 import { Pieces } from "./pieces.js";
 import { Silhouette } from "./silhouette.js";
 
@@ -9,7 +10,7 @@ const QUIET = 150; // milliseconds without a change after which pixels are count
 
 export class Stage {
   // `told` has: counted(shares), lost(), restored(). Raises where there is no WebGL.
-  constructor(host, { up, palette }, told) {
+  constructor(host, { up, palette, ramp }, told) {
     this.host = host;
     this.told = told;
     this.renderer = new THREE.WebGLRenderer({ antialias: true });
@@ -18,6 +19,7 @@ export class Stage {
     host.prepend(this.canvas);
     this.pieces = new Pieces();
     this.silhouette = new Silhouette(palette);
+    this.heatMap = new HeatMap(ramp);
     this.eye = new Eye(this.canvas, up, () => this.invalidate());
     this.pieces.scene.add(this.eye.headlight);
     this.mode = "overlay";
@@ -49,8 +51,15 @@ export class Stage {
     this.invalidate();
   }
 
+  // Where recall is lost, as HeatMap takes it.
+  showLoss(loss) {
+    this.heatMap.load(loss);
+    this.invalidate();
+  }
+
   setWireframe(on) {
     this.pieces.setWireframe(on);
+    this.heatMap.setWireframe(on);
     this.invalidate();
   }
 
@@ -86,6 +95,9 @@ export class Stage {
         this.drawPart(0, edge, height, { original: true, occluder: false });
         this.drawPart(edge, width - edge, height, { original: false, occluder: true });
         renderer.setScissorTest(false);
+      } else if (this.mode === "loss") {
+        pieces.show({ original: true, occluder: false });
+        this.heatMap.draw(renderer, pieces.scene, eye.camera);
       } else {
         pieces.show({ original: this.mode !== "alone", occluder: true });
         renderer.render(pieces.scene, eye.camera);
@@ -137,6 +149,7 @@ export class Stage {
     this.themes.disconnect();
     this.eye.dispose();
     this.silhouette.dispose();
+    this.heatMap.dispose();
     this.pieces.dispose();
     this.renderer.dispose();
     this.renderer.forceContextLoss();

@@ -6,6 +6,7 @@ import json
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import simplifier
 from service.engines.messages import Task
@@ -16,7 +17,16 @@ from service.engines.work.report_files import PICTURES, part_page
 from service.engines.work.scene import record_walk
 from service.engines.worker import Cancel, DoTask, ReportProgress
 from service.jobs.job import JobKind, Summary
-from service.jobs.on_demand import FINEST, LEVELS, ORIGINAL, REPORT, WALK, is_page, level_of
+from service.jobs.on_demand import (
+    FINEST,
+    LEVELS,
+    LOSS,
+    ORIGINAL,
+    REPORT,
+    WALK,
+    is_page,
+    level_of,
+)
 
 _OPTIONS: Mapping[JobKind, type[simplifier.SimplifyOptions] | type[simplifier.EvaluateOptions]] = {
     JobKind.OCCLUDER: simplifier.SimplifyOptions,
@@ -43,16 +53,17 @@ def make_file(task: Task, tell: ReportProgress, cancel: Cancel) -> Summary:
             (results / name).write_bytes(record_walk(task, cancel))
         elif name == ORIGINAL:
             simplifier.save_for_viewing(_mesh(task), results / name)
+        elif name == LOSS:
+            simplifier.save_loss_map(results / name, _mesh(task), _finest(task), _report(task))
         else:
             _write_levels(task, name, results / name)
     return Summary(0, 0, 0, time.perf_counter() - begin)
 
 
 def _draw(task: Task, results: Path) -> None:
-    mesh, made = _mesh(task), _made(task)
-    finest = made.levels[0].occluder if isinstance(made, simplifier.LodChain) else made
-    report = json.loads(input_path(task, REPORT).read_text("utf-8"))
-    simplifier.draw_report(results / PICTURES, mesh, finest, report, name=task.name)
+    simplifier.draw_report(
+        results / PICTURES, _mesh(task), _finest(task), _report(task), name=task.name
+    )
     part_page(results)
 
 
@@ -72,6 +83,16 @@ def _write_levels(task: Task, name: str, target: Path) -> None:
 
 def _mesh(task: Task) -> simplifier.TriangleMesh:
     return read_mesh(task, _OPTIONS[task.kind].of(options_within_memory(task)))[0]
+
+
+def _finest(task: Task) -> simplifier.Occluder:
+    made = _made(task)
+    return made.levels[0].occluder if isinstance(made, simplifier.LodChain) else made
+
+
+def _report(task: Task) -> dict[str, Any]:
+    report: dict[str, Any] = json.loads(input_path(task, REPORT).read_text("utf-8"))
+    return report
 
 
 def _made(task: Task) -> simplifier.LodChain | simplifier.Occluder:

@@ -34,12 +34,17 @@ def show_viewer(
     original: str = "original.glb",
     finest: str = "lod0.glb",
     dark: bool = False,
+    loss: str | None = None,
 ) -> None:
     """One viewer with two levels, and a control for each thing that a page can ask of it."""
     ui.add_css(STYLE)
     ui.dark_mode(dark)
     viewer = MeshViewer(
-        f"/files/{original}", [f"/files/{finest}", "/files/lod1.glb"], label="castle", mode=mode
+        f"/files/{original}",
+        [f"/files/{finest}", "/files/lod1.glb"],
+        label="castle",
+        mode=mode,
+        loss=f"/files/{loss}" if loss else None,
     )
     ready, counted = ui.label(), ui.label()
     ready.props("data-testid=ready")

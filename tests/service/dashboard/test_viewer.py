@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,13 +11,14 @@ import pytest
 from playwright.sync_api import Page, expect
 
 import simplifier
-from service.dashboard.colours import BOTH, MISSED, NEITHER, WRONG
+from service.dashboard.colours import BOTH, MISSED, NEITHER, STOPS, WRONG, Colour
 from simplifier.accuracy.accuracy import view_masks
 from simplifier.report.gallery import COLOURS
 from simplifier.report.silhouettes import WHITE, silhouette
 from tests.service.dashboard.chromium import Watch
 from tests.service.dashboard.results import JobResult
 from tests.service.dashboard.viewer_pages import (
+    Pixels,
     frames,
     grey,
     kinds,
@@ -80,6 +82,48 @@ def test_a_see_through_original_lets_more_of_the_occluder_be_seen(page: Page, pa
     page.wait_for_function("document.querySelector('[data-frames]').dataset.frames > 0")
     _drawn_again(page, host, frames(host) - 1)
     assert yellow(pixels(host)) > 1.2 * before
+
+
+def test_a_heat_map_paints_the_original_by_what_is_lost(
+    page: Page, parts: str, parts_folder: Path, castle: JobResult
+) -> None:
+    """All of it in the colour of nothing lost, then of all, then as it is."""
+    mesh = simplifier.load(castle.input)
+    whole = simplifier.Occluder(mesh.vertices, mesh.faces, error_bound=0.0)
+    nothing = simplifier.Occluder(mesh.vertices[:0], mesh.faces[:0], error_bound=0.0)
+    drawn = {}
+    for name, one in (("whole", whole), ("nothing", nothing), ("castle", castle.occluder(0))):
+        simplifier.save_loss_map(parts_folder / f"{name}.json", mesh, one, castle.report)
+        page.goto(f"{parts}/viewer?mode=loss&loss={name}.json")
+        host = shown(page)
+        expect(page.get_by_text("All over the mesh it is")).to_be_visible()
+        settle(host)
+        drawn[name] = pixels(host)
+    bright, dark = STOPS[-1], STOPS[0]
+    assert _share_of(drawn["whole"], bright) > 0.1
+    assert _share_of(drawn["nothing"], dark) == pytest.approx(
+        _share_of(drawn["whole"], bright), 0.1
+    )
+    assert _share_of(drawn["whole"], dark) == _share_of(drawn["nothing"], bright) == 0.0
+    told = json.loads((parts_folder / "castle.json").read_text())
+    expect(page.get_by_text(f"All over the mesh it is {100 * told['share']:.1f} %")).to_be_visible()
+    assert 0.0 < _share_of(drawn["castle"], bright) < _share_of(drawn["whole"], bright)
+
+
+def test_a_heat_map_that_cannot_be_had_says_why(page: Page, parts: str, watch: Watch) -> None:
+    watch.expect("404")
+    page.goto(f"{parts}/viewer?mode=loss&loss=none.json")
+    shown(page)
+    expect(page.get_by_text("The heat map cannot be shown: ")).to_be_visible()
+
+
+def _share_of(picture: Pixels, colour: Colour) -> float:
+    """Of pixels of a colour's hue, in light or in shade."""
+    near = picture / np.maximum(picture.max(axis=-1, keepdims=True), 1) - np.array(colour) / max(
+        colour
+    )
+    light = picture.max(axis=-1) / max(colour)
+    return float(((np.abs(near).max(axis=-1) < 0.06) & (light > 0.8) & (light < 1.03)).mean())
 
 
 @pytest.mark.parametrize("place", ["worst", "first"])

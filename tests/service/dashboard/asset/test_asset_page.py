@@ -7,9 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from service.dashboard.colours import STOPS
 from service.jobs.asset import Thresholds
 from service.jobs.job import Failure
 from service.keep import Keep
@@ -86,6 +88,21 @@ def test_the_worst_view_opens(
     assert set(range(4)) == set(kinds(pixels(host))[2:-2, 2:-2].ravel().tolist())
     page.evaluate("scrollTo(0, 0)")
     keep_picture(page, "dashboard_asset", tmp_path)
+
+
+def test_the_heat_map_comes_when_it_is_asked_for(
+    page: Page, filled: Filled, watch: Watch, tmp_path: Path
+) -> None:
+    page.goto(f"{filled.address}/assets/{filled.asset}?run={filled.first}")
+    host = shown(page, _VIEWER)
+    assert not any(url.endswith("loss.json") for url in watch.requests)
+    page.get_by_role("button", name="Heat map").click()
+    expect(page.get_by_text("All over the mesh it is")).to_be_visible(timeout=60_000)
+    expect(page.get_by_text("100 %, never covered")).to_be_visible()
+    settle(host)
+    bright, dark = (np.abs(pixels(host) - one).max(axis=-1) < 30 for one in (STOPS[-1], STOPS[1]))
+    assert bright.mean() > 10 * dark.mean() > 0.0  # the spires alone are never covered
+    keep_picture(page.locator(".mesh-viewer").first, "dashboard_heat_map", tmp_path)
 
 
 def test_from_an_asset_one_goes_on_to_its_tradeoff_and_to_another_run(

@@ -19,7 +19,7 @@ from service.engines.work.occluder import make_occluder
 from service.engines.work.on_demand import make_file
 from service.engines.worker import TaskFailedError
 from service.jobs.job import THUMBNAIL, JobKind, JobState, Summary
-from service.jobs.on_demand import is_page, made_of, needs_uploads, on_demand
+from service.jobs.on_demand import LOSS, is_page, made_of, needs_uploads, on_demand
 from service.keep import Keep
 from tests.solids import box, sphere
 
@@ -111,10 +111,13 @@ def test_an_occluder_that_kept_little_gives_every_file_of_one_that_kept_all(
     later = on_demand(lean, lean.files)
     views = {name for name in whole.files if name.startswith("pictures/view_")}
     # Lists of thousands of assets show thumbnails, and must not have each of them made.
-    assert {*later, *lean.files} == {*whole.files.keys() - views - {THUMBNAIL}, "levels.npz"}
+    expected = {*whole.files.keys() - views - {THUMBNAIL}, "levels.npz", LOSS}
+    assert {*later, *lean.files} == expected
     for name in later:
         made = lean.made(name, tmp_path / "made")
-        if not is_page(name):
+        if name == LOSS:
+            assert made == whole.made(name, tmp_path / "again")
+        elif not is_page(name):
             assert made == {name: whole.files[name]}
     pictures = lean.made("pictures/recall.png", tmp_path / "made")
     assert pictures.keys() == {name for name in whole.files if is_page(name)}
@@ -131,7 +134,9 @@ def test_an_evaluation_keeps_its_report_alone(mesh, tmp_path):
     assert lean.files.keys() == {"report.json"}
     for name in ("lod0.glb", "original.glb"):
         assert lean.made(name, tmp_path / "made") == {name: whole.files[name]}
-    assert on_demand(whole, whole.files) == ()
+    assert on_demand(whole, whole.files) == (LOSS,)
+    told = json.loads(whole.made(LOSS, tmp_path / "made")[LOSS])
+    assert 0.0 < told["share"] < 1.0
     pictures = lean.made("report.html", tmp_path / "made")
     assert pictures.keys() == {name for name in whole.files if is_page(name)}
 

@@ -106,7 +106,7 @@ def lead_to_file(blobs: BlobStore, file: JobFile) -> Response | None:
     try:
         address = blobs.signed_url(file.blob, file.media_type, _disposition(file))
     except KeyError:
-        raise _lost(file) from None
+        raise lost_file(file) from None
     if address is None:
         return None
     return Response(status_code=307, headers={"Location": address, "Cache-Control": "no-store"})
@@ -120,7 +120,7 @@ class CheckedResponse(StreamingResponse):
     async def stream_response(self, send: Send) -> None:
         try:
             await super().stream_response(send)
-        except (DamagedBlobError, NotReadyError) as error:
+        except (DamagedBlobError, NotFoundError, NotReadyError) as error:
             _log.error("an answer was broken off: %s", error)
 
 
@@ -133,17 +133,18 @@ def read_file(blobs: BlobStore, file: JobFile) -> bytes:
         with blobs.open(file.blob) as source:
             return source.read()
     except (KeyError, DamagedBlobError):
-        raise _lost(file) from None
+        raise lost_file(file) from None
 
 
 def _open_blob(blobs: BlobStore, file: JobFile, part: ByteRange) -> Reader:
     try:
         return blobs.open(file.blob, part.start, part.stop)
     except KeyError:
-        raise _lost(file) from None
+        raise lost_file(file) from None
 
 
-def _lost(file: JobFile) -> NotFoundError:
+def lost_file(file: JobFile) -> NotFoundError:
+    """Of a file whose bytes are gone."""
     return NotFoundError(f"'{file.name}' is no longer stored", remedy="make it again by a new job")
 
 

@@ -14,7 +14,7 @@ from collections.abc import Collection, Iterator, Mapping
 from concurrent.futures import Future
 from typing import Protocol
 
-from service.jobs.job import Job, JobKind, JobState
+from service.jobs.job import THUMBNAIL, Job, JobKind, JobState
 from simplifier import OCCLUDER_SUFFIXES
 
 REPORT = "report.json"
@@ -134,6 +134,14 @@ def _written(job: Made, files: Collection[str]) -> Iterator[str]:
                 yield level_file(level, suffix)
         yield from WHOLE
         yield ORIGINAL
+
+
+def carried_away(names: Collection[str]) -> tuple[str, ...]:
+    """Of the names of results those that are of use elsewhere, in order.
+
+    The others serve pages of the service, or the making of further files.
+    """
+    return tuple(sorted(set(names) - {ORIGINAL, LOSS, LEVELS, THUMBNAIL}))
 
 
 class FileMaker(Protocol):

@@ -190,6 +190,15 @@ PARTS: Responses = {
 }
 """What a file may be answered with in place of all of it."""
 
+ZIPPED: Responses = {
+    200: {
+        "description": "A zip with one folder.",
+        "headers": {"Content-Disposition": header("A name for the zip.", required=True)},
+        "content": binary("application/zip"),
+    }
+}
+"""All files at once."""
+
 HEAD: Responses = {
     200: {"description": "It is there.", "headers": _FILE_HEADERS},
     304: _FRESH,

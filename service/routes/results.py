@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Annotated, Any
 
 from anyio.to_thread import run_sync
@@ -22,10 +23,11 @@ from service.answers.files import (
 )
 from service.answers.following import Patience, ended_within
 from service.answers.problems import problem_of_state
-from service.errors import NotAcceptableError, NotFoundError
+from service.answers.zipped import send_zip
+from service.errors import JobFailedError, NotAcceptableError, NotFoundError
 from service.jobs.job import Job as StoredJob
 from service.jobs.job import JobFile, JobState
-from service.jobs.on_demand import can_be_made, on_demand
+from service.jobs.on_demand import can_be_made, carried_away, on_demand
 from service.jobs.stores import BlobStore
 from service.routes.docs import (
     CONDITIONS,
@@ -37,6 +39,7 @@ from service.routes.docs import (
     PREFER,
     RESULT,
     SENT_ON,
+    ZIPPED,
     refusals,
 )
 from service.routes.jobs import job_body
@@ -83,6 +86,34 @@ def list_files(job_id: str, services: TheServices, caller: Reader) -> FilePage:
         items=[ResultFile.of(job.id, file) for file in files],
         on_demand=[LaterFile.of(job.id, name) for name in on_demand(job, names_of(files))],
     )
+
+
+@router.get(
+    "/jobs/{job_id}/files.zip",
+    response_class=Response,
+    responses={**ZIPPED, **refusals(*EVERYWHERE, 404, 409, 507)},
+    summary="All results of a job as a zip",
+)
+async def get_zip(job_id: str, services: TheServices, caller: Reader) -> Response:
+    """What a job has made, in every format and with the pages of its report; not what was sent.
+
+    It is packed while it is sent, so its length is not known before. What comes on demand is made
+    first; what can no longer be made is left out.
+    """
+    job = await run_sync(services.jobs.job, caller.tenant, job_id)
+    if job.state is not JobState.SUCCEEDED:
+        raise problem_of_state(job)
+    return send_zip(services.blobs, job, await _all_results(services, job))
+
+
+async def _all_results(services: Services, job: StoredJob) -> list[JobFile]:
+    """What is of use elsewhere, by name."""
+    files: Sequence[JobFile] = await run_sync(services.jobs.files, job.id)
+    for name in carried_away(on_demand(job, names_of(files))):
+        with suppress(NotFoundError, JobFailedError):
+            files = await _files_with(services, job, name)
+    made = {file.name: file for file in files if not file.is_input}
+    return [made[name] for name in carried_away(made)]
 
 
 @router.get(

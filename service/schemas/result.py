@@ -22,6 +22,11 @@ def _link(job_id: str, name: str) -> str:
     return f"/v1/jobs/{job_id}/files/{quote(name)}"
 
 
+def zip_link(job_id: str) -> str:
+    """Address of all results of a job at once."""
+    return f"/v1/jobs/{job_id}/files.zip"
+
+
 class ResultFile(BaseModel):
     """A file of a job."""
 

@@ -16,7 +16,7 @@ from service.jobs.stores import BlobStore, JobStore
 from service.routes.results import read_report
 from service.schemas.job import JobBody
 from service.schemas.options import OptionTable
-from service.schemas.result import LaterFile, Level, Result, ResultFile
+from service.schemas.result import LaterFile, Level, Result, ResultFile, zip_link
 
 _HISTORY = 200
 _SHEET = "pictures/silhouettes.png"
@@ -92,6 +92,11 @@ class RunDetail:
     @property
     def original(self) -> str | None:
         return self._link(ORIGINAL)
+
+    @property
+    def zip(self) -> str:
+        """Address of all results at once."""
+        return zip_link(self.job.id)
 
     @property
     def loss(self) -> str | None:

@@ -85,10 +85,11 @@ def run_panels(
 
 
 def download_button(run: RunDetail) -> None:
-    """A menu of the levels in each format; all that there is to have is listed further below."""
+    """A menu of all as a zip, and of the levels in each format; single files are listed below."""
     files: tuple[ResultFile | LaterFile, ...] = (*run.files, *run.later)
     whole_files = {one.name: one.link for one in files if one.name in WHOLE}
     with ui.dropdown_button("Download").props('no-caps unelevated aria-label="Download"'):
+        _menu_link("Everything, as a zip", run.zip)
         if len(run.levels) > 1:
             for name, link in whole_files.items():
                 _menu_link(f"All levels, {name.rpartition('.')[2]}", link)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ from service.dashboard.colours import STOPS
 from service.jobs.asset import Thresholds
 from service.jobs.job import Failure
 from service.keep import Keep
+from simplifier import OCCLUDER_SUFFIXES
 from tests.service.dashboard.chromium import TABLET, Watch
 from tests.service.dashboard.legibility import faint_texts, overflows
 from tests.service.dashboard.results import JobResult, castle_result
@@ -200,6 +202,16 @@ def test_a_run_that_has_kept_little_says_so_and_is_seen_all_the_same(
     row = files.get_by_role("row").filter(has=page.get_by_role("link", name="lod1.obj", exact=True))
     expect(row).not_to_contain_text("made when opened")
     keep_picture(page, "dashboard_lean", tmp_path)
+    page.get_by_role("button", name="Download", exact=True).click()
+    with page.expect_download() as coming:
+        page.get_by_text("Everything, as a zip").click()
+    assert coming.value.suggested_filename == "castle_occluder.zip"
+    with zipfile.ZipFile(coming.value.path()) as archive:
+        names = {name.removeprefix("castle/") for name in archive.namelist()}
+        assert archive.testzip() is None
+    written = {f"lod{level}{suffix}" for level in (0, 1) for suffix in OCCLUDER_SUFFIXES}
+    assert {*written, "occluder.glb", "occluder.occ", "report.json", "report.html"} < names
+    assert not {"levels.npz", "original.glb", "loss.json"} & names
 
 
 def test_downloads_are_what_the_job_has_made(page: Page, filled: Filled, castle: JobResult) -> None:

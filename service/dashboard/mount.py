@@ -76,6 +76,8 @@ def _host() -> FastAPI:
         tailwind=False,
         show_welcome_message=False,
     )
+    # Nothing is fetched that a bar would have to tell of, and the bar has no name.
+    nicegui.app.config.quasar_config["loadingBar"]["skipHijack"] = True
     nicegui.app.config.vue_config_script += ICONS_SCRIPT
     return host
 

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import TypeVar
 
 from nicegui import ui
 from nicegui.element import Element
 from nicegui.elements.mixins.text_element import TextElement
+
+from service.dashboard.names import name_link
+
+_Cell = TypeVar("_Cell", bound=Element)
 
 
 class PlainTable:
@@ -18,37 +23,53 @@ class PlainTable:
     """
 
     def __init__(self, caption: str, columns: Sequence[str]) -> None:
-        with ui.element("table").classes("plain-table"):
+        self._columns = [column.removeprefix("#") for column in columns]
+        self._place = 0
+        # Roles are said, since style sheets that make cards of rows take them away.
+        with ui.element("table").classes("plain-table").props("role=table"):
             TextElement(tag="caption", text=caption).classes("for-readers")
-            with ui.element("thead"), ui.element("tr"):
+            with (
+                ui.element("thead").props("role=rowgroup"),
+                ui.element("tr").props("role=row"),
+            ):
                 for column in columns:
                     heading = TextElement(tag="th", text=column.removeprefix("#"))
-                    heading.props("scope=col")
+                    heading.props("scope=col role=columnheader")
                     if column.startswith("#"):
                         heading.classes("number")
-            self._body = ui.element("tbody")
+            self._body = ui.element("tbody").props("role=rowgroup")
 
     @contextmanager
     def row(self) -> Iterator[Element]:
-        with self._body, ui.element("tr") as row:
+        self._place = 0
+        with self._body, ui.element("tr").props("role=row") as row:
             yield row
 
     def text(self, text: str, look: str = "name") -> TextElement:
         """``look`` is a class of the style sheet."""
-        return TextElement(tag="td", text=text).classes(look)
+        return self._labelled(TextElement(tag="td", text=text)).classes(look)
 
     def link(self, text: str, address: str) -> Element:
-        with ui.element("td").classes("name"):
-            return ui.link(text, address)
+        with self._labelled(ui.element("td")).classes("name"):
+            return name_link(text, address)
 
     def heading(self, text: str) -> Element:
         """The cell that says what its row is about."""
-        return TextElement(tag="th", text=text).props("scope=row")
+        heading = self._labelled(TextElement(tag="th", text=text))
+        return heading.props("scope=row role=rowheader")
 
     def number(self, text: str) -> TextElement:
-        return TextElement(tag="td", text=text).classes("number")
+        return self._labelled(TextElement(tag="td", text=text)).classes("number")
 
     @contextmanager
     def cell(self) -> Iterator[Element]:
-        with ui.element("td") as cell:
+        with self._labelled(ui.element("td")) as cell:
             yield cell
+
+    def _labelled(self, cell: _Cell) -> _Cell:
+        """The next cell of the row, which knows its column's heading."""
+        cell.props["role"] = "cell"
+        if self._place < len(self._columns):
+            cell.props["data-label"] = self._columns[self._place]
+        self._place += 1
+        return cell

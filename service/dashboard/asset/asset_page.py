@@ -19,18 +19,20 @@ from service.dashboard.visitor import Visitor, current_caller, current_visitor
 from service.dashboard.wording import overhang, percent, seconds, whole
 from service.jobs.asset import Asset, Thresholds
 
+_SELDOM = {"classes": "seldom", "headerClasses": "seldom"}
+"""Columns that phones have no room for."""
 _COLUMNS: list[dict[str, Any]] = [
     {"name": "when", "label": "Run (UTC)", "field": "when", "align": "left", "sortable": True},
     {"name": "verdict", "label": "Verdict", "field": "verdict", "align": "left"},
     {"name": "recall", "label": "Recall", "field": "recall"},
     {"name": "precision", "label": "Precision", "field": "precision"},
-    {"name": "worst", "label": "Worst view", "field": "worst"},
-    {"name": "overhang", "label": "Overhang", "field": "overhang"},
-    {"name": "triangles", "label": "Triangles", "field": "triangles"},
-    {"name": "time", "label": "Time", "field": "time"},
+    {"name": "worst", "label": "Worst view", "field": "worst", **_SELDOM},
+    {"name": "overhang", "label": "Overhang", "field": "overhang", **_SELDOM},
+    {"name": "triangles", "label": "Triangles", "field": "triangles", **_SELDOM},
+    {"name": "time", "label": "Time", "field": "time", **_SELDOM},
     {"name": "holds", "label": "Thresholds", "field": "holds", "align": "left"},
-    {"name": "options", "label": "Options", "field": "options", "align": "left"},
-    {"name": "version", "label": "Version", "field": "version", "align": "left"},
+    {"name": "options", "label": "Options", "field": "options", "align": "left", **_SELDOM},
+    {"name": "version", "label": "Version", "field": "version", "align": "left", **_SELDOM},
 ]
 _HOLDS_WORDS = {True: "held", False: "missed", None: ""}
 # Ours; what comes from outside is filled in as text by Vue.
@@ -40,6 +42,10 @@ _WORD_CELL = """<q-td :props="props"><span
     :class="{ good: ['held', 'good'].includes(props.value), doubt: props.value === 'weak',
               bad: ['missed', 'unusable'].includes(props.value) }">{{ props.value
     }}</span></q-td>"""
+_CHOICE_CELL = """<q-checkbox v-model="props.selected" dense
+    :aria-label="`Choose the run of ${props.row.when}`"></q-checkbox>"""
+_CHOICE_OF_ALL = """<q-checkbox v-model="props.selected" dense
+    aria-label="Choose all runs shown"></q-checkbox>"""
 _OPTIONS_CELL = """<q-td :props="props" class="wrapping">{{ props.value }}</q-td>"""
 
 
@@ -114,6 +120,8 @@ def history_panel(asset: Asset, history: Sequence[RunLine], shown: str) -> None:
             pagination=10,
         ).props("dense flat")
         table.classes("history")
+        table.add_slot("header-selection", _CHOICE_OF_ALL)
+        table.add_slot("body-selection", _CHOICE_CELL)
         table.add_slot("body-cell-when", _WHEN_CELL)
         table.add_slot("body-cell-verdict", _WORD_CELL)
         table.add_slot("body-cell-holds", _WORD_CELL)

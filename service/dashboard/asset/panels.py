@@ -100,9 +100,10 @@ def download_button(run: RunDetail) -> None:
 
 
 def _menu_link(text: str, address: str) -> None:
-    item = ui.item(text)
+    item = ui.item(text).props("dense")
     item.props["href"] = address
     item.props["download"] = True
+    item.props["role"] = "menuitem"
 
 
 def numbers_panel(summary: Summary, holds: bool | None) -> None:
@@ -144,7 +145,7 @@ def verdict_panel(summary: Summary) -> None:
 
 def levels_panel(run: RunDetail) -> None:
     with panel("Levels of detail"):
-        with ui.element("div").classes("scrolled"):
+        with ui.element("div").classes("scrolled wide-table"):
             _levels_table(run.levels)
         for sentence in run.left_out:
             ui.label(f"Left out {sentence}").classes("quiet")

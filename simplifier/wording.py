@@ -127,12 +127,6 @@ def _following(level: int, starts: Sequence[float | None]) -> int | None:
     return next((one for one in coarser if starts[one] is not None), None)
 
 
-def direction(vector: Iterable[float]) -> str:
-    """``"(0.27, -0.80, 0.53)"``."""
-    # Adding 0.0 turns -0.0, which would read "-0.00", into 0.0.
-    return "(" + ", ".join(f"{round(float(x), 2) + 0.0:.2f}" for x in vector) + ")"
-
-
 _SIDES = ("the front", "the front right", "the right", "the back right", "the back",
           "the back left", "the left", "the front left")  # fmt: skip
 _STRAIGHT = 75.0  # degrees of height from which the side no longer matters

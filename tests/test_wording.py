@@ -6,7 +6,6 @@ import pytest
 
 from simplifier.wording import (
     count,
-    direction,
     distance_advice,
     distance_range,
     exact_percent,
@@ -100,8 +99,7 @@ def test_counts_agree_with_their_noun():
     assert words == ["0 parts", "1 part", "2 parts", "1,234 parts"]
 
 
-def test_directions_and_grids():
-    assert direction((0.267, -0.8, -0.001)) == "(0.27, -0.80, 0.00)"
+def test_grids():
     assert grid_size([64, 1024, 5]) == "64 x 1024 x 5"
 
 

@@ -17,7 +17,6 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.files import make_folder, write_whole
 from simplifier.wording import (
-    direction,
     distance_range,
     grid_size,
     length,
@@ -25,6 +24,7 @@ from simplifier.wording import (
     percent_at_most,
     seconds,
     small_percent,
+    viewpoint,
 )
 
 if TYPE_CHECKING:
@@ -140,7 +140,11 @@ def _tiles(report: Report) -> list[tuple[str, str, str]]:
     return [
         ("Recall", percent(report["recall"]), "of what could be hidden is hidden"),
         ("Precision", percent(report["precision"], 2), "of what is hidden is hidden rightly"),
-        ("Worst view", percent(worst["recall"]), f"recall along {direction(worst['direction'])}"),
+        (
+            "Worst view",
+            percent(worst["recall"]),
+            f"recall {viewpoint(worst['direction'], _up_of(report))}",
+        ),
         (
             "Overhang",
             percent_at_most(over["share"]),
@@ -158,6 +162,12 @@ def _tiles(report: Report) -> list[tuple[str, str, str]]:
         ("Error bound", length(report["error_bound"]), "units, the most that is allowed"),
         ("Deviation", length(report["deviation"]), "units, the most that was found"),
     ]
+
+
+def _up_of(report: Report) -> str:
+    """The mesh's up axis."""
+    up: str = report["options"].get("accuracy", {}).get("up", "y")
+    return up
 
 
 def _level_rows(levels: Sequence[Report]) -> list[tuple[str, ...]]:
@@ -188,7 +198,7 @@ def _view_words(view: ViewPicture) -> dict[str, Any]:
         "title": view.name.capitalize(),
         "is_worst": view.name.startswith("worst"),
         "figures": f"recall {percent(view.recall)}, precision {percent(view.precision, 2)}",
-        "along": f"seen along {direction(view.direction)}",
+        "along": f"seen {view.viewpoint}",
     }
 
 

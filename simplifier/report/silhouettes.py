@@ -23,7 +23,7 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.solid import BoolArray
 from simplifier.report.png import RgbImage, figure_image, png_bytes
-from simplifier.wording import direction, percent
+from simplifier.wording import percent, viewpoint
 
 WHITE, BLACK, YELLOW, BLUE = (255, 255, 255), (20, 20, 20), (250, 200, 30), (30, 90, 220)
 _PALETTE = np.array([WHITE, BLUE, BLACK, YELLOW], dtype=np.uint8)  # 2 * original + occluder
@@ -44,6 +44,7 @@ class ViewPicture:
     ``name``       "worst recall", "worst precision", both, or "view 17".
     ``index``      the view's place in the accuracy report.
     ``direction``  (3,) float64, the line of sight.
+    ``viewpoint``  where the viewer stands, in words.
     ``precision``, ``recall``  of this view.
     ``image``      :data:`RgbImage`, square.
     """
@@ -51,6 +52,7 @@ class ViewPicture:
     name: str
     index: int
     direction: NDArray[np.float64]
+    viewpoint: str
     precision: float
     recall: float
     image: RgbImage
@@ -103,6 +105,7 @@ def view_pictures(
             _name(accuracy, index),
             index,
             accuracy.directions[index],
+            viewpoint(accuracy.directions[index], accuracy.options.up),
             float(accuracy.precision_by_view[index]),
             float(accuracy.recall_by_view[index]),
             resize_image(silhouette(original, over), _PICTURE),
@@ -174,7 +177,7 @@ def _describe(figure: Figure, picture: ViewPicture, left: float, y: float) -> No
     name = picture.name.capitalize()
     figure.text(left, y - 9, name, va="top", color=colour, fontsize=12, **_IN_PIXELS)
     figures = f"recall {percent(picture.recall)}, precision {percent(picture.precision, 2)}"
-    lines = f"{figures}\nseen along {direction(picture.direction)}"
+    lines = f"{figures}\nseen {picture.viewpoint}"
     figure.text(
         left, y - 34, lines, va="top", color="#333333", fontsize=11, linespacing=1.35,
         **_IN_PIXELS | {"fontweight": "normal"},

@@ -25,7 +25,7 @@ from simplifier.report.silhouettes import (
     silhouette_sheet,
     view_pictures,
 )
-from simplifier.wording import direction, length, percent
+from simplifier.wording import length, percent
 
 
 def report(directions, precision=None, recall=None) -> AccuracyReport:
@@ -241,7 +241,3 @@ def test_percent_rounds_down(share, digits, text):
 )
 def test_number_has_four_digits(value, text):
     assert length(value) == text
-
-
-def test_direction_has_no_minus_zero():
-    assert direction([-0.001, 0.5, -1.0]) == "(0.00, 0.50, -1.00)"

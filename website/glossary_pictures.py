@@ -1,4 +1,4 @@
-"""The pictures of the glossary, a sketch a term; ``python -m website.glossary_pictures`` writes them.
+"""The glossary's pictures, a sketch a term; ``python -m website.glossary_pictures`` writes them.
 
 Colours mean what they mean in reports: grey is the mesh, yellow the occluder and what it hides
 rightly, black what is missed, blue what is hidden wrongly.

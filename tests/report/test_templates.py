@@ -16,9 +16,10 @@ PACKAGE = Path(simplifier.__file__).parent
 TEMPLATES = sorted(path.relative_to(PACKAGE).as_posix() for path in PACKAGE.glob("*/*.html"))
 
 
-def test_both_pages_and_what_they_share_are_found():
+def test_all_pages_and_what_they_share_are_found():
     assert TEMPLATES == [
-        "report/base.html", "report/page.html", "report/parts.html", "tradeoff/page.html"
+        "culling/walk_page.html", "report/base.html", "report/page.html", "report/parts.html",
+        "tradeoff/page.html",
     ]  # fmt: skip
 
 

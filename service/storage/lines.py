@@ -15,11 +15,13 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
+from itertools import islice
 from typing import Any
 
-from sqlalchemy import Row, func, or_, select, text, update
+from sqlalchemy import ColumnElement, Row, func, or_, select, text, update
 from sqlalchemy.orm import Session
 
 from service.errors import NotReadyError, QueueFullError, TenantQueueFullError
@@ -99,6 +101,70 @@ def take_turn(session: Session, shares: Shares, now: float, release: str | None)
     return None
 
 
+def take_job(
+    session: Session, shares: Shares, now: float, release: str | None, job_id: str
+) -> JobRow | None:
+    """One job, locked, and its tenant's turn noted; None where it may not begin, or has.
+
+    Arguments and errors are those of :func:`take_turn`.
+    """
+    if release is not None:
+        _check_release(session, release)
+    row = session.scalars(
+        select(JobRow)
+        .where(JobRow.id == job_id, JobRow.state == JobState.QUEUED, _is_due(now))
+        .with_for_update(of=JobRow, skip_locked=True)
+    ).first()
+    if row is None:
+        return None
+    streak = 0
+    if row.priority is not Priority.BULK and _first(session, row.tenant, Priority.BULK, 1):
+        before = select(LineRow.streak).where(LineRow.tenant == row.tenant)
+        streak = session.scalars(before).one() + 1
+    limits = _Limits.of(session, shares)
+    return row if _count_begun(session, row.tenant, streak, limits) else None
+
+
+def next_in_turn(session: Session, shares: Shares, now: float, limit: int) -> list[int]:
+    """Numbers of the jobs that would begin next if so many began at once; in order.
+
+    Only those that may begin now: what is in a pause, or beyond what its tenant may have at a time,
+    is not among them.
+    """
+    if limit < 1:
+        return []
+    limits = _Limits.of(session, shares)
+    found: list[int] = []
+    lines = session.execute(
+        select(LineRow.tenant, LineRow.turn, LineRow.streak, LineRow.running)
+        .where(LineRow.waiting > 0)
+        .order_by(LineRow.turn, LineRow.tenant)
+    ).all()
+    heads: list[tuple[int, int, Iterator[int]]] = []
+    for line in lines:
+        if len(heads) >= limit and line.turn > heads[-1][0]:
+            break  # so many others have a turn before it
+        room = limits.most - line.running if limits.bind(line.tenant) else limit
+        own = in_order(
+            _first(session, line.tenant, Priority.INTERACTIVE, limit, now),
+            _first(session, line.tenant, Priority.BULK, limit, now),
+            line.streak,
+        )
+        turns = islice(own, max(0, min(room, limit)))
+        first = next(turns, None)
+        if first is not None:
+            heads.append((line.turn, first, turns))
+    heapify(heads)
+    last = lines[-1].turn if lines else 0
+    while heads and len(found) < limit:
+        _, number, turns = heappop(heads)
+        found.append(number)
+        following, last = next(turns, None), last + 1
+        if following is not None:
+            heappush(heads, (last, following, turns))
+    return found
+
+
 @dataclass(frozen=True)
 class _Limits:
     """How many jobs of a tenant may be done at a time.
@@ -129,16 +195,21 @@ def _begin(session: Session, head: Row[Any], limits: _Limits, now: float) -> Job
     row = _lock_first(session, head.tenant, bulk=number == head.bulk, now=now)
     if row is None:
         return None
+    return row if _count_begun(session, head.tenant, streak, limits) else None
+
+
+def _count_begun(session: Session, tenant: str, streak: int, limits: _Limits) -> bool:
+    """Note a tenant's turn; False where as many of its jobs run as may."""
     turn = select(func.coalesce(func.max(LineRow.turn), 0) + 1).scalar_subquery()
     line = (
         update(LineRow)
-        .where(LineRow.tenant == head.tenant)
+        .where(LineRow.tenant == tenant)
         .values(turn=turn, streak=streak, waiting=LineRow.waiting - 1, running=LineRow.running + 1)
         .execution_options(synchronize_session=False)
     )
-    if limits.bind(head.tenant):
+    if limits.bind(tenant):
         line = line.where(LineRow.running < limits.most)
-    return row if session.execute(line.returning(LineRow.tenant)).first() else None
+    return session.execute(line.returning(LineRow.tenant)).first() is not None
 
 
 def _lock_first(session: Session, tenant: str, *, bulk: bool, now: float) -> JobRow | None:
@@ -149,12 +220,17 @@ def _lock_first(session: Session, tenant: str, *, bulk: bool, now: float) -> Job
             JobRow.state == JobState.QUEUED,
             JobRow.tenant == tenant,
             JobRow.priority == priority,
-            or_(JobRow.due <= now, JobRow.due > now + LONGEST_PAUSE),
+            _is_due(now),
         )
         .order_by(JobRow.number)
         .limit(1)
         .with_for_update(of=JobRow, skip_locked=True)
     ).first()
+
+
+def _is_due(now: float) -> ColumnElement[bool]:
+    """Whether a job's pause is over; one that is longer than any was given by another clock."""
+    return or_(JobRow.due <= now, JobRow.due > now + LONGEST_PAUSE)
 
 
 def _check_release(session: Session, release: str) -> None:
@@ -244,8 +320,14 @@ def _lines(session: Session) -> list[Line]:
     return lines
 
 
-def _first(session: Session, tenant: str, priority: Priority, limit: int) -> Sequence[int]:
+def _first(
+    session: Session, tenant: str, priority: Priority, limit: int, now: float | None = None
+) -> Sequence[int]:
+    """The first of a tenant's jobs that wait, by number; of those in no pause where ``now`` is
+    told."""
     query = select(JobRow.number).where(*_waits(tenant, priority)).order_by(JobRow.number)
+    if now is not None:
+        query = query.where(_is_due(now))
     return session.scalars(query.limit(limit)).all()
 
 

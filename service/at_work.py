@@ -56,8 +56,8 @@ def running_engine(
     sharing = stores.sharing
     reclaimer = Reclaimer(stores.jobs, board, settings.lease_seconds, sharing.leads, on_end)
     with reclaimer.running():
-        if settings.engine is EngineChoice.NONE:
-            with _sharing_progress(stores, board):
+        if settings.engine is not EngineChoice.LOCAL:
+            with sharing_progress(stores, board):
                 yield Others()
             return
         # Of a database that others share, only the leases that have run out are taken back.
@@ -82,7 +82,7 @@ def taking_jobs(
         stores.jobs, stores.blobs, board, settings, stores.scratch, on_end,
         shared=stores.sharing.shared,
     )  # fmt: skip
-    with _sharing_progress(stores, board):
+    with sharing_progress(stores, board):
         engine.start(before or (lambda: None))
         try:
             yield engine
@@ -90,7 +90,8 @@ def taking_jobs(
             engine.stop()
 
 
-def _sharing_progress(stores: Storage, board: ProgressBoard) -> AbstractContextManager[None]:
+def sharing_progress(stores: Storage, board: ProgressBoard) -> AbstractContextManager[None]:
+    """Tell others how far jobs are, and hear it of them, while the block lasts."""
     if stores.progress is None:
         return nullcontext()
     return SharedProgress(board, stores.progress).running()

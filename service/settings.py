@@ -33,6 +33,8 @@ class EngineChoice(StrEnum):
     """Worker processes of this server."""
     NONE = "none"
     """Others that share the database: ``occluder work``, or other servers."""
+    RAY = "ray"
+    """The nodes of a Ray cluster, to which ``occluder dispatch`` offers them."""
 
 
 _PREFIX = "OCCLUDER_"
@@ -118,7 +120,7 @@ class Settings(BaseSettings):
     engine: EngineChoice = Field(
         EngineChoice.LOCAL,
         description="What does the jobs: local, worker processes of this server; none, others that "
-        "share the database.",
+        "share the database; ray, the nodes to which 'occluder dispatch' offers them.",
     )
     workers: int = Field(
         default_factory=processors, ge=1, le=256, description="Jobs done at the same time."

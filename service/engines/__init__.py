@@ -1,6 +1,8 @@
 """The processes that do jobs, and the threads of the server that look after them.
 
     engine     jobs claimed, leases renewed, everything started and stopped
+    single_place  one place for jobs that its caller hands to it
+    lease_keeper  leases renewed, and jobs that are to end heard of
     slot       one place for one job at a time: a warm process and the claims it works at
     attempt    one try at a job, from handing over to what came of it
     drawing    the pages of jobs, when somebody asks for them

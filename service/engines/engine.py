@@ -2,33 +2,25 @@
 
 from __future__ import annotations
 
-import logging
 import secrets
 import threading
-import time
 from collections.abc import Callable
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
 from service.engines.first_start import FirstStart
 from service.engines.idleness import Idleness
+from service.engines.lease_keeper import LeaseKeeper
 from service.engines.signals import Bell, Running
 from service.engines.slot import Shop, Slot
-from service.engines.trouble import StoppedError, Trouble
+from service.engines.trouble import Trouble
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
-from service.settings import Settings
-
-logger = logging.getLogger(__name__)
+from service.settings import Settings, processors
 
 LIBRARY_WORK = "service.engines.work.start:start"
 """What worker processes run: the library's part is imported there and nowhere else."""
-
-_POLL = 1.0  # seconds between looks for jobs that nobody has told of
-_LEAST_BETWEEN = 0.1  # seconds between looks, however often it is woken
-_RENEWALS = 3.0  # in the time of a lease
 
 
 class Engine:
@@ -60,11 +52,9 @@ class Engine:
         self._shop = Shop(
             f"engine-{secrets.token_hex(8)}", jobs, blobs, board, settings, scratch, work, on_end,
             Bell(), Running(), Trouble(), FirstStart(board.end_preparing),
-            Idleness(),
+            Idleness(), self._fair_threads,
         )  # fmt: skip
-        self._look = Bell()
-        self._shared = shared
-        self._before: Callable[[], None] = lambda: None
+        self._leases = LeaseKeeper(self._shop, shared=shared)
         self._may_begin = threading.Event()
         self._threads: list[threading.Thread] = []
         self._slots = [Slot(self._shop) for _ in range(settings.workers)]
@@ -96,16 +86,15 @@ class Engine:
 
     def start(self, before: Callable[[], None] = lambda: None) -> None:
         """Begin, once ``before`` is done, which may wait for the stores.  Returns at once."""
-        self._before = before
         self._shop.board.begin_preparing()
-        self._thread("leases", self._keep_leases)
+        self._thread("leases", lambda: self._leases.run(before, self._may_begin.set))
         for number, slot in enumerate(self._slots):
             self._thread(f"worker {number}", partial(self._work, slot))
 
     def wake(self) -> None:
         """A job waits, or is to end: look now rather than later.  From any thread."""
         self._shop.bell.ring()
-        self._look.ring()
+        self._leases.wake()
 
     def stop(self) -> None:
         """End all processes and queue their jobs again, at no cost to them."""
@@ -113,7 +102,7 @@ class Engine:
         self._may_begin.set()
         self._shop.running.stop()
         self._shop.bell.close()
-        self._look.close()
+        self._leases.close()
         for thread in self._threads:
             thread.join()
 
@@ -126,48 +115,8 @@ class Engine:
         self._may_begin.wait()
         slot.run()
 
-    def _keep_leases(self) -> None:
-        """Renew leases, hear of jobs that are to end, and ring for those that wait."""
-        with suppress(StoppedError):
-            self._faultless(self._before)
-            self._may_begin.set()
-            due = time.monotonic()
-            while True:
-                if self._look.wait(_POLL) or self._shared:
-                    self._faultless(self._hear)
-                if time.monotonic() >= due:
-                    self._faultless(self._renew)
-                    due = time.monotonic() + self._shop.settings.lease_seconds / _RENEWALS
-                self._shop.bell.ring()
-                self._shop.trouble.pause(_LEAST_BETWEEN)
-
-    def _faultless(self, call: Callable[[], None]) -> None:
-        """Leases are to be kept whatever happens."""
-        try:
-            self._shop.trouble.insist(call)
-        except StoppedError:
-            raise
-        except Exception:
-            logger.exception("leases could not be kept by a fault of the program")
-
-    def _hear(self) -> None:
-        """Look which jobs are to end: this only reads, however often the engine is woken."""
-        under_way = self._shop.running.all()
-        if under_way:
-            ending = self._shop.jobs.cancelled([claim for claim, _ in under_way])
-            for claim, orders in under_way:
-                if claim.job.id in ending:
-                    orders.cancel()
-
-    def _renew(self) -> None:
-        """Tell attempts what has become of their leases."""
-        under_way = self._shop.running.all()
-        if under_way:
-            held = self._shop.jobs.renew(
-                [claim for claim, _ in under_way], self._shop.settings.lease_seconds
-            )
-            for claim, orders in under_way:
-                if claim.job.id not in held:
-                    orders.drop()
-                elif held[claim.job.id]:
-                    orders.cancel()
+    def _fair_threads(self) -> int:
+        """One a processor where a job is alone, else a fair share of them."""
+        if self._shop.running.count == 1:
+            return processors()
+        return max(1, processors() // self.workers)

@@ -27,7 +27,7 @@ from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
 from service.keep import Keep
 from service.logs import serving_request
-from service.settings import Settings, processors
+from service.settings import Settings
 from service.tracing import SpanKind, span
 
 logger = logging.getLogger(__name__)
@@ -44,6 +44,7 @@ class Shop:
 
     ``work``   ``MODULE:FUNCTION`` that a process calls once and that returns what does a task.
     ``on_end``  called with each job that has ended, in a thread of the engine.
+    ``threads``  that a job which begins now may use.
     """
 
     owner: str
@@ -59,6 +60,7 @@ class Shop:
     trouble: Trouble
     first_start: FirstStart
     idleness: Idleness
+    threads: Callable[[], int]
 
     def end(self, job: Job) -> None:
         """Say that a job has ended; whoever listens cannot hurt the engine."""
@@ -107,23 +109,36 @@ class Slot:
 
     def _round(self) -> None:
         """Get ready, then do a job, if one comes soon."""
-        process = self._ready_process()
-        if not self._shop.bell.wait(_LOOK):
-            return
+        self._ready_process()
         shop = self._shop
-        claim = shop.trouble.insist(
+        if shop.bell.wait(_LOOK) and self.do_one(
             lambda: shop.jobs.claim(shop.owner, shop.settings.lease_seconds)
-        )
+        ):
+            shop.bell.ring()
+
+    def do_one(self, claiming: Callable[[], Claim | None], starts: int | None = None) -> bool:
+        """Claim a job and do it; whether there was one.  For the thread that the process is of.
+
+        ``starts``  how often a process is started before this is given up; None for ever.
+        Raises :class:`StoppedError`, :class:`ProcessDiedError` where no process became ready, and
+        what ``claiming`` raises but cannot be waited for.
+        """
+        process, shop = self._ready_process(starts), self._shop
+        claim = shop.trouble.insist(claiming)
         if claim is None:
             shop.idleness.look()
-            return
+            return False
         shop.idleness.begin()
         shop.bell.ring()  # there may be more
         try:
             self._follow(claim, process)
         finally:
             shop.idleness.end()
-        shop.bell.ring()
+        return True
+
+    def end(self) -> None:
+        """End its process."""
+        self._discard()
 
     def _follow(self, claim: Claim, process: WorkerProcess) -> None:
         """Do a job, as a part of the trace of its request."""
@@ -137,9 +152,11 @@ class Slot:
             with suppress(ServiceError):
                 part.set_attribute("occluder.state", self._shop.jobs.job(None, job.id).state)
 
-    def _ready_process(self) -> WorkerProcess:
+    def _ready_process(self, starts: int | None = None) -> WorkerProcess:
         """A process that can take a task, after however many tries; raises StoppedError."""
+        tried = 0
         while True:
+            tried += 1
             if self._process is not None and self._is_worn(self._process):
                 self._discard()
             if self._process is not None:
@@ -148,6 +165,8 @@ class Slot:
                 self._start_process()
             except (ProcessDiedError, OSError) as error:
                 self._discard()
+                if tried == starts:
+                    raise ProcessDiedError(str(error)) from error
                 self._shop.trouble.stillborn(str(error))
 
     def _start_process(self) -> None:
@@ -252,7 +271,7 @@ class Slot:
         }
         return Task(
             job.kind, job.name, job.options, inputs, str(folder / "results"),
-            str(folder / "scratch"), self._threads(), shop.settings.job_memory,
+            str(folder / "scratch"), shop.threads(), shop.settings.job_memory,
             shop.settings.max_unpacked, labels, digests, shop.settings.read_seconds, job.request_id,
             job.keep, shop.settings.draw_at_once and job.keep is Keep.ALL,
             journal=self._begun_journal(job),
@@ -269,13 +288,6 @@ class Slot:
         with _raising_disk_full():
             path.parent.mkdir(mode=0o700, exist_ok=True)
         return str(path)
-
-    def _threads(self) -> int:
-        """The threads of a job: one a processor where it is alone, else a fair share of them."""
-        if self._shop.running.count == 1:
-            return processors()
-        return max(1, processors() // self._shop.settings.workers)
-
 
 def _tell(job: Job, message: str, *values: object) -> None:
     fields = {"job": job.id, "kind": job.kind, "state": job.state, "attempt": job.attempt}

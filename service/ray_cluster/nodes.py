@@ -61,6 +61,11 @@ class Nodes:
         counts = (self._alive[node].get("CPU", 0.0) for node in self._fit)
         return int(sum(counts))
 
+    @property
+    def largest_memory(self) -> int:
+        """Bytes that tasks may ask for on the largest of them; 0 where there is none."""
+        return int(max((self._alive[node].get("memory", 0.0) for node in self._fit), default=0.0))
+
     def look(self, seconds: float = 0.0) -> None:
         """Ask nodes that have come, and hear those that were asked, waiting for so long at most."""
         self._alive = {

@@ -18,6 +18,10 @@ from service.storage.sqlite import SqliteDatabase
 _JOURNAL_SECONDS = 7 * 86_400.0
 
 
+class FolderInUseError(SettingsError):
+    """Another process has the folder."""
+
+
 @dataclass(frozen=True)
 class DataFolder:
     """What lies where.
@@ -77,7 +81,8 @@ class DataFolder:
         """Make the folder and keep other servers out of it; scratch is empty then.
 
         The lock ends with the process, however that ends, and is not handed to its children.
-        Raises :class:`SettingsError` where another server runs or the folder cannot be used.
+        Raises :class:`FolderInUseError` where another server runs, and :class:`SettingsError` where
+        the folder cannot be used.
         """
         self.make()
         with self._raising_settings_error():
@@ -97,9 +102,9 @@ class DataFolder:
             finally:
                 lock.truncate(0)
 
-    def _in_use_error(self) -> SettingsError:
+    def _in_use_error(self) -> FolderInUseError:
         pid = self.lock.read_text().strip()
-        return SettingsError(
+        return FolderInUseError(
             f"the data folder '{self.path}' is used by another server"
             f"{f' (process {pid})' if pid else ''}; "
             "stop that one, or set OCCLUDER_DATA to another folder"

@@ -24,7 +24,8 @@ from service.storage.postgres import Place, connect
 Leads = Callable[[], bool]
 """Whether this server leads just now."""
 
-_LOCK = 0x0CC1_1EAD
+SERVERS, DISPATCHERS = 0x0CC1_1EAD, 0x0CC1_D15C
+"""Locks of the database: of the servers, and of the dispatchers to Ray."""
 _ASK_SECONDS = 2.0
 _SILENCE = "15s"
 """After which the database ends the connection of a leader."""
@@ -35,8 +36,17 @@ _log = logging.getLogger(__name__)
 class Leadership:
     """Tries to lead, in a thread, while a block lasts."""
 
-    def __init__(self, place: Place, ask_seconds: float = _ASK_SECONDS) -> None:
+    def __init__(
+        self,
+        place: Place,
+        ask_seconds: float = _ASK_SECONDS,
+        *,
+        lock: int = SERVERS,
+        duty: str = "it sweeps, and takes back the jobs of others",
+    ) -> None:
+        """``duty``  what the leader does, for the log."""
         self._place, self._ask_seconds = place, ask_seconds
+        self._lock, self._duty = lock, duty
         self._held = threading.Event()
 
     def held(self) -> bool:
@@ -52,7 +62,7 @@ class Leadership:
                 connection.execute(f"SET idle_session_timeout = '{_SILENCE}'")
                 self._try(connection, stop)
             if self._held.is_set():
-                _log.info("this server leads no more")
+                _log.info("this one leads no more")
                 self._held.clear()
             stop.wait(self._ask_seconds)
 
@@ -65,8 +75,10 @@ class Leadership:
             if self._held.is_set():
                 connection.execute("SELECT 1")
             else:
-                row = connection.execute("SELECT pg_try_advisory_lock(%s)", (_LOCK,)).fetchone()
+                row = connection.execute(
+                    "SELECT pg_try_advisory_lock(%s)", (self._lock,)
+                ).fetchone()
                 if row and row[0]:
-                    _log.info("this server leads: it sweeps, and takes back the jobs of others")
+                    _log.info("this one leads: %s", self._duty)
                     self._held.set()
             stop.wait(self._ask_seconds)

@@ -150,7 +150,7 @@ def next_in_turn(session: Session, shares: Shares, now: float, limit: int) -> li
             _first(session, line.tenant, Priority.BULK, limit, now),
             line.streak,
         )
-        turns = islice(own, max(0, min(room, limit)))
+        turns: Iterator[int] = islice(own, max(0, min(room, limit)))
         first = next(turns, None)
         if first is not None:
             heads.append((line.turn, first, turns))

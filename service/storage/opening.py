@@ -147,10 +147,11 @@ def _postgres() -> ModuleType:
 def check_together(settings: Settings) -> None:
     """Raises :class:`~service.errors.SettingsError` for settings of which one needs another."""
     if settings.database_url is None:
-        if settings.engine is EngineChoice.NONE:
+        if settings.engine is not EngineChoice.LOCAL:
             raise SettingsError(
-                "OCCLUDER_ENGINE=none leaves the jobs to others, and nobody shares the database in "
-                f"'{settings.data}'; set OCCLUDER_DATABASE_URL, or OCCLUDER_ENGINE=local"
+                f"OCCLUDER_ENGINE={settings.engine} leaves the jobs to others, and nobody shares "
+                f"the database in '{settings.data}'; set OCCLUDER_DATABASE_URL, or "
+                "OCCLUDER_ENGINE=local"
             )
     elif settings.secret_file is None:
         raise SettingsError(

@@ -53,10 +53,7 @@ class Host:
 
     def tree(self):
         """Process ids: its own first."""
-        found = [self._process.pid]
-        for pid in found:
-            found += children_of(pid)
-        return found
+        return tree_of(self._process.pid)
 
     def kill(self):
         """All of it at once, as the loss of the machine does."""
@@ -84,21 +81,34 @@ class Cluster:
 
     ``postgres``, ``s3``  what they share; each can be killed and started again.
     ``address``           of the database.
+    ``shared``            the settings of all that do its jobs.
     ``objects``           the folder of the bucket.
     """
 
     def __init__(
-        self, declared, folder, *, hosts, servers=2, last_disk=None, prepare=None, **variables
+        self,
+        declared,
+        folder,
+        *,
+        hosts,
+        servers=2,
+        engine="none",
+        last_disk=None,
+        prepare=None,
+        **variables,
     ):
-        """``prepare``  called with the address of the database before anything is started."""
+        """``prepare``  called with the address of the database before anything is started.
+
+        ``engine``  of the servers.
+        """
         self._parts = ExitStack()
         try:
-            self._open(declared, folder, hosts, servers, last_disk, prepare, variables)
+            self._open(declared, folder, hosts, servers, engine, last_disk, prepare, variables)
         except BaseException:
             self.close()
             raise
 
-    def _open(self, declared, folder, hosts, servers, last_disk, prepare, variables):
+    def _open(self, declared, folder, hosts, servers, engine, last_disk, prepare, variables):
         self.postgres = PostgresServer(durable=True)
         self._parts.callback(self.postgres.stop)
         self.address = self.postgres.database()
@@ -112,7 +122,7 @@ class Cluster:
         secret = folder / "secret"
         secret.write_bytes(os.urandom(32))
         secret.chmod(0o600)
-        shared = {
+        shared = self.shared = {
             **self.s3.variables, **variables,
             "OCCLUDER_DATABASE_URL": self.address,
             "OCCLUDER_BLOBS": f"s3://{bucket}/studio",
@@ -125,7 +135,7 @@ class Cluster:
             serving = Server(
                 declared, folder / f"server-{number}",
                 **shared | {
-                    "OCCLUDER_ENGINE": "none", "OCCLUDER_SECRET_FILE": str(secret),
+                    "OCCLUDER_ENGINE": engine, "OCCLUDER_SECRET_FILE": str(secret),
                     "OCCLUDER_DASHBOARD": "false", "AWS_ENDPOINT_URL": proxy.address,
                 },
             )  # fmt: skip
@@ -158,6 +168,14 @@ class Cluster:
 
     def close(self):
         self._parts.close()
+
+
+def tree_of(pid):
+    """Process ids of a process and all that it has started: its own first."""
+    found = [pid]
+    for one in found:
+        found += children_of(one)
+    return found
 
 
 def children_of(pid):

@@ -2,6 +2,7 @@
 
 ``FAULTS_CLOCK``  file with the seconds by which the time of day is wrong, read at each look.
 ``FAULTS_WORK``   file to be run in worker processes in place of the library's work.
+``FAULTS_RELEASE``  file that says which release this is.
 
 Whatever begins with ``FAULTS_`` reaches workers as well: not by the environment, which is kept from
 them, but by entries of the path that lead nowhere.
@@ -28,16 +29,16 @@ def _set_wrong(file: Path) -> None:
     time.time = wrong
 
 
-class _OtherWork:
-    """Finds a file where the module that does the library's work is asked for."""
+class _OtherFile:
+    """Finds a file where a module is asked for."""
 
-    def __init__(self, file: str) -> None:
-        self._file = file
+    def __init__(self, module: str, file: str) -> None:
+        self._module, self._file = module, file
 
     def find_spec(
         self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
-        if name != "service.engines.work.start":
+        if name != self._module:
             return None
         return importlib.util.spec_from_file_location(name, self._file)
 
@@ -54,4 +55,6 @@ for name, value in os.environ.items():
 if clock := os.environ.get("FAULTS_CLOCK"):
     _set_wrong(Path(clock))
 if work := os.environ.get("FAULTS_WORK"):
-    sys.meta_path.insert(0, _OtherWork(work))
+    sys.meta_path.insert(0, _OtherFile("service.engines.work.start", work))
+if release := os.environ.get("FAULTS_RELEASE"):
+    sys.meta_path.insert(0, _OtherFile("simplifier.version", release))

@@ -1,0 +1,25 @@
+"""``ray start`` for nodes that this machine alone can reach.
+
+Ray listens on loopback only where its node has the address 127.0.0.1, which it takes for a slip and
+replaces by one that others reach.  ``TESTS_RAY_VERSION`` and ``TESTS_PYTHON_VERSION`` are told as
+those of the cluster.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+
+import ray
+import ray._private.services as services
+
+services.resolve_ip_for_localhost = lambda host: host
+if version := os.environ.pop("TESTS_RAY_VERSION", None):
+    ray.__version__ = version
+if python := os.environ.pop("TESTS_PYTHON_VERSION", None):
+    platform.python_version = lambda: python
+
+if __name__ == "__main__":
+    from ray.scripts.scripts import main
+
+    main()

@@ -1,9 +1,9 @@
 """What a node does for a dispatcher: one job, by its row.
 
 The node's own environment says where database and bucket are; of the dispatcher come the name of
-the job, the name of the offer, and numbers.  A Ray worker process opens the stores once, and keeps them and its
-confined process for the tasks that follow.  What comes of a job goes into its row: nothing but None
-goes back through Ray.
+the job, the name of the offer, and numbers.  A Ray worker process opens the stores once, and keeps
+them and its confined process for the tasks that follow.  What comes of a job goes into its row:
+nothing but None goes back through Ray.
 """
 
 from __future__ import annotations

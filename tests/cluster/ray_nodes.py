@@ -78,7 +78,7 @@ class Node:
                 else [f"--address={address}"]
             ),
             "--block", "--node-ip-address=127.0.0.1", f"--num-cpus={processors}",
-            f"--memory={_MEMORY}", f"--object-store-memory={_STORE}", 
+            f"--memory={_MEMORY}", f"--object-store-memory={_STORE}",
             "--disable-usage-stats", "--include-log-monitor=false", "--num-gpus=0",
             "--dashboard-agent-listen-port=0", f"--temp-dir={folder}",
         ]  # fmt: skip
@@ -123,6 +123,11 @@ class Node:
         self._process.wait(BUSY)
         self._process = None
         return [pid for pid in others if pid != raylet]
+
+    def wait_for_its_end(self):
+        """As comes by itself where the head is gone, or is another."""
+        self._process.wait(2 * BUSY)
+        self._process = None
 
     def tasks(self):
         """Process ids of Ray's workers that have a confined process, which does jobs."""

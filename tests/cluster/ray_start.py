@@ -8,16 +8,16 @@ those of the cluster.
 from __future__ import annotations
 
 import os
-import platform
 
 import ray
 import ray._private.services as services
+import ray._private.utils as utils
 
 services.resolve_ip_for_localhost = lambda host: host
 if version := os.environ.pop("TESTS_RAY_VERSION", None):
     ray.__version__ = version
 if python := os.environ.pop("TESTS_PYTHON_VERSION", None):
-    platform.python_version = lambda: python
+    utils.compute_version_info = lambda: (ray.__version__, python)
 
 if __name__ == "__main__":
     from ray.scripts.scripts import main

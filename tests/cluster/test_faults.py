@@ -7,39 +7,23 @@ import random
 import signal
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
-from itertools import pairwise
+from functools import partial
 
 import httpx
 import pytest
 
 from tests.cluster.machines import LEASE_SECONDS, Cluster
-from tests.cluster.remains import (
-    assert_objects_are_whole,
-    astray,
-    files_by_input,
-    files_by_input_alone,
-    jobs_left,
-)
-from tests.faults.clients import (
-    PATIENCE,
-    Clients,
-    assert_jobs_ended_once,
-    assert_no_traceback,
-    repeated_attempts,
-)
-from tests.faults.serving import TIMEOUT, Server
+from tests.cluster.ordeal import AWAY, Ordeal, box, options
+from tests.faults.clients import assert_no_traceback
+from tests.faults.serving import TIMEOUT
 from tests.faults.small_disk import filled, small_disk
 from tests.s3_proxy import error_body
-from tests.service.real import BOX, QUICK
 from tests.service.webhooks.receivers import receiving
 from tests.waiting import until
 
 ROOM = 64 << 20
-AWAY = 3.0
-"""Seconds for which what was killed is away."""
 OLD = 20
 """Jobs whose files are there to be swept."""
 
@@ -52,18 +36,6 @@ class Scene:
     rng: random.Random
     disk: os.PathLike | None = None
     old: list[str] = field(default_factory=list)
-
-
-def box(number):
-    """A mesh of its own."""
-    sides = [1.0 + 0.002 * number, 1.0 + 0.003 * (number % 7), 1.0]
-    lines = []
-    for line in BOX.decode().splitlines():
-        kind, *values = line.split()
-        if kind == "v":
-            values = [f"{float(one) * side:.3f}" for one, side in zip(values, sides, strict=True)]
-        lines.append(" ".join([kind, *values]))
-    return ("\n".join(lines) + f"\n# {number}\n").encode()
 
 
 def host_is_killed(scene):
@@ -191,16 +163,6 @@ ALL = [
 FEW = [worker_is_killed, server_is_killed_in_the_midst_of_an_upload]
 
 
-@dataclass(frozen=True)
-class Fault:
-    """``began``, ``over``  Unix seconds.  ``hit``  the jobs that were under way as it began."""
-
-    name: str
-    began: float
-    over: float
-    hit: list[str]
-
-
 def with_disk(parts, tmp_path):
     """A small one for the last host; None where none can be mounted."""
     try:
@@ -221,10 +183,8 @@ def with_disk(parts, tmp_path):
 def test_each_accepted_job_ends_once_whatever_happens(
     cluster, declared, tmp_path, jobs, hosts, faults, seed
 ):
-    rng, happened = random.Random(seed), []
+    rng = random.Random(seed)
     order = rng.sample(faults, len(faults))
-    moments = sorted(rng.uniform(0.02, 0.9) * jobs for _ in order)  # by jobs that have ended
-    begin = time.monotonic()
     with ExitStack() as parts:
         disk = with_disk(parts, tmp_path) if scratch_is_full in faults else None
         if disk is None:
@@ -239,89 +199,24 @@ def test_each_accepted_job_ends_once_whatever_happens(
         scene = Scene(made, rng, disk)
         if leader_is_killed_in_the_midst_of_a_sweep in order:
             put_old_jobs(scene)
-        clients = Clients(made, receiver, jobs, seed, box)
-        pool = parts.enter_context(ThreadPoolExecutor(1))
-        parts.callback(clients.unwanted.set)
-        posting = pool.submit(clients.run)
-        for moment, fault in zip(moments, order, strict=False):
-            until(lambda: len(clients.deliveries()) >= moment or posting.done(), PATIENCE)  # noqa: B023
-            time.sleep(rng.uniform(0.0, 0.5))  # anywhere in a job
-            hit = [one for (one,) in made.rows("SELECT id FROM jobs WHERE state = 'running'")]
-            began = time.time()
-            fault(scene)
-            happened.append(Fault(fault.__name__, began, time.time(), hit))
-        posting.result()
-        until(lambda: len(clients.deliveries()) == jobs, PATIENCE)
-        seconds = time.monotonic() - begin
-        # What a killed one had begun is kept for ten times as long as its lease.
-        with suppress(AssertionError):
-            until(lambda: not astray(made), 10 * LEASE_SECONDS + TIMEOUT)
-        assert not astray(made)
-        left = jobs_left(made)
-        assert_jobs_ended_once(left, clients, clients.deliveries(), jobs)
-        assert_objects_are_whole(made)
-        ended = dict(made.rows("SELECT id, ended FROM jobs"))
-        files = files_by_input(made)
+        ordeal = Ordeal(made, receiver, parts, jobs, seed)
+        ordeal.go_through([partial(fault, scene) for fault in order], rng)
         for host in made.hosts:
             host.stop()
         for serving in made.servers:
             serving.stop()
         for one in (*made.hosts, *made.servers):
             assert_no_traceback(one.log)
-    assert files == files_alone(declared, tmp_path / "alone", sorted(clients.accepted), files)
-    tell(jobs, seconds, left.values(), ended, happened)
+    ordeal.compare_and_tell(declared, tmp_path / "alone")
 
 
 def put_old_jobs(scene):
     for number in range(OLD):
         answer = scene.cluster.post(
-            "/v1/occluders?filename=old.obj&" + _options(), box(100_000 + number)
+            "/v1/occluders?filename=old.obj&" + options(), box(100_000 + number)
         )
         assert answer.status_code == 202, answer.text
     until(
         lambda: scene.cluster.rows("SELECT count(*) FROM jobs WHERE ended IS NOT NULL") == [(OLD,)],
         TIMEOUT,
     )
-
-
-def _options():
-    return "&".join(f"{name}={value}" for name, value in QUICK.items())
-
-
-def files_alone(declared, data, numbers, wanted):
-    """What one server with a database of its own makes of the meshes of which files are wanted."""
-    serving = Server(
-        declared,
-        data,
-        OCCLUDER_DASHBOARD="false",
-        OCCLUDER_WORKERS="2",
-        OCCLUDER_QUEUE_LIMIT="5000",
-    ).start()
-    try:
-        for number in numbers:
-            answer = serving.post(f"/v1/occluders?filename=box.obj&{_options()}", box(number))
-            assert answer.status_code == 202, answer.text
-        until(lambda: all(job["ended"] for job in serving.jobs()), PATIENCE)
-        serving.stop()
-    finally:
-        serving.kill()
-    made = files_by_input_alone(data)
-    return {mesh: files for mesh, files in made.items() if mesh in wanted}
-
-
-def tell(jobs, seconds, left, ended, happened):
-    """The figures of ``docs/scale.md``."""
-    states = [job.state for job in left]
-    print(
-        f"{jobs} jobs in {seconds:.0f} s: {states.count('succeeded')} succeeded, "
-        f"{states.count('cancelled')} cancelled, {repeated_attempts(left)} attempts repeated"
-    )
-    ends = sorted(ended.values())
-    for one in happened:
-        near = [end for end in ends if one.began - 5.0 <= end <= one.over + 15.0]
-        pause = max((after - before for before, after in pairwise(near)), default=0.0)
-        waited = max((ended[job] - one.began for job in one.hit if job in ended), default=0.0)
-        print(
-            f"{one.name.replace('_', ' ')}, {one.over - one.began:.1f} s: no job ended for "
-            f"{pause:.1f} s, those under way had ended after {waited:.1f} s"
-        )

@@ -182,11 +182,11 @@ def test_a_node_of_another_release_gets_no_work(farm, tmp_path):
     other.write_text('VERSION = "99.0"\n')
     second = farm.ray.nodes[1]
     second.kill()
-    second.start(FAULTS_RELEASE=str(other))
+    second.start(FAULTS_RELEASE=str(other), OCCLUDER_DATA=str(tmp_path / "data"))
     until(lambda: "gets no work: it runs release 99.0" in farm.dispatch.log, BUSY)
     ids = [submit(farm, "# occupy 0.3") for _ in range(4)]
     all_succeed(farm, ids)
-    assert not second.data.exists()
+    assert not (tmp_path / "data").exists()  # no task has begun there
     second.kill()
     second.start()
     _, ids = on_second_node(farm, tmp_path / "gate")

@@ -2,7 +2,8 @@
 # make test   format, lint, types, import contracts, tests
 # make test-slow  what takes minutes: an empty kernel cache, whole sweeps, long forms, benchmarks
 # make test-faults  kills, a full disk, damage, wrong clocks, slow clients (minutes)
-# make test-cluster  two servers, three workers, PostgreSQL and a bucket, each killed once (minutes)
+# make test-cluster  two servers, three workers, PostgreSQL, a bucket and a Ray cluster, each killed
+#             once (minutes); CLUSTER_JOBS=100 for fewer jobs than 500
 # make fuzz   ten minutes of broken files and strange meshes (FUZZ_SECONDS, FUZZ_ENGINE=guided, …),
 #             then how the time of reading grows with the bytes of a worst case
 # make mutants  small mistakes in what promises safety: which do the tests near them miss (minutes)

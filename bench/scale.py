@@ -5,6 +5,8 @@
     turns     a single job of one tenant behind 100,000 of another: in which claim it is begun
     embedded  the file alone: jobs a second, and rows by which what is listed becomes slow
     workers   jobs a second by 1, 2 and 4 'occluder work': such as wait half a second, and bunnies
+    ray       the same by a Ray node of as many processors; a job alone, the first there and later
+    million   processors for a million assets in eight hours: a simulation of the figures of others
 
 A PostgreSQL server of its own in a temporary folder, which flushes each commit.  Stores are called
 as servers call them, without meshes and work.  ``scale_PART.csv`` hold the figures.
@@ -14,19 +16,22 @@ from __future__ import annotations
 
 import argparse
 import multiprocessing
+import os
 import signal
 import statistics
+import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 from sqlalchemy import text
 
+from bench.farm import Farm, processors_for
 from bench.meshes import ASSETS
-from bench.record import Row, told, write_page, write_table
+from bench.record import Row, read_table, told, write_page, write_table
 from service.jobs.job import Blob, JobFile, JobKind, Submission, Summary
 from service.jobs.stores import JobFilter
 from service.storage.database import Database
@@ -34,6 +39,7 @@ from service.storage.job_store import SqlJobStore
 from service.storage.postgres import PostgresDatabase
 from service.storage.sqlite import SqliteDatabase
 from tests.cluster.machines import Cluster
+from tests.cluster.ray_nodes import Dispatch, RayNodes
 from tests.faults.serving import LIGHT_WORK, path_of_processes
 from tests.postgres import PostgresServer, running_postgres
 from tests.service.real import BOX
@@ -42,6 +48,16 @@ from tests.waiting import BUSY, until
 RESULTS = Path("bench/results")
 CLIENTS = (1, 2, 4, 8)
 SECONDS = 10.0
+OF_A_MILLION = (
+    "bunny_4968.ply",
+    "level_dungeon.ply",
+    "building_fzk_haus.glb",
+    "broken_truck.ply",
+    "tree_aspen_with_leaves.glb",
+    "sponza_dabrovic.glb",
+)
+"""Assets as a game has them: of some thousands to tens of thousands of triangles."""
+
 _QUEUE = 10**9
 _SUMMARY = Summary(64, 5000, 3, 1.5, 0.999, 0.9)
 _COLUMNS = (
@@ -134,6 +150,112 @@ def worker_rows(arguments: argparse.Namespace) -> Iterator[Row]:
                     yield {"jobs": kind, "workers": hosts, **_working(cluster, jobs, body, query)}
 
 
+def ray_rows(arguments: argparse.Namespace) -> Iterator[Row]:
+    """A server, a bucket, a dispatcher, and a Ray node, all on this machine."""
+    for workers in (1, 2, 4):
+        with _farm(workers) as (cluster, dispatch):
+            if workers == 1:
+                seconds = [_alone(cluster, number) for number in range(21)]
+                yield {"jobs": "alone", "workers": 1, "count": 1, "first_s": round(seconds[0], 2),
+                       "later_s": round(statistics.median(seconds[1:]), 3)}  # fmt: skip
+            _ended(cluster, [_post(cluster, 1000 + number, 3.0) for number in range(workers)])
+            ids = [_post(cluster, 2000 + number, 0.5) for number in range(40 * workers)]
+            _ended(cluster, ids)
+            first, last = cluster.rows(
+                f"SELECT min(started), max(ended) FROM jobs WHERE number > {_number(cluster, ids)}"
+            )[0]
+            yield {"jobs": "waiting 0.5 s", "workers": workers, "count": len(ids),
+                   "jobs_s": round(len(ids) / (last - first), 2)}  # fmt: skip
+            assert dispatch.stop() == 0
+
+
+@contextmanager
+def _farm(processors: int) -> Iterator[tuple[Cluster, Dispatch]]:
+    with ExitStack() as parts:
+        folder = Path(parts.enter_context(tempfile.TemporaryDirectory()))
+        path = path_of_processes(folder / "declared")
+        cluster = Cluster(path, folder, hosts=0, servers=1, engine="ray",
+                          FAULTS_WORK=str(LIGHT_WORK))  # fmt: skip
+        parts.callback(cluster.close)
+        ray = RayNodes(path, cluster.shared, more=0, processors=processors)
+        parts.callback(ray.close)
+        dispatch = Dispatch(path, folder / "dispatch.log", cluster.shared | ray.joining)
+        parts.callback(dispatch.kill)
+        yield cluster, dispatch.start()
+
+
+def _alone(cluster: Cluster, number: int) -> float:
+    """Seconds from its submission to its end."""
+    job_id = _post(cluster, number, 0.0)
+    _ended(cluster, [job_id])
+    ((seconds,),) = cluster.rows(f"SELECT ended - created FROM jobs WHERE id = '{job_id}'")
+    return float(seconds)
+
+
+def _post(cluster: Cluster, number: int, seconds: float) -> str:
+    body = f"# occupy {seconds}\n# {number}\n".encode() + BOX
+    answer = cluster.post("/v1/occluders?filename=box.obj", body)
+    assert answer.status_code == 202, answer.text
+    return str(answer.json()["id"])
+
+
+def _ended(cluster: Cluster, ids: Sequence[str]) -> None:
+    listed = ", ".join(f"'{one}'" for one in ids)
+    still = f"SELECT count(*) FROM jobs WHERE ended IS NULL AND id IN ({listed})"
+    until(lambda: cluster.rows(still) == [(0,)], 600.0)
+
+
+def _number(cluster: Cluster, ids: Sequence[str]) -> int:
+    """That of the job before them."""
+    ((number,),) = cluster.rows(f"SELECT number FROM jobs WHERE id = '{ids[0]}'")
+    return int(number) - 1
+
+
+def million_rows(arguments: argparse.Namespace) -> Iterator[Row]:
+    """Processor time of jobs is measured here; the rest is what the parts before have written."""
+    claims, ray = _figures("claims"), _figures("ray")
+    database = min(1.0 / float(row["claims_s"]) for row in claims)
+    overhead = float(next(row["later_s"] for row in ray if row["later_s"]))
+    for preset in ("draft", "balanced", "best"):
+        seconds = [_processor_seconds(name, preset) for name in OF_A_MILLION]
+        farm = Farm(seconds, overhead, database)
+        processors, night = processors_for(farm, 1_000_000, 8.0)
+        yield {
+            "preset": preset, "job_s": round(statistics.mean(seconds), 2),
+            "overhead_s": overhead, "database_ms": round(1000.0 * database, 1),
+            "processors": processors, "hours": round(night.hours, 2),
+            "repeated": night.repeated, "database_busy": round(night.database_busy, 2),
+        }  # fmt: skip
+
+
+def _figures(part: str) -> list[dict[str, str]]:
+    file = RESULTS / f"scale_{part}.csv"
+    if not file.exists():
+        sys.exit(f"the simulation needs the figures of another part: --only {part} --only million")
+    table = read_table(file)
+    return [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+
+
+def _processor_seconds(name: str, preset: str) -> float:
+    """Of a job as the service does it: read, simplified, measured and saved, by one thread."""
+    script = (
+        "import sys, time, simplifier\n"
+        "def once(seed):\n"
+        "    begun = time.process_time()\n"
+        "    options = simplifier.SimplifyOptions(preset=sys.argv[2], seed=seed)\n"
+        "    made = simplifier.simplify(simplifier.load(sys.argv[1]), options)\n"
+        "    made.measure().report()\n"
+        "    return time.process_time() - begun\n"
+        "once(0)\n"
+        "print(once(1))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(ASSETS / name), preset], check=True, text=True,
+        stdout=subprocess.PIPE, env={**os.environ, "OCCLUDER_THREADS": "1"},
+    )  # fmt: skip
+    return float(done.stdout)
+
+
 def _slow_box(number: int) -> bytes:
     return f"# occupy 0.5\n# {number}\n".encode() + BOX
 
@@ -161,6 +283,8 @@ PARTS: dict[str, Callable[[argparse.Namespace], Iterator[Row]]] = {
     "turns": turn_rows,
     "embedded": embedded_rows,
     "workers": worker_rows,
+    "ray": ray_rows,
+    "million": million_rows,
 }
 
 

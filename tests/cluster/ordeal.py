@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -26,6 +27,8 @@ from tests.faults.serving import TIMEOUT, Server
 from tests.service.real import BOX, QUICK
 from tests.waiting import until
 
+JOBS = int(os.environ.get("CLUSTER_JOBS", "500"))
+"""That clients post where all faults happen."""
 AWAY = 3.0
 """Seconds for which what was killed is away."""
 

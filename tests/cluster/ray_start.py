@@ -14,6 +14,7 @@ import ray._private.services as services
 import ray._private.utils as utils
 
 services.resolve_ip_for_localhost = lambda host: host
+services.find_gcs_addresses = set  # else processes of a node tell a head here that it runs already
 if version := os.environ.pop("TESTS_RAY_VERSION", None):
     ray.__version__ = version
 if python := os.environ.pop("TESTS_PYTHON_VERSION", None):

@@ -15,7 +15,7 @@ import httpx
 import pytest
 
 from tests.cluster.machines import LEASE_SECONDS, Cluster
-from tests.cluster.ordeal import AWAY, Ordeal, box, options
+from tests.cluster.ordeal import AWAY, JOBS, Ordeal, box, options
 from tests.faults.clients import assert_no_traceback
 from tests.faults.serving import TIMEOUT
 from tests.faults.small_disk import filled, small_disk
@@ -177,7 +177,7 @@ def with_disk(parts, tmp_path):
     ("jobs", "hosts", "faults", "seed"),
     [
         pytest.param(10, 1, FEW, 1, id="short"),
-        pytest.param(500, 3, ALL, 2, id="long"),
+        pytest.param(JOBS, 3, ALL, 2, id="long"),
     ],
 )
 def test_each_accepted_job_ends_once_whatever_happens(

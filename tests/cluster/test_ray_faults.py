@@ -13,7 +13,7 @@ from functools import partial
 import pytest
 
 from tests.cluster.machines import Cluster
-from tests.cluster.ordeal import AWAY, Ordeal
+from tests.cluster.ordeal import AWAY, JOBS, Ordeal
 from tests.cluster.ray_nodes import Dispatch, RayNodes
 from tests.faults.clients import assert_no_traceback
 from tests.service.webhooks.receivers import receiving
@@ -105,7 +105,7 @@ ALL = [
     ("jobs", "faults", "seed"),
     [
         pytest.param(20, [node_is_killed, dispatch_is_killed], 3, id="short"),
-        pytest.param(500, ALL, 4, id="long"),
+        pytest.param(JOBS, ALL, 4, id="long"),
     ],
 )
 def test_each_accepted_job_ends_once_whatever_happens_to_ray(

@@ -69,7 +69,8 @@ def simulate(farm: Farm, jobs: int, processors: int, seed: int = 0) -> Night:
             database_busy += half
             took = rng.choice(farm.job_seconds) + farm.overhead
             heappush(events, (database_free + took, processor, now))
-    return Night(now / _HOUR, repeated, database_busy / now)
+    end = max(now, database_free)
+    return Night(end / _HOUR, repeated, database_busy / end)
 
 
 def _lost_between(farm: Farm, nodes: int, node: int, begin: float, end: float) -> float | None:

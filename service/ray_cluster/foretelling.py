@@ -19,8 +19,8 @@ _LEAST = 160 * _MIB
 """Of a small mesh, beside its process; machine code and pictures for the most part."""
 
 _BY_BYTE = 16
-"""Bytes of memory by the byte of a mesh that is not compressed, rounded up: 4 to 10 were foretold of
-binary files of half a million triangles and more."""
+"""Bytes of memory by the byte of a mesh that is not compressed, rounded up: 4 to 10 were foretold
+of binary files of half a million triangles and more."""
 
 _BY_VOXEL = 2
 """Bytes by the voxel of a cube of the resolution; few meshes fill one."""

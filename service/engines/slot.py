@@ -289,6 +289,7 @@ class Slot:
             path.parent.mkdir(mode=0o700, exist_ok=True)
         return str(path)
 
+
 def _tell(job: Job, message: str, *values: object) -> None:
     fields = {"job": job.id, "kind": job.kind, "state": job.state, "attempt": job.attempt}
     if job.failure is not None:

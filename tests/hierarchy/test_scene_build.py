@@ -177,17 +177,17 @@ def test_a_damaged_occluder_is_made_again(folder, known):
     assert files(folder) == before
 
 
-def failing(scene, options, store, cancel, job):
+def failing(scene, options, cancel, job):
     if job.kind == "far":
         raise ZeroDivisionError("a fault")
-    return building_make(scene, options, store, cancel, job)
+    return building_made(scene, options, cancel, job)
 
 
-building_make = building._make
+building_made = building._made
 
 
 def test_one_that_fails_is_named_and_the_rest_is_built(tmp_path, monkeypatch):
-    monkeypatch.setattr(building, "_make", failing)
+    monkeypatch.setattr(building, "_made", failing)
     monkeypatch.setenv("OCCLUDER_THREADS", "1")
     build = built(STREET, tmp_path)
     assert len(build.warnings) == 2  # a mesh each

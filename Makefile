@@ -50,6 +50,7 @@ test-faults: $(READY)
 	$(BIN)/python -m pytest -m faults -rP
 
 test-cluster: $(READY)
+	$(BIN)/pip install --quiet -c constraints.txt -e '.[ray]'
 	$(BIN)/python -m pytest -m cluster -rP
 
 # MUTANTS_ONLY="leases core": the files whose names hold one of these.

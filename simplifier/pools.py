@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -182,11 +182,14 @@ def joined(pieces: Sequence[Array]) -> Array:
     return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
 
-def pool_named(name: str) -> AbstractContextManager[Pool]:
-    """A pool beside that of this machine.
+def pool_named(name: str | None) -> AbstractContextManager[Pool | None]:
+    """A pool beside this machine; None for none.
 
-    Raises :class:`OptionError` for one that is not installed, or that cannot be reached.
+    Raises :class:`OptionError` for one that is not installed, and once it is entered for one that
+    cannot be reached.
     """
+    if name is None:
+        return nullcontext()
     known = {one.name: one for one in entry_points(group=POOL_GROUP)}
     if name not in known:
         raise OptionError(

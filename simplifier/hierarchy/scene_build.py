@@ -166,8 +166,8 @@ def _worth_a_pool(
     if pool is None or not jobs:
         return None
     if len(jobs) < LEAST_IN_POOL:
-        few = f"{len(jobs)} of them are to be made, and fewer than {LEAST_IN_POOL} are no work for"
-        say(f"occluders are made on this machine: {few} others")
+        few = f"{len(jobs)} to make, and others take {LEAST_IN_POOL} and more"
+        say(f"occluders are made on this machine: {few}")
         return None
     say(f"occluders are made {pool.where}")
     return pool

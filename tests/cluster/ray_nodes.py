@@ -51,6 +51,15 @@ class RayNode:
             found += children_of(pid)
         return found
 
+    def workers(self, task):
+        """Process ids of those that are at such a task now, which Ray gives its name."""
+        names = {pid: Path(f"/proc/{pid}/cmdline") for pid in self.tree()}
+        return [
+            pid
+            for pid, name in names.items()
+            if name.read_bytes().startswith(f"ray::{task}".encode())
+        ]
+
     def kill(self):
         """All of it at once, as the loss of the machine does."""
         for pid in self.tree():

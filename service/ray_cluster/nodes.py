@@ -56,21 +56,20 @@ class Nodes:
         return self._unfit
 
     @property
+    def count(self) -> int:
+        """Nodes with processors that may get work."""
+        return sum(self._alive[node].get("CPU", 0.0) > 0.0 for node in self._fit)
+
+    @property
     def processors(self) -> int:
         """Those of all nodes that may get work."""
         counts = (self._alive[node].get("CPU", 0.0) for node in self._fit)
         return int(sum(counts))
 
     @property
-    def count(self) -> int:
-        """Nodes with processors that may get work."""
-        return sum(self._alive[node].get("CPU", 0.0) > 0.0 for node in self._fit)
-
-    @property
     def largest_memory(self) -> int:
-        """Bytes that a task may have on one of them."""
-        amounts = [self._alive[node].get("memory", 0.0) for node in self._fit]
-        return int(max(amounts, default=0.0))
+        """Bytes that tasks may ask for on the largest of them; 0 where there is none."""
+        return int(max((self._alive[node].get("memory", 0.0) for node in self._fit), default=0.0))
 
     def look(self, seconds: float = 0.0) -> None:
         """Ask nodes that have come, and hear those that were asked, waiting for so long at most."""

@@ -32,7 +32,7 @@ BY_TWO = f"{MADE} on 2 nodes with 2 processors, by ray"
 
 @pytest.fixture(scope="module")
 def cluster():
-    from tests.cluster.ray_nodes import ray_cluster
+    from tests.cluster.pool_nodes import ray_cluster
 
     with ray_cluster(nodes=2) as running:
         yield running

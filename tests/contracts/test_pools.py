@@ -27,7 +27,7 @@ def on_this_machine():
 def on_a_cluster():
     if find_spec("ray") is None:  # it is imported when its settings are there, which it reads then
         pytest.skip("Ray is not installed")
-    from tests.cluster.ray_nodes import ray_cluster
+    from tests.cluster.pool_nodes import ray_cluster
 
     with ray_cluster(nodes=2) as cluster, cluster.pool() as pool:
         yield pool

@@ -85,7 +85,7 @@ def large_rows(arguments: argparse.Namespace) -> Iterator[Row]:
             _, build = _timed(scene, SceneOptions(), counted, folder)
             moved = _received(cluster.nodes[-1])
         took, jobs = counted.ended - counted.begun, counted.jobs
-        planned = counted.begun - begin - generated
+        planned = counted.begun - counted.made
         yield {
             "triangles": int(scene.triangle_counts.sum()), "objects": objects,
             "generate_s": round(generated, 1), "plan_s": round(planned, 1),
@@ -152,11 +152,15 @@ class CountedPool:
     put: int = 0
     answered: int = 0
     jobs: int = 0
+    made: float = 0.0
     begun: float = 0.0
     first: float = 0.0
     ended: float = 0.0
     own: int = 0
     mapped: int = 0
+
+    def __post_init__(self) -> None:
+        self.made = time.perf_counter()
 
     @property
     def where(self) -> str:

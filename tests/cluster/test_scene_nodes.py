@@ -127,7 +127,7 @@ def test_a_node_of_another_release_gets_no_work(cluster, town, tmp_path):
     scene, one = town
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "sitecustomize.py").write_text(
-        "import simplifier.version\nsimplifier.version.VERSION = '0.0.1'\n"
+        "import simplifier\nsimplifier.__version__ = '0.0.1'\n"
     )
     cluster.nodes.pop().kill()
     path = os.pathsep.join([str(tmp_path / "other"), environment()["PYTHONPATH"]])

@@ -108,7 +108,7 @@ def generated_scene(objects: int, triangles: int, seed: int = 0) -> Scene:
     Closed, a few units wide, twelve apart, +y up.  The same arguments give the same scene.
     """
     random = np.random.default_rng(seed)
-    rings = max(int(np.sqrt(triangles / 4.0)), 3)
+    rings = max(int(np.ceil(0.5 * (1.0 + np.sqrt(1.0 + triangles)))), 3)
     directions, faces = _sphere(rings)
     side = int(np.ceil(np.sqrt(objects)))
     meshes, transforms = [], np.tile(np.eye(4), (objects, 1, 1))
@@ -123,7 +123,7 @@ def generated_scene(objects: int, triangles: int, seed: int = 0) -> Scene:
 
 
 def _sphere(rings: int) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vectors (n, 3), and faces (m, 3) between them, m about 4 ``rings`` squared."""
+    """Unit vectors (n, 3), and faces (m, 3) between them, 4 ``rings`` (``rings`` - 1) of them."""
     around = 2 * rings
     high = np.pi * np.arange(1, rings) / rings
     turn = 2.0 * np.pi * np.arange(around) / around

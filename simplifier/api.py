@@ -173,6 +173,7 @@ def simplify_scene(
     *,
     tell: TellCount = lambda done, total: None,
     cancel: Cancel | None = None,
+    pool: str | None = None,
     **changes: Any,
 ) -> OccluderTree:
     """Make a tree of occluders for a scene of many objects, kept in ``folder``.
@@ -181,6 +182,7 @@ def simplify_scene(
     ``tell``     called with how many occluders are there and how many there will be.
     ``cancel``   once set, ends the call soon by :class:`~simplifier.errors.CancelledError`; what is
                  made by then is kept.
+    ``pool``     "ray" spreads the work over the nodes of a Ray cluster.
 
     What the folder holds of an earlier run and the scene still needs is not made again.  Work is
     spread over processes, so a script that calls this has to guard its main module (``if __name__
@@ -198,6 +200,7 @@ def simplify_scene(
         write_manifest,
     )
     from simplifier.io.scene_writer import write_scene
+    from simplifier.pools import pool_named
 
     check_kind("scene", scene, Scene, "what simplifier.load_scene returns")
     check_callable("tell", tell)
@@ -205,9 +208,10 @@ def simplify_scene(
     chosen = changed(SceneOptions, options, changes)
     place = as_path("folder", folder)
     store = occluder_store(place)
-    build = build_occluders(
-        scene, chosen, store, read_summaries(place), tell, cancel, chosen.memory_limit
-    )
+    with pool_named(pool) as shared:
+        build = build_occluders(
+            scene, chosen, store, read_summaries(place), tell, cancel, chosen.memory_limit, shared
+        )
     write_manifest(place, scene, chosen, build)
     tree = load_occluder_tree(place)
     write_packed(place, tree)

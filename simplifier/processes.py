@@ -20,11 +20,16 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-from simplifier.errors import BackendUnavailableError, OccluderError, OutputError
+from simplifier.errors import BackendUnavailableError, OccluderError
 from simplifier.kernels.compiled.waiting import load_imported
 from simplifier.progress import Cancel
 
-_ATTEMPTS = 2
+ATTEMPTS = 2
+"""Workers that a job may cost."""
+
+DIED = "the process that made it died, twice"
+"""Why there is no answer to such a job."""
+
 _GLANCE = 0.05  # seconds between looks at whether to stop
 _THREADS_OF_MATRICES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 
@@ -69,8 +74,7 @@ def run_jobs(
     have to be importable and picklable.  When ``cancel`` is set, or the caller closes the iterator,
     the processes are ended and what they are at is lost.
 
-    Raises :class:`~simplifier.errors.OutputError` when a job does, and
-    :class:`BackendUnavailableError` when processes end before they are at any job.
+    Raises :class:`BackendUnavailableError` when processes end before they are at any job.
     """
     load_imported()  # else each process would compile what is missing
     crew = _Crew(start, arguments, processes, deque(Attempt(job) for job in range(len(jobs))))
@@ -124,8 +128,8 @@ class _Crew:
             answer = worker.take()
         except EOFError:
             self._bury(worker)
-            answer = Answer(failure="the process that made it died, twice")
-            if attempt is not None and attempt.number < _ATTEMPTS:
+            answer = Answer(failure=DIED)
+            if attempt is not None and attempt.number < ATTEMPTS:
                 self._waiting.append(Attempt(attempt.job, attempt.number + 1))
                 return None
         else:
@@ -139,7 +143,7 @@ class _Crew:
         worker.stop()
         worker.join()
         self._stillborn += not worker.ready
-        if self._stillborn > _ATTEMPTS * self._processes:
+        if self._stillborn > ATTEMPTS * self._processes:
             raise BackendUnavailableError(
                 "the processes that make occluders die before they begin",
                 remedy="call this below \"if __name__ == '__main__':\", or set OCCLUDER_THREADS=1",
@@ -173,14 +177,9 @@ class Attempt:
 
 
 def answer_of(work: JobFunction, job: Any) -> Answer:
-    """Whatever a job raises is its failure; only a full or forbidden disk is that of all.
-
-    Raises :class:`OutputError`.
-    """
+    """Whatever a job raises is its failure."""
     try:
         return Answer(work(job))
-    except OutputError:
-        raise
     except OccluderError as error:
         return Answer(failure=str(error))
     except MemoryError:
@@ -219,16 +218,13 @@ class Worker:
     def take(self) -> Answer | None:
         """Its next message: None that it is ready, once, then what came of its job.
 
-        Raises EOFError when it has died, and :class:`OutputError` when its job did.
+        Raises EOFError when it has died.
         """
         try:
-            message = self.connection.recv()
+            answer: Answer | None = self.connection.recv()
         except OSError:
             raise EOFError from None
-        if isinstance(message, OutputError):
-            raise message
         self.ready, self.attempt = True, None
-        answer: Answer | None = message
         return answer
 
     def stop(self) -> None:
@@ -282,12 +278,7 @@ def _serve(connection: Connection, start: Start, arguments: tuple[Any, ...]) -> 
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
         connection.send(None)
         while True:
-            job = connection.recv()
-            try:
-                message: Answer | OutputError = answer_of(work, job)
-            except OutputError as error:
-                message = error
-            connection.send(message)
+            connection.send(answer_of(work, connection.recv()))
 
 
 def _end_with_starter() -> None:

@@ -13,12 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from simplifier.errors import BackendUnavailableError, OutputError
-from simplifier.processes import run_jobs, run_jobs_here
+from simplifier.errors import BackendUnavailableError
+from simplifier.processes import DIED, run_jobs, run_jobs_here
 from tests.acceptance.command import environment
 from tests.hierarchy.jobs import dying, starter
-
-TWICE = "the process that made it died, twice"
 
 
 @pytest.fixture(autouse=True)
@@ -58,11 +56,11 @@ def test_what_fails_costs_no_other():
     jobs = [("die", 0), ("refuse", 0), ("memory", 0), ("fault", 7), ("unsendable", 0)]
     done = answers(jobs + [("square", value) for value in range(5)])
     assert [failure for _, failure in done[:5]] == [
-        TWICE,
+        DIED,
         "it is no good; make it better",
         "out of memory",
         "IndexError: list index out of range",
-        TWICE,
+        DIED,
     ]
     assert done[5:] == [(value * value, "") for value in range(5)]
 
@@ -72,15 +70,6 @@ def test_the_same_in_this_process():
     done = [(outcome.job, outcome.answer) for outcome in run_jobs_here(starter(), jobs, 2)]
     assert [place for place, _ in done] == list(range(5))
     assert [(answer.result, answer.failure) for _, answer in done] == answers(jobs)
-
-
-@pytest.mark.parametrize(
-    "run",
-    [lambda jobs: run_jobs(starter, (), jobs, 2), lambda jobs: run_jobs_here(starter(), jobs, 2)],
-)
-def test_a_full_disk_ends_all(run):
-    with pytest.raises(OutputError, match="the disk is full"):
-        list(run([("full", 0), ("sleep", 60.0)]))
 
 
 def test_processes_that_never_begin_are_no_reason_to_try_forever():

@@ -56,6 +56,11 @@ class Nodes:
         return self._unfit
 
     @property
+    def count(self) -> int:
+        """Nodes with processors that may get work."""
+        return sum(self._alive[node].get("CPU", 0.0) > 0.0 for node in self._fit)
+
+    @property
     def processors(self) -> int:
         """Those of all nodes that may get work."""
         counts = (self._alive[node].get("CPU", 0.0) for node in self._fit)

@@ -183,6 +183,12 @@ def count_bar(what: str) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: bars.update(task, completed=done, total=total)
 
 
+def print_progress(line: str) -> None:
+    """A line on standard error that is no warning: not where nothing is to be printed."""
+    if _tells_progress():
+        print_line(f"progress: {line}")
+
+
 _bars: list[Bars] = []
 
 

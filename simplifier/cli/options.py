@@ -31,6 +31,15 @@ TerrainArgument = Annotated[
         " elevation model (.npy or .tif)."
     ),
 ]
+PoolName = Annotated[
+    str | None,
+    typer.Option(
+        "--pool",
+        help="Spread the work: ray gives it to all nodes of a Ray cluster (needs the 'ray' extra)."
+        " Default: this machine alone.",
+        rich_help_panel=ADVANCED,
+    ),
+]
 TransparentScene = Annotated[
     Transparent,
     typer.Option("--transparent", help=TRANSPARENT_HELP, rich_help_panel=INPUT),

@@ -16,11 +16,12 @@ from simplifier.cli.console import (
     print_closing,
     print_json,
     print_line,
+    print_progress,
     print_rows,
     print_text,
 )
 from simplifier.cli.help import INPUT, OUTPUT, with_examples
-from simplifier.cli.options import TerrainArgument, read_options, with_options
+from simplifier.cli.options import PoolName, TerrainArgument, read_options, with_options
 from simplifier.cli.running import AsJson, Debug, Quiet, interrupts, run_guarded
 from simplifier.errors import OptionError
 from simplifier.options.simplify import Transparent
@@ -82,6 +83,7 @@ def pvs(
             rich_help_panel=OUTPUT,
         ),
     ] = None,
+    pool: PoolName = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
     debug: Debug = False,
@@ -101,6 +103,7 @@ def pvs(
         from simplifier.cli.pvs_parts import parts_rows
         from simplifier.cli.report import check_extras
         from simplifier.io.pvs_file import load_pvs, save_pvs
+        from simplifier.pools import pool_named
         from simplifier.visibility.find import Watch, find_pvs
         from simplifier.visibility.report import pvs_report
         from simplifier.visibility.scene_input import is_elevation, read_input
@@ -116,15 +119,15 @@ def pvs(
                 "sets by slices are not drawn", where="pictures",
                 remedy="leave --pictures out, or choose another method",
             )  # fmt: skip
-        with interrupts() as listening:
+        with interrupts() as listening, pool_named(pool) as shared:
             before = load_pvs(output) if output.exists() else None
             read = read_input(scene, options.transparent, elevation, options.memory_limit)
             asked = read.with_cells(_placing_or_file(cells), options)
             with listening.deferred() as cancel, count_bar("objects, then cells") as tell:
                 found = find_pvs(
                     asked.upright, asked.cells, asked.options, before,
-                    Watch(tell, tell, _tell_cost, cancel),
-                    opaque=asked.opaque, terrain=asked.terrain,
+                    Watch(tell, tell, _tell_cost, print_progress, cancel),
+                    opaque=asked.opaque, terrain=asked.terrain, pool=shared,
                 )  # fmt: skip
             with listening.held():
                 save_pvs(found.pvs, output)

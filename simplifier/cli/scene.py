@@ -13,7 +13,13 @@ from simplifier.builds.record import Digests
 from simplifier.cli.console import print_closing, print_json, print_rows
 from simplifier.cli.current import Making
 from simplifier.cli.help import OUTPUT, with_examples
-from simplifier.cli.options import SceneArgument, TransparentScene, read_options, with_options
+from simplifier.cli.options import (
+    PoolName,
+    SceneArgument,
+    TransparentScene,
+    read_options,
+    with_options,
+)
 from simplifier.cli.running import AsJson, Debug, Quiet, interrupts, run_guarded
 from simplifier.errors import OptionError
 from simplifier.io.files import check_folder, read_bytes, write_whole
@@ -70,6 +76,7 @@ def scene(
         ),
     ] = None,
     transparent: TransparentScene = "leave-out",
+    pool: PoolName = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
     debug: Debug = False,
@@ -95,11 +102,13 @@ def scene(
         told = making.current()
         if told is None:
             from simplifier.cli.scene_making import make_scene  # what is current need not load
+            from simplifier.pools import pool_named
 
-            with interrupts() as listening:
+            with interrupts() as listening, pool_named(pool) as shared:
                 made = make_scene(
-                    source, output, options, transparent, (frame_triangles, path), listening
-                )
+                    source, output, options, transparent, (frame_triangles, path), listening,
+                    shared,
+                )  # fmt: skip
             told = made.told
             making.keep(made.files, made.told_again)
         if packed is not None:

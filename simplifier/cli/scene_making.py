@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from simplifier.cli.console import count_bar
+from simplifier.cli.console import count_bar, print_progress
 from simplifier.cli.running import Interrupts
 from simplifier.culling.ranking import around, found_within, rank_occluders
 from simplifier.errors import MeshError, SceneError
@@ -29,6 +29,7 @@ from simplifier.io.occs_file import decode_occs
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_writer import write_scene
 from simplifier.options.scene import PathKind, PathOptions, SceneOptions
+from simplifier.pools import Pool
 
 _PREVIEW = "preview.glb"
 _RANKING_FRAMES = 60  # every other one ranks, the others judge
@@ -51,9 +52,10 @@ def make_scene(
     transparent: Literal["leave-out", "keep"],
     ranking: tuple[int | None, Path | None],
     listening: Interrupts,
+    pool: Pool | None = None,
 ) -> Made:
     """``ranking``  the triangles a frame to rank occluders for, if they are, and the camera path to
-    rank along, if one was given."""
+    rank along, if one was given.  ``pool``  makes the occluders in place of this machine."""
     most, path = ranking
     given = None if path is None else load_camera_path(path)
     read = load_scene(source, transparent=transparent, memory_limit=options.memory_limit)
@@ -61,8 +63,9 @@ def make_scene(
     store = occluder_store(output)
     with listening.deferred() as cancel, count_bar("occluders") as tell:
         build = build_occluders(
-            read, options, store, read_summaries(output), tell, cancel, options.memory_limit
-        )
+            read, options, store, read_summaries(output), tell, cancel, options.memory_limit,
+            pool, print_progress,
+        )  # fmt: skip
     with listening.held():
         write_manifest(output, read, options, build)
         data = _write_tree(output, options.preview)

@@ -1,41 +1,44 @@
-"""Scene -> occluders of its tree, with the work spread over processes and nothing made twice.
+"""Scene -> occluders of its tree, with the work spread over a pool and nothing made twice.
 
 What building a scene's occluders needs: several at once, each in its own process or thread.
 
-A scene as files that several processes map into memory, so that none holds a copy.
+A scene as arrays that all processes of a machine map into memory, so that none holds a copy.
 """
 
 from __future__ import annotations
 
-import tempfile
-from collections.abc import Callable, Generator, Mapping, Sequence
+import json
+import zlib
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
-from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simplifier.errors import CancelledError, EmptyMeshError, MeshError, OutputError
+from simplifier.errors import CancelledError, EmptyMeshError, MeshError
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import grid_shape
-from simplifier.hierarchy.node import is_own_occluder, node_occluder, node_options
+from simplifier.hierarchy.node import Stand, is_own_occluder, node_occluder, node_options
 from simplifier.hierarchy.node_plan import Keys, NodeJob, Plan, plan_occluders
 from simplifier.hierarchy.parts import Parts, split_large
-from simplifier.hierarchy.store import OccluderStore, Summary
+from simplifier.hierarchy.store import OccluderFile, OccluderStore, Summary
 from simplifier.hierarchy.tree import Tree, build_tree
 from simplifier.kernels.threads import thread_count
 from simplifier.memory.limit import check_need
 from simplifier.memory.need import MIB, MemoryNeed, MeshSize
 from simplifier.memory.runs import Judging, judging, simplifying
 from simplifier.options.scene import SceneOptions
-from simplifier.processes import JobOutcome, run_jobs, run_jobs_here
+from simplifier.pools import Arrived, LocalPool, Pool, PoolJob, Shared, Work
+from simplifier.processes import JobOutcome, run_jobs_here
 from simplifier.progress import Cancel, TellCount
 
 _FEW_JOBS = 16  # are done sooner than other processes have started
+
+LEAST_IN_POOL = 64
+"""Occluders that other machines are asked for: fewer are made here before a scene has arrived there
+and processes have started, at about a second of a processor each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +70,8 @@ def build_occluders(
     tell: TellCount = lambda done, total: None,
     cancel: Cancel | None = None,
     memory_limit: float | None = None,
+    pool: Pool | None = None,
+    say: Callable[[str], None] = lambda line: None,
 ) -> Build:
     """Make an occluder for every node of a tree over the scene's objects, into the store.
 
@@ -74,6 +79,9 @@ def build_occluders(
     changed object costs its own occluders and those on its path to the root.  What is there but
     damaged is made again; ``known``, from an earlier manifest, finds that out without reading them.
     An occluder that cannot be made is left out with a warning.
+
+    ``pool``  makes them in place of this machine, where :data:`LEAST_IN_POOL` are to be made; the
+    memory of its machines is its own matter.  ``say`` hears in a sentence where they are made.
 
     The same scene, options and seed give the same files on any number of processes, in one run or
     several.  Raises :class:`EmptyMeshError` for a scene without objects, :class:`CancelledError`,
@@ -90,15 +98,20 @@ def build_occluders(
     summaries = _reusable(plan, store, known, cancel)
     kept = len(summaries)
     jobs = _missing(plan, parts, summaries)
-    _check_memory(parts.scene, jobs, options, memory_limit)
+    pool = _worth_a_pool(pool, jobs, say)
+    _check_memory(parts.scene, jobs, options, memory_limit, pool)
     failures: dict[int, str] = {}
     tell(kept, len(plan.jobs))
-    with closing(_outcomes(parts.scene, jobs, options, store, cancel)) as outcomes:
+    with closing(_outcomes(parts.scene, jobs, options, pool, cancel)) as outcomes:
         for done, outcome in enumerate(outcomes, start=kept + 1):
-            if outcome.answer.failure:
-                failures[outcome.job] = outcome.answer.failure
-            else:
-                summaries[jobs[outcome.job].key] = outcome.answer.result
+            key, failure = jobs[outcome.job].key, outcome.answer.failure
+            if not failure:
+                try:
+                    summaries[key] = store.write(key, _unpacked(outcome.answer.result))
+                except MeshError as error:
+                    failure = str(error)
+            if failure:
+                failures[outcome.job] = failure
             tell(done, len(plan.jobs))
     _check(cancel)
     return Build(
@@ -147,10 +160,27 @@ def _worthwhile(keys: Sequence[Keys], summaries: Mapping[str, Summary]) -> tuple
     return tuple(map(kept, keys))
 
 
+def _worth_a_pool(
+    pool: Pool | None, jobs: Sequence[NodeJob], say: Callable[[str], None]
+) -> Pool | None:
+    if pool is None or not jobs:
+        return None
+    if len(jobs) < LEAST_IN_POOL:
+        few = f"{len(jobs)} to make, and others take {LEAST_IN_POOL} and more"
+        say(f"occluders are made on this machine: {few}")
+        return None
+    say(f"occluders are made {pool.where}")
+    return pool
+
+
 def _check_memory(
-    scene: Scene, jobs: Sequence[NodeJob], options: SceneOptions, memory_limit: float | None
+    scene: Scene,
+    jobs: Sequence[NodeJob],
+    options: SceneOptions,
+    memory_limit: float | None,
+    pool: Pool | None,
 ) -> None:
-    at_once, apart = _crew(jobs)
+    at_once, apart = _crew(jobs) if pool is None else (0, False)
 
     def at(resolution: int) -> MemoryNeed:
         coarser = replace(options, resolution=resolution)
@@ -170,36 +200,68 @@ def _outcomes(
     scene: Scene,
     jobs: Sequence[NodeJob],
     options: SceneOptions,
-    store: OccluderStore,
+    pool: Pool | None,
     cancel: Cancel | None,
 ) -> Generator[JobOutcome, None, None]:
-    processes, apart = _crew(jobs)
-    if not apart:
-        here = partial(_make, scene, options, store, cancel)
-        yield from run_jobs_here(here, jobs, thread_count(), cancel)
-        return
-    with tempfile.TemporaryDirectory(prefix="occluder-") as folder:
-        pack(scene, Path(folder))
-        yield from run_jobs(_maker, (folder, options, store), jobs, processes, cancel)
+    """The file of each, as :func:`_packed` has it, or why there is none."""
+    if pool is None:
+        processes, apart = _crew(jobs)
+        if not apart:
+            here = partial(_made, scene, options, cancel)
+            yield from run_jobs_here(here, jobs, thread_count(), cancel)
+            return
+        pool = LocalPool(processes)
+    needs = _job_needs(scene, jobs, options)
+    told = [PoolJob(_job_data(job), need) for job, need in zip(jobs, needs, strict=True)]
+    yield from pool.run_jobs(
+        f"{__name__}:{occluder_maker.__name__}", pack(scene, options), told, cancel
+    )
 
 
-def _maker(
-    folder: str, options: SceneOptions, store: OccluderStore
-) -> Callable[[NodeJob], Summary]:
-    """What a process does with a job."""
-    return partial(_make, unpack(Path(folder)), options, store, None)
+def _job_data(job: NodeJob) -> bytes:
+    stand = [job.stand.ground, job.stand.smallest_hole]
+    return json.dumps([job.kind, job.parts.tolist(), *stand]).encode()
 
 
-def _make(
-    scene: Scene, options: SceneOptions, store: OccluderStore, cancel: Cancel | None, job: NodeJob
-) -> Summary:
+def occluder_maker(arrived: Arrived) -> Work:
+    """What a worker of a pool does with a job."""
+    scene, options = unpack(arrived)
+
+    def make(data: bytes) -> bytes:
+        kind, parts, *stand = json.loads(data)
+        job = NodeJob("", kind, np.array(parts, dtype=np.int32), Stand(*stand))
+        return _made(scene, options, None, job)
+
+    return make
+
+
+def _made(scene: Scene, options: SceneOptions, cancel: Cancel | None, job: NodeJob) -> bytes:
     if job.kind == "inner":
         mesh = scene.joined(job.parts)
     else:
         mesh = scene.meshes[scene.mesh_of[job.parts[0]]]
     if not np.isfinite(mesh.extent).all() or mesh.extent.max() == 0.0:
         raise MeshError("it has no extent", remedy="scale it up, or take it off the scene")
-    return store.write(job.key, node_occluder(mesh, job.kind, job.stand, options, cancel))
+    return _packed(OccluderFile.of(node_occluder(mesh, job.kind, job.stand, options, cancel)))
+
+
+def _packed(file: OccluderFile) -> bytes:
+    """The summary as a line of JSON, and the bytes of the file."""
+    return json.dumps(asdict(file.summary)).encode() + b"\n" + file.data
+
+
+def _unpacked(answer: bytes) -> OccluderFile:
+    """Raises :class:`MeshError` for what no worker of this release says."""
+    head, _, data = answer.partition(b"\n")
+    try:
+        said = json.loads(head)
+        numbers = int(said["triangles"]), float(said["error_bound"]), float(said["radius"])
+        summary = Summary(*numbers, zlib.crc32(data))
+        if summary.checksum != said["checksum"]:
+            raise ValueError
+    except (ValueError, KeyError, TypeError):
+        raise MeshError("its occluder arrived damaged", remedy="build the scene again") from None
+    return OccluderFile(data, summary)
 
 
 def _place(scene: Scene, parts: Parts, job: NodeJob) -> str:
@@ -221,10 +283,8 @@ def need_of_building(
 
     ``apart``  whether each runs in a process of its own, with libraries of its own.
     """
-    sizes = np.array([(len(mesh.vertices), len(mesh.faces)) for mesh in scene.meshes])
-    held = _COPIES * sum(MeshSize(*size).held for size in sizes.tolist())
-    bounds = scene.bounds()
-    needs = sorted(_bytes_of_job(scene, sizes, bounds, job, options) for job in jobs)
+    held = _COPIES * sum(MeshSize(*size).held for size in _mesh_sizes(scene).tolist())
+    needs = sorted(_job_needs(scene, jobs, options))
     largest = needs[len(needs) - at_once :]
     libraries = _WORKER * at_once if apart else 0
     return MemoryNeed({"occluders": held + libraries + sum(largest)})
@@ -255,39 +315,42 @@ def _bytes_of_job(
     return both.stages[both.largest]
 
 
-_ARRAYS = ("vertices", "faces", "vertex_ends", "face_ends", "mesh_of", "transforms")
+def _job_needs(scene: Scene, jobs: Sequence[NodeJob], options: SceneOptions) -> Iterator[int]:
+    """Bytes of each job, beside the scene."""
+    sizes, bounds = _mesh_sizes(scene), scene.bounds()
+    return (_bytes_of_job(scene, sizes, bounds, job, options) for job in jobs)
 
 
-def pack(scene: Scene, folder: Path) -> None:
-    """Write the geometry, without names and warnings.  Raises :class:`OutputError`."""
-    arrays: tuple[NDArray[Any], ...] = (
-        np.concatenate([mesh.vertices for mesh in scene.meshes]),
-        np.concatenate([mesh.faces for mesh in scene.meshes]),
-        np.cumsum([len(mesh.vertices) for mesh in scene.meshes]),
-        np.cumsum([len(mesh.faces) for mesh in scene.meshes]),
-        scene.mesh_of,
-        scene.transforms,
+def _mesh_sizes(scene: Scene) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:
+    return np.array([(len(mesh.vertices), len(mesh.faces)) for mesh in scene.meshes])
+
+
+def pack(scene: Scene, options: SceneOptions) -> Shared:
+    """The options and the geometry, without names and warnings."""
+    return Shared(
+        json.dumps(asdict(options)).encode(),
+        {
+            "vertices": [mesh.vertices for mesh in scene.meshes],
+            "faces": [mesh.faces for mesh in scene.meshes],
+            "vertex_ends": [np.cumsum([len(mesh.vertices) for mesh in scene.meshes])],
+            "face_ends": [np.cumsum([len(mesh.faces) for mesh in scene.meshes])],
+            "mesh_of": [scene.mesh_of],
+            "transforms": [scene.transforms],
+        },
     )
-    try:
-        for name, array in zip(_ARRAYS, arrays, strict=True):
-            np.save(folder / f"{name}.npy", array)
-    except OSError as error:
-        raise OutputError(
-            f"the scene cannot be handed to other processes ({error.strerror})",
-            where=str(folder),
-            remedy="free some space, set TMPDIR to another folder, or OCCLUDER_THREADS=1",
-        ) from None
 
 
-def unpack(folder: Path) -> Scene:
-    """The geometry, read from the files when it is looked at; names are empty."""
-    vertices, faces, vertex_ends, face_ends, mesh_of, transforms = (
-        np.asarray(np.load(folder / f"{name}.npy", mmap_mode="r")) for name in _ARRAYS
-    )
+def unpack(arrived: Arrived) -> tuple[Scene, SceneOptions]:
+    """The geometry, read when it is looked at, whose names are empty, and the options."""
+    arrays = arrived.arrays
     meshes = [
         TriangleMesh(*pair)
         for pair in zip(
-            np.split(vertices, vertex_ends[:-1]), np.split(faces, face_ends[:-1]), strict=True
+            np.split(arrays["vertices"], arrays["vertex_ends"][:-1]),
+            np.split(arrays["faces"], arrays["face_ends"][:-1]),
+            strict=True,
         )
     ]
-    return Scene(tuple(meshes), ("",) * len(mesh_of), mesh_of, transforms)
+    mesh_of = arrays["mesh_of"]
+    scene = Scene(tuple(meshes), ("",) * len(mesh_of), mesh_of, arrays["transforms"])
+    return scene, SceneOptions.of(json.loads(arrived.settings))

@@ -12,9 +12,9 @@ from simplifier.errors import MeshError, UnreadableMeshError
 from simplifier.geometry.occluder import Occluder
 from simplifier.hierarchy.node import hiding_radius
 from simplifier.hierarchy.node_plan import is_key
-from simplifier.io.files import read_bytes, remove_drafts
+from simplifier.io.files import read_bytes, remove_drafts, write_whole
 from simplifier.io.load import decode_occluder
-from simplifier.io.save import save_occluder
+from simplifier.io.save import occluder_bytes
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,24 @@ class Summary:
     error_bound: float
     radius: float
     checksum: int
+
+
+@dataclass(frozen=True)
+class OccluderFile:
+    """What the file of an occluder is to hold, and what a tree has to know of it."""
+
+    data: bytes
+    summary: Summary
+
+    @classmethod
+    def of(cls, occluder: Occluder) -> OccluderFile:
+        """Raises :class:`~simplifier.errors.OutputError` where the format cannot hold it.
+
+        The summary is of what can be read back, which is rounded: it must not depend on which run
+        made the file.
+        """
+        data = occluder_bytes(occluder, _UNNAMED)
+        return cls(data, _summary(_decoded(data, _UNNAMED), data))
 
 
 @dataclass(frozen=True)
@@ -53,14 +71,10 @@ class OccluderStore:
         """All that are there, damaged ones included."""
         return {path.stem for path in self.folder.glob("*.glb") if is_key(path.stem)}
 
-    def write(self, key: str, occluder: Occluder) -> Summary:
-        """Raises :class:`~simplifier.errors.OutputError`.
-
-        The summary is of what can be read back, which is rounded: it must not depend on which run
-        made the file.
-        """
-        save_occluder(occluder, self.path(key))
-        return self.summary(key)
+    def write(self, key: str, file: OccluderFile) -> Summary:
+        """Raises :class:`~simplifier.errors.OutputError`."""
+        write_whole(self.path(key), file.data)
+        return file.summary
 
     def read(self, key: str, checksum: int | None = None) -> Occluder:
         """Raises :class:`~simplifier.errors.MeshError` where it is missing or damaged.
@@ -71,20 +85,13 @@ class OccluderStore:
         data = read_bytes(path)
         if checksum is not None and zlib.crc32(data) != checksum:
             raise UnreadableMeshError("it is not what was written", where=str(path))
-        occluder = decode_occluder(data, path)  # its own file, so the suffix is not in doubt
-        if not 0.0 <= occluder.error_bound < math.inf:
-            raise UnreadableMeshError(
-                "it does not say how far it may stray",
-                where=str(path),
-                remedy="build the scene again",
-            )
-        return occluder
+        return _decoded(data, path)
 
     def summary(self, key: str) -> Summary:
         """Raises as :meth:`read`."""
-        occluder = self.read(key)
-        radius = hiding_radius(occluder)
-        return Summary(len(occluder.faces), occluder.error_bound, radius, self.checksum(key))
+        path = self.path(key)
+        data = read_bytes(path)
+        return _summary(_decoded(data, path), data)
 
     def checksum(self, key: str) -> int:
         """CRC-32 of the file's bytes.  Raises as :meth:`read`."""
@@ -107,3 +114,22 @@ class OccluderStore:
         for stale in self.keys() - set(keys):
             self.path(stale).unlink(missing_ok=True)
         remove_drafts(self.folder)
+
+
+_UNNAMED = Path("occluder.glb")  # its own file, so the suffix is not in doubt
+
+
+def _decoded(data: bytes, path: Path) -> Occluder:
+    occluder = decode_occluder(data, path)
+    if not 0.0 <= occluder.error_bound < math.inf:
+        raise UnreadableMeshError(
+            "it does not say how far it may stray",
+            where=str(path),
+            remedy="build the scene again",
+        )
+    return occluder
+
+
+def _summary(occluder: Occluder, data: bytes) -> Summary:
+    radius = hiding_radius(occluder)
+    return Summary(len(occluder.faces), occluder.error_bound, radius, zlib.crc32(data))

@@ -15,6 +15,7 @@ from simplifier.geometry.pvs import Pvs
 from simplifier.io.pvs_file import save_pvs
 from simplifier.options.fields import changed
 from simplifier.options.visibility import VisibilityOptions
+from simplifier.pools import pool_named
 from simplifier.production.viewing import save_scene_for_viewing
 from simplifier.progress import Cancel, TellCount
 from simplifier.visibility.find import Found, Watch, find_pvs
@@ -71,6 +72,7 @@ def find_visible_sets(
     tell_objects: TellCount = lambda done, total: None,
     tell: TellCount = lambda done, total: None,
     cancel: Cancel | None = None,
+    pool: str | None = None,
     **changes: Any,
 ) -> VisibleSets:
     """Find what may be seen from each view cell of a scene: a file, a folder or an elevation model.
@@ -81,6 +83,7 @@ def find_visible_sets(
                  then how many cells are done, and of how many.
     ``cancel``   once set, ends the call soon: cells that are left count as seeing everything;
                  without any that is done :class:`~simplifier.errors.CancelledError` is raised.
+    ``pool``     "ray" spreads the work over the nodes of a Ray cluster.
 
     An elevation model has z up, whatever the options say.  The same file and options give the same
     sets as ``occluder pvs``.  Raises :class:`OccluderError`, and
@@ -100,9 +103,10 @@ def find_visible_sets(
     )
     tell_objects(0, len(given.scene))
     asked = given.with_cells(chosen.cells, chosen)
-    found = find_pvs(
-        asked.upright, asked.cells, asked.options, None,
-        Watch(tell=tell, tell_objects=tell_objects, cancel=cancel),
-        opaque=asked.opaque, terrain=asked.terrain,
-    )  # fmt: skip
+    with pool_named(pool) as shared:
+        found = find_pvs(
+            asked.upright, asked.cells, asked.options, None,
+            Watch(tell=tell, tell_objects=tell_objects, cancel=cancel),
+            opaque=asked.opaque, terrain=asked.terrain, pool=shared,
+        )  # fmt: skip
     return VisibleSets(asked.upright, found, (*given.scene.warnings, *found.warnings))

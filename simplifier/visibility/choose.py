@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from simplifier.errors import MemoryLimitError, OptionError
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.visibility.columns.tile_cells import columns_serve, tile_size
 from simplifier.visibility.known import cell_key
-from simplifier.visibility.method import Method, Seen, Sight, Task, Tried
+from simplifier.visibility.method import Method, Narrow, See, Seen, Sight, Task, Tried
 from simplifier.visibility.scene_look import has_storeys, look_at, spread, standing_share
 from simplifier.visibility.slices.by_slices import open_surface, too_many_voxels
 from simplifier.visibility.solid.terrain import Terrain
@@ -154,12 +155,17 @@ def _open(stack: ExitStack, task: Task, methods: Mapping[str, Method], way: Way)
     assert narrow is not None
     again = replace(task, cells=last.cells, looked_at_again=True)
     first = stack.enter_context(methods[way[0]](again))
-    places = places_in(last.cells, first.cells)
+    see = partial(_seen_by_both, first.see, narrow, places_in(last.cells, first.cells))
+    return replace(
+        last, cells=first.cells, see=see, occluders=first.occluders,
+        portable=first.portable and last.portable,
+    )  # fmt: skip
 
-    def see(chosen: NDArray[np.int64]) -> Seen:
-        return narrow(places[chosen], first.see(chosen).visible)
 
-    return replace(last, cells=first.cells, see=see, occluders=first.occluders)
+def _seen_by_both(
+    first: See, narrow: Narrow, places: NDArray[np.int64], chosen: NDArray[np.int64]
+) -> Seen:
+    return narrow(places[chosen], first(chosen).visible)
 
 
 def _tried(sight: Sight, some: NDArray[np.int64]) -> Tried:

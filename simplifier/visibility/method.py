@@ -69,6 +69,13 @@ class Tried:
     seconds: float
 
 
+See = Callable[[NDArray[np.int64]], Seen]
+"""Places of cells (c,) -> what is seen from there."""
+
+Narrow = Callable[[NDArray[np.int64], BoolArray], Seen]
+"""The same, of no more than some objects (c, n)."""
+
+
 @dataclass(frozen=True, eq=False)
 class Sight:
     """A scene made ready to be seen from cells.
@@ -77,6 +84,7 @@ class Sight:
     ``cells``   those of the task that can be seen from.
     ``see``     places in these (c,) int64 -> what is seen from there.
     ``batch``   cells between two looks at the clock.
+    ``portable``  whether ``see`` can be pickled, to see from cells in other processes.
     ``conservative``  whether nothing visible is ever left out.
     ``reason``    why the sets are found so, as the end of a sentence.
     ``warnings``  what the user should know.
@@ -91,14 +99,15 @@ class Sight:
 
     method: str
     cells: ViewCells
-    see: Callable[[NDArray[np.int64]], Seen]
+    see: See
     batch: int
     conservative: bool
     reason: str
     warnings: Callable[[], list[str]]
+    portable: bool = False
     maps: CullMaps | None = None
     occluders: StrongOccluders | None = None
-    narrow: Callable[[NDArray[np.int64], BoolArray], Seen] | None = None
+    narrow: Narrow | None = None
     tried: Tried | None = None
     leaks: tuple[FillLeak, ...] = ()
     altitude_low: float = 0.0

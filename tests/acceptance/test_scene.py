@@ -234,3 +234,18 @@ def test_ctrl_c_keeps_what_was_made_and_the_next_run_goes_on(tmp_path):
     done = occluder(*map(str, words[len(OCCLUDER) :]))
     assert done.returncode == 0
     assert made(done.stdout)[1] >= kept
+
+
+def test_a_pool_that_is_not_there_is_refused_in_a_line(tmp_path):
+    (tmp_path / "town.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    done = occluder("scene", "town.obj", "-o", "out", "--pool", "slurm", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("error: pool: there is no pool 'slurm'; choose ray")
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_seconds_that_are_measured_stay_on_one_machine(tmp_path):
+    done = occluder("tradeoff", "mesh.glb", "-o", "out", "--pool", "ray", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "No such option: --pool" in done.stderr

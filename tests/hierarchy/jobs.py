@@ -7,7 +7,7 @@ import signal
 import time
 from pathlib import Path
 
-from simplifier.errors import MeshError, OutputError
+from simplifier.errors import MeshError
 from simplifier.kernels.threads import thread_count
 
 
@@ -34,8 +34,6 @@ def work(folder, kind, value):
         time.sleep(value)
     if kind == "refuse":
         raise MeshError("it is no good", remedy="make it better")
-    if kind == "full":
-        raise OutputError("the disk is full")
     if kind == "memory":
         raise MemoryError
     if kind == "fault":

@@ -17,12 +17,15 @@ from simplifier.errors import CancelledError, EmptyMeshError, OutputError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.hierarchy import scene_build as building
 from simplifier.hierarchy.node_plan import plan_occluders
+from simplifier.hierarchy.parts import split_large
 from simplifier.hierarchy.scene_build import build_occluders
 from simplifier.hierarchy.scene_file import load_occluder_tree, occluder_store
+from simplifier.hierarchy.tree import build_tree
 from simplifier.options.scene import SceneOptions
 from tests.acceptance.command import environment
 from tests.hierarchy.builds import SLOW, built, files
 from tests.hierarchy.scenes import QUICK, moved, reordered, scene_of, street, with_object
+from tests.in_process_pool import InProcessPool
 from tests.solids import box
 
 STREET = street(24)
@@ -101,6 +104,46 @@ def test_the_same_bytes_on_any_number_of_processes(whole, tmp_path, monkeypatch,
     assert files(tmp_path) == files(whole)
 
 
+def test_a_pool_makes_the_same_bytes(whole, tmp_path, monkeypatch):
+    monkeypatch.setattr(building, "LEAST_IN_POOL", 1)
+    pool, said = InProcessPool(), []
+    build = built(STREET, tmp_path, pool=pool, say=said.append)
+    assert files(tmp_path) == files(whole)
+    assert pool.done == build.made
+    assert said == ["occluders are made in this process"]
+
+
+def test_few_occluders_are_no_work_for_others(whole, folder):
+    (folder / "occluders").joinpath(min((folder / "occluders").iterdir()).name).unlink()
+    pool, said = InProcessPool(), []
+    assert built(STREET, folder, pool=pool, say=said.append).made == 1
+    assert pool.done == 0
+    assert said == ["occluders are made on this machine: 1 to make, and others take 64 and more"]
+    assert files(folder) == files(whole)
+    assert built(STREET, folder, pool=pool, say=said.append).made == 0
+    assert len(said) == 1
+
+
+@pytest.mark.parametrize("cut", [0, 1, -1], ids=["nothing", "a byte", "all but one"])
+def test_an_occluder_that_arrives_damaged_is_left_out(tmp_path, monkeypatch, cut):
+    monkeypatch.setattr(building, "LEAST_IN_POOL", 1)
+    pool = InProcessPool(lambda place, answer: answer[:cut] if place == 3 else answer)
+    build = built(STREET, tmp_path, pool=pool)
+    assert len(build.warnings) == 1
+    assert "its occluder arrived damaged" in build.warnings[0]
+    assert built(STREET, tmp_path).made == 1
+
+
+def test_a_pool_places_jobs_by_their_memory():
+    parts = split_large(STREET)
+    plan = plan_occluders(parts, build_tree(parts.scene.bounds(), QUICK.width), QUICK)
+    jobs = list(plan.jobs.values())
+    needs = list(building._job_needs(parts.scene, jobs, QUICK))
+    assert all(need > 0 for need in needs)
+    largest = jobs[int(np.argmax(needs))]
+    assert largest.kind == "inner"
+
+
 def test_killed_and_resumed_gives_the_same_bytes(tmp_path):
     cut, straight = tmp_path / "cut", tmp_path / "straight"
     with subprocess.Popen(
@@ -177,17 +220,17 @@ def test_a_damaged_occluder_is_made_again(folder, known):
     assert files(folder) == before
 
 
-def failing(scene, options, store, cancel, job):
+def failing(scene, options, cancel, job):
     if job.kind == "far":
         raise ZeroDivisionError("a fault")
-    return building_make(scene, options, store, cancel, job)
+    return building_made(scene, options, cancel, job)
 
 
-building_make = building._make
+building_made = building._made
 
 
 def test_one_that_fails_is_named_and_the_rest_is_built(tmp_path, monkeypatch):
-    monkeypatch.setattr(building, "_make", failing)
+    monkeypatch.setattr(building, "_made", failing)
     monkeypatch.setenv("OCCLUDER_THREADS", "1")
     build = built(STREET, tmp_path)
     assert len(build.warnings) == 2  # a mesh each

@@ -8,7 +8,7 @@ import pytest
 from simplifier.errors import MeshError, OutputError
 from simplifier.geometry.occluder import Occluder
 from simplifier.hierarchy.node_plan import is_key
-from simplifier.hierarchy.store import OccluderStore
+from simplifier.hierarchy.store import OccluderFile, OccluderStore
 from simplifier.io.save import save_occluder
 from tests.solids import blob
 
@@ -24,7 +24,7 @@ def store(tmp_path):
 
 
 def test_what_is_written_is_read(store):
-    summary = store.write(KEY, OCCLUDER)
+    summary = store.write(KEY, OccluderFile.of(OCCLUDER))
     assert store.keys() == {KEY}
     occluder = store.read(KEY)
     np.testing.assert_allclose(
@@ -36,13 +36,13 @@ def test_what_is_written_is_read(store):
 
 def test_the_summary_does_not_depend_on_who_asks(store):
     """It was of unrounded vertices for who wrote them: a resumed build gave other bytes."""
-    summary = store.write(KEY, OCCLUDER)
+    summary = store.write(KEY, OccluderFile.of(OCCLUDER))
     assert OccluderStore(store.folder).summary(KEY) == summary
     assert store.kept(KEY) == store.kept(KEY, summary) == summary
 
 
 def test_nothing_is_kept_too(store):
-    summary = store.write(KEY, NOTHING)
+    summary = store.write(KEY, OccluderFile.of(NOTHING))
     assert (summary.triangles, summary.error_bound, summary.radius) == (0, 0.0, 0.0)
     assert len(store.read(KEY).faces) == 0
 
@@ -51,7 +51,7 @@ def test_nothing_is_kept_too(store):
     "damage", [lambda data: data[:100], lambda data: b"", lambda data: b"x" * 99]
 )
 def test_a_damaged_file_says_so_and_is_made_again(store, damage):
-    summary = store.write(KEY, OCCLUDER)
+    summary = store.write(KEY, OccluderFile.of(OCCLUDER))
     path = store.path(KEY)
     path.write_bytes(damage(path.read_bytes()))
     with pytest.raises(MeshError, match=KEY):
@@ -61,13 +61,13 @@ def test_a_damaged_file_says_so_and_is_made_again(store, damage):
 
 
 def test_a_changed_file_is_made_again(store):
-    summary = store.write(KEY, OCCLUDER)
-    store.write(KEY, Occluder(MESH.vertices * 2.0, MESH.faces, 0.25))
+    summary = store.write(KEY, OccluderFile.of(OCCLUDER))
+    store.write(KEY, OccluderFile.of(Occluder(MESH.vertices * 2.0, MESH.faces, 0.25)))
     assert store.kept(KEY, summary) is None
 
 
 def test_a_missing_file_is_made_again(store):
-    summary = store.write(KEY, OCCLUDER)
+    summary = store.write(KEY, OccluderFile.of(OCCLUDER))
     assert store.kept(OTHER) is None
     assert store.kept(OTHER, summary) is None
 
@@ -81,7 +81,7 @@ def test_an_occluder_that_promises_nothing_is_refused(store):
 
 def test_only_stale_occluders_and_drafts_go(store):
     for key in (KEY, OTHER):
-        store.write(key, NOTHING)
+        store.write(key, OccluderFile.of(NOTHING))
     ours = [store.folder / ".occluder-0123456789abcdef.tmp"]
     theirs = [
         store.folder / name for name in ("castle.glb", "notes.txt", f"{OTHER}.obj", ".hidden")
@@ -107,5 +107,5 @@ def test_without_a_folder_nothing_is_there_and_nothing_is_made(tmp_path):
     assert store.keys() == set()
     store.keep_only(())
     with pytest.raises(OutputError):
-        store.write(KEY, NOTHING)
+        store.write(KEY, OccluderFile.of(NOTHING))
     assert not store.folder.exists()

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from simplifier.camera_paths.columns import UprightScene
@@ -30,7 +31,9 @@ _MOST_PIXELS = 8192  # along the longest edge
 _BATCH = 32  # cells between two looks at the clock
 _LOST = 0.2  # share of what stands there that may not count as solid without a word
 
-See = Callable[[ViewCells, BoolArray | None], Seen]
+Chosen = NDArray[np.int64]
+See = Callable[..., Seen]
+"""Of cells, places among them, and objects that are looked for: by default all."""
 
 
 @contextmanager
@@ -68,15 +71,16 @@ def by_cull_maps(task: Task) -> Iterator[Sight]:
         yield Sight(
             "cull-map",
             cells,
-            lambda chosen: see(cells.some(chosen), None),
+            partial(see, cells),
             batch=_BATCH if options.backend == "cpu" else 1,
+            portable=options.backend == "cpu",
             conservative=filled is None or filled.conservative,
             reason=_reason(field, options),
             warnings=lambda: (
                 _warnings(field, task) + ([] if filled is None else fill_warnings(filled))
             ),
             maps=looks[-1],
-            narrow=lambda chosen, wanted: see(cells.some(chosen), wanted),
+            narrow=partial(see, cells),
             leaks=() if filled is None else filled.leaks,
         )
 
@@ -111,21 +115,24 @@ def _cull_maps_by(
     ``boxes``  (n, 2, 3) of the objects, to be cut into slices on the processor; None for no slices.
     """
     if backend == "cpu":
-        if boxes is None:
-            yield lambda cells, wanted: Seen(_see_by_looks(looks, cells, wanted))
-        else:
-            yield partial(_slices_by_looks, looks, boxes)
+        yield partial(_seen_by_looks, looks, boxes)
         return
     with OpenGLCullMaps(looks[0]) as drawn:
-        yield lambda cells, wanted: Seen(_within(drawn.see(cells)[0], wanted))
+        yield lambda cells, chosen, wanted=None: Seen(
+            _within(drawn.see(cells.some(chosen))[0], wanted)
+        )
 
 
-def _slices_by_looks(
-    looks: tuple[CullMaps, ...], boxes: FloatArray, cells: ViewCells, wanted: BoolArray | None
-) -> Seen:
-    """What no look hides, and which slices of that the last one hides."""
-    visible = _see_by_looks(looks, cells, wanted)
-    return Seen(*slices_by_cull_maps(looks[-1], cells, visible, boxes))
+def _seen_by_looks(
+    looks: tuple[CullMaps, ...], boxes: FloatArray | None, cells: ViewCells, chosen: Chosen,
+    wanted: BoolArray | None = None,
+) -> Seen:  # fmt: skip
+    """What no look hides, and with boxes which slices of that the last one hides."""
+    some = cells.some(chosen)
+    visible = _see_by_looks(looks, some, wanted)
+    if boxes is None:
+        return Seen(visible)
+    return Seen(*slices_by_cull_maps(looks[-1], some, visible, boxes))
 
 
 def _within(seen: BoolArray, wanted: BoolArray | None) -> BoolArray:

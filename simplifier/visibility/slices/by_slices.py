@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.errors import OptionError
+from simplifier.geometry.view_cells import ViewCells
 from simplifier.visibility.method import Seen, Sight, Task, better, check_plain
 from simplifier.visibility.slices.shafts import Shafts, Targets, see_by_shafts
 from simplifier.visibility.slices.slices import Grid, open_share, slices_of
@@ -51,12 +54,17 @@ def by_slices(task: Task) -> Iterator[Sight]:
     yield Sight(
         "slice-wise",
         cells,
-        lambda chosen: Seen(see_by_shafts(shafts, cells.some(chosen), seed=options.seed)[0]),
+        partial(_seen, shafts, cells, options.seed),
         batch=_BATCH,
+        portable=True,
         conservative=False,
         reason="as was asked for",
         warnings=lambda: told,
     )
+
+
+def _seen(shafts: Shafts, cells: ViewCells, seed: int, chosen: NDArray[np.int64]) -> Seen:
+    return Seen(see_by_shafts(shafts, cells.some(chosen), seed=seed)[0])
 
 
 def open_surface(task: Task) -> float:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
@@ -59,13 +61,18 @@ def by_strong_occluders(task: Task) -> Iterator[Sight]:
     yield Sight(
         "strong-occluders",
         cells,
-        lambda chosen: Seen(~levels.hidden(chosen)),
+        partial(_seen, levels),
         batch=_BATCH,
+        portable=True,
         conservative=True,
         reason="as was asked for",
         warnings=warnings,
         occluders=found.occluders,
     )
+
+
+def _seen(levels: TwoLevels, chosen: NDArray[np.int64]) -> Seen:
+    return Seen(~levels.hidden(chosen))
 
 
 def _buried(cells: ViewCells, bodies: ConvexBodies) -> BoolArray:

@@ -256,7 +256,7 @@ class TwoLevels:
         if new:
             coarse = replace(self.tactics, pieces=NO_PIECES)  # each small cell looks at its own
             found = self.occluders.hide(self._parents.some(np.array(new)), coarse)
-            self.work += found.work.sum(axis=0)
+            self.work = self.work + found.work.sum(axis=0)  # anew: it may be read-only here
             for one, row in zip(new, found.hidden, strict=True):
                 self._known[one] = np.packbits(row)
         known = np.zeros((len(chosen), count), dtype=np.bool_)
@@ -264,5 +264,5 @@ class TwoLevels:
             if one >= 0:
                 known[place] = np.unpackbits(self._known[one], count=count).astype(np.bool_)
         made = self.occluders.hide(self.cells.some(chosen), self.tactics, known)
-        self.work += made.work.sum(axis=0)
+        self.work = self.work + made.work.sum(axis=0)
         return made.hidden

@@ -1,9 +1,10 @@
 """What a user pays for whole processes: ``python -m bench.start [--only WORD] [--repeats N]``.
 
 Every start is a process of its own, with a kernel cache in an empty folder.  ``cpu_s`` and
-``wall_s`` are medians over the repeats, of the process and all that it starts; what compiles is run
-once.  ``work_s`` is the CPU time of the same work done again in a process that has done it once, so
-``cpu_s - work_s`` is the start.  ``compiled`` counts the files of machine code that were written.
+``wall_s`` are medians over the repeats, of the process and all that it starts; what compiles or
+takes a minute is run once.  ``work_s`` is the CPU time of the same work done again in a process
+that has done it once, so ``cpu_s - work_s`` is the start.  ``compiled`` counts the files of machine
+code that were written.
 
 ``ratio`` and ``wall_ratio`` are these times over the CPU time of the reference work in the same run
 (:mod:`bench.reference`).  Writes ``bench/results/start_all.csv`` and ``start.md``.
@@ -12,6 +13,8 @@ once.  ``work_s`` is the CPU time of the same work done again in a process that 
 from __future__ import annotations
 
 import argparse
+import json
+import shutil
 import statistics
 import sys
 import tempfile
@@ -33,6 +36,12 @@ _LITTLE = (
     "--image", "32", "--quads", "64",
 )  # fmt: skip
 _CODE_SUFFIXES = (".nbc", ".o")
+_MANY = 100
+_ONE_BY_ONE = """
+import json, subprocess, sys
+for call in json.loads(sys.argv[1]):
+    subprocess.run(call, check=True, capture_output=True)
+"""
 _AGAIN = """
 import contextlib, io, sys, time
 from simplifier.cli.main import main
@@ -47,7 +56,8 @@ print(time.process_time() - begin)
 
 @dataclass(frozen=True)
 class Start:
-    """A command by its title; ``cold`` where no kernel is compiled yet.
+    """A command by its title; ``cold`` where no kernel is compiled yet, ``long`` where it is run
+    once, since it takes a minute.
 
     ``work`` are words of ``occluder`` whose second run in a process is the work without the start.
     """
@@ -55,6 +65,7 @@ class Start:
     title: str
     command: tuple[str, ...]
     cold: bool = False
+    long: bool = False
     work: tuple[str, ...] = ()
 
 
@@ -70,6 +81,14 @@ def starts(folder: Path) -> Iterator[Start]:
     yield Start("occluder warmup from nothing", (*_OCCLUDER, "warmup"), cold=True)
     yield Start(f"occluder simplify, {name}", (*_OCCLUDER, *whole), work=whole)
     yield Start("occluder simplify, 48 triangles", (*_OCCLUDER, *small), work=small)
+    meshes = [folder / f"small{number}.ply" for number in range(_MANY)]
+    for mesh in meshes:
+        shutil.copyfile(box, mesh)
+    many = ("simplify", *map(str, meshes), "-o", str(folder / "many"), "--force", *_LITTLE)
+    calls = [[*_OCCLUDER, "simplify", str(mesh), "-o", output, *_LITTLE] for mesh in meshes]
+    yield Start(f"occluder simplify, {_MANY} small meshes in one call", (*_OCCLUDER, *many))
+    one_by_one = (sys.executable, "-c", _ONE_BY_ONE, json.dumps(calls))
+    yield Start(f"occluder simplify, {_MANY} small meshes in {_MANY} calls", one_by_one, long=True)
     yield Start("occluder --help", (*_OCCLUDER, "--help"))
     yield Start("occluder --version", (*_OCCLUDER, "--version"))
     yield Start("import simplify", (sys.executable, "-c", "from simplifier import simplify"))
@@ -87,7 +106,7 @@ def start_rows(repeats: int, only: str = "") -> Iterator[Row]:
             cache = folder / f"cold{number}" if start.cold else warm
             if not start.cold and not warm.exists():
                 run_command((*_OCCLUDER, "warmup"), {"NUMBA_CACHE_DIR": str(warm)})
-            yield measured(start, cache, 1 if start.cold else repeats)
+            yield measured(start, cache, 1 if start.cold or start.long else repeats)
             if "warmup" in start.title:
                 cache.rename(warm)
 

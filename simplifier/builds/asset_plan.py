@@ -48,7 +48,7 @@ def plan_assets(manifest: Manifest, made: Collection[str] = ()) -> tuple[Asset, 
     assets = tuple(one for one in found.values() if sources.holds(one.name))
     _check_literal(patterns, found, assets)
     _check_matched(patterns, assets)
-    _check_outputs(assets)
+    check_outputs(assets)
     return assets
 
 
@@ -118,8 +118,11 @@ def _check_matched(patterns: Iterable[Glob], assets: Collection[Asset]) -> None:
             )
 
 
-def _check_outputs(assets: Collection[Asset]) -> None:
-    """Also of names that differ by case alone, which are one file on other systems."""
+def check_outputs(assets: Collection[Asset]) -> None:
+    """Raise :class:`ManifestError` where two assets would become one file, or one a mesh.
+
+    Also of names that differ by case alone, which are one file on other systems.
+    """
     meshes = {asset.name.casefold(): asset for asset in assets}
     owners: dict[str, Asset] = {}
     for asset in assets:

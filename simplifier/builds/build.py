@@ -6,7 +6,6 @@ Many assets made at a time: by processes of this machine, or by a maker that is 
 from __future__ import annotations
 
 import os
-import posixpath
 import tempfile
 from collections.abc import Collection, Generator, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -22,7 +21,15 @@ from threading import BoundedSemaphore
 from simplifier.builds.asset_plan import Asset
 from simplifier.builds.finding import Finding, State, shortfalls
 from simplifier.builds.holding import shard_build, whole_build
-from simplifier.builds.making import AssetJob, MadeAsset, Maker, Target, make_asset, make_here
+from simplifier.builds.making import (
+    AssetJob,
+    MadeAsset,
+    Maker,
+    Target,
+    make_asset,
+    make_here,
+    put_in_place,
+)
 from simplifier.builds.record import Digests, Entry, Record, RecordKeeper, record_path
 from simplifier.builds.removal import remove_gone, remove_replaced
 from simplifier.builds.shard_record import (
@@ -40,7 +47,7 @@ from simplifier.builds.staleness import (
     judge_unmade,
 )
 from simplifier.errors import OutputError
-from simplifier.io.files import make_folder, remove_drafts, write_all_whole
+from simplifier.io.files import remove_drafts
 from simplifier.kernels.threads import thread_count
 from simplifier.processes import JobFunction, JobOutcome, answer_of, run_jobs
 from simplifier.progress import Cancel, TellCount
@@ -174,15 +181,8 @@ def _put_in_place(
 ) -> Finding:
     """Move what was made to where it belongs, and record it."""
     folder = seen.manifest.folder
-    files = {
-        posixpath.join(posixpath.dirname(output), file.name): file.read_bytes()
-        for output, target in zip(asset.files, job.targets, strict=True)
-        for file in sorted(target.draft.parent.iterdir())
-    }
     try:
-        for output in asset.files:
-            make_folder((folder / output).parent)
-        write_all_whole({folder / name: data for name, data in files.items()})
+        files = put_in_place(job)
     except OutputError as error:
         return replace(stale, state=State.FAILED, why=str(error))
     was = before.get(asset.name)
@@ -191,7 +191,10 @@ def _put_in_place(
         stale, state=State.BUILT, figures=made.figures, short=tuple(short), warnings=made.warnings,
         seconds=made.seconds,
     )  # fmt: skip
-    hashes = {name: sha256(data).hexdigest() for name, data in files.items()}
+    hashes = {
+        file.relative_to(folder).as_posix(): sha256(data).hexdigest()
+        for file, data in files.items()
+    }
     old = keeper.entry(asset.name)
     keeper.note(built)
     keeper.put(

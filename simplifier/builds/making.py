@@ -24,9 +24,10 @@ from simplifier.builds.finding import AssetFigures
 from simplifier.builds.outputs import Output
 from simplifier.builds.record import Digests
 from simplifier.errors import MeshError, OccluderError, OptionError, OutputError
-from simplifier.io.files import read_bytes
+from simplifier.io.files import make_folder, read_bytes, write_all_whole
 from simplifier.io.suffixes import overrides_beside
 from simplifier.options.simplify import SimplifyOptions
+from simplifier.progress import Stopwatch
 from simplifier.wording import verdict_words
 
 if TYPE_CHECKING:
@@ -45,11 +46,15 @@ class Target:
 
 @dataclass(frozen=True)
 class AssetJob:
-    """A mesh, its overrides beside it where it has any, and the files to make of it."""
+    """A mesh and the files to make of it.
+
+    ``overrides``  whether those of the file beside it count, where there is one.
+    """
 
     mesh: Path
     options: SimplifyOptions
     targets: tuple[Target, ...]
+    overrides: bool = True
 
 
 Maker = Callable[[AssetJob], Mapping[str, Any]]
@@ -63,7 +68,7 @@ Raises :class:`~simplifier.errors.OccluderError`.
 @dataclass(frozen=True)
 class MadeAsset:
     """``mesh`` and ``beside`` as in :class:`~simplifier.builds.record.Entry`; a verdict that is not
-    good is the first of the ``warnings``."""
+    good is the first of the ``warnings``.  ``report`` is the maker's."""
 
     mesh: str
     beside: Mapping[str, str]
@@ -71,6 +76,7 @@ class MadeAsset:
     figures: AssetFigures
     warnings: tuple[str, ...]
     seconds: float
+    report: Mapping[str, Any]
 
 
 def make_asset(
@@ -98,7 +104,7 @@ def make_asset(
     not_good = () if verdict["word"] == "good" else (verdict_words(verdict),)
     return MadeAsset(
         mesh, beside, str(report["version"]), AssetFigures.of(report),
-        (*not_good, *report["warnings"]), time.perf_counter() - begin,
+        (*not_good, *report["warnings"]), time.perf_counter() - begin, report,
     )  # fmt: skip
 
 
@@ -106,33 +112,57 @@ def make_here(job: AssetJob) -> Mapping[str, Any]:
     """The maker of this machine."""
     # Here, not above: a build on a server need not load what makes occluders.
     from simplifier.api import simplify
+    from simplifier.geometry.overrides import NO_OVERRIDES
     from simplifier.io.load import load
     from simplifier.io.overrides import overrides_of
 
-    by_hand, options = overrides_of(job.mesh), job.options
-    soup = load(
-        job.mesh,
-        transparent=options.transparent,
-        ignore=by_hand.ignore,
-        memory_limit=options.memory_limit,
-    )
+    options = job.options
+    by_hand = overrides_of(job.mesh) if job.overrides else NO_OVERRIDES
+    watch = Stopwatch()
+    with watch.stage("load"):
+        soup = load(
+            job.mesh,
+            transparent=options.transparent,
+            ignore=by_hand.ignore,
+            memory_limit=options.memory_limit,
+        )
     product = simplify(soup, options, overrides=by_hand).measure()
-    for target in job.targets:
-        _write(product, job.mesh, target)
-    return product.report()
+    with watch.stage("write"):
+        written = [_write(product, job.mesh, target) for target in job.targets]
+    return product.report(
+        load_seconds=watch.timings["load"], write_seconds=watch.timings["write"],
+        files=written[0], names=(str(job.mesh), str(job.targets[0].place)),
+    )  # fmt: skip
 
 
-def _write(product: MeasuredResult, mesh: Path, target: Target) -> None:
+def _write(product: MeasuredResult, mesh: Path, target: Target) -> tuple[Path, ...]:
+    """The files, the finest level's first."""
     from simplifier.io.glb_embed import with_original
     from simplifier.options.simplify import Style
 
     output = target.output
     style = Style(output.sides, output.as_quads)
     if output.with_original is None:
-        product.save(target.draft, style)
-    else:
-        made = (product.mesh, product.occluder, target.place, output.with_original, style)
-        target.draft.write_bytes(with_original(mesh, *made))
+        return product.save(target.draft, style)
+    made = (product.mesh, product.occluder, target.place, output.with_original, style)
+    target.draft.write_bytes(with_original(mesh, *made))
+    return (target.draft,)
+
+
+def put_in_place(job: AssetJob) -> dict[Path, bytes]:
+    """Move the drafts of a job that is done to where they belong, all or none; the files.
+
+    Raises :class:`~simplifier.errors.OutputError`.
+    """
+    files = {
+        target.place.with_name(file.name): file.read_bytes()
+        for target in job.targets
+        for file in sorted(target.draft.parent.iterdir())
+    }
+    for target in job.targets:
+        make_folder(target.place.parent)
+    write_all_whole(files)
+    return files
 
 
 def mesh_stamp(mesh: Path) -> tuple[str, dict[str, str]]:

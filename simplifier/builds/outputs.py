@@ -6,6 +6,7 @@ import posixpath
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from simplifier.errors import ManifestError
@@ -43,16 +44,10 @@ def outputs_of(mesh: str, templates: Iterable[Output], where: str) -> tuple[Outp
     Raises :class:`ManifestError`, at ``where``, for a template that leads out of the folder, holds
     an unknown field or ends as no occluder does, or not as it is to be written.
     """
-    folder, file = posixpath.split(mesh)
-    name, suffix = posixpath.splitext(file)
-    values = {"folder": folder or ".", "name": name, "suffix": suffix[1:]}
 
     def fill_template(template: Output) -> Output:
         text = template.file
-        for field in _FIELD.findall(text):
-            if field not in values:
-                raise _output_error(text, f"has no {{{field}}}", where)
-        path = posixpath.normpath(_FIELD.sub(lambda found: values[found[1]], text))
+        path = posixpath.normpath(fill_fields(text, mesh, where))
         if path.startswith(("/", "../")) or "\\" in text or ":" in path.split("/")[0]:
             raise _output_error(text, "leads out of the manifest's folder", where)
         if posixpath.splitext(path)[1].lower() not in OCCLUDER_SUFFIXES:  # ".glb" is a name
@@ -61,6 +56,30 @@ def outputs_of(mesh: str, templates: Iterable[Output], where: str) -> tuple[Outp
         return replace(template, file=path)
 
     return tuple(fill_template(template) for template in templates)
+
+
+def is_for_many(output: Path) -> bool:
+    """Whether any number of meshes may go to an output: it is a folder or a template.
+
+    What has no suffix is no file that could be written.
+    """
+    return output.is_dir() or not output.suffix or is_template(output)
+
+
+def is_template(output: Path) -> bool:
+    """Whether a field of a mesh is in it."""
+    return any(f"{{{field}}}" in str(output) for field in ("folder", "name", "suffix"))
+
+
+def fill_fields(text: str, mesh: str, where: str) -> str:
+    """``text`` with the fields of a mesh.  Raises :class:`ManifestError` for an unknown one."""
+    folder, file = posixpath.split(mesh)
+    name, suffix = posixpath.splitext(file)
+    values = {"folder": folder or ".", "name": name, "suffix": suffix[1:]}
+    for field in _FIELD.findall(text):
+        if field not in values:
+            raise _output_error(text, f"has no {{{field}}}", where)
+    return _FIELD.sub(lambda found: values[found[1]], text)
 
 
 def level_base(path: str) -> str | None:

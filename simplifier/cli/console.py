@@ -77,6 +77,13 @@ def print_json(value: Any) -> None:
         print(json.dumps(value, indent=2, allow_nan=False))
 
 
+def print_json_line(value: Any) -> None:
+    """As :func:`print_json`, in one line: several make JSON Lines."""
+    if _printed.get() is Printed.JSON:
+        with _above_bars():
+            print(json.dumps(value, allow_nan=False), flush=True)
+
+
 def _prints_text() -> bool:
     return _printed.get() is Printed.ALL
 
@@ -207,6 +214,19 @@ def _shown(bars: Bars) -> Iterator[Bars]:
             _bars[-1].start()
 
 
+@contextmanager
+def _above_bars() -> Iterator[None]:
+    """Bars make room meanwhile: they take all that is printed for their terminal's."""
+    bars = _bars[-1] if _bars else None
+    if bars is not None:
+        bars.stop()
+    try:
+        yield
+    finally:
+        if bars is not None:
+            bars.start()
+
+
 def print_front(title: str, rows: Sequence[tuple[str, str, str, str, str]]) -> None:
     """A Pareto front as a table on standard output: setting, time, recall, precision, overhang."""
     if not _prints_text():
@@ -223,7 +243,8 @@ def print_front(title: str, rows: Sequence[tuple[str, str, str, str, str]]) -> N
 def print_text(line: str) -> None:
     """One line on standard output, as plain text."""
     if _prints_text():
-        print(_printable(line))
+        with _above_bars():
+            print(_printable(line))
 
 
 def print_report(
@@ -326,7 +347,8 @@ def _print_levels(report: dict[str, Any]) -> None:
 
 def print_line(message: str) -> None:
     """One line on standard error, as plain text."""
-    print(_printable(message), file=sys.stderr)
+    with _above_bars():
+        print(_printable(message), file=sys.stderr)
 
 
 def accept_any_text() -> None:

@@ -31,12 +31,13 @@ def line_of(finding: Finding) -> str:
     if finding.faults:
         return f"{finding.asset}: {'; '.join(finding.faults)}"
     found = finding.figures
-    figures = "" if found is None else f": {_figures_line(found)}"
+    figures = "" if found is None else f": {figures_line(found)}"
     why = f" ({finding.why})" if finding.why else ""
     return f"{finding.asset}: {finding.state}{why}{figures}"
 
 
-def _figures_line(found: AssetFigures) -> str:
+def figures_line(found: AssetFigures) -> str:
+    """Figures of an occluder as they stand in a line."""
     words: list[str] = [found.verdict] if found.verdict else []
     words += [
         f"{found.triangles:,} triangles", f"recall {percent(found.recall, 2)}",

@@ -8,10 +8,11 @@ from typing import Annotated, Any
 import typer
 
 from simplifier.api import simplify as simplify_soup
+from simplifier.builds.outputs import is_for_many
 from simplifier.cli.console import print_line, print_rows
 from simplifier.cli.current import Making
 from simplifier.cli.help import OUTPUT, with_examples
-from simplifier.cli.options import Mesh, PicturesFolder, ReportFile, read_options, with_options
+from simplifier.cli.options import PicturesFolder, ReportFile, read_options, with_options
 from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_overrides, overrides_used
 from simplifier.cli.report import Outcome, Shown, Strict, check_extras, run_and_show
 from simplifier.cli.running import AsJson, Debug, Interrupts, Quiet, Verbose
@@ -46,13 +47,20 @@ from simplifier.wording import count, distance_advice
 )
 @with_options(SimplifyOptions, WriteOptions)
 def simplify(
-    mesh: Mesh,
+    meshes: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="MESH...",
+            help="The mesh, or several: glb, gltf, obj, ply, stl, off, 3mf or dae.",
+        ),
+    ],
     output: Annotated[
         Path,
         typer.Option(
             "-o",
             "--output",
-            help="The file to write: glb, occ, obj, ply, off, stl or tres.",
+            help="The file to write: glb, occ, obj, ply, off, stl or tres. Of several meshes a"
+            " folder, or a path with {name}, {folder} and {suffix} of each.",
             rich_help_panel=OUTPUT,
         ),
     ],
@@ -89,9 +97,23 @@ def simplify(
     With levels of detail, each level goes to a file of its own: NAME_lod0 and so on. A glb or occ
     file NAME holds all of them as well. Levels that bring nothing are left out.
 
+    Several meshes are made at a time, one on each processor. A folder then has NAME_occluder.glb of
+    each, one that fails costs no other, and --json prints one object a line.
+
     Press Ctrl-C to end the search and keep the best occluder so far. Press it twice to stop at
-    once.
+    once. Of several meshes those that are done are kept.
     """
+    shown = Shown(strict and not dry_run, verbose, quiet, as_json, debug)
+    if len(meshes) > 1 or is_for_many(output):
+        from simplifier.cli.simplify_many import Asked, simplify_many  # what one mesh need not load
+
+        of_one = {"overrides": overrides, "report": report, "pictures": pictures,
+                  "dry-run": dry_run or None}  # fmt: skip
+        refused = [name for name, value in of_one.items() if value is not None]
+        asked = Asked(output, chosen, refused, not no_overrides, force)
+        simplify_many(meshes, asked, shown)
+        return
+    (mesh,) = meshes
 
     def run(listener: Listener, interrupts: Interrupts) -> Outcome | None:
         options = read_options(SimplifyOptions, chosen)
@@ -167,7 +189,6 @@ def simplify(
             _then(options, writing, mesh, output, pictures, summary),
         )
 
-    shown = Shown(strict and not dry_run, verbose, quiet, as_json, debug)
     run_and_show(run, mesh.name, shown)
 
 

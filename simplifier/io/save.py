@@ -80,8 +80,13 @@ def _naming_file(path: Path) -> Iterator[None]:
 def check_writable(path: str | Path, style: Style = PLAIN) -> None:
     """Raise :class:`OutputError` now for what would keep an occluder from being written later."""
     path = as_path("path", path)
-    _codec_for_writing(path, style)
+    check_format(path, style)
     check_folder(path)
+
+
+def check_format(path: Path, style: Style = PLAIN) -> None:
+    """As :func:`check_writable`, but the folder need not be there."""
+    _codec_for_writing(path, style)
 
 
 def _codec_for_writing(path: Path, style: Style) -> Codec:
@@ -142,14 +147,22 @@ def save_lods(chain: LodChain, path: str | Path, style: Style = PLAIN) -> tuple[
     if whole is not None:
         files[path] = whole
     write_all_whole(files)
-    for stale in _stale(path, len(chain.levels)):
-        _remove(stale)
+    remove_levels(path, len(chain.levels))
     return paths
 
 
 def level_paths(path: Path, count: int) -> tuple[Path, ...]:
     """The files of the levels, finest first."""
     return tuple(path.with_name(f"{path.stem}_lod{index}{path.suffix}") for index in range(count))
+
+
+def remove_levels(path: Path, count: int) -> None:
+    """Remove files of levels from ``count`` on, of an earlier run to ``path``.
+
+    Raises :class:`OutputError`.
+    """
+    for stale in _stale(path, count):
+        _remove(stale)
 
 
 def is_level_path(path: Path, output: Path) -> bool:

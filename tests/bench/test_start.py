@@ -40,8 +40,11 @@ def test_cold_starts_get_an_empty_cache_and_the_rest_a_warm_one(tmp_path, monkey
     assert caches.pop("first occluder simplify, bumpy-4968") is False
     assert caches.pop("occluder warmup from nothing") is False
     assert all(caches.values())
-    assert {row["repeats"] for row in rows[:2]} == {1}
-    assert {row["repeats"] for row in rows[2:]} == {3}
+    once = {row["start"] for row in rows if row["repeats"] == 1}
+    assert once == {
+        "first occluder simplify, bumpy-4968", "occluder warmup from nothing",
+        "occluder simplify, 100 small meshes in 100 calls",
+    }  # fmt: skip
 
 
 @pytest.mark.slow

@@ -23,6 +23,7 @@ from typing import Any, Protocol, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.checks import check_kind
 from simplifier.errors import OptionError, OutputError
 from simplifier.processes import (
     ATTEMPTS,
@@ -190,6 +191,7 @@ def pool_named(name: str | None) -> AbstractContextManager[Pool | None]:
     """
     if name is None:
         return nullcontext()
+    check_kind("pool", name, str, "its name, or None for this machine alone")
     known = {one.name: one for one in entry_points(group=POOL_GROUP)}
     if name not in known:
         raise OptionError(

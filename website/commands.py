@@ -61,7 +61,7 @@ def _is_argument(parameter: Any) -> bool:
 
 
 def _argument_word(argument: Any) -> str:
-    word = (argument.metavar or argument.name).upper()
+    word = (argument.metavar or argument.name).upper().removesuffix("...")
     word += "..." if argument.nargs == -1 else ""
     return word if argument.required else f"[{word}]"
 

@@ -111,6 +111,11 @@ CALLS: dict[str, Callable[[Given], Call]] = {
         name="ball",
         report=simplifier.evaluate(given.mesh, given.occluder, resolution=8, **JUDGED).report(),
     ),
+    "save_loss_map": lambda given: given.judged(
+        simplifier.save_loss_map,
+        path=given.folder / "loss.json",
+        report=simplifier.evaluate(given.mesh, given.occluder, resolution=8, **JUDGED).report(),
+    ),
     "picture_of": lambda given: given.judged(simplifier.picture_of, size=16),
     "load": lambda given: Call(simplifier.load, {"path": given.path}),
     "check_file": lambda given: Call(simplifier.check_file, {"path": given.path, "options": MADE}),

@@ -31,13 +31,17 @@ class Stop:
 
 @pytest.fixture
 def runs(monkeypatch):
-    """Each run is counted, and figures differ from run to run."""
+    """Each run is counted, and short: coarse, and of few moves."""
     ran = []
     whole = sweeping.simplify_mesh
 
     def counted(mesh, options, **more):
         ran.append(options)
-        return whole(mesh, options, **{**more, "cancel": None})
+        short = replace(
+            options, solid=replace(options.solid, resolution=8),
+            refine=replace(options.refine, moves=20, searches=1, overhang=1.0, decimated=False),
+        )  # fmt: skip
+        return whole(mesh, short, **{**more, "cancel": None})
 
     monkeypatch.setattr(sweeping, "simplify_mesh", counted)
     return ran

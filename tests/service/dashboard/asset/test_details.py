@@ -52,7 +52,8 @@ def test_a_run_has_everything_that_its_job_has_made(stock: Stock, castle: JobRes
 def test_pages_that_nobody_has_asked_for_are_shown_too(
     stock: Stock, castle: JobResult, tmp_path: Path
 ) -> None:
-    assert read_run(stock, TENANT, stock.run(castle).id).later == ()
+    whole = read_run(stock, TENANT, stock.run(castle).id)
+    assert [one.name for one in whole.later] == ["loss.json"]  # which is always made when asked for
     undrawn = shutil.copytree(
         castle.folder,
         tmp_path / "undrawn",
@@ -64,7 +65,7 @@ def test_pages_that_nobody_has_asked_for_are_shown_too(
     assert {one.name: one.link for one in run.later} == {
         name: f"{place}/{name}"
         for name in ("report.html", "pictures/silhouettes.png", "pictures/recall.png",
-                     "pictures/precision.png")
+                     "pictures/precision.png", "loss.json")
     }  # fmt: skip
 
 
@@ -87,7 +88,7 @@ def test_a_run_that_has_kept_little_has_everything_still(
     assert told(run) == told(whole)
     pictures = {file.name for file in whole.files if file.name.startswith("pictures/view_")}
     shown = {*pictures, "thumbnail.png"}  # which lists do without where little is kept
-    assert {file.name for file in whole.files} - shown == {
+    assert {one.name for one in (*whole.files, *whole.later)} - shown == {
         one.name for one in (*run.files, *run.later)
     } - {"levels.npz"}
 

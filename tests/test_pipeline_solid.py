@@ -85,6 +85,7 @@ def test_conservative_is_never_seen_past_an_open_mesh(name, moves):
     assert report.accuracy.recall > (0.1 if moves else 0.01)
 
 
+@pytest.mark.slow
 def test_conservative_is_hardly_ever_seen_past_a_sieve():
     """Its holes line up along a few of all lines of sight, which not all have been looked along."""
     sieve = without_faces(blob(2), range(0, 400, 9))

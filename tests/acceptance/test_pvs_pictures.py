@@ -40,6 +40,7 @@ def found(command, town, file, *more):
     )
 
 
+@pytest.mark.slow
 def test_pictures_of_sets(command, town, tmp_path):
     folder = tmp_path / "pictures" / "here"
     status, _, errors = found(command, town, tmp_path / "town.pvs", "--pictures", folder)

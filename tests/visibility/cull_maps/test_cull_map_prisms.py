@@ -64,6 +64,7 @@ def missed_in_slits(pixels=(0.1, 0.9), spacing=10.5, deep=7.0):
     return missed
 
 
+@pytest.mark.slow
 def test_what_shows_through_slits_beside_a_slanted_edge_is_in_the_set():
     assert missed_in_slits() == 0
     assert missed_in_slits((0.3,), 2.5) == 0

@@ -61,6 +61,7 @@ def lines(a, b, count, random):
     return random.uniform(a[:3], a[3:], (count, 3)), random.uniform(b[:3], b[3:], (count, 3))
 
 
+@pytest.mark.slow
 def test_a_slanted_and_wavy_sheet_closes_a_shaft():
     assert closing(*wavy()) == kernels.SHUT
 

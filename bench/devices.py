@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+import simplifier
 from bench.meshes import bumpy_sphere
 from bench.record import Row
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy, mask_blocks
@@ -22,7 +23,6 @@ from simplifier.accuracy.overhang import ACROSS, measure_overhang
 from simplifier.device.choice import open_device
 from simplifier.device.device import PROCESSOR, Device
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import random_directions
 from simplifier.options.stages import make_options
 from simplifier.progress import Stopwatch
@@ -64,7 +64,7 @@ def _timed(work: Work, device: Device, repeats: int) -> tuple[NDArray[np.generic
 
 
 def _works(mesh: TriangleMesh) -> Mapping[str, Work]:
-    few = Occluder(0.9 * mesh.vertices, mesh.faces[:: _TRIANGLES // 64])
+    few = simplifier.simplify(mesh, preset="draft", moves=0).occluder
     options = AccuracyOptions()
     lines = random_directions(options.views, options.seed)
     candidates = _candidates(mesh)

@@ -27,6 +27,15 @@ LARGEST_IMAGE = 65535
 
 _PLAIN: Sequence[Literal["C", "W", "A"]] = ("C", "W", "A")
 
+LEAST_VIEWS = 64
+"""In which a mesh is drawn by its contour: its table of edges costs what some thirty views do."""
+
+MOST_FACES = 1 << 21
+"""Of a mesh that is: the table takes 130 bytes a triangle while it is made."""
+
+_PIXELS_A_FACE = 32
+"""At most, of a picture that is: what is counted by the pixel must not cost more than triangles."""
+
 LARGEST_VALUE = 1e100
 """Of coordinates and projections: crossings then never overflow, so no span leaves its row."""
 
@@ -53,14 +62,28 @@ def coverage_masks(
     """
     points, indices, views = drawable(vertices, faces, projections, (2, rows, columns))
     masks = np.zeros((len(views), rows, -(-columns // 64)), dtype=np.uint64)
-    if len(indices) > 0:
-        run_chunks(
-            lambda begin, end: draw_views(points, indices, views, columns, begin, end, masks),
-            len(views),
-            chunks_per_thread=32,
-            tell=tell,
-        )
+    if len(indices) == 0:
+        return masks
+    if by_contours(len(indices), len(views), rows * columns):
+        # Here, not above: it is built on this file, and small meshes need not load it.
+        from simplifier.kernels.contours import draw_by_contours, edge_table
+
+        table = edge_table(points, indices)
+        if table.worth_it:
+            draw_by_contours(table, points, indices, views, columns, masks, tell)
+            return masks
+    run_chunks(
+        lambda begin, end: draw_views(points, indices, views, columns, begin, end, masks),
+        len(views),
+        chunks_per_thread=32,
+        tell=tell,
+    )
     return masks
+
+
+def by_contours(faces: int, views: int, pixels: int) -> bool:
+    """Whether so many triangles are drawn by their contour, if few of their edges are open."""
+    return views >= LEAST_VIEWS and faces <= MOST_FACES and _PIXELS_A_FACE * faces >= pixels
 
 
 def unpack_masks(masks: MaskArray, columns: int) -> NDArray[np.bool_]:
@@ -114,7 +137,7 @@ def draw_views(vertices, faces, projections, columns, begin, end, masks):
     cells = np.empty(vertices.shape[1], np.uint32)
     for view in range(begin, end):
         project(vertices, projections[view], masks.shape[1], columns, points, cells)
-        _draw(points, cells, faces, columns, masks[view])
+        draw_faces(points, cells, faces, columns, masks[view])
 
 
 @inner_kernel
@@ -139,7 +162,7 @@ def project(vertices, projection, rows, columns, points, cells):
 
 
 @inline_kernel
-def _crossing(points, low, high, row):
+def crossing(points, low, high, row):
     """x where the edge low -> high meets the row; low's row cell is below high's."""
     x = points[low, 0]
     y = points[low, 1]
@@ -196,7 +219,8 @@ def rows_of(p, q, r, i, j, k):
 
 
 @inner_kernel
-def _draw(points, cells, faces, columns, mask):
+def draw_faces(points, cells, faces, columns, mask):
+    """Set the covered bits of one view, whose vertices :func:`project` has projected."""
     for face in range(faces.shape[0]):
         i = faces[face, 0]
         j = faces[face, 1]
@@ -212,11 +236,11 @@ def _draw(points, cells, faces, columns, mask):
             # Behind other triangles: nothing to add.  Halves the work, soups are layered.
             if box != 0 and (mask[row, box_word] & box) == box:
                 continue
-            x0 = _crossing(points, low_vertex, high_vertex, row)
+            x0 = crossing(points, low_vertex, high_vertex, row)
             if row < bend:
-                x1 = _crossing(points, low_vertex, middle_vertex, row)
+                x1 = crossing(points, low_vertex, middle_vertex, row)
             else:
-                x1 = _crossing(points, middle_vertex, high_vertex, row)
+                x1 = crossing(points, middle_vertex, high_vertex, row)
             first = np.int64(np.ceil(min(max(min(x0, x1), 0.0), float(columns))))
             last = np.int64(np.ceil(min(max(max(x0, x1), 0.0), float(columns)))) - 1
             if first <= last:

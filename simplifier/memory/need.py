@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from simplifier.kernels.coverage import LEAST_VIEWS, MOST_FACES
 from simplifier.kernels.sight import picture_size
 from simplifier.kernels.threads import thread_count
 from simplifier.options.simplify import LITTLE_OVERHANG
@@ -65,6 +66,8 @@ Shape = tuple[int, int, int]
 
 _VERTEX = 24  # three float64
 _FACE = 12  # three int32
+_TABLE_FACE = 150  # its three edges while they are sorted; then less, with its plane and sides
+_CONTOUR_COUNTS = 16 * MIB
 _READ_FACE = 24  # three int64, as codecs give them
 _BLOCK = 40 * MIB  # of triangles that are checked at once, with their corners and edges
 
@@ -250,8 +253,12 @@ def deviation(size: MeshSize, shape: Shape, options: Options) -> int:
 
 def views(size: MeshSize, count: int, image: int, occluders: int) -> int:
     """Silhouettes of the mesh: vertices by axis, faces, of each thread the vertices on the screen
-    and their pixels; masks as bits."""
+    and their pixels; masks as bits.  In many views a table of edges as well, and of each thread
+    counts and which way triangles face."""
     drawn = _VERTEX * size.vertices + _FACE * size.triangles
+    if count >= LEAST_VIEWS:
+        table = _TABLE_FACE * min(size.triangles, MOST_FACES)
+        drawn += table + thread_count() * _CONTOUR_COUNTS
     scratch = min(thread_count(), count) * (16 + 4) * size.vertices
     return drawn + scratch + _masks(count, image, occluders)
 

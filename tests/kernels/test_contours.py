@@ -1,0 +1,126 @@
+"""Silhouettes by contours are those of triangles drawn one by one, to the bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from simplifier.geometry.views import image_axes, random_directions
+from simplifier.kernels import contours
+from simplifier.kernels.contours import draw_by_contours, edge_table
+from simplifier.kernels.coverage import by_contours, coverage_masks, draw_views, drawable
+from tests import solids
+
+
+def both(mesh, projections, rows, columns):
+    """Masks by contours and triangle by triangle, and the table of edges."""
+    points, faces, views = drawable(
+        mesh.vertices, mesh.faces, projections, (2, rows, columns)
+    )  # fmt: skip
+    masks = [np.zeros((len(views), rows, -(-columns // 64)), np.uint64) for _ in range(2)]
+    table = edge_table(points, faces)
+    draw_by_contours(table, points, faces, views, columns, masks[0])
+    draw_views(points, faces, views, columns, 0, len(views), masks[1])
+    return *masks, table
+
+
+def looks(count, pixels, seed=0):
+    """Views of the unit sphere, ``pixels`` across."""
+    projections = np.empty((count, 2, 4))
+    projections[:, :, :3] = image_axes(random_directions(count, seed))[:, :2] * (pixels / 2.0)
+    projections[:, :, 3] = pixels / 2.0
+    return projections
+
+
+def without_shared_vertices(mesh):
+    return solids.TriangleMesh(
+        mesh.vertices[mesh.faces].reshape(-1, 3),
+        np.arange(3 * len(mesh.faces), dtype=np.int32).reshape(-1, 3),
+    )
+
+
+def turned(mesh, some):
+    faces = mesh.faces.copy()
+    faces[some] = faces[some][:, ::-1]
+    return solids.TriangleMesh(mesh.vertices, faces)
+
+
+BALL, RING = solids.sphere(), solids.torus()
+FORMS = {
+    "closed but for rounding": (BALL, None),
+    "closed, with a hole through it": (RING, 0),
+    "in pieces that meet": (without_shared_vertices(RING), 0),
+    "open": (solids.TriangleMesh(BALL.vertices, BALL.faces[40:]), None),
+    "some triangles turned over": (turned(BALL, slice(0, None, 7)), None),
+    "two that share an edge with two others": (
+        solids.joined(solids.box(), solids.box(low=(1.0, 1.0, 0.0))), None,
+    ),
+    "every triangle twice": (
+        solids.TriangleMesh(BALL.vertices, np.concatenate([BALL.faces, BALL.faces])), None,
+    ),
+    "a soup": (solids.random_soup(3, 300, 0.2), None),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_the_same_pixels(name):
+    mesh, unpaired = FORMS[name]
+    found, expected, table = both(mesh, looks(70, 90), 90, 100)
+    assert expected.any()
+    np.testing.assert_array_equal(found, expected)
+    assert (table.open == 0) == (unpaired == 0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.tuples(*[st.integers(-3, 3)] * 3), min_size=4, max_size=12),
+    st.lists(st.tuples(*[st.integers(0, 11)] * 3), min_size=1, max_size=40),
+    st.sampled_from([1.0, 0.5, 1.0 / 3.0]),
+)
+def test_the_same_pixels_where_corners_lie_on_centres(places, triples, step):
+    """Along an axis, with all ties that rounding can break; edges of any number of triangles."""
+    points = np.array(places, dtype=np.float64)
+    faces = np.array(triples, dtype=np.int32) % len(points)
+    along = np.zeros((3, 2, 4))
+    for view, (across, up) in enumerate([(0, 1), (1, 2), (2, 0)]):
+        along[view, 0, across] = along[view, 1, up] = step
+        along[view, :, 3] = 4.5
+    found, expected, _ = both(solids.TriangleMesh(points, faces), along, 9, 9)
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_the_same_pixels_beyond_the_picture():
+    """Clipped on all sides, and so far away that rounding could take a crossing to another row."""
+    far = solids.moved(RING, 1e6, 3e5)
+    for mesh in (solids.moved(RING, 3.0, 0.4), far):
+        found, expected, _ = both(mesh, looks(5, 64), 64, 64)
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_any_number_of_views_at_a_time(monkeypatch):
+    views = looks(9, 40)
+    whole, expected, _ = both(RING, views, 40, 40)
+    monkeypatch.setattr(contours, "_SCRATCH", 4 * 41 * 40 * 2)
+    pairs, _, _ = both(RING, views, 40, 40)
+    np.testing.assert_array_equal(whole, expected)
+    np.testing.assert_array_equal(pairs, expected)
+
+
+def test_a_fine_mesh_in_many_views_is_drawn_by_its_contour(monkeypatch):
+    views, drawn = looks(64, 40), []
+    assert by_contours(len(BALL.faces), 64, 40 * 40)
+    assert not by_contours(len(BALL.faces), 63, 40 * 40)
+
+    def draw(*arguments):
+        drawn.append(arguments)
+        draw_by_contours(*arguments)
+
+    monkeypatch.setattr(contours, "draw_by_contours", draw)
+    masks = coverage_masks(BALL.vertices, BALL.faces, views, 40, 40)
+    assert len(drawn) == 1
+    np.testing.assert_array_equal(masks, both(BALL, views, 40, 40)[1])
+    soup = solids.random_soup(3, 900, 0.2)
+    coverage_masks(soup.vertices, soup.faces, views, 40, 40)
+    assert len(drawn) == 1  # most of its edges are open

@@ -81,7 +81,7 @@ PLACES = (
     Place("jobs", "/jobs", "[role=note]"),
     Place("failed", "/jobs/{failed}", "text=What to do"),
     Place("submit", "/submit", ".drop-zone"),
-    Place("tradeoff", "/tradeoff/{asset}", "text=Run the sweep"),
+    Place("tradeoff", "/tradeoff/{asset}", "text=Run the quick sweep"),
     Place("sign-in", "/sign-in", "input"),
 )
 

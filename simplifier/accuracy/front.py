@@ -9,17 +9,15 @@ here.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from simplifier.accuracy.accuracy import checked_directions
+from simplifier.accuracy.depth_views import DepthViews
 from simplifier.device.device import PROCESSOR, Device
-from simplifier.errors import MeshError
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.views import FRONT_DEPTH, BoundingSphere, ViewShares, image_axes
-
-ACROSS = 256
-"""Pixels across the original's bounding sphere."""
+from simplifier.geometry.views import FRONT_DEPTH, ViewShares
 
 
 def measure_front(
@@ -35,17 +33,6 @@ def measure_front(
     :class:`~simplifier.errors.MeshError` when the occluder's arrays cannot be drawn and
     :class:`~simplifier.errors.OptionError` for directions that are not unit vectors.
     """
-    lines = checked_directions(directions)
-    sphere = BoundingSphere.of(mesh)
-    projections = np.zeros((len(lines), 3, 4))
-    projections[:, :, :3] = image_axes(lines)
-    projections[:, :2] *= ACROSS / 2.0
-    projections[:, :2, 3] = ACROSS / 2.0
-    own = sphere.to_unit(mesh.vertices), mesh.faces
-    other = sphere.to_unit(occluder.vertices), occluder.faces
-    try:
-        pixels = device.front_pixels(own, other, projections, ACROSS, 2.0 * FRONT_DEPTH)
-    except ValueError as error:
-        raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error
-    shown, before = pixels.T
-    return ViewShares(before / np.maximum(shown, 1), lines)
+    views = DepthViews.of(mesh, occluder, directions)
+    shown, before = views.counted(partial(device.front_pixels, threshold=2.0 * FRONT_DEPTH)).T
+    return ViewShares(before / np.maximum(shown, 1), views.lines)

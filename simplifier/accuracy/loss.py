@@ -10,19 +10,16 @@ that a wall of two triangles shows its corners apart, and a million triangles le
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.accuracy.accuracy import checked_directions
-from simplifier.errors import MeshError
+from simplifier.accuracy.depth_views import DepthViews
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.views import BoundingSphere, image_axes
+from simplifier.geometry.views import BoundingSphere
 from simplifier.kernels.loss import count_losses
-
-ACROSS = 256
-"""Pixels across the original's bounding sphere."""
 
 CELLS = 64
 """Cells along each side of the cube around the bounding sphere: four pixels each."""
@@ -62,16 +59,6 @@ def measure_loss(mesh: TriangleMesh, occluder: Occluder, directions: FloatArray)
     Raises :class:`~simplifier.errors.MeshError` when the occluder's arrays cannot be drawn and
     :class:`~simplifier.errors.OptionError` for directions that are not unit vectors.
     """
-    lines = checked_directions(directions)
-    sphere = BoundingSphere.of(mesh)
-    projections = np.zeros((len(lines), 3, 4))
-    projections[:, :, :3] = image_axes(lines)
-    projections[:, :2] *= ACROSS / 2.0
-    projections[:, :2, 3] = ACROSS / 2.0
-    own = sphere.to_unit(mesh.vertices), mesh.faces
-    other = sphere.to_unit(occluder.vertices), occluder.faces
-    try:
-        seen, lost = count_losses(own, other, projections, ACROSS, CELLS)
-    except ValueError as error:
-        raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error
-    return LossMap(sphere, seen, lost)
+    views = DepthViews.of(mesh, occluder, directions)
+    seen, lost = views.counted(partial(count_losses, cells=CELLS))
+    return LossMap(views.sphere, seen, lost)

@@ -12,9 +12,9 @@ import numpy as np
 
 from simplifier.accuracy.accuracy import AccuracyOptions, AccuracyReport
 from simplifier.checks import as_path, check_kind
-from simplifier.errors import OptionError
-from simplifier.geometry.mesh import A_MESH, TriangleMesh
+from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.production.judged import check_judged, directions_of
 from simplifier.report.page import write_pictures
 from simplifier.report.report import Report
 
@@ -31,12 +31,8 @@ def draw_report(
     what is no such argument.
     """
     place = as_path("folder", folder)
-    check_kind("mesh", mesh, TriangleMesh, A_MESH)
-    check_kind("occluder", occluder, Occluder, "what simplifier.load_occluder returns")
-    check_kind("report", report, dict, "what simplifier.evaluate(...).report() returns")
+    check_judged(mesh, occluder, report)
     check_kind("name", name, str, "a text")
-    if not report.get("by_view"):
-        raise OptionError("it has no views", where="report", remedy="choose an accuracy report")
     return write_pictures(place, mesh, occluder, _accuracy_of(report), report, name=name)
 
 
@@ -47,7 +43,7 @@ def _accuracy_of(report: Report) -> AccuracyReport:
     return AccuracyReport(
         precision=report["precision"],
         recall=report["recall"],
-        directions=np.array([view["direction"] for view in views], dtype=np.float64),
+        directions=directions_of(report),
         precision_by_view=np.array([view["precision"] for view in views], dtype=np.float64),
         recall_by_view=np.array([view["recall"] for view in views], dtype=np.float64),
         nt=untold,

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from simplifier.accuracy.loss import LossMap, measure_loss
-from simplifier.checks import as_path, check_kind
-from simplifier.errors import OptionError
-from simplifier.geometry.mesh import A_MESH, TriangleMesh
+from simplifier.checks import as_path
+from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.io.files import write_whole
+from simplifier.production.judged import check_judged, directions_of
 
 SCHEMA_VERSION = 1
 
@@ -41,12 +41,8 @@ def save_loss_map(
     what is no such argument.
     """
     place = as_path("path", path)
-    check_kind("mesh", mesh, TriangleMesh, A_MESH)
-    check_kind("occluder", occluder, Occluder, "what simplifier.load_occluder returns")
-    check_kind("report", report, dict, "what simplifier.evaluate(...).report() returns")
-    if not report.get("by_view"):
-        raise OptionError("it has no views", where="report", remedy="choose an accuracy report")
-    directions = np.array([view["direction"] for view in report["by_view"]], dtype=np.float64)
+    check_judged(mesh, occluder, report)
+    directions = directions_of(report)
     found = measure_loss(mesh, occluder, directions)
     document = {
         "schema_version": SCHEMA_VERSION,

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from simplifier.accuracy.accuracy import view_masks
-from simplifier.accuracy.loss import ACROSS, CELLS, measure_loss
+from simplifier.accuracy.depth_views import ACROSS
+from simplifier.accuracy.loss import CELLS, measure_loss
 from simplifier.errors import MeshError, OptionError
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import random_directions

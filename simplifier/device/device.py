@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.geometry.mesh import as_mesh
 from simplifier.kernels.coverage import MaskArray, coverage_masks
 from simplifier.kernels.front import depth_limits, front_pixels
 from simplifier.kernels.measure import score_polygon_unions
@@ -104,36 +105,9 @@ class Processor:
     def slicer(self) -> Slicing:
         return "cpu"
 
-    def coverage_masks(
-        self,
-        vertices: Vertices,
-        faces: Faces,
-        projections: NDArray[np.float64],
-        rows: int,
-        columns: int,
-        tell: TellShare = silent,
-    ) -> MaskArray:
-        return coverage_masks(vertices, faces, projections, rows, columns, tell)
-
-    def front_pixels(
-        self,
-        mesh: tuple[Vertices, Faces],
-        occluder: tuple[Vertices, Faces],
-        projections: NDArray[np.float64],
-        image: int,
-        threshold: float,
-    ) -> NDArray[np.int64]:
-        return front_pixels(mesh, occluder, projections, image, threshold)
-
-    def depth_limits(
-        self,
-        vertices: Vertices,
-        faces: Faces,
-        projections: NDArray[np.float64],
-        image: int,
-        threshold: float,
-    ) -> NDArray[np.float32]:
-        return depth_limits(vertices, faces, projections, image, threshold)
+    coverage_masks = staticmethod(coverage_masks)
+    front_pixels = staticmethod(front_pixels)
+    depth_limits = staticmethod(depth_limits)
 
     def polygon_scores(
         self,
@@ -163,5 +137,4 @@ def soup_masks(
     device: Device, triangles: NDArray[np.float64], projections: NDArray[np.float64], pixels: int
 ) -> MaskArray:
     """Silhouettes of a soup (m, 3, 3), ``pixels`` a side."""
-    corners = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
-    return device.coverage_masks(triangles.reshape(-1, 3), corners, projections, pixels, pixels)
+    return device.coverage_masks(*as_mesh(triangles), projections, pixels, pixels)

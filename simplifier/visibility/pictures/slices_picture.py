@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from simplifier.camera_paths.columns import UprightScene
 from simplifier.culling.item_buffer import ItemBuffer, Part
-from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.geometry.mesh import FloatArray, TriangleMesh, as_mesh
 from simplifier.geometry.pvs import Pvs
 from simplifier.geometry.scene import axis_order
 from simplifier.geometry.solid import BoolArray
@@ -117,8 +117,7 @@ def _drawn(
 ) -> _Drawn:
     """Triangles (n, 3, 3) by the side that they turn to the light."""
     buffer.clear()
-    faces = np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3)
-    mesh = TriangleMesh(np.ascontiguousarray(triangles.reshape(-1, 3)), faces)
+    mesh = TriangleMesh(*as_mesh(np.ascontiguousarray(triangles)))
     items = np.arange(len(triangles), dtype=np.int32)
     buffer.draw_parts([Part(mesh, np.eye(4), items)], view.camera)
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])

@@ -7,6 +7,7 @@ from collections import Counter, deque
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +48,14 @@ class Asked:
     refused: Sequence[str]
     overrides: bool
     force: bool
+
+    @cached_property
+    def options(self) -> SimplifyOptions:
+        return read_options(SimplifyOptions, self.chosen)
+
+    @cached_property
+    def writing(self) -> WriteOptions:
+        return read_options(WriteOptions, self.chosen)
 
 
 @dataclass(frozen=True)
@@ -105,8 +114,7 @@ def _places(meshes: Sequence[Path], asked: Asked) -> Mapping[Path, Path]:
             where=name,
             remedy=_INSTEAD[name],
         )
-    options = read_options(SimplifyOptions, asked.chosen)
-    writing = read_options(WriteOptions, asked.chosen)
+    options, writing = asked.options, asked.writing
     if writing.with_original is not None and options.levels is not None:
         raise OptionError(
             "levels of detail are not written with the original",
@@ -156,8 +164,7 @@ def _outcomes(
 
 def _looked_up(mesh: Path, place: Path, asked: Asked) -> Making | MeshOutcome:
     """What is to be made of a mesh, or what is known of it without: it is current, or it fails."""
-    options = read_options(SimplifyOptions, asked.chosen)
-    writing = read_options(WriteOptions, asked.chosen)
+    options, writing = asked.options, asked.writing
     try:
         if writing.with_original is not None:
             check_place(mesh, place)
@@ -175,8 +182,7 @@ def _made(
     """Each mesh with what processes have to say of it, in any order."""
     if not places:
         return
-    options = read_options(SimplifyOptions, asked.chosen)
-    writing = read_options(WriteOptions, asked.chosen)
+    options, writing = asked.options, asked.writing
     with (
         tempfile.TemporaryDirectory(prefix="occluder-") as scratch,
         listening.deferred() as cancel,

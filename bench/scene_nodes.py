@@ -201,7 +201,7 @@ class CountedPool:
     def _look(self) -> None:
         """At the memory of workers: their own, and of the object store."""
         for node in self.cluster.nodes if self.cluster is not None else ():
-            for pid in node.workers("do_job"):
+            for pid in node.named("ray::do_job"):
                 try:
                     text = Path(f"/proc/{pid}/status").read_text()
                 except OSError:
@@ -225,10 +225,7 @@ def _received(node: RayNode) -> int:
     listed = subprocess.run(
         ["ss", "-tinpHO"], capture_output=True, text=True, check=True
     ).stdout.splitlines()
-    pids = [
-        pid for pid in node.tree() if b"raylet/raylet" in Path(f"/proc/{pid}/cmdline").read_bytes()
-    ]
-    own = [line for line in listed if any(f"pid={pid}," in line for pid in pids)]
+    own = [line for line in listed if any(f"pid={pid}," in line for pid in node.named("raylet"))]
     return sum(int(found) for line in own for found in re.findall(r"bytes_received:(\d+)", line))
 
 

@@ -178,6 +178,24 @@ def tree_of(pid):
     return found
 
 
+def named_in(pid, name):
+    """Of that tree, the processes whose command begins so."""
+    found = []
+    for one in tree_of(pid):
+        with suppress(OSError):
+            command = Path(f"/proc/{one}/cmdline").read_bytes().split(b"\0")[0].decode()
+            if Path(command.partition(" ")[0]).name.startswith(name):
+                found.append(one)
+    return found
+
+
+def kill_tree(pid):
+    """All of it at once, as the loss of a machine does."""
+    for one in tree_of(pid):
+        with suppress(ProcessLookupError):
+            os.kill(one, signal.SIGKILL)
+
+
 def children_of(pid):
     tasks = Path(f"/proc/{pid}/task").glob("*/children")
     found = []

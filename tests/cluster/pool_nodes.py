@@ -8,16 +8,15 @@ from __future__ import annotations
 import os
 import secrets
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from unittest import mock
 
 from tests.acceptance.command import environment
-from tests.cluster.machines import children_of
+from tests.cluster.machines import kill_tree, named_in
 from tests.postgres import free_port
 from tests.waiting import BUSY, until
 
@@ -44,27 +43,13 @@ class RayNode:
         assert self._process.poll() is None, text
         return "--block" in text
 
-    def tree(self):
-        """Process ids: its own first."""
-        found = [self._process.pid]
-        for pid in found:
-            found += children_of(pid)
-        return found
-
-    def workers(self, task):
-        """Process ids of those that are at such a task now, which Ray gives its name."""
-        names = {pid: Path(f"/proc/{pid}/cmdline") for pid in self.tree()}
-        return [
-            pid
-            for pid, name in names.items()
-            if name.read_bytes().startswith(f"ray::{task}".encode())
-        ]
+    def named(self, name):
+        """Process ids of those whose command begins so; Ray gives a worker its task's name."""
+        return named_in(self._process.pid, name)
 
     def kill(self):
         """All of it at once, as the loss of the machine does."""
-        for pid in self.tree():
-            with suppress(ProcessLookupError):
-                os.kill(pid, signal.SIGKILL)
+        kill_tree(self._process.pid)
         self._process.wait()
 
 

@@ -6,15 +6,14 @@ import os
 import secrets
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
-from contextlib import suppress
 from pathlib import Path
 
 from tests.acceptance.command import OCCLUDER, environment
-from tests.cluster.machines import children_of, tree_of
+from tests.cluster.machines import children_of, kill_tree, named_in, tree_of
+from tests.postgres import free_port
 from tests.waiting import BUSY, until
 
 _START = Path(__file__).with_name("ray_start.py")
@@ -33,7 +32,7 @@ class RayNodes:
         token = self.folder / "token"
         token.write_text(secrets.token_hex(24))
         token.chmod(0o600)
-        self.address = f"127.0.0.1:{_free_port()}"
+        self.address = f"127.0.0.1:{free_port()}"
         # Drivers look for a node of their own address; this one is it.
         self.joining = {
             "RAY_ADDRESS": self.address, "RAY_AUTH_MODE": "token",
@@ -109,9 +108,7 @@ class Node:
         """All of it at once, as the loss of the machine does."""
         if self._process is None:
             return
-        for pid in tree_of(self._process.pid):
-            with suppress(ProcessLookupError):
-                os.kill(pid, signal.SIGKILL)
+        kill_tree(self._process.pid)
         self._process.wait()
         self._process = None
 
@@ -135,13 +132,7 @@ class Node:
 
     def named(self, name):
         """Those of its processes whose command begins so."""
-        found = []
-        for pid in tree_of(self._process.pid):
-            with suppress(OSError):
-                command = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")[0].decode()
-                if Path(command.partition(" ")[0]).name.startswith(name):
-                    found.append(pid)
-        return found
+        return named_in(self._process.pid, name)
 
 
 class Dispatch:
@@ -186,9 +177,3 @@ class Dispatch:
         self._process.stdout.close()
         self._process = None
         return status
-
-
-def _free_port():
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return listener.getsockname()[1]

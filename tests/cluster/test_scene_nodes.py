@@ -104,7 +104,7 @@ def test_ctrl_c_ends_the_work_on_all_nodes_and_keeps_what_was_made(cluster, town
     scene, one = town
     with running_scene(cluster, scene, tmp_path / "two") as process:
         until(lambda: made(tmp_path / "two") > 5, BUSY)
-        workers = [pid for node in cluster.nodes for pid in node.workers("do_job")]
+        workers = [pid for node in cluster.nodes for pid in node.named("ray::do_job")]
         assert workers
         begin = time.monotonic()
         process.send_signal(signal.SIGINT)
@@ -135,7 +135,7 @@ def test_a_node_of_another_release_gets_no_work(cluster, town, tmp_path):
     try:
         with running_scene(cluster, scene, tmp_path / "two") as process:
             until(lambda: made(tmp_path / "two") > 5, BUSY)
-            assert not other.workers("do_job")
+            assert not other.named("ray::do_job")
             _, errors = process.communicate(timeout=300)
     finally:
         cluster.nodes.pop().kill()

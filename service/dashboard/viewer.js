@@ -1,11 +1,14 @@
 // The 3D view as an element of a page: its properties, its keys, and what it says in words.
 
+import { keep, kept } from "occluder-address";
 import { Stage, loadLoss } from "occluder-drawing";
 import { loadSets } from "occluder-sets";
 
 const NO_WEBGL =
   "This browser draws no 3D: WebGL is switched off or not there. The numbers, pictures and " +
   "downloads of this page need none.";
+const MIDDLE = 0.5; // of the slider
+const STILL = 300; // milliseconds without a movement after which the address tells where one stands
 const css = (colour) => `rgb(${colour.join(",")})`;
 const LOST = "The graphics card has dropped the 3D view; it comes back by itself, or on reload.";
 
@@ -63,10 +66,11 @@ export default {
     cell: Number,
     loss: String,
     ramp: Array,
+    suffix: String,
   },
 
   data() {
-    return { state: "loading", message: "", triangles: null, shares: null, share: 0.5,
+    return { state: "loading", message: "", triangles: null, shares: null, share: this.keptShare(),
       lossShare: null, lossViews: null, lossFault: "", waiting: "" };
   },
 
@@ -124,6 +128,7 @@ export default {
     },
     share(share) {
       this.stage?.setShare(share);
+      this.keepSoon();
     },
     wireframe(on) {
       this.stage?.setWireframe(on);
@@ -147,6 +152,7 @@ export default {
             this.shares = shares;
             this.$emit("counted", shares);
           },
+          moved: () => this.keepSoon(),
           lost: () => this.fail("lost", LOST),
           restored: () => {
             this.message = "";
@@ -161,6 +167,7 @@ export default {
     if (this.group) this.stage.eye.join(this.group);
     this.stage.setMode(this.mode);
     this.stage.setWireframe(this.wireframe);
+    this.stage.setShare(this.share);
     if (this.direction) this.lookAlong(this.direction);
     try {
       this.stage.eye.frame(await this.stage.pieces.loadOriginal(this.original));
@@ -168,11 +175,14 @@ export default {
       this.fail("failed", `The original cannot be shown: ${error.message}.`);
       return;
     }
+    if (kept("eye")) this.stage.eye.stand(kept("eye"));
+    this.keeping = true;
     await this.showLevel();
     await this.paintLoss();
   },
 
   beforeUnmount() {
+    clearTimeout(this.moving);
     this.stage?.dispose();
   },
 
@@ -225,6 +235,20 @@ export default {
 
     lookAlong(direction) {
       this.stage?.lookAlong(direction);
+    },
+
+    keptShare() {
+      const share = Number(kept(`share${this.suffix}`, MIDDLE));
+      return share >= 0 && share <= 1 ? share : MIDDLE;
+    },
+
+    keepSoon() {
+      if (!this.keeping) return; // the page has not yet what its address says
+      clearTimeout(this.moving);
+      this.moving = setTimeout(() => {
+        const share = this.share === MIDDLE ? "" : this.share;
+        keep({ eye: this.stage.eye.told, [`share${this.suffix}`]: share });
+      }, STILL);
     },
 
     press(event) {

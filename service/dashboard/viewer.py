@@ -12,6 +12,7 @@ from nicegui.element import Element
 from nicegui.events import GenericEventArguments
 
 from service.dashboard.colours import BOTH, MISSED, NEITHER, STOPS, UNSEEN, WRONG
+from service.dashboard.links import ADDRESS
 from service.dashboard.views import Direction
 
 Mode = Literal["overlay", "transparent", "side", "wipe", "silhouette", "loss", "alone"]
@@ -42,11 +43,14 @@ class MeshViewer(
     component="viewer.js",
     esm={
         "nicegui-scene": str(_THREE),
+        "occluder-address": ADDRESS,
         "occluder-drawing": str(_HERE / "drawing"),
         "occluder-sets": str(SETS),
     },
 ):
     """A view of one original and the levels of one occluder, or of what a view cell may see of it.
+
+    Where one looks from and how far the slider is are kept in the page's address.
 
     ``original``   address of a GLB as :func:`simplifier.save_for_viewing` writes it: a node tells
                    its bounding sphere, the unit of this view.
@@ -60,6 +64,7 @@ class MeshViewer(
     ``label``      what the view shows, for those who do not see it.
     ``direction``  line of sight to begin with; None for from the front.
     ``group``      viewers of one name on a page look from the same place.
+    ``suffix``     of the slider's name in the address, where a page has several viewers.
     """
 
     def __init__(
@@ -70,17 +75,21 @@ class MeshViewer(
         label: str,
         up: Literal["x", "y", "z"] = "y",
         mode: Mode = "overlay",
+        level: int = 0,
+        wireframe: bool = False,
         direction: Direction | None = None,
         group: str | None = None,
         sets: str | None = None,
         cell: int = 0,
         loss: str | None = None,
+        suffix: str = "",
     ) -> None:
         super().__init__()
         self._set(
-            original=original, levels=list(levels), level=0, mode=mode, wireframe=False, up=up,
-            palette=[NEITHER, WRONG, MISSED, BOTH], direction=direction, label=label, group=group,
-            sets=sets, cell=cell, loss=loss, ramp=[UNSEEN, *reversed(STOPS)],
+            original=original, levels=list(levels), level=level, mode=mode, wireframe=wireframe,
+            up=up, palette=[NEITHER, WRONG, MISSED, BOTH], direction=direction, label=label,
+            group=group, sets=sets, cell=cell, loss=loss, ramp=[UNSEEN, *reversed(STOPS)],
+            suffix=suffix,
         )  # fmt: skip
 
     def show_level(self, level: int) -> None:

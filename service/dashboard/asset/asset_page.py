@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import urlencode
 
@@ -14,6 +14,7 @@ from service.dashboard.asset.history_chart import history_chart
 from service.dashboard.asset.panels import run_panels
 from service.dashboard.changes.thresholds_dialog import Subject, open_thresholds
 from service.dashboard.frame import page_frame, panel
+from service.dashboard.links import Address, keep_in_address
 from service.dashboard.notices import showing_unknown
 from service.dashboard.visitor import Visitor, current_caller, current_visitor
 from service.dashboard.wording import overhang, percent, seconds, whole
@@ -34,6 +35,9 @@ _COLUMNS: list[dict[str, Any]] = [
     {"name": "options", "label": "Options", "field": "options", "align": "left", **_SELDOM},
     {"name": "version", "label": "Version", "field": "version", "align": "left", **_SELDOM},
 ]
+_RUNS_A_PAGE = 10
+_ROWS = (5, 7, 10, 15, 20, 25, 50, 0)
+"""Runs that a page may list, as Quasar offers them; 0 is all."""
 _HOLDS_WORDS = {True: "held", False: "missed", None: ""}
 # Ours; what comes from outside is filled in as text by Vue.
 _WHEN_CELL = """<q-td :props="props"><a :href="props.row.address"
@@ -112,13 +116,18 @@ def history_panel(asset: Asset, history: Sequence[RunLine], shown: str) -> None:
     with panel("History"):
         if len(history) > 1:
             history_chart(history, asset.demanded)
+        address = Address.of_page()
+        rows = [_row(asset.id, line, shown) for line in history]
         table = ui.table(
-            rows=[_row(asset.id, line, shown) for line in history],
+            rows=rows,
             columns=_COLUMNS,
             row_key="id",
             selection="multiple",
-            pagination=10,
+            pagination=_pagination(address, len(rows)),
+            on_pagination_change=lambda event: _keep_pagination(event.value),
         ).props("dense flat")
+        chosen = address.text("chosen").split(",")
+        table.selected = [row for row in rows if row["id"] in chosen]
         table.classes("history")
         table.add_slot("header-selection", _CHOICE_OF_ALL)
         table.add_slot("body-selection", _CHOICE_CELL)
@@ -134,9 +143,32 @@ def history_panel(asset: Asset, history: Sequence[RunLine], shown: str) -> None:
             compare.set_enabled(count == 2)
             words.set_text("" if count == 2 else "Choose two runs to compare them.")
 
-        table.on_select(lambda _: choose())
+        def keep() -> None:
+            choose()
+            keep_in_address(chosen=",".join(row["id"] for row in table.selected) or None)
+
+        table.on_select(lambda _: keep())
         compare.on_click(lambda: ui.navigate.to(_comparison(history, table.selected)))
         choose()
+
+
+def _pagination(address: Address, rows: int) -> dict[str, Any]:
+    """As Quasar has it, which runs are listed, and whether the oldest come first."""
+    most = address.one_of("rows", _ROWS, _RUNS_A_PAGE)
+    pages = range(1, -(-rows // (most or rows)) + 1)
+    listed: dict[str, Any] = {"rowsPerPage": most, "page": address.one_of("page", pages, 1)}
+    order = address.one_of("sort", ("when", "-when"), None)
+    return listed | ({"sortBy": "when", "descending": order == "-when"} if order else {})
+
+
+def _keep_pagination(listed: Mapping[str, Any]) -> None:
+    order = listed.get("sortBy") and ("-when" if listed.get("descending") else "when")
+    page, rows = listed.get("page", 1), listed.get("rowsPerPage", _RUNS_A_PAGE)
+    keep_in_address(
+        page=None if page == 1 else page,
+        rows=None if rows == _RUNS_A_PAGE else rows,
+        sort=order or None,
+    )
 
 
 def _comparison(history: Sequence[RunLine], selected: Sequence[dict[str, Any]]) -> str:

@@ -50,7 +50,13 @@ def _title(compared: ComparedRuns) -> str:
 def _show(compared: ComparedRuns) -> None:
     with ui.element("div").classes("halves"):
         first, second = (
-            viewer_panel(one, title=_run(letter, one), mode="silhouette", group="compared")
+            viewer_panel(
+                one,
+                title=_run(letter, one),
+                mode="silhouette",
+                group="compared",
+                suffix=f"_{letter.lower()}",
+            )
             for letter, one in (("A", compared.a), ("B", compared.b))
         )
     with ui.element("div").classes("run-panels"):

@@ -34,9 +34,14 @@ export class Eye {
     this.controls.maxDistance = 40;
     this.controls.minZoom = 0.2;
     this.controls.maxZoom = 40;
-    this.controls.addEventListener("change", () => this.changed());
+    this.controls.addEventListener("change", () => {
+      this.fitted = false;
+      this.changed();
+    });
     this.aspect = 1;
-    this.place(this.front.clone().negate(), AWAY);
+    this.fitted = true; // nobody has come nearer, gone away or aside
+    this.given = this.front.clone().negate(); // the line of sight that the page asks for
+    this.place(this.given, AWAY);
     this.frame({ min: { x: -1, y: -1, z: -1 }, max: { x: 1, y: 1, z: 1 } });
   }
 
@@ -100,8 +105,29 @@ export class Eye {
     this.lookAlong(this.front.clone().negate());
   }
 
+  // Where one stands, looks to, and how near, as text; empty where all is seen as the page asks.
+  get told() {
+    if (this.fitted && this.direction.distanceTo(this.given) < 1e-3) return "";
+    const numbers = [...this.camera.position, ...this.controls.target, this.camera.zoom];
+    return numbers.map((one) => Number(one.toFixed(3))).join(",");
+  }
+
+  stand(told) {
+    const numbers = told.split(",").map(Number);
+    if (numbers.length !== 7 || !numbers.every(Number.isFinite) || numbers[6] <= 0) return;
+    const target = new THREE.Vector3(...numbers.slice(3, 6));
+    const position = new THREE.Vector3(...numbers.slice(0, 3));
+    if (position.distanceTo(target) < this.controls.minDistance) return;
+    this.controls.target.copy(target);
+    this.camera.position.copy(position);
+    this.camera.zoom = numbers[6];
+    this.fitted = false;
+    this.changed();
+  }
+
   // From outside towards the middle, all of the sphere in view.
   lookAlong(direction) {
+    this.fitted = true;
     this.controls.target.set(0, 0, 0);
     this.camera.zoom = 1;
     this.place(direction, this.camera === this.perspective ? this.distance(direction) : AWAY);
@@ -110,8 +136,10 @@ export class Eye {
 
   // Keep the line of sight, with the other kind of camera.
   setOrthographic(on) {
+    const wanted = on ? this.orthographic : this.perspective;
+    if (this.camera === wanted) return;
     const direction = this.direction;
-    this.camera = this.controls.object = on ? this.orthographic : this.perspective;
+    this.camera = this.controls.object = wanted;
     this.lookAlong(direction);
   }
 
@@ -124,6 +152,7 @@ export class Eye {
     this.orthographic.bottom = -this.orthographic.top;
     this.perspective.updateProjectionMatrix();
     this.orthographic.updateProjectionMatrix();
+    if (this.fitted) this.lookAlong(this.direction);
   }
 
   // Whether the key means anything here.
@@ -155,12 +184,14 @@ export class Eye {
     ball.makeSafe();
     offset.setFromSpherical(ball).applyQuaternion(upright.invert());
     this.camera.position.copy(this.controls.target).add(offset);
+    this.fitted = false;
     this.changed();
   }
 
   zoom(factor) {
     if (this.camera === this.orthographic) this.camera.zoom *= factor;
     else this.camera.position.sub(this.controls.target).divideScalar(factor).add(this.controls.target);
+    this.fitted = false;
     this.changed();
   }
 
@@ -178,6 +209,7 @@ export class Eye {
     this.controls.target.copy(other.controls.target);
     this.place(other.direction, other.camera.position.distanceTo(other.controls.target));
     this.camera.zoom = other.camera.zoom;
+    this.fitted = other.fitted;
     this.settle();
     this.moved();
   }

@@ -9,7 +9,7 @@ import { Silhouette } from "./silhouette.js";
 const QUIET = 150; // milliseconds without a change after which pixels are counted
 
 export class Stage {
-  // `told` has: counted(shares), lost(), restored(). Raises where there is no WebGL.
+  // `told` has: counted(shares), moved(), lost(), restored(). Raises where there is no WebGL.
   constructor(host, { up, palette, ramp }, told) {
     this.host = host;
     this.told = told;
@@ -20,7 +20,10 @@ export class Stage {
     this.pieces = new Pieces();
     this.silhouette = new Silhouette(palette);
     this.heatMap = new HeatMap(ramp);
-    this.eye = new Eye(this.canvas, up, () => this.invalidate());
+    this.eye = new Eye(this.canvas, up, () => {
+      this.invalidate();
+      told.moved();
+    });
     this.pieces.scene.add(this.eye.headlight);
     this.mode = "overlay";
     this.wireframe = false;
@@ -64,7 +67,8 @@ export class Stage {
   }
 
   lookAlong(direction) {
-    this.eye.lookAlong(new THREE.Vector3(...direction));
+    this.eye.given = new THREE.Vector3(...direction);
+    this.eye.lookAlong(this.eye.given);
   }
 
   // Draw before the next picture of the screen.

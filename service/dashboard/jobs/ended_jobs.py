@@ -9,6 +9,7 @@ from service.access.key import Scope
 from service.dashboard.jobs.job_lines import ENDED, EndedPage, JobLine, ended_page
 from service.dashboard.jobs.job_parts import name_cells, show_failure
 from service.dashboard.jobs.words import STATE_CLASSES, STATES
+from service.dashboard.links import Address, keep_in_address
 from service.dashboard.notices import showing_refusals, tell
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.visitor import Visitor
@@ -24,24 +25,32 @@ from service.jobs.job import JobKind, JobState
 from service.routes import actions
 
 _RENEW_SECONDS = 3.0
+_LONGEST = 19  # digits of a cursor: the database's integers have 64 bits
 _ALL = "all"
 _CHOICES = {_ALL: "all that ended", **{str(state): STATES[state] for state in sorted(ENDED)}}
 
 
 class EndedJobs:
-    """The panel.  Its first page is kept up to date; older ones stand still."""
+    """The panel.  Its first page is kept up to date; older ones stand still.
 
-    def __init__(self, visitor: Visitor, state: str) -> None:
+    The address names the state that jobs ended in, and where a page of older ones begins.
+    """
+
+    def __init__(self, visitor: Visitor) -> None:
         self._visitor = visitor
+        address = Address.of_page()
+        state = address.one_of("state", _CHOICES, _ALL)
         self._states = _states_of(state)
         self._cursors: list[int | None] = [None]  # of the pages up to the one that is shown
+        if before := _whole(address.text("before")):
+            self._cursors.append(before)
         self._page: EndedPage | None = None
         with ui.element("section").classes("panel"):
             with ui.element("div").classes("row-of-controls"):
                 ui.label("Ended").classes("panel-title").props("role=heading aria-level=2")
                 ui.space()
                 ui.select(
-                    _CHOICES, value=state if state in _CHOICES else _ALL, label="Show",
+                    _CHOICES, value=state, label="Show",
                     on_change=lambda event: self._choose(event.value),
                 ).props("dense outlined options-dense").classes("state-choice")  # fmt: skip
             self._body = ui.element("div")
@@ -68,17 +77,22 @@ class EndedJobs:
 
     async def _choose(self, state: str) -> None:
         self._states, self._cursors = _states_of(state), [None]
-        await self.load()
+        keep_in_address(state=None if state == _ALL else state)
+        await self._turn()
 
     async def _go_older(self) -> None:
         if self._page and self._page.cursor is not None:
             self._cursors.append(self._page.cursor)
-            await self.load()
+            await self._turn()
 
     async def _go_newer(self) -> None:
         if len(self._cursors) > 1:
             self._cursors.pop()
-            await self.load()
+            await self._turn()
+
+    async def _turn(self) -> None:
+        keep_in_address(before=self._cursors[-1])
+        await self.load()
 
     def _build(self, page: EndedPage) -> None:
         self._newer.set_visibility(len(self._cursors) > 1)
@@ -133,6 +147,11 @@ def retry_button(visitor: Visitor, line: JobLine) -> None:
 
     button = ui.button("Retry", on_click=again).props("no-caps flat dense")
     button.props["aria-label"] = f"Retry {line.name}"
+
+
+def _whole(text: str) -> int | None:
+    """A cursor that an address names, which anybody may have changed."""
+    return int(text) if text.isascii() and text.isdecimal() and len(text) < _LONGEST else None
 
 
 def _states_of(state: str) -> frozenset[JobState]:

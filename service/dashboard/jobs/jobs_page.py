@@ -27,13 +27,12 @@ _RENEW_SECONDS = 1.0
 
 
 @ui.page("/jobs")
-async def jobs_page(state: str = "all") -> None:
-    """``state`` is one that a job ends in, or all."""
+async def jobs_page() -> None:
     visitor = current_visitor()
     now = await run_sync(jobs_now, visitor)
     with page_frame("Jobs", here="/jobs"):
         WaitingJobs(visitor, now)
-        await EndedJobs(visitor, state).load()
+        await EndedJobs(visitor).load()
 
 
 @dataclass(frozen=True)

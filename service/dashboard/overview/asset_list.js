@@ -72,6 +72,11 @@ function compared(a, b) {
   return a - b;
 }
 
+// As many as the window has room for.
+function usualColumns() {
+  return COLUMNS.filter((column) => window.innerWidth >= (column.from ?? 0)).map((one) => one.id);
+}
+
 export default {
   template: `
     <div class="assets">
@@ -236,7 +241,7 @@ export default {
       chosen: [],
       columns: COLUMNS,
       name: NAME,
-      chosenColumns: this.recalled(),
+      chosenColumns: this.recalled() ?? usualColumns(),
       rowHeight: ROW_HEIGHT,
       sparkBox: `0 0 ${SPARK.width} ${SPARK.height}`,
     };
@@ -357,6 +362,7 @@ export default {
       this.tellAddress();
     },
     chosenColumns() {
+      keep({ columns: this.chosenColumns.join(",") });
       try {
         localStorage.setItem(STORED, JSON.stringify(this.chosenColumns));
       } catch {} // a browser that keeps nothing forgets the columns, and no more
@@ -365,6 +371,7 @@ export default {
 
   mounted() {
     document.addEventListener("click", this.closeElsewhere);
+    if (this.recalled()) keep({ columns: this.chosenColumns.join(",") });
     // What is in sight is drawn first.
     requestAnimationFrame(() => setTimeout(() => this.load()));
   },
@@ -399,6 +406,7 @@ export default {
       keep({ find: this.find, show: this.show, folder: this.folder, sort: this.sort });
     },
 
+    // What somebody has chosen, here or in the link; null where nobody has.
     recalled() {
       const known = new Set(COLUMNS.map((column) => column.id));
       const stored = () => {
@@ -409,8 +417,7 @@ export default {
         }
       };
       const chosen = kept("columns") ? kept("columns").split(",") : stored();
-      if (Array.isArray(chosen)) return chosen.filter((one) => known.has(one));
-      return COLUMNS.filter((column) => window.innerWidth >= (column.from ?? 0)).map((one) => one.id);
+      return Array.isArray(chosen) ? chosen.filter((one) => known.has(one)) : null;
     },
 
     picture(row) {

@@ -14,6 +14,7 @@ from nicegui.events import GenericEventArguments
 
 from service.dashboard.asset.panels import file_size
 from service.dashboard.jobs.live_job import LiveJob
+from service.dashboard.links import keep_in_address
 from service.dashboard.notices import warn
 from service.dashboard.submit.intake import COMMON, Intake
 from service.dashboard.submit.option_form import OptionForm
@@ -102,6 +103,7 @@ class SubmitForm:
 def _asset_input(name: str) -> ui.input:
     entry = ui.input("Asset", value=name[:_LONGEST_NAME]).classes("asset-name")
     entry.props(f"dense outlined maxlength={_LONGEST_NAME} autocomplete=off")
+    entry.on_value_change(lambda event: keep_in_address(asset=event.value or None))
     entry.props["hint"] = (
         "Whose run it becomes, such as props/castle; may stay empty. Several files become "
         "assets of their own below it."

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import ceil, floor
 from typing import Any
 
 from nicegui import ui
+from nicegui.events import GenericEventArguments
 
+from service.dashboard.links import Address, keep_in_address
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.tradeoff.points import Point, Tradeoff
 from service.dashboard.wording import overhang, percent, side_by_side, whole
@@ -15,6 +17,7 @@ from service.dashboard.wording import overhang, percent, side_by_side, whole
 _SYMBOLS = ("rect", "diamond", "roundRect", "pin", "arrow")
 _COLOURS = ("#3b82c4", "#c0742a", "#2f8f6b", "#8a63c9", "#b0506a", "#6b7a2f")
 """One a budget, told apart by their symbols too; each has 3 : 1 to both backgrounds."""
+_BETWEEN = ";"  # names of series, which have none
 _RUN = "#8792a0"
 _IMPRECISE = "#c2453c"
 _TEXT = {"color": "currentColor"}
@@ -39,17 +42,32 @@ _COLUMNS = (
 
 
 class TradeoffChart:
-    """The picture; what it shows is in the table as well."""
+    """The picture; what it shows is in the table as well.
+
+    The address names what somebody has switched off in its legend.
+    """
 
     def __init__(self, known: Tradeoff) -> None:
         # As SVG, whose text takes on the colours of the page.
-        self._chart = ui.echart(chart_options(known), renderer="svg").classes("tradeoff-chart")
+        self._left_out = Address.of_page().text("without").split(_BETWEEN)
+        self._chart = ui.echart(self._options(known), renderer="svg").classes("tradeoff-chart")
+        self._chart.on("chart:legendselectchanged", self._hear_legend, ["selected"])
         self._chart.props('role=img aria-label="Time against recall; the table below has the same"')
 
     def show(self, known: Tradeoff) -> None:
         self._chart.options.clear()
-        self._chart.options.update(chart_options(known))
+        self._chart.options.update(self._options(known))
         self._chart.update()
+
+    def _options(self, known: Tradeoff) -> dict[str, Any]:
+        options = chart_options(known)
+        options["legend"]["selected"] = dict.fromkeys(self._left_out, False)
+        return options
+
+    def _hear_legend(self, event: GenericEventArguments) -> None:
+        told: Mapping[str, bool] = event.args["selected"]
+        self._left_out = [str(name) for name, shown in told.items() if not shown]
+        keep_in_address(without=_BETWEEN.join(self._left_out) or None)
 
 
 def chart_options(known: Tradeoff) -> dict[str, Any]:

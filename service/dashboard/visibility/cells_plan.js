@@ -1,5 +1,6 @@
 // View cells in plan, coloured by the size of their sets; the mouse and the keyboard choose one.
 
+import { keep, kept } from "occluder-address";
 import { corners, loadSets } from "occluder-sets";
 
 const TOWARDS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
@@ -13,6 +14,7 @@ const WHOLE = 0.4; // of the plan: larger objects, such as a ground, are drawn a
 const ZOOM = 1.2;
 const NEAREST = 400; // times as large
 const STILL = 4; // pixels that a click may be off
+const QUIET = 300; // milliseconds without a movement after which the address tells what is in view
 
 export default {
   template: `
@@ -95,12 +97,14 @@ export default {
     this.sizes.observe(this.$refs.host);
     this.themes = new MutationObserver(() => this.invalidate());
     this.themes.observe(document.body, { attributeFilter: ["class"] });
+    this.recall();
     await this.showSeen();
     this.state = "ready";
   },
 
   beforeUnmount() {
     cancelAnimationFrame(this.pending);
+    clearTimeout(this.moving);
     this.sizes?.disconnect();
     this.themes?.disconnect();
   },
@@ -127,6 +131,23 @@ export default {
       const filled = areas.reduce((sum, area, one) => sum + (this.wide[one] ? 0 : area), 0);
       this.tiled = filled > TILED * plan;
       this.reset();
+    },
+
+    // What the link shows of the plan: its middle, and how many times as large.
+    recall() {
+      const [x, y, zoomed] = kept("plan").split(",").map(Number);
+      if (!Number.isFinite(x) || !Number.isFinite(y) || !(zoomed >= 1 && zoomed <= NEAREST)) return;
+      this.middle = [x, y];
+      this.zoomed = zoomed;
+    },
+
+    keepSoon() {
+      clearTimeout(this.moving);
+      this.moving = setTimeout(() => {
+        const whole = this.zoomed === 1 && this.middle.every((one, at) => one === this.centre[at]);
+        const told = [...this.middle, this.zoomed].map((one) => Number(one.toPrecision(6)));
+        keep({ plan: whole ? "" : told.join(",") });
+      }, QUIET);
     },
 
     reset() {
@@ -335,8 +356,10 @@ export default {
       const [x, y] = [event.clientX - this.held.x, event.clientY - this.held.y];
       this.dragged ||= Math.hypot(x, y) > STILL;
       const scale = this.scale();
-      if (this.dragged)
+      if (this.dragged) {
         this.middle = [this.held.middle[0] - x / scale, this.held.middle[1] + y / scale];
+        this.keepSoon();
+      }
       this.invalidate();
     },
 
@@ -362,6 +385,7 @@ export default {
       this.middle = [x + kept * (this.middle[0] - x), y + kept * (this.middle[1] - y)];
       this.zoomed = wanted;
       this.invalidate();
+      this.keepSoon();
     },
 
     press(event) {
@@ -371,8 +395,10 @@ export default {
       else if (event.key === "Enter" || event.key === " ") this.choose(this.active ?? this.largest);
       else if (event.key === "+" || event.key === "=") this.zoom(ZOOM, this.middle);
       else if (event.key === "-" || event.key === "_") this.zoom(1 / ZOOM, this.middle);
-      else if (event.key === "0") this.reset();
-      else return;
+      else if (event.key === "0") {
+        this.reset();
+        this.keepSoon();
+      } else return;
       this.hovered = null;
       event.preventDefault();
     },

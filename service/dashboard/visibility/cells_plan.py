@@ -7,6 +7,7 @@ from collections.abc import Callable
 from nicegui.element import Element
 
 from service.dashboard.colours import Colour, css
+from service.dashboard.links import ADDRESS
 from service.dashboard.viewer import SETS
 
 _STOPS: tuple[Colour, ...] = (
@@ -15,7 +16,11 @@ _STOPS: tuple[Colour, ...] = (
 """From the smallest set to the largest, ever darker; without the yellow of what is seen."""
 
 
-class CellsPlan(Element, component="cells_plan.js", esm={"occluder-sets": str(SETS)}):
+class CellsPlan(
+    Element,
+    component="cells_plan.js",
+    esm={"occluder-address": ADDRESS, "occluder-sets": str(SETS)},
+):
     """One cell can be chosen, by a click, or by the arrow keys and Enter; Home is the largest set.
 
     ``base``    address of the folder that :mod:`service.engines.work.set_view` writes.

@@ -21,6 +21,7 @@ from service.dashboard.asset.panels import (
     warnings_panel,
 )
 from service.dashboard.frame import panel
+from service.dashboard.links import Address, keep_in_address
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.view_map import Axis
 from service.dashboard.viewer import MeshViewer, Mode
@@ -37,6 +38,7 @@ _FROM_ABOVE: dict[Axis, Direction] = {
 """Lines of sight by the axis that is up, steep enough that streets are seen."""
 
 _MODES: dict[Mode, str] = {"transparent": "Rest as a ghost", "alone": "Rest hidden"}
+_USUAL: Mode = "transparent"
 
 
 def sets_panels(sets: SetsDetail, files: Sequence[ResultFile]) -> None:
@@ -79,7 +81,10 @@ class _Cells:
     def __init__(self, sets: SetsDetail) -> None:
         self._sets = sets
         self._parts: CellParts | None = None
-        self._first = first = sets.largest[0].cell if sets.largest else 0
+        address = Address.of_page()
+        self._largest = sets.largest[0].cell if sets.largest else 0
+        self._first = first = address.one_of("cell", range(sets.report["cells"]), self._largest)
+        mode = address.one_of("mode", _MODES, _USUAL)
         with ui.element("div").classes("halves"):
             with panel("Cells by the size of their sets"):
                 self._plan = CellsPlan(
@@ -90,14 +95,14 @@ class _Cells:
                 )
                 self._plan.on_choose(self._choose)
             with panel("What the chosen cell may see"):
-                modes = ui.toggle(dict(_MODES), value="transparent", on_change=self._show_mode)
+                modes = ui.toggle(dict(_MODES), value=mode, on_change=self._show_mode)
                 modes.props('dense no-caps unelevated role=group aria-label="What is shown"')
                 self._viewer = MeshViewer(
                     f"{sets.base}/scene.glb",
                     sets=sets.base,
                     cell=first,
                     up=sets.up,
-                    mode="transparent",
+                    mode=mode,
                     direction=_FROM_ABOVE[sets.up],
                     label=f"{sets.job.name}, what a cell may see of it",
                 )
@@ -109,9 +114,11 @@ class _Cells:
             self._viewer.show_cell(cell)
             if self._parts is not None:
                 self._parts.show_chosen(cell)
+            keep_in_address(cell=None if cell == self._largest else cell)
 
     def _show_mode(self, event: ValueChangeEventArguments[Mode]) -> None:
         self._viewer.show_mode(event.value)
+        keep_in_address(mode=None if event.value == _USUAL else event.value)
 
     def parts_panel(self) -> None:
         """What is drawn of the objects that the chosen cell may see."""

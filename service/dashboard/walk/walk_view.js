@@ -1,6 +1,9 @@
 // A walk as an element of a page: fetched when somebody wants it, for it may have to be made.
 
+import { keep, kept } from "occluder-address";
 import { WalkPlayer } from "occluder-walk";
+
+const NAMES = ["frame", "speed", "shows", "above"];
 
 export default {
   template: `
@@ -20,12 +23,17 @@ export default {
     return { state: "waiting", words: "" };
   },
 
+  mounted() {
+    if (kept("frame")) this.open();
+  },
+
   beforeUnmount() {
     this.player?.dispose();
   },
 
   methods: {
-    async open() {
+    // `asked` is the click of whoever wants it, whom the focus follows; a link asks for nothing.
+    async open(asked) {
       this.state = "loading";
       this.words = this.made
         ? "Loading…"
@@ -34,11 +42,14 @@ export default {
       try {
         const answer = await fetch(this.address);
         if (!answer.ok) throw new Error(await reason(answer));
-        this.player = new WalkPlayer(this.$refs.host);
+        this.player = new WalkPlayer(this.$refs.host, {
+          kept: Object.fromEntries(NAMES.map((name) => [name, kept(name)])),
+          changed: keep,
+        });
         await this.player.open(answer.body);
         this.state = "ready";
         await this.$nextTick();
-        this.player.play.focus();
+        if (asked) this.player.play.focus();
       } catch (error) {
         this.player?.dispose();
         this.state = "failed";

@@ -13,6 +13,8 @@ const NARROW = 700; // pixels; below, the views stand above each other
 const ELEVATION = (52 / 180) * Math.PI;
 const STEP = Math.PI / 18;
 const FIELD = 40; // degrees, of the view from above
+const SPEEDS = [0.5, 1, 2, 4];
+const STILL = 300; // milliseconds without a change after which it is told
 
 const COLOURS = {
   [ABSENT]: [201, 204, 204],
@@ -67,8 +69,12 @@ const STYLE = `
 `;
 
 export class WalkPlayer {
-  constructor(host) {
+  // `kept` is what `changed` was told earlier, by which the walk is shown as it was then: texts by
+  // the names frame, speed, shows and above.
+  constructor(host, { kept = {}, changed = () => {} } = {}) {
     this.host = host;
+    this.kept = kept;
+    this.changed = changed;
     this.time = 0;
     this.playing = false;
     this.speed = 1;
@@ -82,6 +88,7 @@ export class WalkPlayer {
   async open(stream) {
     this.walk = await readWalk(stream);
     this.options.cut = this.walk.path === "inside";
+    this.recall();
     this.lift = [0, 0, 0];
     this.lift[this.walk.up] = this.walk.upward;
     this.count = this.walk.parts + this.walk.occluders;
@@ -101,6 +108,37 @@ export class WalkPlayer {
     this.settle(1);
     this.tell();
     this.invalidate();
+    this.change();
+  }
+
+  // Anybody may have written what is kept: what it cannot be is left as it begins.
+  recall() {
+    const { frame, speed, shows, above } = this.kept;
+    if (Number(frame) >= 1) this.time = Math.min(Math.round(Number(frame)), this.walk.frames) - 1;
+    if (SPEEDS.includes(Number(speed))) this.speed = Number(speed);
+    const shown = shows?.split(",") ?? [];
+    for (const name of Object.keys(this.options)) {
+      if (shown.includes(name)) this.options[name] = true;
+      if (shown.includes(`no ${name}`)) this.options[name] = false;
+    }
+    const [around, zoom] = above?.split(",").map(Number) ?? [];
+    if (Number.isFinite(around) && zoom > 0) [this.around, this.zoom] = [around, zoom];
+  }
+
+  // Tell what is shown, once nothing has changed for a moment.
+  change() {
+    clearTimeout(this.telling);
+    this.telling = setTimeout(() => {
+      if (this.playing) return;
+      const usual = { occluders: false, through: false, cut: this.walk.path === "inside" };
+      const shows = Object.keys(usual).filter((name) => this.options[name] !== usual[name])
+        .map((name) => (this.options[name] ? name : `no ${name}`));
+      const above = [this.around, this.zoom].map((one) => Number(one.toFixed(3))).join(",");
+      this.changed({
+        frame: `${this.frame + 1}`, speed: this.speed === 1 ? "" : `${this.speed}`,
+        shows: shows.join(","), above: above === "0,1" ? "" : above,
+      });
+    }, STILL);
   }
 
   get frame() {
@@ -128,10 +166,13 @@ export class WalkPlayer {
     this.scrubber.addEventListener("input", () => this.go(Number(this.scrubber.value)));
     this.worst = make("button", { type: "button", textContent: "Weakest frame" });
     this.worst.addEventListener("click", () => this.go(worstFrame(walk)));
-    const speed = make("select", {}, ...[0.5, 1, 2, 4].map((one) =>
-      make("option", { value: one, textContent: `${one} ×`, selected: one === 1 })));
+    const speed = make("select", {}, ...SPEEDS.map((one) =>
+      make("option", { value: one, textContent: `${one} ×`, selected: one === this.speed })));
     speed.setAttribute("aria-label", "Speed");
-    speed.addEventListener("change", () => (this.speed = Number(speed.value)));
+    speed.addEventListener("change", () => {
+      this.speed = Number(speed.value);
+      this.change();
+    });
     const switches = [
       ["occluders", "Occluders, in yellow"], ["through", "Found objects through walls"],
       ["cut", "Cut away what is above the camera"],
@@ -140,6 +181,7 @@ export class WalkPlayer {
       box.addEventListener("change", () => {
         this.options[name] = box.checked;
         this.invalidate();
+        this.change();
       });
       return make("label", {}, box, words);
     });
@@ -191,6 +233,7 @@ export class WalkPlayer {
       this.around -= (event.clientX - from) * 0.008;
       from = event.clientX;
       this.invalidate();
+      this.change();
     });
     for (const name of ["pointerup", "pointercancel"])
       this.canvas.addEventListener(name, () => (from = null));
@@ -207,6 +250,7 @@ export class WalkPlayer {
     else return;
     event.preventDefault();
     this.invalidate();
+    this.change();
   }
 
   toggle() {
@@ -215,6 +259,7 @@ export class WalkPlayer {
     this.play.textContent = this.playing ? "Pause" : "Play";
     this.before = null;
     this.invalidate();
+    this.change();
   }
 
   go(frame) {
@@ -223,6 +268,7 @@ export class WalkPlayer {
     if (this.still.matches) this.settle(1);
     this.tell();
     this.invalidate();
+    this.change();
   }
 
   invalidate() {
@@ -392,6 +438,7 @@ export class WalkPlayer {
   dispose() {
     if (this.asked) cancelAnimationFrame(this.asked);
     this.asked = 0; // nothing is asked for any more
+    clearTimeout(this.telling);
     this.watcher?.disconnect();
     this.picture?.dispose();
   }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from service.jobs.job import Failure
+from tests.service.dashboard.addresses import elsewhere, expect_kept
 from tests.service.dashboard.chromium import TABLET
 from tests.service.dashboard.legibility import faint_texts, overflows
 from tests.service.dashboard.meshes import castle_file
@@ -96,8 +98,32 @@ def test_jobs_are_filtered_by_state_and_paged(page: Page, past: Past) -> None:
 def test_an_address_may_name_the_state(page: Page, past: Past) -> None:
     page.goto(f"{past.address}/jobs?state=cancelled")
     expect(page.get_by_text("No jobs match this filter.")).to_be_visible()
-    page.goto(f"{past.address}/jobs?state=<script>")
+    page.goto(f"{past.address}/jobs?state=<script>&before=-1")
     expect(page.get_by_role("link", name="props/castle")).to_be_visible()
+    page.goto(f"{past.address}/jobs?before={'9' * 40}")
+    expect(page.get_by_role("link", name="props/castle")).to_be_visible()
+
+
+def test_a_link_shows_the_same_jobs(browser: Browser, page: Page, past: Past) -> None:
+    page.goto(f"{past.address}/jobs")
+    page.get_by_label("Show").click()
+    page.get_by_role("option", name="failed").click()
+    expect_kept(page, state="failed")
+    page.get_by_role("button", name="Older").click()
+    expect(page).to_have_url(re.compile("before=[0-9]"))
+    rows = page.get_by_role("table", name="Jobs that have ended").get_by_role("link")
+    expect(page.get_by_role("button", name="Older")).to_be_hidden()
+    shown = [row.get_attribute("href") for row in rows.all()]
+    with elsewhere(browser, page) as other:
+        rows = other.get_by_role("table", name="Jobs that have ended").get_by_role("link")
+        expect(rows).to_have_count(len(shown))
+        assert [row.get_attribute("href") for row in rows.all()] == shown
+        other.get_by_role("button", name="Newer").click()
+        expect(other.get_by_role("button", name="Older")).to_be_visible()
+        expect_kept(other, state="failed", before=None)
+    page.get_by_label("Show").click()
+    page.get_by_role("option", name="all that ended").click()
+    expect_kept(page, state=None, before=None)
 
 
 def test_a_failed_job_is_tried_again_and_watched(page: Page, past: Past) -> None:

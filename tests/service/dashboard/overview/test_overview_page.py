@@ -392,6 +392,18 @@ def test_columns_that_one_chose_are_remembered(studio: Studio, page: Page) -> No
     page.reload()
     expect(page.get_by_text("3 shown")).to_be_visible()
     expect(header).to_be_hidden()
+    # Whoever is sent the link sees the same columns, and keeps what they chose themselves.
+    link = page.url
+    assert "columns=" in link
+    assert "worst" not in link
+    page.evaluate("localStorage.clear()")
+    page.goto(studio.address)
+    expect(header).to_be_visible()
+    page.goto(link)
+    expect(page.get_by_text("3 shown")).to_be_visible()
+    expect(header).to_be_hidden()
+    page.goto(studio.address)
+    expect(header).to_be_visible()
 
 
 def test_the_csv_has_what_is_shown_and_no_formula(

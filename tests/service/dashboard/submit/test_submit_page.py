@@ -13,6 +13,7 @@ from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from service.dashboard.colours import BOTH
+from tests.service.dashboard.addresses import elsewhere, expect_kept
 from tests.service.dashboard.chromium import DESKTOP, TABLET, Watch
 from tests.service.dashboard.legibility import faint_texts, overflows
 from tests.service.dashboard.meshes import broken_file, castle_file
@@ -46,6 +47,14 @@ def submit(page: Page, address: str, path: Path | list[Path], **more: str) -> Lo
     fill(page, **more)
     page.get_by_role("button", name="Submit").click()
     return jobs_of(page).first
+
+
+def test_a_link_begins_with_the_same_asset(browser: Browser, page: Page, working: str) -> None:
+    page.goto(f"{working}/submit")
+    page.get_by_label("Asset").fill("props/gate & wall")
+    expect_kept(page, asset="props/gate & wall")
+    with elsewhere(browser, page) as other:
+        expect(other.get_by_label("Asset")).to_have_value("props/gate & wall")
 
 
 @pytest.mark.vital

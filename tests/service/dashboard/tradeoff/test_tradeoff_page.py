@@ -9,6 +9,7 @@ import httpx
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from tests.service.dashboard.addresses import elsewhere, expect_kept
 from tests.service.dashboard.chromium import TABLET
 from tests.service.dashboard.legibility import faint_texts, overflows
 from tests.service.dashboard.meshes import castle_file
@@ -41,7 +42,7 @@ def fill(page: Page, **more: str) -> None:
 
 
 def test_a_sweep_is_run_watched_and_laid_over_the_runs(
-    page: Page, working: str, asset: str, tmp_path: Path
+    browser: Browser, page: Page, working: str, asset: str, tmp_path: Path
 ) -> None:
     page.goto(f"{working}/tradeoff/{asset}")
     runs = page.get_by_role("table", name="Runs")
@@ -57,6 +58,16 @@ def test_a_sweep_is_run_watched_and_laid_over_the_runs(
     assert download.value.path().read_text().count("\n") == 7
     page.get_by_role("heading", level=1).scroll_into_view_if_needed()
     keep_picture(page, "dashboard_tradeoff", tmp_path)
+    # What is switched off in the legend is off for whoever is sent the link.
+    drawn = page.locator(".tradeoff-chart path[fill='#3b82c4']")
+    count = drawn.count()
+    page.locator(".tradeoff-chart").get_by_text("sweep, budget 8").click()
+    expect_kept(page, without="sweep, budget 8")
+    assert drawn.count() < count
+    with elsewhere(browser, page) as other:
+        chart = other.locator(".tradeoff-chart")
+        expect(chart.get_by_text("sweep, budget 8")).to_be_visible()
+        expect(chart.locator("path[fill='#3b82c4']")).to_have_count(drawn.count())
 
 
 def test_the_quick_sweep_tells_the_time_left_and_calls_nothing_useless(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 import simplifier
 from service.dashboard.visibility.sets_detail import read_sets
+from tests.service.dashboard.addresses import elsewhere, expect_kept
 from tests.service.dashboard.chromium import Watch
 from tests.service.dashboard.legibility import faint_texts, overflows
 from tests.service.dashboard.results import JobResult, sets_result
@@ -166,6 +168,38 @@ def test_keys_go_from_cell_to_cell(page: Page, town: Town) -> None:
         drawn = plan.get_attribute("data-frames")
         page.keyboard.press(key)
         expect(plan).not_to_have_attribute("data-frames", drawn or "")
+
+
+def test_a_link_shows_the_same_cell_from_the_same_place(
+    browser: Browser, page: Page, town: Town
+) -> None:
+    page.goto(town.page, timeout=SLOW)
+    plan = plan_of(page)
+    cell = town.largest[-1]
+    page.get_by_role("button", name=f"Cell {cell}", exact=True).click()
+    page.get_by_role("button", name="Rest hidden").click()
+    plan.focus()
+    page.keyboard.press("+")
+    expect_kept(page, cell=str(cell), mode="alone")
+    expect(page).to_have_url(re.compile("plan=[-0-9.]+%2C[-0-9.]+%2C1.2"))
+    host = shown(page, VIEWER)
+    settle(plan)
+    drawn, planned = pixels(host), pixels(plan)
+    with elsewhere(browser, page) as other:
+        plan = plan_of(other)
+        expect(other.get_by_text(f"What cell {cell} may see")).to_be_visible(timeout=SLOW)
+        settle(plan)
+        for now, before in ((pixels(shown(other, VIEWER)), drawn), (pixels(plan), planned)):
+            assert (np.abs(now - before).max(axis=-1) > 24).mean() < 0.01
+    plan_of(page).focus()
+    page.keyboard.press("0")
+    expect_kept(page, plan=None)
+
+
+def test_an_address_may_name_no_cell(page: Page, town: Town) -> None:
+    page.goto(f"{town.page}?cell=99999&mode=x&plan=1,2", timeout=SLOW)
+    plan_of(page)
+    expect(page.get_by_text(town.words(town.largest[0]))).to_be_visible(timeout=SLOW)
 
 
 def test_what_is_gone_is_told(page: Page, town: Town, watch: Watch) -> None:

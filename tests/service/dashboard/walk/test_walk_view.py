@@ -14,6 +14,7 @@ from simplifier.culling.flythrough import fly
 from simplifier.culling.walk_page import walk_page
 from tests.culling.occluded import SMALL, WALL, exact, looking, path_of, street, tree_of
 from tests.culling.occluded import wall_with_window as with_window
+from tests.service.dashboard.addresses import elsewhere, expect_kept
 from tests.service.dashboard.legibility import faint_texts, overflows
 from tests.service.dashboard.results import scene_result
 from tests.service.dashboard.screenshots import keep_picture
@@ -123,6 +124,40 @@ def test_the_walk_of_a_job_is_made_when_it_is_asked_for(page: Page, job: str) ->
     expect(page.get_by_role("button", name="Play")).to_be_focused()
     page.get_by_role("button", name="Weakest frame").click()
     expect(figure(page, "Found")).to_contain_text("%")
+
+
+def test_a_link_shows_the_same_frame_at_the_same_speed(
+    browser: Browser, page: Page, job: str
+) -> None:
+    page.goto(job, timeout=SLOW)
+    page.get_by_role("button", name="Show the walk").click()
+    drawn(page)
+    page.get_by_role("slider", name="Frame of the walk").fill("8")
+    page.get_by_label("Speed").select_option("2")
+    page.get_by_label("Occluders, in yellow").check()
+    expect_kept(page, frame="9", speed="2", shows="occluders", above=None)
+    drawn(page).focus()
+    page.keyboard.press("ArrowLeft")
+    expect(page).to_have_url(re.compile("above="))
+    with elsewhere(browser, page) as other:
+        drawn(other)
+        expect(figure(other, "Frame")).to_have_text("9 of 60")
+        expect(other.get_by_label("Speed")).to_have_value("2")
+        expect(other.get_by_label("Occluders, in yellow")).to_be_checked()
+        expect(other.get_by_label("Found objects through walls")).not_to_be_checked()
+    page.goto(f"{job}?frame=1000&speed=9&shows=none&above=x")
+    drawn(page)
+    expect(figure(page, "Frame")).to_have_text("60 of 60")
+    expect(page.get_by_label("Speed")).to_have_value("1")
+
+
+def test_the_address_of_a_page_of_its_own_tells_its_frame(page: Page, alone: str) -> None:
+    open_alone(page, alone)
+    page.get_by_role("slider", name="Frame of the walk").fill("4")
+    expect(page).to_have_url(f"{ALONE}#frame=5")
+    page.reload()
+    drawn(page)
+    expect(figure(page, "Frame")).to_have_text("5 of 8")
 
 
 def test_what_cannot_be_had_is_told(page: Page, job: str, watch: object) -> None:

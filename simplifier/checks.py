@@ -73,7 +73,7 @@ def check_lengths(name: str, values: Sequence[float], count: int | None = None) 
     """A list or tuple of positive lengths, of so many if there is a ``count``."""
     if not isinstance(values, (list, tuple)):
         raise OptionError(
-            f"{value_text(values)} is no list of lengths",
+            f"{value_text(values)} is not a list of lengths",
             where=name,
             remedy="give a list of numbers",
         )
@@ -101,7 +101,7 @@ def check_size(name: str, value: object) -> None:
     """Two numbers: columns and rows."""
     if not isinstance(value, tuple) or len(value) != 2:
         raise OptionError(
-            f"{value_text(value)} is no size", where=name, remedy="give columns and rows"
+            f"{value_text(value)} is not a size", where=name, remedy="give columns and rows"
         )
 
 

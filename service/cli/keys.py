@@ -249,7 +249,7 @@ def open_known(data: Path | None) -> Iterator[Opened]:
     folder = DataFolder(settings.data)
     if settings.database_url is None and not folder.database.exists():
         raise OptionError(
-            f"'{folder.path}' is no folder of a service",
+            f"'{folder.path}' is not a folder of a service",
             where="data",
             remedy="name it by --data or OCCLUDER_DATA; 'occluder keys create' makes one",
         )

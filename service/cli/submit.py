@@ -95,7 +95,9 @@ def _targets(meshes: Sequence[Path], folder: Path | None, form: str) -> list[Pat
     suffix = f".{form}"
     if suffix not in OCCLUDER_SUFFIXES:
         known = ", ".join(one[1:] for one in OCCLUDER_SUFFIXES)
-        raise OptionError(f"'{form}' is no format", where="format", remedy=f"choose from {known}")
+        raise OptionError(
+            f"'{form}' is not a format", where="format", remedy=f"choose from {known}"
+        )
     if folder is not None and not folder.is_dir():
         raise OutputError("there is no such folder", where=str(folder), remedy="create it first")
     targets = [

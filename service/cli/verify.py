@@ -106,7 +106,7 @@ def _check_known(folder: DataFolder) -> None:
     """A slip must not make another."""
     if not folder.database.exists():
         raise OptionError(
-            f"'{folder.path}' is no folder of a service",
+            f"'{folder.path}' is not a folder of a service",
             where="data",
             remedy="name it by --data or OCCLUDER_DATA",
         )

@@ -63,14 +63,16 @@ class OptionTable:
         return given
 
     def from_json(self, text: bytes | str) -> dict[str, Any]:
-        """Raises :class:`~service.errors.InvalidOptionsError` for what is no JSON object."""
+        """Raises :class:`~service.errors.InvalidOptionsError` for what is not a JSON object."""
         try:
             # RecursionError: thousands of opening brackets.
             given = json.loads(text, parse_constant=_refuse)
         except (ValueError, RecursionError):
             given = None
         if not isinstance(given, dict):
-            fault = FieldError("options", "this is no JSON object", 'send such as {"budget": 32}')
+            fault = FieldError(
+                "options", "this is not a JSON object", 'send such as {"budget": 32}'
+            )
             raise InvalidOptionsError([fault])
         return given
 

@@ -101,9 +101,11 @@ def target_of(text: str) -> Target:
         url = httpx.URL(text)
         host, port = url.raw_host.decode("ascii"), url.port
     except (httpx.InvalidURL, ValueError) as error:
-        raise UnsafeAddressError(f"it is no URL ({error})", "give an http or https URL") from None
+        raise UnsafeAddressError(
+            f"it is not a URL ({error})", "give an http or https URL"
+        ) from None
     if url.scheme not in ("http", "https") or not host:
-        raise UnsafeAddressError("it is no http URL with a host", "give an http or https URL")
+        raise UnsafeAddressError("it is not an http URL with a host", "give an http or https URL")
     if url.userinfo:
         raise UnsafeAddressError(
             "it holds a user or a password", "leave it out; webhooks are signed in their place"

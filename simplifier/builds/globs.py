@@ -36,7 +36,7 @@ class Glob:
         names = self.text.split("/")
         if "\\" in self.text or not all(names) or ".." in names or ":" in names[0]:
             raise ManifestError(
-                f"'{self.text}' is no path below the manifest's folder",
+                f"'{self.text}' is not a path below the manifest's folder",
                 where=self.where,
                 remedy="name files as in 'props/**/*.glb'",
             )
@@ -44,7 +44,7 @@ class Glob:
             _ = self._regex
         except re.error as error:
             raise ManifestError(
-                f"'{self.text}' is no pattern ({error})", where=self.where, remedy="correct it"
+                f"'{self.text}' is not a pattern ({error})", where=self.where, remedy="correct it"
             ) from None
 
     @property

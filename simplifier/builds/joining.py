@@ -123,7 +123,7 @@ def _check_assets(path: Path, plan: Plan, shards: Mapping[Shard, ShardRecord]) -
                     where=str(shard_path(path, shard)),
                     remedy=f"remove this record and run: {_command(path, shard)}",
                 )
-        _check_same(path, shard, "is no asset here", told - wanted[shard])
+        _check_same(path, shard, "is not an asset here", told - wanted[shard])
         _check_same(path, shard, "is not in its record", wanted[shard] - told)
 
 

@@ -191,7 +191,7 @@ def maker_at(address: str, key: str | None, stop: threading.Event) -> AbstractCo
     known = {one.name: one for one in entry_points(group=MAKER_GROUP)}
     if scheme not in known:
         raise OptionError(
-            f"'{address}' is no address of a service",
+            f"'{address}' is not an address of a service",
             where="server",
             remedy="write as in http://127.0.0.1:8000"
             if known

@@ -62,7 +62,9 @@ def read_manifest(path: Path) -> Manifest:
     defaults, blocks = top.get("defaults"), top.get("asset")
     if defaults is not None and not isinstance(defaults, Table):
         raise ManifestError(
-            "'defaults' is no table", where=top.where("defaults"), remedy="begin it by [defaults]"
+            "'defaults' is not a table",
+            where=top.where("defaults"),
+            remedy="begin it by [defaults]",
         )
     every = Settings({}, {}) if defaults is None else read_settings(defaults)
     if not isinstance(blocks, list) or not all(isinstance(one, Table) for one in blocks):
@@ -148,7 +150,7 @@ def read_settings(table: Table, others: Collection[str] = ()) -> Settings:
     demanded = table.get(_REQUIRE, {})
     if not isinstance(demanded, Mapping):
         raise ManifestError(
-            "'require' is no table",
+            "'require' is not a table",
             where=table.where(_REQUIRE),
             remedy="write as in: require = { min_recall = 0.8 }",
         )

@@ -87,7 +87,7 @@ def parse_record(data: bytes, where: str) -> Record:
         entries = parse_entries(content)
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise ManifestError(
-            "this is no record of a build", where=where, remedy="remove it and build again"
+            "this is not a record of a build", where=where, remedy="remove it and build again"
         ) from None
     if version != _SCHEMA_VERSION:
         raise ManifestError(

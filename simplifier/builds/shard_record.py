@@ -76,7 +76,7 @@ def read_shard_records(manifest: Path) -> dict[Path, ShardRecord]:
 
 
 def read_shard_record(path: Path) -> ShardRecord:
-    """Raises :class:`ManifestError` for what is no record of a shard."""
+    """Raises :class:`ManifestError` for what is not a record of a shard."""
     data = read_bytes(path, error=ManifestError, remedy="remove it")
     try:
         content = json.loads(data)
@@ -93,7 +93,7 @@ def read_shard_record(path: Path) -> ShardRecord:
         )
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError, OptionError):
         raise ManifestError(
-            "this is no record of a shard",
+            "this is not a record of a shard",
             where=str(path),
             remedy="remove it and build the shard again",
         ) from None

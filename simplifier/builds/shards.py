@@ -44,7 +44,7 @@ def read_shard(text: str) -> Shard:
     number, count = (int(found[1]), int(found[2])) if found else (0, 0)
     if not 1 <= number <= count <= MOST_SHARDS:
         raise OptionError(
-            f"'{text}' is no shard",
+            f"'{text}' is not a shard",
             where="shard",
             remedy=f"write I/N, with I from 1 to N and N up to {MOST_SHARDS:,}, as in 2/16",
         )

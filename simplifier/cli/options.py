@@ -194,7 +194,7 @@ def _read_lengths(one: OptionField, text: str | None) -> tuple[float, ...] | Non
         return tuple(float(word) for word in text.split(","))
     except ValueError:
         raise OptionError(
-            f"'{text}' is no list of lengths", where=one.words, remedy="separate them by commas"
+            f"'{text}' is not a list of lengths", where=one.words, remedy="separate them by commas"
         ) from None
 
 
@@ -205,7 +205,7 @@ def _read_numbers(one: OptionField, text: str) -> tuple[float, ...]:
         return tuple(dict.fromkeys(kind(word) for word in text.split(",")))
     except ValueError:
         raise OptionError(
-            f"'{text}' is no list of numbers", where=one.name, remedy="separate them by commas"
+            f"'{text}' is not a list of numbers", where=one.name, remedy="separate them by commas"
         ) from None
 
 
@@ -214,7 +214,7 @@ def _read_size(one: OptionField, text: str) -> tuple[int, int]:
     found = re.fullmatch(r"(\d{1,6})[xX](\d{1,6})", text.strip(), flags=re.ASCII)
     if found is None:
         raise OptionError(
-            f"'{text}' is no size", where=one.name, remedy="give columns and rows, as in 320x180"
+            f"'{text}' is not a size", where=one.name, remedy="give columns and rows, as in 320x180"
         )
     return int(found[1]), int(found[2])
 

@@ -148,7 +148,7 @@ def pvs(
 
 def _made(figures: Mapping[str, Any], output: Path) -> str:
     cells, left = figures["cells"], figures["left"]
-    rest = f"; {left:,} are left, and the same command goes on" if left else ""
+    rest = f"; {left:,} are left, and the same command continues" if left else ""
     if not figures["computed_now"] and not left:
         return f"nothing; {output} has the sets of all {cells:,} view cells already"
     return f"{output}, the visible sets of {cells - left:,} view cells{rest}"
@@ -302,7 +302,7 @@ def _point(text: str) -> Any:
     except ValueError:
         point = np.empty(0)
     if point.shape != (3,) or not np.isfinite(point).all():
-        raise OptionError(f"'{text}' is no point", where="at", remedy="give X,Y,Z")
+        raise OptionError(f"'{text}' is not a point", where="at", remedy="give X,Y,Z")
     return point
 
 

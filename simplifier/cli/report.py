@@ -89,5 +89,5 @@ def check_extras(report: Path | None, pictures: Path | None) -> None:
         check_folder(report)
     if pictures is not None and pictures.exists() and not pictures.is_dir():
         raise OutputError(
-            "this is no folder", where=str(pictures), remedy="name one for the pictures"
+            "this is not a folder", where=str(pictures), remedy="name one for the pictures"
         )

@@ -78,7 +78,7 @@ def tradeoff(
             raise MeshError("none of the meshes could be measured", remedy=remedy)
         if listening.heard:
             runs = f"{len(trials)} of {run_count(meshes, options)} runs"
-            rest = "the same command goes on from there"
+            rest = "the same command continues from there"
             print_line(f"warning: interrupted after {runs}; {output} holds what they gave; {rest}")
 
     run_guarded(run, debug=debug, quiet=quiet)

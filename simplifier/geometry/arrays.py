@@ -76,7 +76,7 @@ def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
         numbers = np.empty(0)
     if len(numbers) != 3 or not np.isfinite(numbers).all():
         raise OptionError(
-            f"{value_text(value)} is no vector", where=name, remedy="pass three finite numbers"
+            f"{value_text(value)} is not a vector", where=name, remedy="pass three finite numbers"
         )
     return numbers
 

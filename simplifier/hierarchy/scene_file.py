@@ -141,7 +141,7 @@ def _document(folder: Path) -> dict[str, Any]:
     except (ValueError, RecursionError):
         raise _damage(path, "it is not JSON") from None
     if not isinstance(document, dict):
-        raise _damage(path, "it is no JSON object")
+        raise _damage(path, "it is not a JSON object")
     version = document.get("schema_version")
     if version != SCHEMA_VERSION:
         raise SceneError(
@@ -182,7 +182,7 @@ Row = Mapping[str, Any]
 def rows_of(nodes: Any) -> list[Row]:
     """The nodes, each a leaf's or an inner node's keys and no other."""
     if not isinstance(nodes, list) or not nodes:
-        raise ValueError("'nodes' is no list of nodes")
+        raise ValueError("'nodes' is not a list of nodes")
     for place, row in enumerate(nodes):
         allowed = _INNER if "children" in row else _LEAF
         for name in sorted(allowed - set(LEVELS)):
@@ -208,7 +208,7 @@ def tree_of(rows: Sequence[Row]) -> Tree:
 
 def objects_of(names: Any) -> tuple[str, ...]:
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise ValueError("'objects' is no list of names")
+        raise ValueError("'objects' is not a list of names")
     if len(set(names)) < len(names):
         raise ValueError("two objects have the same name")
     return tuple(names)
@@ -247,10 +247,10 @@ def occluders_of(rows: Sequence[Row], keys: Sequence[str]) -> IntArray:
 def summaries_of(rows: Any) -> dict[str, Summary]:
     """By key; keys become names of files, so nothing else may stand for one."""
     if not isinstance(rows, dict):
-        raise ValueError("'occluders' is no object")
+        raise ValueError("'occluders' is not an object")
     for key in rows:
         if not is_key(key):
-            raise ValueError(f"{key!r} is no key of an occluder")
+            raise ValueError(f"{key!r} is not a key of an occluder")
     return {key: _summary(row, key) for key, row in rows.items()}
 
 

@@ -64,7 +64,7 @@ class OccluderStore:
     def path(self, key: str) -> Path:
         """Raises ValueError for what is no key, which might lead out of the folder."""
         if not is_key(key):
-            raise ValueError(f"{key!r} is no key of an occluder")
+            raise ValueError(f"{key!r} is not a key of an occluder")
         return self.folder / f"{key}.glb"
 
     def keys(self) -> set[str]:

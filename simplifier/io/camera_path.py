@@ -83,7 +83,7 @@ _NAME_ONE = "name a camera path"
 
 def _parse(data: bytes, where: str) -> Any:
     def refuse(name: str) -> NoReturn:
-        raise ValueError(f"{name} is no number in JSON")
+        raise ValueError(f"{name} is not a number in JSON")
 
     try:
         return json.loads(data.decode("utf-8-sig"), parse_constant=refuse)

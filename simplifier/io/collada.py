@@ -30,10 +30,10 @@ Bound = tuple[tuple[str, str], ...]
 
 
 def check_start(start: bytes, size: int, where: str) -> None:
-    """Raises :class:`UnreadableMeshError` for what is no XML."""
+    """Raises :class:`UnreadableMeshError` for what is not XML."""
     if not without_mark(start).lstrip().startswith(b"<"):
         raise UnreadableMeshError(
-            "this is no XML, which a COLLADA file is", where=where, remedy=_EXPORT
+            "this is not XML, which a COLLADA file is", where=where, remedy=_EXPORT
         )
 
 

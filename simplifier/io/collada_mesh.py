@@ -111,7 +111,7 @@ class _Primitive:
                 lists = [fan_triangles(one).reshape(-1) for one in lists]
             joined = np.concatenate([np.empty(0, dtype=np.int64), *lists])
             if len(joined) % 3:
-                raise self._wrong(f"has {len(joined)} corners, which is no number of triangles")
+                raise self._wrong(f"has {len(joined)} corners, which is not a number of triangles")
             sizes = np.full(len(joined) // 3, 3, dtype=np.int64)
         promised = self._whole(self._element.get("count", "0"), "count")
         if kind in ("triangles", "polylist") and len(sizes) < promised:

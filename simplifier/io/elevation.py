@@ -62,7 +62,7 @@ def load_elevation(
             raise
         raise type(error)(error.what, where=str(path), remedy=error.remedy) from None
     raise UnknownFormatError(
-        f"'{path.suffix}' is no suffix of an elevation model", where=str(path),
+        f"'{path.suffix}' is not a suffix of an elevation model", where=str(path),
         remedy=f"name a file that ends in one of {' '.join(ELEVATION_SUFFIXES)}",
     )  # fmt: skip
 
@@ -135,7 +135,7 @@ def _array_header(data: bytes) -> tuple[tuple[int, ...], bool, np.dtype[Any], in
         if any(length < 0 for length in shape):
             raise ValueError("a length is negative")
     except Exception as error:  # a header is Python's text: any of its errors
-        raise UnreadableMeshError(f"this is no array of numpy ({error})") from None
+        raise UnreadableMeshError(f"this is not an array of numpy ({error})") from None
     return shape, fortran, dtype, file.tell()
 
 
@@ -175,7 +175,7 @@ def _from_geotiff(path: Path, spacing: Spacing | None, memory_limit: float | Non
                 f"its compression, {page.compression.name}, needs the package imagecodecs",
                 remedy=f"install planar-occluder[geotiff], or {_CONVERT}",
             ) from None
-        raise UnreadableMeshError(f"this is no TIFF that can be read ({error})") from None
+        raise UnreadableMeshError(f"this is not a TIFF that can be read ({error})") from None
     if values.shape != shape:
         raise UnreadableMeshError(f"it has {values.shape} values, not rows and columns")
     return Elevation(_without_missing(values, tags.get(_NODATA)), pitch, origin)
@@ -301,7 +301,7 @@ def _without_missing(values: NDArray[Any], nodata: Any) -> FloatArray:
         value = float(str(nodata).strip().strip("\0"))
     except ValueError:
         raise UnreadableMeshError(
-            f"'{nodata}' is no value of missing samples", remedy="write it anew"
+            f"'{nodata}' is not a value of missing samples", remedy="write it anew"
         ) from None
     # As the file stores heights: -3.4e38 as text is another number than the float32 that is meant.
     if values.dtype.kind == "f":

@@ -283,7 +283,7 @@ def _members(pairs: list[tuple[str, object]]) -> dict[str, object]:
     if len(members) < len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f"'{twice[:40]}' stands twice in one object")
+        raise ValueError(f"'{twice[:40]}' occurs twice in one object")
     return members
 
 

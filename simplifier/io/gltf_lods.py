@@ -39,7 +39,7 @@ def decode_lods(data: bytes, path: Path) -> LodChain:
     try:
         lens = Lens(stored.integer("screen_height"), _positive(stored, "fov"))
     except OptionError as error:
-        raise stored.fail(f"this is no screen ({error})", "export it again") from None
+        raise stored.fail(f"this is not a screen ({error})", "export it again") from None
     return LodChain(levels, lens, _positive(stored, "pixel_error"))
 
 
@@ -75,7 +75,7 @@ def _level(buffers: Buffers, index: int, level: int, parent: FloatArray, where: 
     bound = number_or_nan(extras.members.get("error_bound", math.inf))
     deviation = number_or_nan(extras.members.get("deviation"))
     if not (bound >= 0.0 and 0.0 <= deviation < math.inf):
-        raise node.fail("its error bound or deviation is no length", "export it again")
+        raise node.fail("its error bound or deviation is not a length", "export it again")
     below = subtree(root, index)
     instances = instances_of(buffers, below, parent @ below.world())
     vertices, faces = read_instances(buffers, instances, where)

@@ -136,7 +136,7 @@ def _screen(header: np.void, where: str) -> tuple[Lens, float]:
     try:
         return Lens(int(header["screen_height"]), float(header["fov"])), pixels
     except OptionError as error:
-        raise _damage(f"its levels are for no screen ({error})", where) from None
+        raise _damage(f"its levels were made for an impossible screen ({error})", where) from None
 
 
 def _occluder(vertices: FloatArray, faces: IndexArray, error_bound: float, where: str) -> Occluder:

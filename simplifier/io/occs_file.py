@@ -186,7 +186,7 @@ def _checked_header(data: bytes, where: str) -> np.void:
     try:
         Lens(int(header["rows"]), float(header["fov"]))
     except OptionError as error:
-        raise _damage(f"it is for no screen ({error})", where) from None
+        raise _damage(f"it was made for an impossible screen ({error})", where) from None
     return header
 
 
@@ -218,7 +218,7 @@ def _decode_about(file: Blocks, count: int) -> dict[str, Any]:
     except (ValueError, RecursionError):
         raise file.damage("what it says about itself is not JSON") from None
     if not isinstance(about, dict):
-        raise file.damage("what it says about itself is no JSON object")
+        raise file.damage("what it says about itself is not a JSON object")
     return about
 
 

@@ -128,7 +128,7 @@ def _ignore(top: Table) -> Ignore:
     if row is None:
         return Ignore()
     if not isinstance(row, Table):
-        raise _wrong(top, "ignore", "is no table", "write [ignore]")
+        raise _wrong(top, "ignore", "is not a table", "write [ignore]")
     _check_keys(row, ("meshes", "materials", "transparent"), "in [ignore]")
     transparent = row.get("transparent", "leave-out")
     if transparent not in ("leave-out", "keep"):
@@ -139,7 +139,7 @@ def _ignore(top: Table) -> Ignore:
 def _patterns(row: Table, key: str) -> tuple[Pattern, ...]:
     texts = row.get(key, [])
     if not isinstance(texts, list) or not all(isinstance(text, str) and text for text in texts):
-        raise _wrong(row, key, "is no list of names", 'give such as ["glass*", "leaf?"]')
+        raise _wrong(row, key, "is not a list of names", 'give such as ["glass*", "leaf?"]')
     if len(texts) > _MOST:
         raise _wrong(row, key, f"names {len(texts):,}", f"keep to {_MOST:,}, by patterns")
     return tuple(Pattern(text, row.where(key)) for text in texts)
@@ -148,7 +148,7 @@ def _patterns(row: Table, key: str) -> tuple[Pattern, ...]:
 def _tables(top: Table, key: str) -> list[Table]:
     found = top.get(key, [])
     if not isinstance(found, list) or not all(isinstance(row, Table) for row in found):
-        raise _wrong(top, key, "is no table of its own", f"write [[{key}]]")
+        raise _wrong(top, key, "is not a table of its own", f"write [[{key}]]")
     if len(found) > _MOST:
         raise OverridesError(
             f"there are {len(found):,} of [[{key}]]",

@@ -184,7 +184,7 @@ def decode_pvs(data: bytes, where: str) -> Pvs:
 
 def _check_start(start: bytes, size: int, where: str) -> None:
     if size < HEADER.itemsize or not start.startswith(MAGIC):
-        raise damage("this is no file of visible sets: it does not begin as one", where)
+        raise damage("this is not a file of visible sets: it does not begin as one", where)
 
 
 def _checked_header(data: bytes, where: str) -> np.void:

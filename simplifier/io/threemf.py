@@ -28,10 +28,10 @@ _EXPORT = "copy or export it again"
 
 
 def check_start(start: bytes, size: int, where: str) -> None:
-    """Raises :class:`UnreadableMeshError` for what is no ZIP archive."""
+    """Raises :class:`UnreadableMeshError` for what is not a ZIP archive."""
     if not start.startswith(b"PK\x03\x04"):
         raise UnreadableMeshError(
-            "this is no ZIP archive, which a 3MF file is", where=where, remedy=_EXPORT
+            "this is not a ZIP archive, which a 3MF file is", where=where, remedy=_EXPORT
         )
 
 

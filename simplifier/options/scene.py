@@ -129,7 +129,9 @@ class PathOptions(OptionSet):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.eye_height == 0.0:
-            raise OptionError("0 is no height", where="eye height", remedy="give a positive length")
+            raise OptionError(
+                "0 is not a height", where="eye height", remedy="give a positive length"
+            )
 
 
 @dataclass(frozen=True)

@@ -101,7 +101,7 @@ def _axes(direction: FloatArray | None, up: Axis) -> FloatArray:
     length = float(np.linalg.norm(sight))
     if not 0.0 < length < np.inf:
         raise OptionError(
-            f"{direction} is no line of sight", where="direction", remedy="pass a vector, not 0"
+            f"{direction} is not a line of sight", where="direction", remedy="pass a vector, not 0"
         )
     return np.roll(image_axes(sight[None] / length)[0, :2], turn, axis=1)
 

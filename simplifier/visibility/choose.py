@@ -102,10 +102,10 @@ def _plan(task: Task, methods: Mapping[str, Method]) -> tuple[Way, str]:
     look = look_at(task)
     if look.convex < _CONVEX:
         return CULL_MAP, f", and only {_percent(look.convex)} of the objects are convex"
-    beside = f"the objects are {look.width:.3g} wide in the median, and the cells {look.size:.3g}"
+    beside = f"the median object is {look.width:.3g} wide (cells: {look.size:.3g})"
     if look.size > _NARROW * look.width:
         return CULL_MAP, f", and {beside}"
-    return BOTH, f", {_percent(look.convex)} of the objects are convex, {beside}"
+    return BOTH, f", {_percent(look.convex)} of the objects are convex, and {beside}"
 
 
 def _over_terrain(task: Task, terrain: Terrain) -> tuple[Way, str]:

@@ -296,4 +296,4 @@ def test_a_service_that_is_not_there_is_said_asset_by_asset(folder, tmp_path_fac
     declared = os.pathsep.join([str(declare(tmp_path_factory.mktemp("declared"))), str(ROOT)])
     done = occluder("build", "--server", "gopher://x", cwd=folder, PYTHONPATH=declared)
     assert done.returncode == 2
-    assert "'gopher://x' is no address of a service; write as in http" in done.stderr
+    assert "'gopher://x' is not an address of a service; write as in http" in done.stderr

@@ -91,8 +91,8 @@ def test_shards_of_a_farm_make_what_one_build_makes(folder, tmp_path, here):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--shard", "0/4"), "error: shard: '0/4' is no shard; write I/N, with I from 1 to N"),
-        (("--shard", "many"), "error: shard: 'many' is no shard; write I/N"),
+        (("--shard", "0/4"), "error: shard: '0/4' is not a shard; write I/N, with I from 1 to N"),
+        (("--shard", "many"), "error: shard: 'many' is not a shard; write I/N"),
         (("--join", "--shard", "1/4"), "error: join: a join makes nothing, so it cannot be given "
          "with --shard; give --join alone"),
         (("--join", "--check"), "cannot be given with --check"),

@@ -300,7 +300,7 @@ FAILURES = {
         ("simplify", BOXES, "-o", OUT, "--report", "{tmp}/no/r.json"), "create it first",
     ),
     "pictures into a file": (
-        ("simplify", BOXES, "-o", OUT, "--pictures", "{tmp}/points.obj"), "this is no folder",
+        ("simplify", BOXES, "-o", OUT, "--pictures", "{tmp}/points.obj"), "this is not a folder",
     ),
     "missing occluder": (("evaluate", BOXES, "{tmp}/none.glb"), "none.glb"),
 }  # fmt: skip

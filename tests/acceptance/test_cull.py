@@ -125,7 +125,7 @@ def test_an_output_that_is_a_file(command, town, tmp_path):
 
 @pytest.mark.parametrize(
     ("more", "what"),
-    [(("--image", "320"), "image: '320' is no size"), (("--image", "0x180"), "columns: 0"),
+    [(("--image", "320"), "image: '320' is not a size"), (("--image", "0x180"), "columns: 0"),
      (("--image", "320x99999"), "rows: 99999"), (("--pixel-error", "0"), "pixel error: 0.0"),
      (("--pixel-error", "nan"), "pixel error: nan")],
 )  # fmt: skip

@@ -79,7 +79,7 @@ def test_a_file_is_no_folder_for_pictures(command, town, tmp_path):
     file = tmp_path / "town.pvs"
     status, _, errors = found(command, town, file, "--pictures", town)
     assert status == 1
-    assert "this is no folder" in errors
+    assert "this is not a folder" in errors
     assert not file.exists()
 
 

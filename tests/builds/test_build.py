@@ -319,7 +319,7 @@ def test_a_lost_record_makes_all_anew(built):
 def test_a_damaged_record_is_refused_before_anything_is_made(built):
     built.with_suffix(".lock").write_text("{}")
     maker = QuickMaker()
-    with pytest.raises(ManifestError, match="no record of a build"):
+    with pytest.raises(ManifestError, match="not a record of a build"):
         run(built, maker)
     assert maker.made == []
 

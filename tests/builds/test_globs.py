@@ -48,12 +48,12 @@ def test_folders_alone_name_all_below():
     "text", ["/a.glb", "../a.glb", "a/../../b.glb", "a//b.glb", "C:/a.glb", "a\\b.glb", "a/"]
 )
 def test_what_leads_out_of_the_folder_is_refused(text):
-    with pytest.raises(ManifestError, match=r"^m\.toml:3: .* is no path below"):
+    with pytest.raises(ManifestError, match=r"^m\.toml:3: .* is not a path below"):
         Glob(text, "m.toml:3")
 
 
 def test_what_is_no_pattern_is_refused():
-    with pytest.raises(ManifestError, match=r"^m\.toml:3: '\[z-a\]' is no pattern"):
+    with pytest.raises(ManifestError, match=r"^m\.toml:3: '\[z-a\]' is not a pattern"):
         Glob("[z-a]", "m.toml:3")
 
 

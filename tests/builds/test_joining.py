@@ -198,12 +198,12 @@ def a_new_mesh(manifest):
 def a_mesh_that_went(manifest):
     (manifest.parent / "m1.obj").unlink()
     shard = Shard(shard_number("m1.obj", COUNT), COUNT)
-    return f"'m1.obj' of shard {shard} is no asset here: meshes came or went"
+    return f"'m1.obj' of shard {shard} is not an asset here: meshes came or went"
 
 
 def damage(manifest):
     shard_path(manifest, SHARDS[1]).write_text("{}")
-    return "2-of-3.json: this is no record of a shard; remove it and build the shard again"
+    return "2-of-3.json: this is not a record of a shard; remove it and build the shard again"
 
 
 def another_version(manifest):

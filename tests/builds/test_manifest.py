@@ -101,7 +101,7 @@ BAD = {
         "[[asset]]\nfiles='*.obj'\n[asset.require]\nmin_recal = 1", 4, "mean 'min_recall'?"
     ),
     "a requirement's value": ("[defaults]\nrequire = { min_recall = 2 }", 2, "out of range"),
-    "a requirement without a name": ("[defaults]\nrequire = 3", 2, "'require' is no table"),
+    "a requirement without a name": ("[defaults]\nrequire = 3", 2, "'require' is not a table"),
     "options that cannot go together": (
         "[[asset]]\nfiles='*.obj'\nmoves = 100\ntime_limit=8", 4, "together with moves"
     ),
@@ -112,7 +112,7 @@ BAD = {
         "[[asset]]\nfiles = [\n'*.obj',\n'*.glb']", 2, "'*.glb' names no mesh"
     ),
     "a file that is no mesh": ("[[asset]]\nfiles='occluders.toml'", 2, "names no mesh; correct"),
-    "a pattern that leads out": ("[[asset]]\nfiles='../*.obj'", 2, "is no path below"),
+    "a pattern that leads out": ("[[asset]]\nfiles='../*.obj'", 2, "is not a path below"),
     "files that are no text": ("[[asset]]\nfiles=[3]", 2, "neither a text nor a list"),
     "an output that is shared": (
         "[[asset]]\nfiles='*.obj'\noutput='one.glb'", 3, "what both 'a.obj' and 'b.obj' become"

@@ -73,19 +73,19 @@ def test_a_record_from_before_overhang_was_kept_is_read(tmp_path):
     del figures["overhang"], figures["verdict"]
     assert parse_record(json.dumps(content).encode(), "") == {"a.glb": entry(0.5)}
     figures["verdict"] = "excellent"
-    with pytest.raises(ManifestError, match="no record"):
+    with pytest.raises(ManifestError, match="not a record"):
         parse_record(json.dumps(content).encode(), "")
 
 
 @pytest.mark.parametrize(
     ("data", "words"),
     [
-        (b"", "no record"),
-        (b"[]", "no record"),
-        (b"{" * 100_000, "no record"),
-        (b'{"assets": {}}', "no record"),
-        (b'{"assets": {"a": 3}, "schema_version": 1}', "no record"),
-        (b'{"assets": {"a": {"mesh": "x"}}, "schema_version": 1}', "no record"),
+        (b"", "not a record"),
+        (b"[]", "not a record"),
+        (b"{" * 100_000, "not a record"),
+        (b'{"assets": {}}', "not a record"),
+        (b'{"assets": {"a": 3}, "schema_version": 1}', "not a record"),
+        (b'{"assets": {"a": {"mesh": "x"}}, "schema_version": 1}', "not a record"),
         (b'{"assets": {}, "schema_version": 2}', "schema_version is 2"),
         (b'{\n<<<<<<< HEAD\n "assets"', "lock:2: two changes of it were not merged; take either"),
     ],

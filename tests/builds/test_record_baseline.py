@@ -56,5 +56,5 @@ def test_what_is_neither_is_refused(repository, against):
 def test_a_damaged_record_of_a_revision_is_refused(repository):
     repository.with_suffix(".lock").write_text("{}")
     git(repository.parent, "commit", "-q", "-a", "-m", "damage")
-    with pytest.raises(ManifestError, match=r"^HEAD:occluders\.lock: this is no record"):
+    with pytest.raises(ManifestError, match=r"^HEAD:occluders\.lock: this is not a record"):
         baseline("HEAD", repository)

@@ -39,7 +39,9 @@ def test_a_damaged_one_is_refused(tmp_path, change):
     place = tmp_path / "2-of-3.json"
     write_shard_record(place, RECORD)
     place.write_text(json.dumps({**json.loads(place.read_text()), **change}))
-    with pytest.raises(ManifestError, match=r"2-of-3\.json: this is no record of a shard; remove"):
+    with pytest.raises(
+        ManifestError, match=r"2-of-3\.json: this is not a record of a shard; remove"
+    ):
         read_shard_record(place)
 
 

@@ -36,5 +36,5 @@ def test_a_shard_is_written_as_it_is_read():
              "1/1000001", ""],
 )  # fmt: skip
 def test_what_is_no_shard_is_refused(text):
-    with pytest.raises(OptionError, match="is no shard; write I/N, with I from 1 to N"):
+    with pytest.raises(OptionError, match="is not a shard; write I/N, with I from 1 to N"):
         read_shard(text)

@@ -286,7 +286,7 @@ def test_few_frames(kind, frames):
         ({"frames": 2.5}, "frames: 2.5 is not a whole number"),
         ({"up": "w"}, "up: 'w' is not known"),
         ({"seed": -1}, "seed: -1 is out of range"),
-        ({"eye_height": 0.0}, "eye height: 0 is no height"),
+        ({"eye_height": 0.0}, "eye height: 0 is not a height"),
         ({"eye_height": float("nan")}, "eye height: nan is not a length"),
         ({"fov": 180.0}, "fov: 180.0 is out of range"),
         ({"fov": float("nan")}, "fov: nan is out of range"),

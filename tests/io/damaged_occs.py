@@ -133,10 +133,10 @@ DAMAGES = {
     "an infinite origin": (_at(56), _f64(np.inf), "origin is not finite"),
     "no pixel error": (_at(80), _f64(0.0), "error of 0.0 pixels"),
     "an endless pixel error": (_at(80), _f64(np.inf), "error of inf pixels"),
-    "no field of view": (_at(88), _f64(0.0), "no screen"),
-    "all of the view": (_at(88), _f64(180.0), "no screen"),
-    "no rows": (_at(96), _u32(0), "no screen"),
-    "many rows": (_at(96), _u32(_HUGE), "no screen"),
+    "no field of view": (_at(88), _f64(0.0), "an impossible screen"),
+    "all of the view": (_at(88), _f64(180.0), "an impossible screen"),
+    "no rows": (_at(96), _u32(0), "an impossible screen"),
+    "many rows": (_at(96), _u32(_HUGE), "an impossible screen"),
     "much about itself": (_at(100), _u32(_HUGE), "about, .* not in the file"),
     "a block in the header": (_at(BLOCKS["order"]), _u32(9), "not in the file"),
     "a block behind the end": (_at(BLOCKS["indices"]), _u32(_HUGE), "not in the file"),
@@ -200,6 +200,6 @@ DAMAGES = {
 
 FOR_PYTHON = {
     "something else about itself": (_in("about"), b"[", "not JSON"),
-    "a list about itself": (_in("about"), b'["made by","hand"]', "no JSON object"),
+    "a list about itself": (_in("about"), b'["made by","hand"]', "not a JSON object"),
 }
 """What engines do not read."""

@@ -256,7 +256,7 @@ def test_nodata_as_text_is_the_number_that_the_file_stores(tmp_path):
     values[0, 0] = np.nan
     assert load_elevation(geotiff(tmp_path, values)).missing == 1
     wrong = geotiff(tmp_path, tags=[(42113, "s", 0, "none", True)])
-    with pytest.raises(UnreadableMeshError, match="'none' is no value of missing samples"):
+    with pytest.raises(UnreadableMeshError, match="'none' is not a value of missing samples"):
         load_elevation(wrong)
 
 

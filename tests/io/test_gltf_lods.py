@@ -181,13 +181,13 @@ DAMAGE = {
     ),
     "no level": (_extras(1, level=None), "'level' is not a whole number"),
     "no resolution": (_extras(1, resolution=-3), "'resolution' is not a whole number"),
-    "no deviation": (_extras(2, deviation="far"), "error bound or deviation is no length"),
-    "a bound below 0": (_extras(2, error_bound=-1.0), "error bound or deviation is no length"),
+    "no deviation": (_extras(2, deviation="far"), "error bound or deviation is not a length"),
+    "a bound below 0": (_extras(2, error_bound=-1.0), "error bound or deviation is not a length"),
     "bounds that fall": (_extras(2, error_bound=0.15), "the error bounds of its levels fall"),
     "no lens": (_extras(0, lens=None), "'screen_height' is not a whole number"),
     "a flat screen": (
         _extras(0, lens={"screen_height": 0, "fov": 60, "pixel_error": 1}),
-        "this is no screen",
+        "this is not a screen",
     ),
     "no field of view": (
         _extras(0, lens={"screen_height": 9, "fov": 0, "pixel_error": 1}),
@@ -320,9 +320,9 @@ def test_paths_of_levels(tmp_path: Path) -> None:
 
 OCC_DAMAGES = {
     "an error of no pixels": (80, struct.pack("<d", 0.0), "an error of 0.0 pixels"),
-    "no field of view": (88, struct.pack("<d", math.nan), "for no screen"),
+    "no field of view": (88, struct.pack("<d", math.nan), "an impossible screen"),
     "a screen of no height": (96, struct.pack("<I", 0), "holds no levels of detail"),
-    "a screen of endless height": (96, struct.pack("<I", 2**32 - 1), "for no screen"),
+    "a screen of endless height": (96, struct.pack("<I", 2**32 - 1), "an impossible screen"),
     "bounds that fall": (128, struct.pack("<d", 9.0), "the error bounds of its levels fall"),
     "a deviation below 0": (136, struct.pack("<d", -1.0), "deviation of level 0 is -1.0"),
 }

@@ -131,7 +131,7 @@ BOX = "[[box]]\ncenter = [0, 0, 0]\nsize = [1, 1, 1]\n"
         (BOX + 'angle = "3"\n', 4, "'angle' is '3'"),
         (BOX + 'axis = "w"\n', 4, "'axis' is 'w'; choose x, y or z"),
         (BOX + 'name = ""\n', 4, "'name' is no text"),
-        ("[box]\ncenter = [0, 0, 0]\n", 1, r"'box' is no table of its own; write \[\[box\]\]"),
+        ("[box]\ncenter = [0, 0, 0]\n", 1, r"'box' is not a table of its own; write \[\[box\]\]"),
         ("[[quad]]\ncorners = [[0, 0, 0]]\n", 2, "'corners' are not four points"),
         ("[[quad]]\n\ncorners = [1, 2, 3, 4]\n", 3, "'corners' hold 1"),
         (
@@ -144,10 +144,10 @@ BOX = "[[box]]\ncenter = [0, 0, 0]\nsize = [1, 1, 1]\n"
         ),
         ("[[viewer]]\nat = [1, 2]\n", 2, "'at' is not 3 finite numbers"),
         ("[[viewer]]\neye = [1, 2, 3]\n", 2, r"there is no key 'eye' in \[\[viewer\]\]"),
-        ("[[ignore]]\n", 1, "'ignore' is no table"),
+        ("[[ignore]]\n", 1, "'ignore' is not a table"),
         ("[ignore]\nmesh = []\n", 2, r"there is no key 'mesh' in \[ignore\]"),
-        ("[ignore]\nmeshes = 'glass'\n", 2, "'meshes' is no list of names"),
-        ("[ignore]\nmaterials = ['a', '']\n", 2, "'materials' is no list of names"),
+        ("[ignore]\nmeshes = 'glass'\n", 2, "'meshes' is not a list of names"),
+        ("[ignore]\nmaterials = ['a', '']\n", 2, "'materials' is not a list of names"),
         ("[ignore]\ntransparent = 'no'\n", 2, "'transparent' is 'no'; choose leave-out or keep"),
         ("[[box]\n", 1, "is no TOML"),
         (

@@ -171,7 +171,7 @@ DAMAGED = {
         "packed in a way that 3MF does not have",
     ),
     "cut": (tetrahedron_3mf()[:-30], "damaged or cut off"),
-    "another sum": (tetrahedron_3mf().replace(b"PK\x03\x04", b"PK\x03\x05", 1), "no ZIP archive"),
+    "another sum": (tetrahedron_3mf().replace(b"PK\x03\x04", b"PK\x03\x05", 1), "not a ZIP"),
     "entities": (
         zipped({"3D/3dmodel.model": MODEL_3MF.format(resources=BODY, build=ITEM).replace(
             "<model", ENTITIES, 1)}),

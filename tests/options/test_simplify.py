@@ -33,7 +33,7 @@ WRONG = [
     ({"budget": None}, "budget: None is not a whole number"),
     ({"ground": "yes"}, "ground: 'yes' is neither yes nor no"),
     ({"up": ["y"]}, "up: .* is not known; choose one of x, y, z"),
-    ({"error_bounds": 1.0}, "error bounds: 1.0 is no list of lengths"),
+    ({"error_bounds": 1.0}, "error bounds: 1.0 is not a list of lengths"),
     ({"error_bounds": ["1"]}, "error bounds: '1' is out of range"),
     ({"error_bounds": []}, "error bounds: 0 lengths are given"),
     ({"error_bounds": [1.0, 1.0]}, "error bounds: 1.0 is given twice"),

@@ -85,7 +85,7 @@ def test_wide_cells_and_what_is_not_convex_take_cull_maps_alone(town):
     upright, cells = town
     wide = ViewCells.boxes(cells.low[:1], cells.high[:1] + np.array([4.0, 4.0, 0.0]))
     options = replace(OPTIONS, skip_buried=True)
-    assert "and the cells 14" in find_pvs(upright, wide, options).reason
+    assert "(cells: 14)" in find_pvs(upright, wide, options).reason
     vertices = np.array([[0.0, 0, 0], [60, 0, 0], [60, 60, 0], [20, 10, 0]])
     ring = np.concatenate([vertices, vertices + np.array([0, 0, 9.0])])
     sides = [[i, (i + 1) % 4, 4 + (i + 1) % 4, 4 + i] for i in range(4)]

@@ -29,7 +29,7 @@ class ServiceRun:
     def __init__(self, server, key, mesh, options):
         if urlsplit(server).scheme not in ("http", "https"):
             raise RunError(
-                f"'{server}' is no address of a service: it begins with http:// or https://"
+                f"'{server}' is not an address of a service: it begins with http:// or https://"
             )
         self.share = 0.0
         self._server, self._key = server.rstrip("/"), key

@@ -33,7 +33,7 @@ const SKY = [0.86, 0.91, 0.96, 1];
 
 const LEGEND = [
   ["Visible", SEEN], ["Hidden and found: not drawn", CULLED],
-  ["Hidden but missed: drawn in vain", MISSED], ["Visible but culled: wrong", WRONG],
+  ["Hidden but missed: drawn needlessly", MISSED], ["Visible but culled: wrong", WRONG],
   ["Out of view", ABSENT],
 ];
 
@@ -215,7 +215,7 @@ export class WalkPlayer {
       make("div", { className: "walk-switches" }, ...switches),
       make("ul", { className: "walk-legend" }, ...legend),
       make("p", { className: "walk-note", textContent:
-        "Figures count objects of the frame; the colours of large objects are those of their parts."
+        "The figures count the objects of the frame. Large objects are coloured part by part."
         + " Drag the view from above to turn it, or use the arrow keys, plus and minus." + cut }),
     ));
     host.addEventListener("keydown", (event) => this.press(event));

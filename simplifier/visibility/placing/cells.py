@@ -219,7 +219,7 @@ def _prism(one: Any, axis: int) -> list[list[float]]:
     """Three corners at the lower height, and one at the upper."""
     corners = [_point(corner, 2) for corner in one["corners"]]
     if len(corners) != 3:
-        raise ValueError(f"{one['corners']} is no triangle")
+        raise ValueError(f"{one['corners']} is not a triangle")
     (low,), (high,) = _point([one["low"]], 1), _point([one["high"]], 1)
     places = [(*corners, corners[0])[index] for index in range(4)]
     heights = [low, low, low, high]
@@ -232,5 +232,5 @@ def _prism(one: Any, axis: int) -> list[list[float]]:
 def _point(values: Any, count: int) -> list[float]:
     point = [float(value) for value in values]
     if len(point) != count or not np.isfinite(point).all():
-        raise ValueError(f"{values} is no point of {count} numbers")
+        raise ValueError(f"{values} is not a point of {count} numbers")
     return point

@@ -86,7 +86,7 @@ def _ratio_and_rate(radius: float, epsilon: float, near: float) -> tuple[float, 
     check_length("epsilon", epsilon)
     if not 0.0 < radius < 1.0:
         raise OptionError(
-            f"{radius:g} is no radius of spheres in cubes of edge 2", where="radius",
+            f"{radius:g} is not a radius of spheres in cubes of edge 2", where="radius",
             remedy="choose one above 0 and below 1",
         )  # fmt: skip
     ratio = radius / strip_between(radius, epsilon)

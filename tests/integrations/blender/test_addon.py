@@ -723,7 +723,7 @@ def test_a_service_that_does_not_answer_is_told(by_service):
 def test_what_is_no_address_is_told(by_service):
     by_service.server = "file:///etc/passwd"
     select(cube())
-    refused("is no address of a service")
+    refused("is not an address of a service")
 
 
 def test_without_online_access_nothing_is_asked(by_service):

@@ -188,7 +188,7 @@ def test_one_failure_does_not_keep_the_others_from_their_end(service, mesh, here
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--format", "fbx"], "format: 'fbx' is no format"),
+        (["--format", "fbx"], "format: 'fbx' is not a format"),
         (["--budget", "0"], "budget"),
         (["--asset", "castle"], "put {name} into it"),
     ],

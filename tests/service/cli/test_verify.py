@@ -149,7 +149,7 @@ def test_a_whole_run_counts_as_a_check_of_everything(here, folder):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--data", "nowhere"), "no folder of a service"),
+        (("--data", "nowhere"), "not a folder of a service"),
         (("--from", "copy"), "--repair"),
         (("--repair", "--from", "nowhere"), "has no blobs"),
     ],

@@ -35,7 +35,7 @@ def test_a_url_without_a_host_is_refused_before_anyone_is_asked(url: str) -> Non
 
 
 def test_a_refusal_says_why_and_what_to_do() -> None:
-    assert str(UnsafeAddressError("it is no URL", "give one")) == "it is no URL; give one"
+    assert str(UnsafeAddressError("it is not a URL", "give one")) == "it is not a URL; give one"
 
 
 def test_a_url_may_be_as_long_as_the_limit() -> None:

@@ -20,10 +20,12 @@ class PlainTable:
 
     ``columns``  headings; those that begin with "#" are of numbers, which are flush right.
     ``caption``  what the table holds, for those who do not see what surrounds it.
+    ``seldom``   headings of columns that tablets have no room for.
     """
 
-    def __init__(self, caption: str, columns: Sequence[str]) -> None:
+    def __init__(self, caption: str, columns: Sequence[str], seldom: Sequence[str] = ()) -> None:
         self._columns = [column.removeprefix("#") for column in columns]
+        self._seldom = frozenset(seldom)
         self._place = 0
         # Roles are said, since style sheets that make cards of rows take them away.
         with ui.element("table").classes("plain-table").props("role=table"):
@@ -37,6 +39,8 @@ class PlainTable:
                     heading.props("scope=col role=columnheader")
                     if column.startswith("#"):
                         heading.classes("number")
+                    if column.removeprefix("#") in self._seldom:
+                        heading.classes("seldom")
             self._body = ui.element("tbody").props("role=rowgroup")
 
     @contextmanager
@@ -71,5 +75,7 @@ class PlainTable:
         cell.props["role"] = "cell"
         if self._place < len(self._columns):
             cell.props["data-label"] = self._columns[self._place]
+            if self._columns[self._place] in self._seldom:
+                cell.classes("seldom")
         self._place += 1
         return cell

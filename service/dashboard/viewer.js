@@ -5,12 +5,12 @@ import { Stage, loadLoss } from "occluder-drawing";
 import { loadSets } from "occluder-sets";
 
 const NO_WEBGL =
-  "This browser draws no 3D: WebGL is switched off or not there. The numbers, pictures and " +
-  "downloads of this page need none.";
+  "This browser draws no 3D: WebGL is switched off or missing. The figures, pictures and " +
+  "downloads of this page work without it.";
 const MIDDLE = 0.5; // of the slider
 const STILL = 300; // milliseconds without a movement after which the address tells where one stands
 const css = (colour) => `rgb(${colour.join(",")})`;
-const LOST = "The graphics card has dropped the 3D view; it comes back by itself, or on reload.";
+const LOST = "The graphics card has dropped the 3D view. It comes back by itself, or on a reload.";
 
 export default {
   template: `
@@ -102,9 +102,9 @@ export default {
     lossWords() {
       if (this.lossShare === null) return "";
       return (
-        `Colour: how much of what ${this.lossViews.toLocaleString("en")} views see of a place the ` +
-        `occluder does not cover. All over the mesh it is ${(100 * this.lossShare).toFixed(1)} %. ` +
-        `By the finest level.`
+        `Colour: the share of what ${this.lossViews.toLocaleString("en")} views see of a place ` +
+        `that the occluder does not cover. Over the whole mesh: ` +
+        `${(100 * this.lossShare).toFixed(1)} %. Measured on the finest level.`
       );
     },
     legend() {

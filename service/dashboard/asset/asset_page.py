@@ -38,12 +38,12 @@ _COLUMNS: list[dict[str, Any]] = [
 _RUNS_A_PAGE = 10
 _ROWS = (5, 7, 10, 15, 20, 25, 50, 0)
 """Runs that a page may list, as Quasar offers them; 0 is all."""
-_HOLDS_WORDS = {True: "held", False: "missed", None: ""}
+_HOLDS_WORDS = {True: "met", False: "missed", None: ""}
 # Ours; what comes from outside is filled in as text by Vue.
 _WHEN_CELL = """<q-td :props="props"><a :href="props.row.address"
     :aria-current="props.row.shown ? 'true' : null">{{ props.value }}</a></q-td>"""
 _WORD_CELL = """<q-td :props="props"><span
-    :class="{ good: ['held', 'good'].includes(props.value), doubt: props.value === 'weak',
+    :class="{ good: ['met', 'good'].includes(props.value), doubt: props.value === 'weak',
               bad: ['missed', 'unusable'].includes(props.value) }">{{ props.value
     }}</span></q-td>"""
 _CHOICE_CELL = """<q-checkbox v-model="props.selected" dense

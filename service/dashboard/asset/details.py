@@ -208,7 +208,7 @@ def chosen_options(table: OptionTable, options: Mapping[str, Any]) -> str:
         for name, value in options.items()
         if name in default and value != default[name]
     ]
-    return ", ".join(chosen) or "as by default"
+    return ", ".join(chosen) or "defaults"
 
 
 def _value_words(value: object) -> str:

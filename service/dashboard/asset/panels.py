@@ -107,16 +107,23 @@ def _menu_link(text: str, address: str) -> None:
 
 
 def numbers_panel(summary: Summary, holds: bool | None) -> None:
-    """``holds``  whether it is good enough; None where nothing is demanded."""
+    """``holds``  whether it is good enough; None where nothing is demanded.
+
+    What was not measured, as of a scene, is left out.
+    """
     with ui.element("dl").classes("numbers"):
-        show_number("Recall", percent(summary.recall))
-        show_number("Precision", percent(summary.precision, 2))
-        show_number("Worst view", percent(summary.worst_recall))
-        show_number("Overhang", overhang(summary.overhang))
+        if summary.recall is not None:
+            show_number("Recall", percent(summary.recall))
+        if summary.precision is not None:
+            show_number("Precision", percent(summary.precision, 2))
+        if summary.worst_recall is not None:
+            show_number("Worst view", percent(summary.worst_recall))
+        if summary.overhang is not None:
+            show_number("Overhang", overhang(summary.overhang))
         show_number("Triangles", f"{whole(summary.input_triangles)} to {whole(summary.triangles)}")
         show_number("Time", seconds(summary.seconds))
         if holds is not None:
-            words, look = ("held", "good") if holds else ("missed", "bad")
+            words, look = ("met", "good") if holds else ("missed", "bad")
             show_number("Thresholds", words, look)
 
 
@@ -284,7 +291,7 @@ def pictures_panel(sheet: str) -> None:
         picture.props["src"] = sheet
         picture.props["alt"] = (
             "Silhouettes of original and occluder over each other from six directions, the worst "
-            "first; yellow is hidden rightly, black missed, blue hidden wrongly"
+            "first; yellow is hidden correctly, black missed, blue hidden wrongly"
         )
 
 

@@ -106,7 +106,8 @@ class _ControlledViewer:
     def _say_view(self, view: View) -> None:
         self._said.set_text(
             f"View {view.index}, {viewpoint(view.direction, self._up)}: recall"
-            f" {percent(view.recall)}, precision {percent(view.precision, 2)}, by the finest level."
+            f" {percent(view.recall)}, precision {percent(view.precision, 2)}, measured on"
+            " the finest level."
         )
 
     def _show_mode(self, event: ValueChangeEventArguments[Mode]) -> None:

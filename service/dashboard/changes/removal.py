@@ -57,7 +57,7 @@ class UndoBar:
             await run.io_bound(remove, self._visitor, self._ids)
             first = next(iter(names.values()))
             self._words.text = (
-                f"Removed {first}." if len(names) == 1 else f"Removed {len(names)} assets."
+                f"Deleted {first}." if len(names) == 1 else f"Deleted {len(names)} assets."
             )
             self._bar.visible = True
             self._timer.activate()
@@ -88,10 +88,10 @@ class RemovedPanel:
 
     def show(self, removed: Sequence[RemovedAsset]) -> None:
         self._panel.visible = bool(removed)
-        self._title.text = f"Removed assets ({len(removed):,})"
+        self._title.text = f"Deleted assets ({len(removed):,})"
         self._body.clear()
         with self._body:
-            table = PlainTable("Removed assets", ["Asset", "Goes for good", ""])
+            table = PlainTable("Deleted assets", ["Asset", "Deleted for good on", ""])
         for one in removed:
             with table.row():
                 with table.cell() as cell:

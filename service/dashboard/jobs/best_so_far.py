@@ -11,7 +11,7 @@ from service.dashboard.colours import BOTH, MISSED, WRONG
 from service.dashboard.wording import percent, seconds
 from service.jobs.progress import JobProgress, Snapshot
 
-_LEGEND = ((BOTH, "hidden rightly"), (MISSED, "missed"), (WRONG, "hidden wrongly"))
+_LEGEND = ((BOTH, "hidden correctly"), (MISSED, "missed"), (WRONG, "hidden wrongly"))
 
 _MOST_POINTS = 400
 MeasurePoint = tuple[float, float]

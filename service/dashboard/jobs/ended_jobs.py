@@ -25,6 +25,7 @@ from service.jobs.job import JobKind, JobState
 from service.routes import actions
 
 _RENEW_SECONDS = 3.0
+_SELDOM = ("Overhang", "Triangles")
 _LONGEST = 19  # digits of a cursor: the database's integers have 64 bits
 _ALL = "all"
 _CHOICES = {_ALL: "all that ended", **{str(state): STATES[state] for state in sorted(ENDED)}}
@@ -105,7 +106,7 @@ class EndedJobs:
             columns = ["Mesh", "Asset", "Kind", "State", "Verdict", "#Precision", "#Recall",
                        "#Overhang", "#Triangles", "#Time", "Ended", ""]  # fmt: skip
             with ui.element("div").classes("wide-table"):
-                table = PlainTable("Jobs that have ended", columns)
+                table = PlainTable("Jobs that have ended", columns, seldom=_SELDOM)
             for line in page.lines:
                 self._row(table, line, len(columns))
 
@@ -142,7 +143,7 @@ def retry_button(visitor: Visitor, line: JobLine) -> None:
 
         with showing_refusals():
             new = await run_sync(retry)
-            tell("The job is done again")
+            tell("The job was submitted again")
             ui.navigate.to(f"/jobs/{new}")
 
     button = ui.button("Retry", on_click=again).props("no-caps flat dense")

@@ -66,12 +66,12 @@ def _about(detail: RunDetail) -> None:
         if detail.overrides:
             ui.link("with overrides", detail.overrides).props["download"] = True
         if job.reused:
-            ui.link("the stored result of an earlier job", f"/jobs/{job.reused}")
+            ui.link("Stored result of an earlier job", f"/jobs/{job.reused}")
         if job.retry_of:
-            ui.link("does a job again", f"/jobs/{job.retry_of}")
+            ui.link("Retry of an earlier job", f"/jobs/{job.retry_of}")
         if job.kind is JobKind.TRADEOFF:
             if job.asset_id:
-                ui.link("the trade-off", f"/tradeoff/{job.asset_id}")
+                ui.link("Speed against accuracy", f"/tradeoff/{job.asset_id}")
         elif job.state.ended:
             ui.link("Run again with other settings", f"/submit?from={job.id}")
 

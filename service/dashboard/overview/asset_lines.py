@@ -33,7 +33,7 @@ _lock = threading.Lock()
 class Holds(StrEnum):
     """Whether an asset's latest run keeps its thresholds, in a word."""
 
-    HELD = "held"
+    MET = "met"
     MISSED = "missed"
     OPEN = "none set"
     NEVER_RUN = "no run yet"
@@ -173,7 +173,7 @@ def _holds(thresholds: Thresholds, latest: RunNumbers | None) -> Holds:
     held = thresholds.held_by(latest)
     if held is None:
         return Holds.OPEN
-    return Holds.HELD if held else Holds.MISSED
+    return Holds.MET if held else Holds.MISSED
 
 
 def midnight(day: str) -> datetime:

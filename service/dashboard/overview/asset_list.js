@@ -9,7 +9,7 @@ const NARROW = 1000; // pixels; below, the less important columns begin hidden,
 const MIDDLE = 1400; // and below this the least important
 const ROW_HEIGHT = 58; // about, until a row was measured
 const MOST_FOLDERS = 14;
-const WORD_CLASS = { held: "good", missed: "bad", good: "good", weak: "doubt", unusable: "bad" };
+const WORD_CLASS = { met: "good", missed: "bad", good: "good", weak: "doubt", unusable: "bad" };
 const SPARK = { width: 92, height: 22, margin: 3, leastSpan: 0.02 };
 const PARTS = /[^/_.\- ]*[/_.\- ]*/g;
 
@@ -49,7 +49,7 @@ const COLUMNS = [
   { id: "verdict", title: "Verdict", value: (row) => row.verdict },
   { id: "holds", title: "Thresholds", value: (row) => row.holds },
   { id: "recall", title: "Recall", value: (row) => row.recall, text: percent },
-  { id: "recalls", title: "Recall so far", unsorted: true, from: NARROW },
+  { id: "recalls", title: "Recall history", unsorted: true, from: NARROW },
   { id: "precision", title: "Precision", value: (row) => row.precision, text: percent },
   { id: "worst", title: "Worst view", value: (row) => row.worst, text: percent, from: NARROW },
   { id: "overhang", title: "Overhang", value: (row) => row.overhang, text: atMost, best: "low" },

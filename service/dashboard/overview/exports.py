@@ -56,7 +56,7 @@ def rows_of_all(since: str, request: Request, services: TheServices, caller: Rea
     try:
         day = midnight(since)
     except ValueError:
-        raise BadRequestError(f"'{since}' is no day", remedy="write it as 2024-05-01") from None
+        raise BadRequestError(f"'{since}' is not a date", remedy="write it as 2024-05-01") from None
     packed = _pack(shared_overview(services.assets, caller.tenant, day))
     headers = {"Cache-Control": "no-store", "Vary": "Accept-Encoding"}
     if "gzip" in request.headers.get("accept-encoding", ""):

@@ -52,7 +52,7 @@ class Intake:
 
 MESHES = Intake(
     JobKind.OCCLUDER, "/submit", "Occluders", "/v1/occluders", "Meshes", "a mesh",
-    "castle.overrides.toml goes along with castle.glb.", assets=True,
+    "castle.overrides.toml is sent along with castle.glb.", assets=True,
 )  # fmt: skip
 SCENES = Intake(
     JobKind.VISIBILITY, "/submit/visibility", "Visible sets", "/v1/visibility", "Scenes",

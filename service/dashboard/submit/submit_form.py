@@ -68,7 +68,7 @@ class SubmitForm:
         form = self._form.read()
         if form.faults:
             self._form.show_faults(form)
-            warn("Some settings are wrong; see beside them")
+            warn("Some settings are wrong. See the messages beside them")
             return
         self._button.disable()
         self._words.text = "Sending"
@@ -78,7 +78,9 @@ class SubmitForm:
     def _hear_sent(self, job_id: str) -> None:
         self._sent += 1
         if self._sent > _FOLLOWED:
-            self._more.text = f"{self._sent - _FOLLOWED} more jobs are sent. See all under Jobs."
+            self._more.text = (
+                f"{self._sent - _FOLLOWED} more jobs were submitted. Jobs lists all of them."
+            )
             return
         with self._jobs:
             panel = LiveJob(self._visitor, job_id).panel
@@ -87,7 +89,7 @@ class SubmitForm:
     def _hear_done(self) -> None:
         self._button.set_enabled(bool(self._files))
         refused = len(self._files)
-        self._words.text = "Not all could be sent; see above" if refused else "Sent"
+        self._words.text = "Some files could not be sent. See above." if refused else "Sent"
 
     def _hear_kept(self, told: object) -> None:
         self._form.fill(remembered_options(self._table, told))
@@ -105,8 +107,8 @@ def _asset_input(name: str) -> ui.input:
     entry.props(f"dense outlined maxlength={_LONGEST_NAME} autocomplete=off")
     entry.on_value_change(lambda event: keep_in_address(asset=event.value or None))
     entry.props["hint"] = (
-        "Whose run it becomes, such as props/castle; may stay empty. Several files become "
-        "assets of their own below it."
+        "Name of the asset, such as props/castle. May stay empty. Several files become separate "
+        "assets below this name."
     )
     return entry
 
@@ -133,7 +135,8 @@ class Uploader(Element, component="uploader.js", esm={"occluder-folders": str(_F
         self.props["accept"] = ",".join(suffixes + [".toml"] * intake.overrides)
         formats = ", ".join(one.removeprefix(".") for one in suffixes)
         self.props["help"] = (
-            f"Choose or drop {formats}, or folders of them; each at most {file_size(largest)}. "
+            f"Choose or drop files ({formats}), or folders of them. Each file may have up to "
+            f"{file_size(largest)}. "
             f"{intake.advice}"
         )
 

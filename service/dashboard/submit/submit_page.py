@@ -111,7 +111,7 @@ class AgainForm:
         form = self._form.read()
         if form.faults:
             self._form.show_faults(form)
-            warn("Some settings are wrong; see beside them")
+            warn("Some settings are wrong. See the messages beside them")
             return
 
         def again() -> str:

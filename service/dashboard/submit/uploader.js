@@ -42,7 +42,7 @@ export default {
             <td class="number">{{ size(one.file.size) }}</td>
             <td>
               <progress v-if="one.state === 'sending'" :value="one.share" max="1"
-                        :aria-label="'Sent of ' + one.path"></progress>
+                        :aria-label="'Upload of ' + one.path"></progress>
               <span v-else-if="one.state === 'sent'" class="good">sent</span>
               <div v-else-if="wrong(one)" class="fault name" role="alert">{{ wrong(one) }}</div>
               <span v-else class="quiet name">{{ plan(one) }}</span>
@@ -125,7 +125,7 @@ export default {
       const good = wanted.filter((one) => !one.reason);
       this.out = [
         ...wanted.filter((one) => one.reason),
-        ...good.splice(MOST).map((one) => ({ ...one, reason: `beyond ${MOST} files at once` })),
+        ...good.splice(MOST).map((one) => ({ ...one, reason: `more than ${MOST} files at once` })),
       ].map(({ path, reason }) => ({ path, reason }));
       this.add(good);
     },
@@ -182,7 +182,7 @@ export default {
       }
       if (this.meshesOf(one).length) return "";
       const stem = one.file.name.slice(0, -OVERRIDES.length);
-      return `Its mesh is not here. Choose ${stem}.glb, or ${stem} in another format, as well.`;
+      return `Its mesh is missing. Choose ${stem}.glb, or ${stem} in another format, as well.`;
     },
 
     plan(one) {

@@ -26,7 +26,7 @@ _AXIS = {"nameLocation": "middle", "axisLabel": _TEXT, "nameTextStyle": _TEXT,
 
 _STANDINGS = {
     "front": "on the front",
-    "dominated": "another is better",
+    "dominated": "not on the front",
     "imprecise": "not precise enough",
 }
 _COLUMNS = (
@@ -78,7 +78,7 @@ def chart_options(known: Tradeoff) -> dict[str, Any]:
         "legend": {"top": 4, "type": "scroll", "textStyle": _TEXT},
         "tooltip": {"trigger": "item", "renderMode": "richText", "confine": True,
                     ":formatter": "point => point.data.words"},
-        "xAxis": {**_AXIS, "type": "log", "name": "seconds, from the mesh to the triangles",
+        "xAxis": {**_AXIS, "type": "log", "name": "time to make the occluder, seconds",
                   "nameGap": 30},
         "yAxis": {**_AXIS, "type": "value", "name": "recall, %", "nameGap": 44, **_reach(known)},
         "series": _series(known),

@@ -99,8 +99,8 @@ class SweepPanel:
             self._budget = known.budget or _BUDGET
             ui.label(
                 f"The quick sweep tries the presets and a few settings once each, at {self._budget}"
-                f" triangles. It ends within {QUICK_SECONDS} seconds, with what was measured by "
-                "then. Runs are kept as they come, also if the service is stopped meanwhile."
+                f" triangles. It ends within {QUICK_SECONDS} seconds and shows what was measured "
+                "by then. Each run is kept as soon as it is measured, even if the service stops."
             ).classes("option-help")
             with ui.element("div").classes("row-of-controls"):
                 self._quick = ui.button("Run the quick sweep", on_click=self._run_quick)
@@ -108,7 +108,7 @@ class SweepPanel:
             with ui.expansion("Choose the settings").classes("more-settings") as chosen:
                 chosen.props('dense expand-separator header-class="panel-title"')
                 ui.label(
-                    "Every setting is run at every budget, as often as repeats say. That takes "
+                    "Runs every setting at every budget, as often as Repeats says. This takes "
                     "minutes."
                 ).classes("option-help")
                 self._form = OptionForm(visitor.services.tables[JobKind.TRADEOFF])
@@ -124,7 +124,7 @@ class SweepPanel:
         form = self._form.read()
         if form.faults:
             self._form.show_faults(form)
-            warn("Some settings are wrong; see beside them")
+            warn("Some settings are wrong. See the messages beside them")
             return
 
         await self._sweep(form.resolved)

@@ -92,7 +92,7 @@ export default {
       const part = drawn
         ? drawn.filter((each) => each.every(([low, high]) => low > 1 || high < this.count)).length
         : heights.filter((each) => each !== null).length;
-      const what = drawn ? "are drawn in part" : "are seen from higher up alone";
+      const what = drawn ? "are drawn in part" : "are seen only from higher up";
       const more = rows.length > SHOWN ? `; below, the ${SHOWN} with most triangles` : "";
       return `Of the ${all} objects that cell ${cell} may see, ${part.toLocaleString("en")} ${what}${more}.`;
     },

@@ -63,15 +63,15 @@ def sets_panels(sets: SetsDetail, files: Sequence[ResultFile]) -> None:
 def _numbers(sets: SetsDetail) -> None:
     report = sets.report
     with ui.element("dl").classes("numbers"):
-        show_number("Culled in the mean", percent(report["culled_share"], 2))
+        show_number("Culled on average", percent(report["culled_share"], 2))
         show_number("Cells", whole(report["cells"]))
         if report["left"]:
             show_number("Not computed", whole(report["left"]), "doubt")
         show_number("Objects", whole(report["objects"]))
         if sets.largest:
             show_number("Largest set", whole(sets.largest[0].objects))
-        show_number("Bytes a cell", f"{sets.bytes_a_cell:,.0f}")
-        show_number("Time a cell", side_by_side(report["seconds_a_cell"]))
+        show_number("Bytes per cell", f"{sets.bytes_a_cell:,.0f}")
+        show_number("Time per cell", side_by_side(report["seconds_a_cell"]))
         show_number("Time", seconds(sets.summary.seconds))
 
 

@@ -1,4 +1,5 @@
-"""Whether what a page says can be read: contrast of text, and nothing beyond the edge."""
+"""Whether what a page says can be read: contrast of text, and nothing cut, covered or beyond the
+edge."""
 
 from __future__ import annotations
 
@@ -37,6 +38,73 @@ _FAINT = """() => {
     }
     return faint;
 }"""
+
+
+_COVERED = """() => {
+    const open = [...document.querySelectorAll(".q-dialog, .q-menu")].at(-1);
+    const root = open ?? document.body;
+    const seen = (element) =>
+        element.checkVisibility({ opacityProperty: true, visibilityProperty: true }) &&
+        !element.closest(".for-readers, .skip-link, [aria-hidden=true], script, style");
+    // What is left of a box within all that cuts it off.
+    const within = (box, element) => {
+        let { left, top, right, bottom } = box;
+        for (let one = element; one && one !== root; one = one.parentElement) {
+            if (getComputedStyle(one).overflow === "visible") continue;
+            const edge = one.getBoundingClientRect();
+            [left, top] = [Math.max(left, edge.left), Math.max(top, edge.top)];
+            [right, bottom] = [Math.min(right, edge.right), Math.min(bottom, edge.bottom)];
+        }
+        return { left, top, right, bottom };
+    };
+    const boxes = [];
+    const add = (element, box, words, control) => {
+        const shown = within(box, element);
+        if (shown.right - shown.left > 2 && shown.bottom - shown.top > 2)
+            boxes.push({ ...shown, element, words: words.slice(0, 40), control });
+    };
+    const texts = document.createTreeWalker(root, NodeFilter.SHOW_TEXT);
+    const range = document.createRange();
+    while (texts.nextNode()) {
+        const element = texts.currentNode.parentElement;
+        const words = texts.currentNode.textContent.trim();
+        if (!words || !seen(element)) continue;
+        range.selectNodeContents(texts.currentNode);
+        for (const box of range.getClientRects()) add(element, box, words, false);
+    }
+    const controls = "button, select, textarea, input:not(.q-field *), .q-field__control";
+    for (const one of root.querySelectorAll(controls))
+        if (seen(one)) add(one, one.getBoundingClientRect(), one.tagName.toLowerCase(), true);
+    boxes.sort((a, b) => a.top - b.top);
+    const covered = new Set();
+    boxes.forEach((one, at) => {
+        for (const other of boxes.slice(at + 1)) {
+            if (other.top > one.bottom - 3) break;
+            const across = Math.min(one.right, other.right) - Math.max(one.left, other.left);
+            const down = Math.min(one.bottom, other.bottom) - other.top;
+            if (across < 3 || down < 3 || one.element === other.element) continue;
+            if (one.control && (other.control || one.element.contains(other.element))) continue;
+            if (other.control && other.element.contains(one.element)) continue;
+            covered.add(`${one.words} / ${other.words}`);
+        }
+    });
+    for (const one of root.querySelectorAll("*")) {
+        const style = getComputedStyle(one);
+        const own = [...one.childNodes].some((node) => node.nodeType === 3 && node.data.trim());
+        const hides = ["hidden", "clip"].includes(style.overflowX);
+        const cuts = hides && style.textOverflow !== "ellipsis";
+        if (own && cuts && seen(one) && one.scrollWidth > one.clientWidth + 1)
+            covered.add(`${one.textContent.trim().slice(0, 40)} / is cut`);
+    }
+    return [...covered];
+}"""
+
+
+def covered_texts(page: Page) -> list[str]:
+    """Texts that lie over another or over a control, each with what it meets, and texts that are
+    cut; where a dialog or menu is open, of those in it."""
+    covered: list[str] = page.evaluate(_COVERED)
+    return covered
 
 
 def faint_texts(page: Page) -> list[str]:

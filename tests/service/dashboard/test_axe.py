@@ -14,7 +14,7 @@ from playwright.sync_api import Page, expect
 
 from service.jobs.asset import Thresholds
 from service.jobs.job import Failure
-from tests.service.dashboard.legibility import faint_texts, overflows
+from tests.service.dashboard.legibility import covered_texts, faint_texts, overflows
 from tests.service.dashboard.results import JobResult
 from tests.service.dashboard.screenshots import keep_picture
 from tests.service.dashboard.serving import IDLE, served
@@ -80,7 +80,12 @@ PLACES = (
     Place("compare", "/compare?a={first}&b={second}", ".mesh-viewer[data-state=ready]"),
     Place("jobs", "/jobs", "[role=note]"),
     Place("failed", "/jobs/{failed}", "text=What to do"),
+    Place("job", "/jobs/{first}", ".mesh-viewer[data-state=ready]"),
     Place("submit", "/submit", ".drop-zone"),
+    Place("options", "/submit", ".drop-zone", 'Expand "More settings"'),
+    Place("sets", "/submit/visibility", ".drop-zone"),
+    Place("again", "/submit?from={first}", "text=Run again"),
+    Place("nothing", "/jobs/none", "text=Not found"),
     Place("tradeoff", "/tradeoff/{asset}", "text=Run the quick sweep"),
     Place("sign-in", "/sign-in", "input"),
 )
@@ -121,6 +126,8 @@ def test_nothing_serious_is_found(page: Page, house: House, place: Place, tmp_pa
                     found.append(
                         f"{width} {scheme}: {one['id']}, {one['help']} {json.dumps(nodes)}"
                     )
+            if scheme == "light":
+                found += [f"{width}: {one}" for one in covered_texts(page)]
             if overflows(page):
                 found.append(f"{width}: one has to scroll to the side")
             if scheme == ("dark" if width == 820 else "light"):

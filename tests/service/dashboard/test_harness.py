@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from tests.service.dashboard.chromium import Watch
-from tests.service.dashboard.legibility import faint_texts, overflows
+from tests.service.dashboard.legibility import covered_texts, faint_texts, overflows
 
 
 def test_a_request_that_leaves_the_machine_is_a_fault(browser: Browser) -> None:
@@ -45,6 +45,21 @@ def test_faint_text_is_found(page: Page) -> None:
         "<div style='background: #123'><p style='color: #234'>fainter</p></div>"
     )
     assert [text.partition(":")[0] for text in faint_texts(page)] == ["faint", "fainter"]
+
+
+def test_covered_text_is_found(page: Page) -> None:
+    page.set_content(
+        "<p>plain</p><div style='height: 10px; line-height: 20px'>below</div><p style='margin: 0'>"
+        "above</p><p>alone</p><label>named <input></label><p style='margin: 8px 0 -12px'>hint</p>"
+        "<button>Go</button><p style='width: 20px; overflow: hidden; white-space: nowrap'>long word"
+        "</p>"
+    )
+    assert covered_texts(page) == [
+        "below / above",
+        "hint / button",
+        "hint / Go",
+        "long word / is cut",
+    ]
 
 
 def test_what_is_beyond_the_edge_is_found(page: Page) -> None:

@@ -96,7 +96,7 @@ def test_a_heat_map_paints_the_original_by_what_is_lost(
         simplifier.save_loss_map(parts_folder / f"{name}.json", mesh, one, castle.report)
         page.goto(f"{parts}/viewer?mode=loss&loss={name}.json")
         host = shown(page)
-        expect(page.get_by_text("All over the mesh it is")).to_be_visible()
+        expect(page.get_by_text("Over the whole mesh: ")).to_be_visible()
         settle(host)
         drawn[name] = pixels(host)
     bright, dark = STOPS[-1], STOPS[0]
@@ -106,7 +106,7 @@ def test_a_heat_map_paints_the_original_by_what_is_lost(
     )
     assert _share_of(drawn["whole"], dark) == _share_of(drawn["nothing"], bright) == 0.0
     told = json.loads((parts_folder / "castle.json").read_text())
-    expect(page.get_by_text(f"All over the mesh it is {100 * told['share']:.1f} %")).to_be_visible()
+    expect(page.get_by_text(f"Over the whole mesh: {100 * told['share']:.1f} %")).to_be_visible()
     assert 0.0 < _share_of(drawn["castle"], bright) < _share_of(drawn["whole"], bright)
 
 

@@ -53,7 +53,7 @@ def small(page: Page) -> None:
 
 @pytest.mark.vital
 def test_a_link_shows_the_same_mode_level_and_slider(
-    browser: Browser, page: Page, runs: Runs
+    browser: Browser, page: Page, runs: Runs, castle: JobResult
 ) -> None:
     page.goto(runs.asset)
     shown(page, _VIEWER)
@@ -64,8 +64,11 @@ def test_a_link_shows_the_same_mode_level_and_slider(
     page.get_by_role("option", name="Level 1").click()
     expect_kept(page, mode="wipe", share="0.25", wireframe="on", level="1")
     expect(page.get_by_text("Level 1: ")).to_be_visible()
+    level = f"Occluder: {len(castle.occluder(1).faces)}, yellow"
+    expect(page.get_by_text(level)).to_be_visible()
     drawn = pixels(shown(page, _VIEWER))
     with elsewhere(browser, page) as other:
+        expect(other.get_by_text(level)).to_be_visible()
         host = shown(other, _VIEWER)
         expect(other.get_by_role("button", name="Slider")).to_have_attribute("aria-pressed", "true")
         expect(other.get_by_label("Level of detail")).to_have_value(re.compile("Level 1"))

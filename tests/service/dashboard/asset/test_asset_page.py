@@ -18,7 +18,7 @@ from service.jobs.job import Failure
 from service.keep import Keep
 from simplifier import OCCLUDER_SUFFIXES
 from tests.service.dashboard.chromium import TABLET, Watch
-from tests.service.dashboard.legibility import faint_texts, overflows
+from tests.service.dashboard.legibility import covered_texts, faint_texts, overflows
 from tests.service.dashboard.results import JobResult, castle_result
 from tests.service.dashboard.screenshots import keep_picture
 from tests.service.dashboard.serving import IDLE, served
@@ -88,6 +88,8 @@ def test_the_worst_view_opens(
     expect(page.get_by_text("original and occluder ")).to_contain_text("%")
     settle(host)
     assert set(range(4)) == set(kinds(pixels(host))[2:-2, 2:-2].ravel().tolist())
+    page.set_viewport_size({"width": 1280, "height": 1000})
+    settle(host)
     page.evaluate("scrollTo(0, 0)")
     keep_picture(page, "dashboard_asset", tmp_path)
 
@@ -99,7 +101,7 @@ def test_the_heat_map_comes_when_it_is_asked_for(
     host = shown(page, _VIEWER)
     assert not any(url.endswith("loss.json") for url in watch.requests)
     page.get_by_role("button", name="Heat map").click()
-    expect(page.get_by_text("All over the mesh it is")).to_be_visible(timeout=60_000)
+    expect(page.get_by_text("Over the whole mesh: ")).to_be_visible(timeout=60_000)
     expect(page.get_by_text("100 %, never covered")).to_be_visible()
     settle(host)
     bright, dark = (np.abs(pixels(host) - one).max(axis=-1) < 30 for one in (STOPS[-1], STOPS[1]))
@@ -154,7 +156,7 @@ def test_the_verdict_is_told_with_its_reason_and_what_to_try(
 
 def test_thresholds_turn_an_asset_red(page: Page, filled: Filled) -> None:
     page.goto(f"{filled.address}/assets/{filled.asset}")
-    expect(page.locator(".numbers .good")).to_have_text("held")
+    expect(page.locator(".numbers .good")).to_have_text("met")
     page.get_by_role("button", name="Thresholds").click()
     page.get_by_label("Minimum precision").fill("99.99")
     page.get_by_role("button", name="Save").click()
@@ -175,7 +177,7 @@ def test_two_runs_are_chosen_and_compared(page: Page, filled: Filled, tmp_path: 
     expect(options.get_by_role("row", name="resolution")).to_contain_text("3248")
     page.locator(".mesh-viewer[data-state=ready]").nth(1).wait_for(timeout=20_000)
     page.get_by_role("table", name="Recall of views").get_by_role("button").first.click()
-    expect(page.get_by_text("by the finest level")).to_have_count(2)
+    expect(page.get_by_text("on the finest level")).to_have_count(2)
     page.evaluate("scrollTo(0, 0)")
     for host in page.get_by_role("application").all():
         settle(host)
@@ -296,6 +298,7 @@ def test_everything_can_be_read_on_a_tablet(
     page.goto(f"{filled.address}/assets/{filled.asset}")
     shown(page, _VIEWER)
     assert faint_texts(page) == []
+    assert covered_texts(page) == []
     assert not overflows(page)
     keep_picture(page, f"dashboard_tablet_{scheme}", tmp_path)
     context.close()

@@ -141,6 +141,6 @@ def test_what_another_tenant_has_is_not_there(stock: Stock, castle: JobResult) -
 
 def test_options_are_told_where_they_are_not_as_by_default() -> None:
     table = option_tables(60.0, 1e9)[JobKind.OCCLUDER]
-    assert chosen_options(table, table.read({})) == "as by default"
+    assert chosen_options(table, table.read({})) == "defaults"
     chosen = chosen_options(table, table.read({"budget": 32, "ground": True, "lods": 1}))
     assert set(chosen.split(", ")) == {"budget 32", "ground on", "lods 1"}

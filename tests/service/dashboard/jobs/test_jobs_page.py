@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, Page, expect
 from service.jobs.job import Failure
 from tests.service.dashboard.addresses import elsewhere, expect_kept
 from tests.service.dashboard.chromium import TABLET
-from tests.service.dashboard.legibility import faint_texts, overflows
+from tests.service.dashboard.legibility import covered_texts, faint_texts, overflows
 from tests.service.dashboard.meshes import castle_file
 from tests.service.dashboard.results import JobResult
 from tests.service.dashboard.screenshots import keep_picture
@@ -129,7 +129,7 @@ def test_a_link_shows_the_same_jobs(browser: Browser, page: Page, past: Past) ->
 def test_a_failed_job_is_tried_again_and_watched(page: Page, past: Past) -> None:
     page.goto(f"{past.address}/jobs/{past.failed}")
     page.get_by_role("button", name="Retry").click()
-    expect(page.get_by_role("link", name="does a job again")).to_be_visible()
+    expect(page.get_by_role("link", name="Retry of an earlier job")).to_be_visible()
     page.goto(f"{past.address}/jobs")
     expect(page.get_by_text("No jobs are waiting.")).to_be_visible(timeout=30_000.0)
 
@@ -142,5 +142,6 @@ def test_it_can_be_read_on_a_tablet(browser: Browser, past: Past, scheme: str) -
         page.goto(f"{past.address}{place}")
         expect(page.get_by_role("note").first).to_be_visible()
         assert faint_texts(page) == []
+        assert covered_texts(page) == []
         assert not overflows(page)
     context.close()

@@ -41,10 +41,10 @@ def overview(*lines: AssetLine) -> Overview:
     ("thresholds", "holds"),
     [
         (Thresholds(), Holds.OPEN),
-        (Thresholds(0.999, 0.8), Holds.HELD),
+        (Thresholds(0.999, 0.8), Holds.MET),
         (Thresholds(0.9991, None), Holds.MISSED),
         (Thresholds(None, 0.81), Holds.MISSED),
-        (Thresholds(None, None, 0.0042), Holds.HELD),
+        (Thresholds(None, None, 0.0042), Holds.MET),
         (Thresholds(0.999, 0.8, 0.0041), Holds.MISSED),
     ],
 )

@@ -255,7 +255,7 @@ def test_a_key_to_write_is_offered_no_changes(studio: Studio, page: Page) -> Non
 def test_a_stricter_threshold_turns_an_asset_red(studio: Studio, page: Page) -> None:
     studio.open(page, "few")
     expect(page.get_by_text("Below a threshold: 1.")).to_be_visible()
-    assert cell(page, "props/tower", "holds") == "held"
+    assert cell(page, "props/tower", "holds") == "met"
     change(page, "props/tower", "Thresholds")
     page.get_by_label("Minimum recall").fill("101")
     page.get_by_role("button", name="Save").click()
@@ -468,7 +468,7 @@ def test_thresholds_of_a_folder_count_for_its_assets(studio: Studio, page: Page)
     expect(page.get_by_label("Minimum recall")).to_have_attribute("placeholder", "65")
     page.get_by_label("Minimum recall").fill("50")
     page.get_by_role("button", name="Save").click()
-    expect(row_of(page, "town/gate").locator("[data-column=holds]")).to_have_text("held")
+    expect(row_of(page, "town/gate").locator("[data-column=holds]")).to_have_text("met")
 
 
 def test_an_asset_is_renamed(studio: Studio, page: Page) -> None:
@@ -494,7 +494,7 @@ def test_an_asset_is_renamed(studio: Studio, page: Page) -> None:
 def test_what_is_deleted_comes_back_by_undo_and_later(studio: Studio, page: Page) -> None:
     studio.open(page, "changed")
     change(page, "props/new", "Delete")
-    expect(page.get_by_text("Removed props/new.")).to_be_visible()
+    expect(page.get_by_text("Deleted props/new.")).to_be_visible()
     expect(row_of(page, "props/new")).to_be_hidden()
     page.get_by_role("button", name="Undo").click()
     expect(row_of(page, "props/new")).to_be_visible()
@@ -503,11 +503,11 @@ def test_what_is_deleted_comes_back_by_undo_and_later(studio: Studio, page: Page
         page.get_by_label(f"Choose {name}").check()
     expect(page.get_by_text("2 chosen")).to_be_visible()
     page.get_by_role("group", name="Chosen assets").get_by_role("button", name="Delete").click()
-    expect(page.get_by_text("Removed 2 assets.")).to_be_visible()
+    expect(page.get_by_text("Deleted 2 assets.")).to_be_visible()
     expect(page.get_by_text("2 shown")).to_be_visible()
     page.reload()
-    page.get_by_text("Removed assets (2)").click()
+    page.get_by_text("Deleted assets (2)").click()
     for name in ("props/new", "props/tower"):
         page.get_by_role("button", name=f"Restore {name}").click()
         expect(row_of(page, name)).to_be_visible()
-    expect(page.get_by_text("Removed assets (")).to_be_hidden()
+    expect(page.get_by_text("Deleted assets (")).to_be_hidden()

@@ -182,7 +182,7 @@ def test_overrides_without_their_mesh_are_told(page: Page, working: str, tmp_pat
     row = page.get_by_role("row", name="tower.overrides.toml")
     chooser, send = page.get_by_label("Meshes"), page.get_by_role("button", name="Submit")
     chooser.set_input_files([tmp_path / "tower.overrides.toml", tmp_path / "keep.toml"])
-    lone = "Its mesh is not here. Choose tower.glb, or tower in another format, as well."
+    lone = "Its mesh is missing. Choose tower.glb, or tower in another format, as well."
     expect(row.get_by_role("alert")).to_have_text(lone)
     expect(page.get_by_role("row", name="keep.toml").get_by_role("alert")).to_have_text(
         "Overrides are named after their mesh: castle.overrides.toml for castle.glb."
@@ -308,6 +308,8 @@ def test_it_can_be_read_on_a_tablet(
     expect(page.get_by_label("Seed")).to_be_visible()
     assert faint_texts(page) == []
     assert not overflows(page)
+    page.mouse.move(0, 0)
+    page.wait_for_timeout(500.0)  # until all of it is unfolded
     keep_picture(page, f"dashboard_submit_{scheme}", tmp_path)
     context.close()
 

@@ -105,5 +105,7 @@ def test_it_can_be_read(
     assert faint_texts(page) == []
     assert not overflows(page)
     if width > 1000 and scheme == "light":
+        page.mouse.move(0, 0)
+        page.wait_for_timeout(500.0)  # until all of it is unfolded
         keep_picture(page, "dashboard_submit_visible_sets", tmp_path)
     context.close()

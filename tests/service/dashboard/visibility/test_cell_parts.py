@@ -132,7 +132,7 @@ def left_out(pvs: simplifier.Pvs, cell: int, index: int) -> int:
 def test_altitudes_of_tiles_are_told(page: Page, pages: tuple[str, str], ridge: JobResult) -> None:
     page.goto(pages[1], timeout=SLOW)
     panel = page.get_by_role("region", name=MORE)
-    expect(panel.get_by_text("are seen from higher up alone")).to_be_visible(timeout=SLOW)
+    expect(panel.get_by_text("are seen only from higher up")).to_be_visible(timeout=SLOW)
     pvs, cell = simplifier.load_pvs(ridge.folder / "sets.pvs"), largest(ridge)
     assert pvs.altitudes is not None
     objects = np.flatnonzero(pvs.visible(cell))

@@ -16,7 +16,7 @@ import simplifier
 from service.dashboard.visibility.sets_detail import read_sets
 from tests.service.dashboard.addresses import elsewhere, expect_kept
 from tests.service.dashboard.chromium import Watch
-from tests.service.dashboard.legibility import faint_texts, overflows
+from tests.service.dashboard.legibility import covered_texts, faint_texts, overflows
 from tests.service.dashboard.results import JobResult, sets_result
 from tests.service.dashboard.screenshots import keep_picture
 from tests.service.dashboard.serving import IDLE, served
@@ -225,6 +225,7 @@ def test_it_can_be_read(
     plan_of(page)
     shown(page, VIEWER)
     assert faint_texts(page) == []
+    assert covered_texts(page) == []
     assert not overflows(page)
     if width > 1000:
         name = "dashboard_visible_sets" + ("_dark" if scheme == "dark" else "")

@@ -15,7 +15,7 @@ from simplifier.culling.walk_page import walk_page
 from tests.culling.occluded import SMALL, WALL, exact, looking, path_of, street, tree_of
 from tests.culling.occluded import wall_with_window as with_window
 from tests.service.dashboard.addresses import elsewhere, expect_kept
-from tests.service.dashboard.legibility import faint_texts, overflows
+from tests.service.dashboard.legibility import covered_texts, faint_texts, overflows
 from tests.service.dashboard.results import scene_result
 from tests.service.dashboard.screenshots import keep_picture
 from tests.service.dashboard.serving import IDLE, served
@@ -186,8 +186,9 @@ def test_it_can_be_read(
     page.goto(job, timeout=SLOW)
     page.get_by_role("button", name="Show the walk").click()
     drawn(page)
-    page.get_by_role("slider", name="Frame of the walk").fill("8")
+    page.get_by_role("slider", name="Frame of the walk").fill("26")
     assert faint_texts(page) == []
+    assert covered_texts(page) == []
     assert not overflows(page)
     page.wait_for_timeout(500.0)
     if scheme == "light" and width > 1000:

@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from sqlalchemy import text
 
@@ -39,6 +39,7 @@ def claimed(offers: SqlOffers, job_id: str, owner: str = "ray-1") -> Claim:
 
 
 @settings(max_examples=40)
+@example([("c", Priority.BULK), ("b", Priority.BULK), ("c", Priority.INTERACTIVE)], 0, 1)
 @given(
     st.lists(st.tuples(st.sampled_from("abc"), st.sampled_from(list(Priority))), max_size=20),
     st.integers(0, 8),

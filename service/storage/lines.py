@@ -140,28 +140,27 @@ def next_in_turn(session: Session, shares: Shares, now: float, limit: int) -> li
         .where(LineRow.waiting > 0)
         .order_by(LineRow.turn, LineRow.tenant)
     ).all()
-    heads: list[tuple[int, int, Iterator[int]]] = []
+    heads: list[tuple[int, int, int, Iterator[int]]] = []
     for line in lines:
         if len(heads) >= limit and line.turn > heads[-1][0]:
             break  # so many others have a turn before it
         room = limits.most - line.running if limits.bind(line.tenant) else limit
-        own = in_order(
-            _first(session, line.tenant, Priority.INTERACTIVE, limit, now),
-            _first(session, line.tenant, Priority.BULK, limit, now),
-            line.streak,
-        )
+        interactive = _first(session, line.tenant, Priority.INTERACTIVE, limit, now)
+        bulk = _first(session, line.tenant, Priority.BULK, limit, now)
+        own = in_order(interactive, bulk, line.streak)
         turns: Iterator[int] = islice(own, max(0, min(room, limit)))
         first = next(turns, None)
         if first is not None:
-            heads.append((line.turn, first, turns))
+            # As _HEADS: of tenants whose turn is the same, who has waited longest is the first.
+            heads.append((line.turn, min(*interactive[:1], *bulk[:1], first), first, turns))
     heapify(heads)
     last = lines[-1].turn if lines else 0
     while heads and len(found) < limit:
-        _, number, turns = heappop(heads)
+        *_, number, turns = heappop(heads)
         found.append(number)
         following, last = next(turns, None), last + 1
         if following is not None:
-            heappush(heads, (last, following, turns))
+            heappush(heads, (last, following, following, turns))
     return found
 
 

@@ -175,5 +175,7 @@ def test_what_is_made_tells_it():
     measured = made.measure()
     front = measure_front(sphere(1.0), made.occluder, random_directions(16, 0))
     assert measured.report()["front"]["share"] == measured.front.mean == front.mean
-    inside = simplifier.simplify(sphere(1.0), budget=24, resolution=16, conservative=True)
+    inside = simplifier.simplify(
+        sphere(1.0), budget=24, resolution=16, preset="draft", conservative=True
+    )
     assert inside.measure().front.worst == 0.0

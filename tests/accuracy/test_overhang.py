@@ -92,6 +92,8 @@ def test_a_report_tells_it(tmp_path):
     assert 0.0 < over["share"] <= worst["share"] == found.worst
     assert worst["direction"] == pytest.approx(found.directions[found.worst_view].tolist())
     assert 0.0 < over["stick_out"] <= report["error_bound"]
-    inside = simplifier.simplify(mesh, budget=24, resolution=16, conservative=True, views=16)
+    inside = simplifier.simplify(
+        mesh, budget=24, resolution=16, preset="draft", conservative=True, views=16
+    )
     report = inside.measure().report()["overhang"]
     assert (report["share"], report["stick_out"]) == (0.0, 0.0)

@@ -13,7 +13,7 @@ from tests.culling.occluded import SMALL, looking, path_of
 from tests.extremes.shapes import CLOSED, HOLES, OPEN, SHAPES, VOXELS, finer, needle, turned
 from tests.hierarchy.scenes import scene_of
 
-QUICK = {"resolution": 32, "moves": 1500, "views": 16, "image": 64, "exact": True}
+QUICK = {"resolution": 32, "moves": 800, "views": 16, "image": 64, "exact": True}
 DRAFT = {"preset": "draft", "moves": 300}
 LEAST = {
     "10,000 specks": 0.0, "chessboard": 0.0, "checkerboard": 0.6, "Menger sponge": 0.0,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from functools import cache
 
 import numpy as np
 import pytest
@@ -32,20 +33,32 @@ CASES = {
 }
 
 
+COUNT = 15
+"""Cells, of which a job takes three."""
+
+
+@cache
+def town():
+    return city_and_cells(3, COUNT)
+
+
+def found_by(pool, case="cull-map", **changes):
+    return find_pvs(*town(), CASES[case], None, Watch(**changes), pool=pool)
+
+
+@cache
+def bytes_without(case):
+    return encode_pvs(found_by(None, case).pvs)
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_the_same_bytes_as_without(case):
-    upright, cells = city_and_cells(count=24)
-    options, pool, said = CASES[case], InProcessPool(), []
-    spread = find_pvs(upright, cells, options, None, Watch(say=said.append), pool=pool)
+    pool, said = InProcessPool(), []
+    spread = found_by(pool, case, say=said.append)
     assert pool.done > 3
     assert said == ["the view cells are computed in this process"]
-    assert encode_pvs(spread.pvs) == encode_pvs(find_pvs(upright, cells, options).pvs)
-    assert spread.made == len(cells)
-
-
-def found_by(pool, **changes):
-    upright, cells = city_and_cells(count=24)
-    return find_pvs(upright, cells, CASES["cull-map"], None, Watch(**changes), pool=pool)
+    assert encode_pvs(spread.pvs) == bytes_without(case)
+    assert spread.made == COUNT
 
 
 @pytest.mark.parametrize(
@@ -63,22 +76,21 @@ def test_what_a_worker_could_not_see_counts_as_visible(told, why):
     assert len(lost) == 3
     assert found.pvs.visible(int(lost[0])).all()
     assert any(why in warning and "3 cells" in warning for warning in found.warnings)
-    upright, cells = city_and_cells(count=24)
-    again = find_pvs(upright, cells, CASES["cull-map"], found.pvs)
+    again = find_pvs(*town(), CASES["cull-map"], found.pvs)
     assert again.made == 3
-    assert encode_pvs(again.pvs) == encode_pvs(found_by(None).pvs)
+    assert encode_pvs(again.pvs) == bytes_without("cull-map")
 
 
 def test_cancelled_it_keeps_what_was_seen():
     cancel = threading.Event()
 
     def hear(done, total):
-        if done > 12:
+        if done > 6:
             cancel.set()
 
     found = found_by(InProcessPool(), tell=hear, cancel=cancel)
     assert found.pvs.partial
-    assert 12 < len(found.pvs.computed) < 24
+    assert 6 < len(found.pvs.computed) < COUNT
 
 
 def test_little_work_stays_here(monkeypatch):

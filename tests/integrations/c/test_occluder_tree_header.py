@@ -48,6 +48,9 @@ def program(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     folder = tmp_path_factory.mktemp("c")
     if request.param == "NEON":
         return emulated(folder)
+    if request.param == "gcc":
+        made: Path = request.getfixturevalue("checked")
+        return made
     compiler, flags = WAYS[request.param]
     return compiled(folder, "walk_tree.c", compiler, "-ffp-contract=off", *flags)
 
@@ -68,7 +71,9 @@ def emulated(folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def checked(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return compiled(tmp_path_factory.mktemp("c"), "walk_tree.c", "gcc", *CHECKED)
+    return compiled(
+        tmp_path_factory.mktemp("c"), "walk_tree.c", "gcc", "-ffp-contract=off", *CHECKED
+    )
 
 
 def views_file(folder: Path, views: list[tuple[Camera, int, int, str, float, int | None]]) -> Path:

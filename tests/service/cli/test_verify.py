@@ -19,6 +19,7 @@ from service.storage.job_store import SqlJobStore
 from service.storage.sqlite import SqliteDatabase
 from tests.acceptance.command import OCCLUDER, environment
 from tests.service.storage.blobs.rot import flip
+from tests.service.storage.fresh import fresh_database
 from tests.service.storage.samples import submission
 from tests.waiting import until
 
@@ -31,7 +32,7 @@ class Folder:
     def __init__(self, path, contents=CONTENTS):
         self.place = DataFolder(path)
         self.place.make()
-        database = SqliteDatabase.open(self.place.database)
+        database = fresh_database(self.place.database)
         jobs, self.blobs = SqlJobStore(database), FileBlobs(self.place.blobs)
         self.jobs, self.stored = [], []
         for data in contents:

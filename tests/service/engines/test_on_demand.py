@@ -16,8 +16,8 @@ from service.errors import JobFailedError, NotFoundError, NotReadyError, Service
 from service.jobs.job import Job, JobFile, JobKind, Submission, Summary
 from service.settings import Settings
 from service.storage.job_store import SqlJobStore
-from service.storage.sqlite import SqliteDatabase
 from tests.service.engines.memory import FolderBlobs
+from tests.service.storage.fresh import fresh_database
 from tests.waiting import until
 
 WORK = "tests.service.engines.works:start_on_demand"
@@ -28,7 +28,7 @@ class Desk:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.database = SqliteDatabase.open(folder / "occluder.db")
+        self.database = fresh_database(folder / "occluder.db")
         self.jobs = SqlJobStore(self.database)
         self.blobs = FolderBlobs(folder / "blobs")
         (folder / "scratch").mkdir()

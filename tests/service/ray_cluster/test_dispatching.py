@@ -17,6 +17,7 @@ from service.settings import Settings
 from service.storage.job_store import SqlJobStore
 from service.storage.offer_store import SqlOffers
 from service.storage.sqlite import SqliteDatabase
+from tests.service.storage.fresh import fresh_database
 from tests.service.storage.samples import results, submission, summary
 
 LEASE = 30.0
@@ -109,7 +110,7 @@ class Farm:
 @pytest.fixture
 def farm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Farm]:
     monkeypatch.setattr("service.ray_cluster.dispatching._FIRST_PAUSE", 0.0)
-    database = SqliteDatabase.open(tmp_path / "occluder.db")
+    database = fresh_database(tmp_path / "occluder.db")
     yield Farm(database)
     database.close()
 

@@ -34,8 +34,8 @@ from service.storage.delivery_store import SqlDeliveryStore
 from service.storage.job_store import SqlJobStore
 from service.storage.journal_store import SqlJournal
 from service.storage.key_store import SqlKeyStore
-from service.storage.sqlite import SqliteDatabase
 from service.storage.tally_store import SqlTallies
+from tests.service.storage.fresh import fresh_database
 from tests.waiting import until
 
 OBJ = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -149,7 +149,7 @@ class Served:
 @contextmanager
 def served(folder: Path, **chosen) -> Iterator[Served]:
     settings = Settings(data=folder, min_free=0, **chosen)
-    database = SqliteDatabase.open(folder / "occluder.db")
+    database = fresh_database(folder / "occluder.db")
     (folder / "blobs").mkdir()
     blobs = FileBlobs(folder / "blobs")
     jobs = SqlJobStore(database, is_stored=blobs.has)

@@ -16,6 +16,7 @@ from service.storage.key_store import SqlKeyStore
 from service.storage.postgres import PostgresDatabase
 from service.storage.sqlite import SqliteDatabase
 from tests.postgres import PostgresServer
+from tests.service.storage.fresh import fresh_database
 from tests.service.storage.samples import Clock
 
 
@@ -26,7 +27,7 @@ def file(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def sqlite_database(file: Path) -> Iterator[SqliteDatabase]:
-    database = SqliteDatabase.open(file)
+    database = fresh_database(file)
     yield database
     database.close()
 

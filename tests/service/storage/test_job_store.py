@@ -221,15 +221,15 @@ def test_a_lost_result_is_looked_at_once_however_often_it_was_given(database: Da
 
     def is_stored(blob: Blob) -> bool:
         asked.append(blob)
-        return len(asked) <= 200
+        return len(asked) <= 40
 
     jobs = SqlJobStore(database, is_stored=is_stored)
     finish(jobs)
-    for _ in range(100):
+    for _ in range(20):
         submit(jobs)
-    assert len(asked) == 200
+    assert len(asked) == 40
     assert submit(jobs).state is JobState.QUEUED
-    assert len(asked) == 201
+    assert len(asked) == 41
 
 
 def test_an_input_that_is_lost_does_not_spoil_a_result(database: Database) -> None:
@@ -321,11 +321,14 @@ def test_the_latest_run_of_an_asset_never_expires(jobs: SqlJobStore, clock: Cloc
     ]
 
 
-def test_more_jobs_expire_than_one_transaction_takes(jobs: SqlJobStore, clock: Clock) -> None:
+def test_more_jobs_expire_than_one_transaction_takes(
+    jobs: SqlJobStore, clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("service.storage.job_store._EXPIRED_AT_ONCE", 10)
     finish(jobs)
-    for _ in range(250):
+    for _ in range(25):
         submit(jobs)
-    assert jobs.expire(ended_before=clock.now + 1.0) == 251
+    assert jobs.expire(ended_before=clock.now + 1.0) == 26
     assert sum(jobs.counts().values()) == 0
 
 

@@ -23,7 +23,7 @@ from service.errors import ConflictError, NotFoundError, QueueFullError
 from service.jobs.job import Claim, JobState, Submission
 from service.jobs.stores import JobFilter
 from service.storage.job_store import SqlJobStore
-from service.storage.sqlite import SqliteDatabase
+from tests.service.storage.fresh import fresh_database
 from tests.service.storage.samples import DIED, FULL, Clock, results, submission, summary
 
 LEASE = 30.0
@@ -71,7 +71,7 @@ class JobStoreMachine(RuleBasedStateMachine):
     def open(self) -> object:
         """Begin where most can happen: with jobs that are worked at."""
         self.folder = tempfile.TemporaryDirectory()
-        self.database = SqliteDatabase.open(Path(self.folder.name) / "occluder.db")
+        self.database = fresh_database(Path(self.folder.name) / "occluder.db")
         self.clock, self.monotonic = Clock(), Clock()
         self.store = SqlJobStore(self.database, self.clock, self.monotonic)
         self.ever_named: set[str] = set()

@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from sqlalchemy import text
 
@@ -16,7 +16,7 @@ from service.jobs.turns import Shares
 from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
 from service.storage.offer_store import SqlOffers
-from service.storage.sqlite import SqliteDatabase
+from tests.service.storage.fresh import fresh_database
 from tests.service.storage.samples import DIED, Clock, results, submission, summary
 
 LEASE = 30.0
@@ -39,6 +39,7 @@ def claimed(offers: SqlOffers, job_id: str, owner: str = "ray-1") -> Claim:
 
 
 @settings(max_examples=40)
+@example([("c", Priority.BULK), ("b", Priority.BULK), ("c", Priority.INTERACTIVE)], 0, 1)
 @given(
     st.lists(st.tuples(st.sampled_from("abc"), st.sampled_from(list(Priority))), max_size=20),
     st.integers(0, 8),
@@ -51,7 +52,7 @@ def test_offers_come_in_the_order_in_which_workers_would_take_them(
     with tempfile.TemporaryDirectory() as folder:
         shares, taken, lines = Shares(4, running=running), [], []
         for by_name in (False, True):
-            database = SqliteDatabase.open(Path(folder) / f"{by_name}.db")
+            database = fresh_database(Path(folder) / f"{by_name}.db")
             jobs = SqlJobStore(database, Clock(), Clock(), shares)
             offers = SqlOffers(database, monotonic=Clock())
             names = {submit(jobs, *one): number for number, one in enumerate(submitted)}

@@ -7,6 +7,7 @@ import multiprocessing
 import sqlite3
 from contextlib import suppress
 from multiprocessing.connection import Connection
+from multiprocessing.synchronize import Event
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,7 @@ from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
 from service.storage.key_store import SqlKeyStore
 from service.storage.sqlite import SqliteDatabase
+from tests.service.storage.fresh import fresh_database
 from tests.service.storage.samples import mesh, results, submission, summary
 
 
@@ -30,7 +32,7 @@ def database(sqlite_database: SqliteDatabase) -> SqliteDatabase:
 
 def filled(file: Path, jobs: int) -> None:
     """A database with some queued jobs, closed, so that all of it is in the one file."""
-    database = SqliteDatabase.open(file)
+    database = fresh_database(file)
     submit_many(SqlJobStore(database), jobs)
     database.close()
 
@@ -84,7 +86,7 @@ def test_every_commit_is_flushed_and_readers_do_not_wait(database: Database) -> 
 
 @pytest.mark.parametrize("share", [0.25, 0.5, 0.75])
 def test_a_damaged_page_is_told_when_the_service_starts(file: Path, share: float) -> None:
-    filled(file, 200)
+    filled(file, 60)
     pages = file.stat().st_size // 4096
     spoil(file, int(pages * share))
     with pytest.raises(DatabaseDamagedError, match=r"occluder\.db' is damaged.*backup"):
@@ -92,7 +94,7 @@ def test_a_damaged_page_is_told_when_the_service_starts(file: Path, share: float
 
 
 def test_damage_that_comes_while_the_service_runs_is_told_and_remembered(file: Path) -> None:
-    filled(file, 200)
+    filled(file, 60)
     database = SqliteDatabase.open(file)
     store = SqlJobStore(database)
     assert database.is_sound()
@@ -126,7 +128,7 @@ def test_a_schema_whose_names_are_no_text_is_damage(file: Path) -> None:
 
 def test_a_digest_is_not_called_unnamed_for_a_damaged_page(file: Path) -> None:
     """Blobs that a damaged page names must not be swept away."""
-    filled(file, 200)
+    filled(file, 60)
     database = SqliteDatabase.open(file)
     spoil(file, root_page(file, "ix_job_files_digest"))
     with pytest.raises(DatabaseDamagedError):
@@ -228,9 +230,10 @@ def test_what_a_killed_server_has_told_is_there(file: Path, jobs: int) -> None:
     database.close()
 
 
-def make_keys(file: Path, count: int) -> None:
+def make_keys(file: Path, count: int, begun: Event) -> None:
     """In another process, as ``occluder keys create`` does."""
     database = SqliteDatabase.open(file)
+    begun.set()
     for number in range(count):
         SqlKeyStore(database).create("studio", f"key {number}", Scope.READ)
     database.close()
@@ -238,8 +241,11 @@ def make_keys(file: Path, count: int) -> None:
 
 def test_another_process_writes_meanwhile(file: Path, database: Database) -> None:
     store = SqlJobStore(database)
-    process = multiprocessing.get_context("spawn").Process(target=make_keys, args=(file, 50))
+    spawning = multiprocessing.get_context("spawn")
+    begun = spawning.Event()
+    process = spawning.Process(target=make_keys, args=(file, 50, begun))
     process.start()
+    assert begun.wait(timeout=30.0)
     number = 0
     while process.is_alive() or number < 50:
         store.submit(submission(str(number)), 10_000)

@@ -21,6 +21,7 @@ from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
 from service.storage.key_store import SqlKeyStore
 from service.storage.sqlite import SqliteDatabase
+from tests.service.storage.fresh import fresh_database
 from tests.service.storage.samples import DIED, Clock, results, submission, summary
 
 BULK, INTERACTIVE = Priority.BULK, Priority.INTERACTIVE
@@ -75,7 +76,7 @@ ACTS = st.lists(
 def test_the_store_does_as_a_plain_model(acts: list[object], running: int | None) -> None:
     """And each tenant has its turn, and each bulk job, after as many others as is promised."""
     with tempfile.TemporaryDirectory() as folder:
-        database = SqliteDatabase.open(Path(folder) / "occluder.db")
+        database = fresh_database(Path(folder) / "occluder.db")
         jobs = SqlJobStore(database, Clock(), Clock(), Shares(2, running=running))
         lines: dict[str, Line] = {}
         begun: list[Claim] = []

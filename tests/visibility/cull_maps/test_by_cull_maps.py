@@ -17,8 +17,8 @@ from tests.visibility.solid.test_terrain import terrain_of
 from tests.visibility.test_find import city_and_cells
 
 
-def town():
-    upright, cells = city_and_cells(6, 20, seed=8)
+def town(blocks=6, count=20):
+    upright, cells = city_and_cells(blocks, count, seed=8)
     return upright, cells, None
 
 
@@ -60,7 +60,7 @@ def test_the_close_look_takes_from_sets_what_is_hidden_alone(monkeypatch, make, 
 
 
 def test_a_set_depends_on_no_other_cell_no_batch_and_no_thread(monkeypatch):
-    upright, cells, _ = town()
+    upright, cells, _ = town(4, 8)
     options = PvsOptions(up="z")
     whole = visible(find_pvs(upright, cells, options).pvs)
     monkeypatch.setattr("simplifier.visibility.cull_maps.by_cull_maps._BATCH", 3)

@@ -67,8 +67,8 @@ def test_all_that_any_point_of_a_cell_sees_of_a_city_is_in_its_set(seed, pixel, 
 
 
 def test_finer_pixels_and_more_samples_show_less():
-    city = generated_city(8, seed=5)
-    cells = street_cells(city, 10, seed=5)
+    city = generated_city(6, seed=5)
+    cells = street_cells(city, 5, seed=5)
     coarse, fine = sets(city, cells, 2.0, 10.0), sets(city, cells, 0.5, 1.0)
     assert fine.sum() < 0.9 * coarse.sum()
 
@@ -103,8 +103,8 @@ def test_turning_the_scene_by_right_angles_turns_its_sets(turns):
 
 
 def test_the_order_of_objects_and_the_number_of_threads_say_nothing(monkeypatch):
-    city = generated_city(5, seed=4)
-    cells = street_cells(city, 9, seed=4)
+    city = generated_city(4, seed=4)
+    cells = street_cells(city, 6, seed=4)
     found = sets(city, cells)
     order = np.random.default_rng(0).permutation(len(city))
     mixed = scene_of_boxes(city.bounds()[order], np.array(city.names)[order].tolist())
@@ -130,10 +130,10 @@ def test_what_stands_in_a_cell_is_visible_and_hides_nothing():
 @pytest.mark.parametrize("placing", ["boxes", "triangles"])
 def test_a_ground_among_the_objects_hides_no_less_than_none(make, ground, placing):
     city, whole = make()
-    cells = street_cells(city, 8, seed=3)
+    cells = street_cells(city, 4, seed=3)
     if placing == "triangles":
         cells = place_cells(UprightScene.of(city, "z"), "triangles", PvsOptions(up="z"))
-        cells = cells.some(np.arange(0, len(cells), 60))
+        cells = cells.some(np.arange(0, len(cells), 120))
     alone, found = sets(city, cells, 1.0, 10.0), sets(whole, cells, 1.0, 10.0, ground)
     assert found[:, -1].all()
     assert alone.mean() < 0.6
@@ -226,7 +226,7 @@ def shrink_less(monkeypatch, along, across):
 @pytest.mark.parametrize(("along", "across"), [(100, 100), (100, 0)])
 def test_an_erosion_that_is_left_out_is_found_out(monkeypatch, along, across):
     shrink_less(monkeypatch, along, across)
-    assert missed_in_slits() > 0
+    assert missed_in_slits((0.5, 0.9)) > 0
 
 
 def two_slits():
@@ -260,11 +260,11 @@ def test_a_sample_that_is_left_out_is_found_out(monkeypatch):
 
 @pytest.mark.parametrize("placing", ["boxes", "triangles"])
 def test_a_close_look_at_what_a_quick_one_leaves_loses_nothing(placing):
-    city = generated_city(6, seed=8)
-    cells = street_cells(city, 10, seed=8)
+    city = generated_city(5, seed=8)
+    cells = street_cells(city, 6, seed=8)
     if placing == "triangles":
         cells = place_cells(UprightScene.of(city, "z"), "triangles", PvsOptions(up="z"))
-        cells = cells.some(np.arange(0, len(cells), len(cells) // 10))
+        cells = cells.some(np.arange(0, len(cells), len(cells) // 6))
     around = np.array([cells.low[:, :2].min(axis=0), cells.high[:, :2].max(axis=0)])
     field = height_field(upright(city), 1.0, around)
     quick, _ = see_by_cull_maps(CullMaps(field, 10.0), cells)

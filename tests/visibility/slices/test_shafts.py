@@ -160,7 +160,7 @@ def test_no_line_gets_through_a_shaft_that_is_called_closed():
     random = np.random.default_rng(3)
     top = shafts.slices.grid.shape.astype(float)
     results = []
-    for _ in range(300):
+    for _ in range(120):
         a, b = random.uniform(0.0, top, (2, 3))
         sizes = random.uniform(0.0, 4.0, (2, 3))
         one, other = np.concatenate([a, a + sizes[0]]), np.concatenate([b, b + sizes[1]])

@@ -10,12 +10,13 @@ from sqlalchemy import event
 
 from service.storage.sqlite import SqliteDatabase
 from tests.s3 import S3Server
+from tests.service.storage.fresh import fresh_database
 
 
 @pytest.fixture
 def sqlite_database(file: Path) -> Iterator[SqliteDatabase]:
     """One that waits for no disk: each blob in a bucket is a few commits."""
-    opened = SqliteDatabase.open(file)
+    opened = fresh_database(file)
     event.listen(
         opened._writer, "connect", lambda made, _: made.execute("PRAGMA synchronous = OFF")
     )

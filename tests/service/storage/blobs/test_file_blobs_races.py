@@ -7,16 +7,19 @@ import random
 import subprocess
 import sys
 
+import pytest
+
 from service.jobs.job import Blob
 from service.storage.blobs.file_blobs import FileBlobs
 from tests.service.storage.blobs.racing import Rows, race
 
 
-def test_no_sweep_takes_what_a_row_names(tmp_path):
+@pytest.mark.parametrize("removed", [30, pytest.param(120, marks=pytest.mark.slow)])
+def test_no_sweep_takes_what_a_row_names(tmp_path, removed):
     """Few contents and many threads, so that all meet at the same blobs all the time."""
     store, rows = FileBlobs(tmp_path), Rows()
     contents = [bytes([i]) * 100 for i in range(12)]
-    race([store], rows, contents, lambda: store.sweep(rows.unnamed), 120)
+    race([store], rows, contents, lambda: store.sweep(rows.unnamed), removed)
     store.sweep(rows.unnamed)
     assert list(store.digests()) == []
     assert list((tmp_path / "drafts").iterdir()) == []

@@ -10,9 +10,9 @@ from service.errors import SettingsError
 from service.jobs.job import JobFile
 from service.storage.blobs.identity import FolderHome, check_identity
 from service.storage.job_store import SqlJobStore
-from service.storage.sqlite import SqliteDatabase
 from tests.service.storage.blobs.blob_store_contract import blob_of
 from tests.service.storage.blobs.s3_stores import memory_bucket
+from tests.service.storage.fresh import fresh_database
 from tests.service.storage.samples import submission
 
 
@@ -35,7 +35,7 @@ def other_home(request, tmp_path):
 
 @pytest.fixture
 def other_database(tmp_path):
-    database = SqliteDatabase.open(tmp_path / "other.db")
+    database = fresh_database(tmp_path / "other.db")
     yield database
     database.close()
 

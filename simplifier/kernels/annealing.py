@@ -8,20 +8,18 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.bit_image import popcount
-from simplifier.kernels.compiled.kernel import inner_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.soup_views import (
-    block_length,
-    count_front,
+    all_but_one,
     draw_front,
     draw_triangle,
+    exchange_picture,
     score_view,
-    unite_block,
-    unite_view,
 )
 from simplifier.kernels.voxelize import is_contained
 
 TRIES = 6
-"""Moves tried at a triangle before another is drawn; they share the picture of all the rest."""
+"""Moves tried at a triangle before another is drawn; they share what tells whether it is poor."""
 
 _GLANCE = 16  # views that a move is judged on first; then on four times as many, and so on
 _POOR = 0.1  # of the mean score a triangle: one that adds less may be put elsewhere
@@ -40,28 +38,33 @@ def _random(state):
     return float(x >> np.uint64(11)) * (1.0 / 9007199254740992.0)
 
 
+@inline_kernel
+def _corner(triangle, k):
+    """Corner ``k`` of a triangle (3, 3) as a triple."""
+    return triangle[k, 0], triangle[k, 1], triangle[k, 2]
+
+
 @inner_kernel
-def _is_poor(index, views, images, blocks, others, known, scores, union, scratch):
+def _is_poor(index, views, images, layers, scores, union, scratch):
     """Whether a triangle adds little to what all others score, judged on every sixth view."""
     _, _, originals, price, fines = views
     value, total = np.int64(0), np.int64(0)
     for view in range(0, len(scores), 6):
-        _know(index, view, images, blocks, others, known)
+        now, own = layers[view], images[index, view]
+        adds, fronts = np.uint64(0), np.int64(0)
         for row in range(64):
-            union[row + 1] = others[view, row]
-        left = score_view(union, originals[view], price, fines[view, 0], scratch)
-        left -= fines[view, 1] * count_front(others[view])
-        value += scores[view] - left
+            left = all_but_one(now, own, row)
+            union[row + 1] = left
+            adds |= left ^ now[0, row]
+        for row in range(64, len(own)):
+            left = all_but_one(now, own, row)
+            adds |= left ^ now[0, row]
+            fronts += np.int64(popcount(left))
+        if adds != 0:  # mostly others hide it
+            without = score_view(union, originals[view], price, fines[view, 0], scratch)
+            value += scores[view] - without + fines[view, 1] * fronts
         total += scores[view]
     return value * len(images) < _POOR * total
-
-
-@inner_kernel
-def _know(index, view, images, blocks, others, known):
-    """Fill a view of ``others`` where it is not ``known`` (V,) bool yet."""
-    if not known[view]:
-        unite_view(index, view, images, blocks, others)
-        known[view] = True
 
 
 @inner_kernel
@@ -111,8 +114,7 @@ def _place_elsewhere(triangles, room, before, reach, state, trial):
 
 @inner_kernel
 def _try_views(
-    p, q, r, index, stride, seen, views, images, blocks, others, known, scores, drawn, trial, union,
-    scratch, work,
+    p, q, r, index, stride, seen, views, images, layers, scores, drawn, trial, union, scratch, work,
 ):  # fmt: skip
     """Score every ``stride``-th view with the triangle p, q, r at ``index``; return the change.
 
@@ -128,15 +130,15 @@ def _try_views(
         if seen != 0 and view % seen == 0:
             continue
         draw_triangle(p, q, r, projections[view], image)
-        _know(index, view, images, blocks, others, known)
         work[0] += 1
+        now, own = layers[view], images[index, view]
         differs = np.uint64(0)
         for row in range(64):
             word = image[row + 1]
             drawn[view, row] = word
-            new = others[view, row] | word
+            new = all_but_one(now, own, row) | word
             union[row + 1] = new
-            differs |= new ^ (others[view, row] | images[index, view, row])
+            differs |= new ^ now[0, row]
         trial[view] = scores[view]
         before = np.int64(0)  # pixels in front of which all stand
         if priced:
@@ -146,13 +148,12 @@ def _try_views(
             )  # fmt: skip
             if not shows:
                 for row in range(64, images.shape[2]):
-                    shows |= images[index, view, row] != 0
+                    shows |= own[row] != 0
             if shows or differs != 0:
                 was = np.int64(0)
                 for row in range(64, images.shape[2]):
-                    other = others[view, row]
-                    before += np.int64(popcount(other | drawn[view, row]))
-                    was += np.int64(popcount(other | images[index, view, row]))
+                    before += np.int64(popcount(all_but_one(now, own, row) | drawn[view, row]))
+                    was += np.int64(popcount(now[0, row]))
                 trial[view] -= fines[view, 1] * (before - was)
         if differs != 0:
             work[1] += 1
@@ -170,7 +171,7 @@ def _try_views(
     "uint64[:], int64, (float64, float64), (float64, float64), (float64, float64), int64[:]"
 )
 def anneal(
-    triangles, projections, depths, originals, price, fines, room, before, images, blocks, scores,
+    triangles, projections, depths, originals, price, fines, room, before, images, layers, scores,
     best, best_score, state, moves, shares, steps, heats, work,
 ):  # fmt: skip
     """Try ``moves`` moves, a multiple of :data:`TRIES`; ``shares`` of the search begin and end.
@@ -181,7 +182,7 @@ def anneal(
     chance allows (simulated annealing).  ``steps`` (voxels) and ``heats`` (score) are first and
     last values of the whole search, geometric in between.
 
-    ``triangles``, ``images``, ``blocks`` and ``scores`` are the current state, ``best`` the best
+    ``triangles``, ``images``, ``layers`` and ``scores`` are the current state, ``best`` the best
     triangles yet, ``best_score`` (1,) int64 their score.  ``work`` (2,) int64 counts the views that
     are drawn and those that are scored.
     """
@@ -189,9 +190,8 @@ def anneal(
     views = (projections, depths, originals, price, fines)
     union = np.zeros(66, np.uint64)
     scratch = np.zeros((3, 66), np.uint64)
-    others = np.zeros(images.shape[1:], np.uint64)
-    known = np.zeros(len(originals), np.bool_)
     drawn = np.zeros(images.shape[1:], np.uint64)
+    carries = np.zeros((2, images.shape[2]), np.uint64)
     trial_scores = np.zeros(len(scores), np.int64)
     trial = np.zeros((3, 3))
     delta = np.zeros(3)
@@ -207,8 +207,7 @@ def anneal(
         share = shares[0] + (shares[1] - shares[0]) * move / moves
         if move % TRIES == 0:
             index = np.int64(_random(state) * count)
-            known[:] = False
-            poor = _is_poor(index, views, images, blocks, others, known, scores, union, scratch)
+            poor = _is_poor(index, views, images, layers, scores, union, scratch)
             again = False
         for k in range(3):
             for axis in range(3):
@@ -225,28 +224,30 @@ def anneal(
             for axis in range(3):
                 trial[moved, axis] += delta[axis]
         again = False
-        p, q, r = (
-            (trial[0, 0], trial[0, 1], trial[0, 2]),
-            (trial[1, 0], trial[1, 1], trial[1, 2]),
-            (trial[2, 0], trial[2, 1], trial[2, 2]),
-        )
-        if not (is_contained(p, p, p, room) and is_contained(q, q, q, room)):
+        # The other corners of a triangle that is there are in the room.
+        begin, end = (0, 3) if anew else (moved, moved + 1)
+        inside = True
+        for k in range(begin, end):
+            point = _corner(trial, k)
+            inside = inside and is_contained(point, point, point, room)
+        if not inside:
             continue
-        if not is_contained(r, r, r, room):
-            continue
+        p, q, r = _corner(trial, 0), _corner(trial, 1), _corner(trial, 2)
         least = heats[0] * (heats[1] / heats[0]) ** share * np.log(_random(state) + 1e-300)
         change = np.int64(0)
         stride, seen = widest, 0
         taken = True
         while taken:
+            # As dear as some fifty views, so it comes after a few and before most of them.
+            if stride == 1 and not is_contained(p, q, r, room):
+                taken = False
+                break
             change += _try_views(
-                p, q, r, index, stride, seen, views, images, blocks, others, known, scores, drawn,
-                trial_scores, union, scratch, work,
+                p, q, r, index, stride, seen, views, images, layers, scores, drawn, trial_scores,
+                union, scratch, work,
             )  # fmt: skip
             # A few views that lose this much are hardly made good by the others.
             taken = change * stride >= 2 * least if stride > 1 else change >= least
-            # Dearer than a few views for large triangles in fine grids, so it comes after them.
-            taken = taken and (seen != 0 or is_contained(p, q, r, room))
             if stride == 1:
                 break
             stride, seen = max(stride // 4, 1), stride
@@ -254,9 +255,7 @@ def anneal(
             continue
         for view in range(len(scores)):
             scores[view] = trial_scores[view]
-            for row in range(images.shape[2]):
-                images[index, view, row] = drawn[view, row]
-        unite_block(images, index // block_length(len(images)), blocks)
+            exchange_picture(layers[view], images[index, view], drawn[view], carries)
         for k in range(3):
             for axis in range(3):
                 triangles[index, k, axis] = trial[k, axis]

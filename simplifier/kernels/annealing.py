@@ -24,6 +24,9 @@ TRIES = 6
 _GLANCE = 16  # views that a move is judged on first; then on four times as many, and so on
 _POOR = 0.1  # of the mean score a triangle: one that adds less may be put elsewhere
 _ELSEWHERE = 0.5  # how often it is
+_PLACES = 16  # of which the one with most gaps is tried
+_LOOKS = 16  # views in which gaps are looked for
+_DRAWS = 8  # of a corner at most, until it is in the room
 _REACH = 0.3  # how far the corners of a new triangle reach, as a share of the grid
 
 
@@ -92,24 +95,78 @@ def _find_cell(room, before, number):
 
 
 @inner_kernel
-def _place_elsewhere(triangles, room, before, reach, state, trial):
-    """A new triangle: beside an edge of another, or about one of the cells with room."""
+def _place_anywhere(triangles, room, before, reach, state, trial):
+    """A triangle by lot: beside an edge of another, or about one of the cells with room.
+
+    A corner that would lie outside the room is drawn again, which costs a few nanoseconds.
+    """
     reach *= 2.0 * _random(state)
     if _random(state) < 0.5:
         other = np.int64(_random(state) * len(triangles))
-        moved = np.int64(_random(state) * 3)
+        begin = np.int64(_random(state) * 3)
+        end = begin + 1
         for k in range(3):
             for axis in range(3):
                 trial[k, axis] = triangles[other, k, axis]
-        for axis in range(3):
-            middle = 0.5 * (trial[(moved + 1) % 3, axis] + trial[(moved + 2) % 3, axis])
-            trial[moved, axis] = middle + (_random(state) - 0.5) * reach
+        one, two = (begin + 1) % 3, (begin + 2) % 3
+        x, y, z = (
+            0.5 * (trial[one, 0] + trial[two, 0]),
+            0.5 * (trial[one, 1] + trial[two, 1]),
+            0.5 * (trial[one, 2] + trial[two, 2]),
+        )
     else:
-        number = np.int64(_random(state) * before[-1])
-        cell = _find_cell(room, before, number)
-        for k in range(3):
-            for axis in range(3):
-                trial[k, axis] = (cell[axis] + 0.5) + (_random(state) - 0.5) * reach
+        begin, end = 0, 3
+        i, j, k = _find_cell(room, before, np.int64(_random(state) * before[-1]))
+        x, y, z = i + 0.5, j + 0.5, k + 0.5
+    for corner in range(begin, end):
+        for _ in range(_DRAWS):
+            trial[corner, 0] = x + (_random(state) - 0.5) * reach
+            trial[corner, 1] = y + (_random(state) - 0.5) * reach
+            trial[corner, 2] = z + (_random(state) - 0.5) * reach
+            point = _corner(trial, corner)
+            if is_contained(point, point, point, room):
+                break
+
+
+@inner_kernel
+def _count_gaps(triangle, projections, originals, layers, state):
+    """In how many of :data:`_LOOKS` views by lot the middle of a triangle lies in a gap.
+
+    That is a pixel of the original that nothing covers, and neither any of its eight neighbours: a
+    line of such pixels along an outline is no gap that a triangle could fill.
+    """
+    x = (triangle[0, 0] + triangle[1, 0] + triangle[2, 0]) / 3.0
+    y = (triangle[0, 1] + triangle[1, 1] + triangle[2, 1]) / 3.0
+    z = (triangle[0, 2] + triangle[1, 2] + triangle[2, 2]) / 3.0
+    found = 0
+    for _ in range(_LOOKS):
+        view = np.int64(_random(state) * len(projections))
+        m, there, union = projections[view], originals[view], layers[view, 0]
+        column = np.int64(m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3])
+        row = np.int64(m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3])
+        if 0 <= column < 64 and 0 < row < 63:
+            bare = there[row - 1] & there[row] & there[row + 1]
+            bare &= ~(union[row - 1] | union[row] | union[row + 1])
+            bare &= (bare << np.uint64(1)) & (bare >> np.uint64(1))
+            found += np.int64(bare >> np.uint64(column) & np.uint64(1))
+    return found
+
+
+@inner_kernel
+def _place_elsewhere(triangles, views, layers, room, before, reach, state, trial, best):
+    """Write into ``trial`` (3, 3) that of several triangles by lot which lies in most gaps.
+
+    ``best`` (3, 3) is used up.  To count gaps takes less than to draw a triangle in one view.
+    """
+    projections, _, originals, _, _ = views
+    most = -1
+    for _ in range(_PLACES):
+        _place_anywhere(triangles, room, before, reach, state, trial)
+        found = _count_gaps(trial, projections, originals, layers, state)
+        if found > most:
+            most = found
+            best[:] = trial
+    trial[:] = best
 
 
 @inner_kernel
@@ -177,10 +234,10 @@ def anneal(
     """Try ``moves`` moves, a multiple of :data:`TRIES`; ``shares`` of the search begin and end.
 
     A corner moves by up to a step a coordinate; a move that gains is tried again in the same
-    direction.  A triangle that adds little is put elsewhere at times.  A move is taken when the
-    triangle keeps to the ``room`` and the score rises, or falls by no more than
-    chance allows (simulated annealing).  ``steps`` (voxels) and ``heats`` (score) are first and
-    last values of the whole search, geometric in between.
+    direction.  A triangle that adds little is put elsewhere at times, mostly where a gap is.  A
+    move is taken when the triangle keeps to the ``room`` and the score rises, or falls by no more
+    than chance allows (simulated annealing).  ``steps`` (voxels) and ``heats`` (score) are first
+    and last values of the whole search, geometric in between.
 
     ``triangles``, ``images``, ``layers`` and ``scores`` are the current state, ``best`` the best
     triangles yet, ``best_score`` (1,) int64 their score.  ``work`` (2,) int64 counts the views that
@@ -193,7 +250,7 @@ def anneal(
     drawn = np.zeros(images.shape[1:], np.uint64)
     carries = np.zeros((2, images.shape[2]), np.uint64)
     trial_scores = np.zeros(len(scores), np.int64)
-    trial = np.zeros((3, 3))
+    trial, spare = np.zeros((3, 3)), np.zeros((3, 3))
     delta = np.zeros(3)
     cells = room[1].shape
     reach = _REACH * max(cells[0], cells[1], cells[2])
@@ -214,7 +271,7 @@ def anneal(
                 trial[k, axis] = triangles[index, k, axis]
         anew = poor and not again and _random(state) < _ELSEWHERE
         if anew:
-            _place_elsewhere(triangles, room, before, reach, state, trial)
+            _place_elsewhere(triangles, views, layers, room, before, reach, state, trial, spare)
         else:
             if not again:
                 moved = np.int64(_random(state) * 3)

@@ -235,14 +235,27 @@ def unite_others(index, images, layers, others):
             others[view, row] = all_but_one(layers[view], images[index, view], row)
 
 
+@inner_kernel
+def _draw_picture(p, q, r, view, projections, depths, image, picture):
+    """Fill ``picture`` (64,) with a triangle in a view, and what of it is in front if asked for."""
+    draw_triangle(p, q, r, projections[view], image)
+    for row in range(64):
+        picture[row] = image[row + 1]
+    if len(picture) > 64:
+        away, limits, highest = depths
+        draw_front(
+            p, q, r, projections[view], away[view], limits[view], highest[view], image,
+            picture[64:],
+        )  # fmt: skip
+
+
 @kernel(
     "float64[:, :, :], float64[:, :, :], (float64[:, :], float32[:, :, :], float32[:, :]), "
     "uint64[:, :], uint64[:, :, :], uint64[:, :, :]"
 )
 def draw_soup(triangles, projections, depths, standing, images, layers):
     """Fill ``images`` and ``layers``."""
-    image = np.zeros(66, np.uint64)
-    picture = np.zeros(images.shape[2], np.uint64)
+    image, picture = np.zeros(66, np.uint64), np.zeros(images.shape[2], np.uint64)
     scratch = np.zeros((2, images.shape[2]), np.uint64)
     images[:] = 0
     layers[:] = 0
@@ -256,16 +269,27 @@ def draw_soup(triangles, projections, depths, standing, images, layers):
             corner(triangles, index, 2),
         )
         for view in range(len(projections)):
-            draw_triangle(p, q, r, projections[view], image)
-            for row in range(64):
-                picture[row] = image[row + 1]
-            if images.shape[2] > 64:
-                away, limits, highest = depths
-                draw_front(
-                    p, q, r, projections[view], away[view], limits[view], highest[view], image,
-                    picture[64:],
-                )  # fmt: skip
+            _draw_picture(p, q, r, view, projections, depths, image, picture)
             exchange_picture(layers[view], images[index, view], picture, scratch)
+
+
+@kernel(
+    "float64[:, :, :], float64[:, :, :], (float64[:, :], float32[:, :, :], float32[:, :]), "
+    "uint64[:, :]"
+)
+def draw_union(triangles, projections, depths, union):
+    """Add all triangles to ``union`` (V, 64), which takes none of the memory of their pictures."""
+    image, picture = np.zeros(66, np.uint64), np.zeros(union.shape[1], np.uint64)
+    for index in range(len(triangles)):
+        p, q, r = (
+            corner(triangles, index, 0),
+            corner(triangles, index, 1),
+            corner(triangles, index, 2),
+        )
+        for view in range(len(projections)):
+            _draw_picture(p, q, r, view, projections, depths, image, picture)
+            for row in range(len(picture)):
+                union[view, row] |= picture[row]
 
 
 @kernel("uint64[:, :], uint64[:, :], int64, int64[:, :], int64[:]")

@@ -19,6 +19,7 @@ from simplifier.kernels.soup_views import (
     all_contained,
     digit_count,
     draw_soup,
+    draw_union,
     remove_useless,
     score_unions,
 )
@@ -69,13 +70,9 @@ class RefineViews:
 
     def standing(self) -> Images:
         """(V, rows) the picture of the drawn triangles, which stand in front of nothing."""
-        there = np.zeros((len(self.projections), self.rows), dtype=np.uint64)
-        nothing = np.zeros((len(there), 64), dtype=np.uint64)
-        images, layers = empty_pictures(len(self.drawn), len(there), 64)
-        soup = np.array(self.drawn)
-        draw_soup(soup, self.projections, NO_DEPTHS.arrays(), nothing, images, layers)
-        there[:, :64] = layers[:, 0]
-        return there
+        there = np.zeros((len(self.projections), 64), dtype=np.uint64)
+        draw_union(np.array(self.drawn), self.projections, NO_DEPTHS.arrays(), there)
+        return np.pad(there, ((0, 0), (0, self.rows - 64)))
 
 
 def empty_pictures(triangles: int, views: int, rows: int) -> tuple[Images, Images]:
@@ -278,18 +275,15 @@ class Annealing:
         return self._best[kept]
 
     def _draw(self) -> int:
-        self._draw_into(self._triangles, self._images, self._layers)
+        views = self._views.projections
+        draw_soup(self._triangles, views, self._depths, self._standing, self._images, self._layers)
         return self._score(self._union(), self._scores)
 
     def _fresh(self, triangles: FloatArray) -> int:
         """The score of other triangles at the present prices."""
-        images, layers = np.empty_like(self._images), np.empty_like(self._layers)
-        self._draw_into(triangles, images, layers)
-        return self._score(layers[:, 0].copy(), np.empty_like(self._scores))
-
-    def _draw_into(self, triangles: FloatArray, images: Images, layers: Images) -> None:
-        views = self._views.projections
-        draw_soup(triangles, views, self._depths, self._standing, images, layers)
+        union = self._standing.copy()
+        draw_union(triangles, self._views.projections, self._depths, union)
+        return self._score(union, np.empty_like(self._scores))
 
     def _union(self) -> Images:
         return self._layers[:, 0].copy()

@@ -14,6 +14,7 @@ from simplifier.kernels.soup_views import (
     UNIT,
     digit_count,
     draw_soup,
+    draw_union,
     exchange_picture,
     remove_useless,
     score_unions,
@@ -84,7 +85,13 @@ def test_pictures_hold_the_pixels_inside(seed):
     for index, triangle in enumerate(triangles):
         for view, image in zip(views, images[index], strict=True):
             assert np.array_equal(unpacked(image), covered_pixels(triangle, view))
-    assert np.array_equal(layers[:, 0], np.bitwise_or.reduce(images, axis=0))
+    union = np.bitwise_or.reduce(images, axis=0)
+    assert np.array_equal(layers[:, 0], union)
+    beside = np.zeros_like(union)
+    beside[:, ::3] = 5
+    draw_union(triangles, views, NO_DEPTHS.arrays(), beside)
+    union[:, ::3] |= np.uint64(5)
+    assert np.array_equal(beside, union)
 
 
 def counted(pictures):

@@ -11,6 +11,7 @@ from simplifier.kernels.soup_views import (
     FRONT_ROWS,
     FRONT_STEP,
     draw_soup,
+    draw_union,
     remove_useless,
     score_unions,
 )
@@ -78,7 +79,9 @@ def test_pictures_hold_the_pixels_before_the_limits(seed):
 def test_each_pixel_in_front_costs_the_toll_once(seed, count, toll):
     """However many triangles stand there."""
     images, layers = drawn(soup(seed, count), depths(seed))
-    unions = layers[:, 0].copy()
+    unions = np.zeros(images.shape[1:], np.uint64)
+    draw_union(soup(seed, count), PROJECTIONS, depths(seed).arrays(), unions)
+    assert np.array_equal(unions, layers[:, 0])
     assert np.array_equal(unions, np.bitwise_or.reduce(images, axis=0))
     originals = np.random.default_rng(seed).integers(0, 2**63, (VIEWS, 64), dtype=np.uint64)
     fines = np.random.default_rng(seed).integers(0, 900, (VIEWS, 2))

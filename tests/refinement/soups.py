@@ -6,8 +6,8 @@ import numpy as np
 
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.kernels.coverage import coverage_masks
-from simplifier.kernels.soup_views import UNIT, draw_soup, score_unions
-from simplifier.refinement.annealing import RefineViews, empty_pictures
+from simplifier.kernels.soup_views import UNIT, draw_union, score_unions
+from simplifier.refinement.annealing import RefineViews
 from tests.pictures import sphere_projections
 
 SIZE = 24  # voxels a side
@@ -47,10 +47,10 @@ def crossed_quads(half=4.0):
 def score(triangles, views, overcover=0.5, fine=0, toll=0):
     """The objective, drawn afresh."""
     count = len(views.projections)
-    images, layers = empty_pictures(len(triangles), count, views.rows)
-    soup, nothing = np.ascontiguousarray(triangles), np.zeros(images.shape[1:], np.uint64)
-    draw_soup(soup, views.projections, views.depths.arrays(), nothing, images, layers)
+    union = np.zeros((count, views.rows), np.uint64)
+    soup = np.ascontiguousarray(triangles)
+    draw_union(soup, views.projections, views.depths.arrays(), union)
     return score_unions(
-        layers[:, 0].copy(), views.originals, round(UNIT * overcover),
+        union, views.originals, round(UNIT * overcover),
         np.full((count, 2), (fine, toll), np.int64), np.zeros(count, np.int64),
     )  # fmt: skip

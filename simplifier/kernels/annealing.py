@@ -8,24 +8,25 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.bit_image import popcount
-from simplifier.kernels.compiled.kernel import inner_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.soup_views import (
-    block_length,
-    count_front,
+    all_but_one,
     draw_front,
     draw_triangle,
+    exchange_picture,
     score_view,
-    unite_block,
-    unite_view,
 )
 from simplifier.kernels.voxelize import is_contained
 
 TRIES = 6
-"""Moves tried at a triangle before another is drawn; they share the picture of all the rest."""
+"""Moves tried at a triangle before another is drawn; they share what tells whether it is poor."""
 
 _GLANCE = 16  # views that a move is judged on first; then on four times as many, and so on
 _POOR = 0.1  # of the mean score a triangle: one that adds less may be put elsewhere
 _ELSEWHERE = 0.5  # how often it is
+_PLACES = 16  # of which the one with most gaps is tried
+_LOOKS = 16  # views in which gaps are looked for
+_DRAWS = 8  # of a corner at most, until it is in the room
 _REACH = 0.3  # how far the corners of a new triangle reach, as a share of the grid
 
 
@@ -40,28 +41,33 @@ def _random(state):
     return float(x >> np.uint64(11)) * (1.0 / 9007199254740992.0)
 
 
+@inline_kernel
+def _corner(triangle, k):
+    """Corner ``k`` of a triangle (3, 3) as a triple."""
+    return triangle[k, 0], triangle[k, 1], triangle[k, 2]
+
+
 @inner_kernel
-def _is_poor(index, views, images, blocks, others, known, scores, union, scratch):
+def _is_poor(index, views, images, layers, scores, union, scratch):
     """Whether a triangle adds little to what all others score, judged on every sixth view."""
     _, _, originals, price, fines = views
     value, total = np.int64(0), np.int64(0)
     for view in range(0, len(scores), 6):
-        _know(index, view, images, blocks, others, known)
+        now, own = layers[view], images[index, view]
+        adds, fronts = np.uint64(0), np.int64(0)
         for row in range(64):
-            union[row + 1] = others[view, row]
-        left = score_view(union, originals[view], price, fines[view, 0], scratch)
-        left -= fines[view, 1] * count_front(others[view])
-        value += scores[view] - left
+            left = all_but_one(now, own, row)
+            union[row + 1] = left
+            adds |= left ^ now[0, row]
+        for row in range(64, len(own)):
+            left = all_but_one(now, own, row)
+            adds |= left ^ now[0, row]
+            fronts += np.int64(popcount(left))
+        if adds != 0:  # mostly others hide it
+            without = score_view(union, originals[view], price, fines[view, 0], scratch)
+            value += scores[view] - without + fines[view, 1] * fronts
         total += scores[view]
     return value * len(images) < _POOR * total
-
-
-@inner_kernel
-def _know(index, view, images, blocks, others, known):
-    """Fill a view of ``others`` where it is not ``known`` (V,) bool yet."""
-    if not known[view]:
-        unite_view(index, view, images, blocks, others)
-        known[view] = True
 
 
 @inner_kernel
@@ -89,30 +95,83 @@ def _find_cell(room, before, number):
 
 
 @inner_kernel
-def _place_elsewhere(triangles, room, before, reach, state, trial):
-    """A new triangle: beside an edge of another, or about one of the cells with room."""
+def _place_anywhere(triangles, room, before, reach, state, trial):
+    """A triangle by lot: beside an edge of another, or about one of the cells with room.
+
+    A corner that would lie outside the room is drawn again, which costs a few nanoseconds.
+    """
     reach *= 2.0 * _random(state)
     if _random(state) < 0.5:
         other = np.int64(_random(state) * len(triangles))
-        moved = np.int64(_random(state) * 3)
+        begin = np.int64(_random(state) * 3)
+        end = begin + 1
         for k in range(3):
             for axis in range(3):
                 trial[k, axis] = triangles[other, k, axis]
-        for axis in range(3):
-            middle = 0.5 * (trial[(moved + 1) % 3, axis] + trial[(moved + 2) % 3, axis])
-            trial[moved, axis] = middle + (_random(state) - 0.5) * reach
+        one, two = (begin + 1) % 3, (begin + 2) % 3
+        x, y, z = (
+            0.5 * (trial[one, 0] + trial[two, 0]),
+            0.5 * (trial[one, 1] + trial[two, 1]),
+            0.5 * (trial[one, 2] + trial[two, 2]),
+        )
     else:
-        number = np.int64(_random(state) * before[-1])
-        cell = _find_cell(room, before, number)
-        for k in range(3):
-            for axis in range(3):
-                trial[k, axis] = (cell[axis] + 0.5) + (_random(state) - 0.5) * reach
+        begin, end = 0, 3
+        i, j, k = _find_cell(room, before, np.int64(_random(state) * before[-1]))
+        x, y, z = i + 0.5, j + 0.5, k + 0.5
+    for corner in range(begin, end):
+        for _ in range(_DRAWS):
+            trial[corner, 0] = x + (_random(state) - 0.5) * reach
+            trial[corner, 1] = y + (_random(state) - 0.5) * reach
+            trial[corner, 2] = z + (_random(state) - 0.5) * reach
+            point = _corner(trial, corner)
+            if is_contained(point, point, point, room):
+                break
+
+
+@inner_kernel
+def _count_gaps(triangle, projections, originals, layers, state):
+    """In how many of :data:`_LOOKS` views by lot the middle of a triangle lies in a gap.
+
+    That is a pixel of the original that nothing covers, and neither any of its eight neighbours: a
+    line of such pixels along an outline is no gap that a triangle could fill.
+    """
+    x = (triangle[0, 0] + triangle[1, 0] + triangle[2, 0]) / 3.0
+    y = (triangle[0, 1] + triangle[1, 1] + triangle[2, 1]) / 3.0
+    z = (triangle[0, 2] + triangle[1, 2] + triangle[2, 2]) / 3.0
+    found = 0
+    for _ in range(_LOOKS):
+        view = np.int64(_random(state) * len(projections))
+        m, there, union = projections[view], originals[view], layers[view, 0]
+        column = np.int64(m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3])
+        row = np.int64(m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3])
+        if 0 <= column < 64 and 0 < row < 63:
+            bare = there[row - 1] & there[row] & there[row + 1]
+            bare &= ~(union[row - 1] | union[row] | union[row + 1])
+            bare &= (bare << np.uint64(1)) & (bare >> np.uint64(1))
+            found += np.int64(bare >> np.uint64(column) & np.uint64(1))
+    return found
+
+
+@inner_kernel
+def _place_elsewhere(triangles, views, layers, room, before, reach, state, trial, best):
+    """Write into ``trial`` (3, 3) that of several triangles by lot which lies in most gaps.
+
+    ``best`` (3, 3) is used up.  To count gaps takes less than to draw a triangle in one view.
+    """
+    projections, _, originals, _, _ = views
+    most = -1
+    for _ in range(_PLACES):
+        _place_anywhere(triangles, room, before, reach, state, trial)
+        found = _count_gaps(trial, projections, originals, layers, state)
+        if found > most:
+            most = found
+            best[:] = trial
+    trial[:] = best
 
 
 @inner_kernel
 def _try_views(
-    p, q, r, index, stride, seen, views, images, blocks, others, known, scores, drawn, trial, union,
-    scratch, work,
+    p, q, r, index, stride, seen, views, images, layers, scores, drawn, trial, union, scratch, work,
 ):  # fmt: skip
     """Score every ``stride``-th view with the triangle p, q, r at ``index``; return the change.
 
@@ -128,15 +187,15 @@ def _try_views(
         if seen != 0 and view % seen == 0:
             continue
         draw_triangle(p, q, r, projections[view], image)
-        _know(index, view, images, blocks, others, known)
         work[0] += 1
+        now, own = layers[view], images[index, view]
         differs = np.uint64(0)
         for row in range(64):
             word = image[row + 1]
             drawn[view, row] = word
-            new = others[view, row] | word
+            new = all_but_one(now, own, row) | word
             union[row + 1] = new
-            differs |= new ^ (others[view, row] | images[index, view, row])
+            differs |= new ^ now[0, row]
         trial[view] = scores[view]
         before = np.int64(0)  # pixels in front of which all stand
         if priced:
@@ -146,13 +205,12 @@ def _try_views(
             )  # fmt: skip
             if not shows:
                 for row in range(64, images.shape[2]):
-                    shows |= images[index, view, row] != 0
+                    shows |= own[row] != 0
             if shows or differs != 0:
                 was = np.int64(0)
                 for row in range(64, images.shape[2]):
-                    other = others[view, row]
-                    before += np.int64(popcount(other | drawn[view, row]))
-                    was += np.int64(popcount(other | images[index, view, row]))
+                    before += np.int64(popcount(all_but_one(now, own, row) | drawn[view, row]))
+                    was += np.int64(popcount(now[0, row]))
                 trial[view] -= fines[view, 1] * (before - was)
         if differs != 0:
             work[1] += 1
@@ -170,18 +228,18 @@ def _try_views(
     "uint64[:], int64, (float64, float64), (float64, float64), (float64, float64), int64[:]"
 )
 def anneal(
-    triangles, projections, depths, originals, price, fines, room, before, images, blocks, scores,
+    triangles, projections, depths, originals, price, fines, room, before, images, layers, scores,
     best, best_score, state, moves, shares, steps, heats, work,
 ):  # fmt: skip
     """Try ``moves`` moves, a multiple of :data:`TRIES`; ``shares`` of the search begin and end.
 
     A corner moves by up to a step a coordinate; a move that gains is tried again in the same
-    direction.  A triangle that adds little is put elsewhere at times.  A move is taken when the
-    triangle keeps to the ``room`` and the score rises, or falls by no more than
-    chance allows (simulated annealing).  ``steps`` (voxels) and ``heats`` (score) are first and
-    last values of the whole search, geometric in between.
+    direction.  A triangle that adds little is put elsewhere at times, mostly where a gap is.  A
+    move is taken when the triangle keeps to the ``room`` and the score rises, or falls by no more
+    than chance allows (simulated annealing).  ``steps`` (voxels) and ``heats`` (score) are first
+    and last values of the whole search, geometric in between.
 
-    ``triangles``, ``images``, ``blocks`` and ``scores`` are the current state, ``best`` the best
+    ``triangles``, ``images``, ``layers`` and ``scores`` are the current state, ``best`` the best
     triangles yet, ``best_score`` (1,) int64 their score.  ``work`` (2,) int64 counts the views that
     are drawn and those that are scored.
     """
@@ -189,11 +247,10 @@ def anneal(
     views = (projections, depths, originals, price, fines)
     union = np.zeros(66, np.uint64)
     scratch = np.zeros((3, 66), np.uint64)
-    others = np.zeros(images.shape[1:], np.uint64)
-    known = np.zeros(len(originals), np.bool_)
     drawn = np.zeros(images.shape[1:], np.uint64)
+    carries = np.zeros((2, images.shape[2]), np.uint64)
     trial_scores = np.zeros(len(scores), np.int64)
-    trial = np.zeros((3, 3))
+    trial, spare = np.zeros((3, 3)), np.zeros((3, 3))
     delta = np.zeros(3)
     cells = room[1].shape
     reach = _REACH * max(cells[0], cells[1], cells[2])
@@ -207,15 +264,14 @@ def anneal(
         share = shares[0] + (shares[1] - shares[0]) * move / moves
         if move % TRIES == 0:
             index = np.int64(_random(state) * count)
-            known[:] = False
-            poor = _is_poor(index, views, images, blocks, others, known, scores, union, scratch)
+            poor = _is_poor(index, views, images, layers, scores, union, scratch)
             again = False
         for k in range(3):
             for axis in range(3):
                 trial[k, axis] = triangles[index, k, axis]
         anew = poor and not again and _random(state) < _ELSEWHERE
         if anew:
-            _place_elsewhere(triangles, room, before, reach, state, trial)
+            _place_elsewhere(triangles, views, layers, room, before, reach, state, trial, spare)
         else:
             if not again:
                 moved = np.int64(_random(state) * 3)
@@ -225,28 +281,30 @@ def anneal(
             for axis in range(3):
                 trial[moved, axis] += delta[axis]
         again = False
-        p, q, r = (
-            (trial[0, 0], trial[0, 1], trial[0, 2]),
-            (trial[1, 0], trial[1, 1], trial[1, 2]),
-            (trial[2, 0], trial[2, 1], trial[2, 2]),
-        )
-        if not (is_contained(p, p, p, room) and is_contained(q, q, q, room)):
+        # The other corners of a triangle that is there are in the room.
+        begin, end = (0, 3) if anew else (moved, moved + 1)
+        inside = True
+        for k in range(begin, end):
+            point = _corner(trial, k)
+            inside = inside and is_contained(point, point, point, room)
+        if not inside:
             continue
-        if not is_contained(r, r, r, room):
-            continue
+        p, q, r = _corner(trial, 0), _corner(trial, 1), _corner(trial, 2)
         least = heats[0] * (heats[1] / heats[0]) ** share * np.log(_random(state) + 1e-300)
         change = np.int64(0)
         stride, seen = widest, 0
         taken = True
         while taken:
+            # As dear as some fifty views, so it comes after a few and before most of them.
+            if stride == 1 and not is_contained(p, q, r, room):
+                taken = False
+                break
             change += _try_views(
-                p, q, r, index, stride, seen, views, images, blocks, others, known, scores, drawn,
-                trial_scores, union, scratch, work,
+                p, q, r, index, stride, seen, views, images, layers, scores, drawn, trial_scores,
+                union, scratch, work,
             )  # fmt: skip
             # A few views that lose this much are hardly made good by the others.
             taken = change * stride >= 2 * least if stride > 1 else change >= least
-            # Dearer than a few views for large triangles in fine grids, so it comes after them.
-            taken = taken and (seen != 0 or is_contained(p, q, r, room))
             if stride == 1:
                 break
             stride, seen = max(stride // 4, 1), stride
@@ -254,9 +312,7 @@ def anneal(
             continue
         for view in range(len(scores)):
             scores[view] = trial_scores[view]
-            for row in range(images.shape[2]):
-                images[index, view, row] = drawn[view, row]
-        unite_block(images, index // block_length(len(images)), blocks)
+            exchange_picture(layers[view], images[index, view], drawn[view], carries)
         for k in range(3):
             for axis in range(3):
                 triangles[index, k, axis] = trial[k, axis]

@@ -2,9 +2,11 @@
 
 A soup is ``triangles`` (m, 3, 3) float64, corners in grid space.  Views are 64 x 64 bit images:
 ``projections`` (V, 2, 4) float64 and the original's silhouettes ``originals`` (V, 64) uint64.
-``images`` (m, V, 64) uint64 holds each triangle's picture, ``blocks`` (b, V, 64) the unions of
-equal runs of them, the last one shorter: as many as :func:`block_count` says.  Further blocks are
-pictures of what stands beside the soup and never moves.
+``images`` (m, V, 64) uint64 holds each triangle's picture, and ``standing`` (V, 64) that of what
+stands beside the soup and never moves.  ``layers`` (V, 2 + d, 64), d as :func:`digit_count` says,
+count how many of all these have a pixel: it is in layer 0 where any has it, in layer 1 where two or
+more have it, and layers 2 and on are the digits of the number, the lowest first.  So the union of
+all but one takes two layers and that one's picture, and a picture is exchanged without the others.
 
 A view scores, in sixteenths of twice a measure, a whole number:
 
@@ -18,7 +20,7 @@ for one in front.
 
 A pixel is in front where any triangle is nearer to the viewer than its limit, so pictures of what
 is in front unite as silhouettes do.  Where they are asked for, they are 16 more rows of ``images``
-and ``blocks``, and of every (V, 64) below but the originals'; row r is at row 4 r + 2 of the
+and ``layers``, and of every (V, 64) below but the originals'; row r is at row 4 r + 2 of the
 silhouette.  ``depths`` are then three arrays, else they are empty:
 
     ``away``     (V, 4) float64: the depth of a point p is ``away[:3] @ p + away[3]``
@@ -27,8 +29,6 @@ silhouette.  ``depths`` are then three arrays, else they are empty:
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
@@ -41,8 +41,6 @@ from simplifier.kernels.bit_image import (
 )
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.voxelize import is_contained
-
-_BLOCK = 8  # triangles of a block at least
 
 INSET = 0.2
 """Pixels by which triangles are drawn smaller, so that neighbours have to overlap: a crack that is
@@ -60,15 +58,12 @@ UNIT = 16
 
 
 @kernel("int64")
-def block_count(triangles):
-    """How many unions to keep, so that "all but this one" costs about 2 sqrt(m) images, not m."""
-    return -(-triangles // max(_BLOCK, int(math.sqrt(triangles))))
-
-
-@inner_kernel
-def block_length(triangles):
-    """Triangles of a block of a soup's own, which the last one may fall short of."""
-    return max(-(-triangles // max(block_count(triangles), 1)), 1)
+def digit_count(triangles):
+    """Binary digits of a number of triangles, and of what stands beside them."""
+    digits = 1
+    while triangles + 1 >= 1 << digits:
+        digits += 1
+    return digits
 
 
 @inner_kernel
@@ -187,49 +182,86 @@ def score_view(union, original, price, fine, scratch):
     return UNIT * right - price * (whole - right) - fine * np.int64(outside)
 
 
-@inner_kernel
-def unite_block(images, block, blocks):
-    """Rebuild one union."""
-    length = block_length(len(images))
-    for view in range(blocks.shape[1]):
-        for row in range(blocks.shape[2]):
-            blocks[block, view, row] = 0
-        for index in range(block * length, min((block + 1) * length, len(images))):
-            for row in range(blocks.shape[2]):
-                blocks[block, view, row] |= images[index, view, row]
+@inline_kernel
+def all_but_one(layers, image, row):
+    """A row of the union of all pictures but one, ``image`` (64,); ``layers`` (2 + d, 64)."""
+    own = image[row]
+    return (layers[0, row] & ~own) | (layers[1, row] & own)
 
 
 @inner_kernel
-def unite_view(index, view, images, blocks, others):
-    """The union of all triangles but one, or of all with ``index`` -1, in a view of ``others``."""
-    for row in range(others.shape[1]):
-        others[view, row] = 0
-    length = block_length(len(images))
-    for block in range(len(blocks)):
-        if block != index // length:
-            for row in range(others.shape[1]):
-                others[view, row] |= blocks[block, view, row]
-            continue
-        for other in range(block * length, min((block + 1) * length, len(images))):
-            if other != index:
-                for row in range(others.shape[1]):
-                    others[view, row] |= images[other, view, row]
+def exchange_picture(layers, old, new, scratch):
+    """Count ``new`` (64,) in place of ``old``, which it overwrites; ``layers`` (2 + d, 64).
+
+    Digits are added and taken off in one go, since no pixel of a picture does both.  Loops run
+    along rows, so that they work on several at once.  ``scratch`` (2, 64) at least.
+    """
+    carry, lost = scratch[0], scratch[1]
+    left = np.uint64(0)
+    for row in range(layers.shape[1]):
+        carry[row] = old[row] ^ new[row]
+        lost[row] = old[row] & ~new[row]
+        left |= carry[row]
+        old[row] = new[row]
+    if left == 0:
+        return
+    begin, end = 0, layers.shape[1]  # of the rows that change: mostly a few
+    while carry[begin] == 0:
+        begin += 1
+    while carry[end - 1] == 0:
+        end -= 1
+    place = 2
+    while left != 0:
+        left = np.uint64(0)
+        for row in range(begin, end):
+            digit = layers[place, row]
+            layers[place, row] = digit ^ carry[row]
+            carry[row] &= digit ^ lost[row]
+            left |= carry[row]
+        place += 1
+    for row in range(begin, end):
+        two = np.uint64(0)
+        for place in range(3, layers.shape[0]):
+            two |= layers[place, row]
+        layers[0, row] = layers[2, row] | two
+        layers[1, row] = two
 
 
-@kernel("int64, uint64[:, :, :], uint64[:, :, :], uint64[:, :]")
-def unite_others(index, images, blocks, others):
-    """The same in all views: ``others`` (V, 64)."""
+@inner_kernel
+def unite_others(index, images, layers, others):
+    """The union of all pictures but that of a triangle: ``others`` (V, 64)."""
     for view in range(len(others)):
-        unite_view(index, view, images, blocks, others)
+        for row in range(others.shape[1]):
+            others[view, row] = all_but_one(layers[view], images[index, view], row)
+
+
+@inner_kernel
+def _draw_picture(p, q, r, view, projections, depths, image, picture):
+    """Fill ``picture`` (64,) with a triangle in a view, and what of it is in front if asked for."""
+    draw_triangle(p, q, r, projections[view], image)
+    for row in range(64):
+        picture[row] = image[row + 1]
+    if len(picture) > 64:
+        away, limits, highest = depths
+        draw_front(
+            p, q, r, projections[view], away[view], limits[view], highest[view], image,
+            picture[64:],
+        )  # fmt: skip
 
 
 @kernel(
     "float64[:, :, :], float64[:, :, :], (float64[:, :], float32[:, :, :], float32[:, :]), "
-    "uint64[:, :, :], uint64[:, :, :]"
+    "uint64[:, :], uint64[:, :, :], uint64[:, :, :]"
 )
-def draw_soup(triangles, projections, depths, images, blocks):
-    """Fill ``images`` and the soup's own ``blocks``."""
-    image = np.zeros(66, np.uint64)
+def draw_soup(triangles, projections, depths, standing, images, layers):
+    """Fill ``images`` and ``layers``."""
+    image, picture = np.zeros(66, np.uint64), np.zeros(images.shape[2], np.uint64)
+    scratch = np.zeros((2, images.shape[2]), np.uint64)
+    images[:] = 0
+    layers[:] = 0
+    for view in range(len(projections)):
+        picture[:] = 0
+        exchange_picture(layers[view], picture, standing[view], scratch)
     for index in range(len(triangles)):
         p, q, r = (
             corner(triangles, index, 0),
@@ -237,17 +269,27 @@ def draw_soup(triangles, projections, depths, images, blocks):
             corner(triangles, index, 2),
         )
         for view in range(len(projections)):
-            draw_triangle(p, q, r, projections[view], image)
-            for row in range(64):
-                images[index, view, row] = image[row + 1]
-            if images.shape[2] > 64:
-                away, limits, highest = depths
-                draw_front(
-                    p, q, r, projections[view], away[view], limits[view], highest[view], image,
-                    images[index, view, 64:],
-                )  # fmt: skip
-    for block in range(block_count(len(images))):
-        unite_block(images, block, blocks)
+            _draw_picture(p, q, r, view, projections, depths, image, picture)
+            exchange_picture(layers[view], images[index, view], picture, scratch)
+
+
+@kernel(
+    "float64[:, :, :], float64[:, :, :], (float64[:, :], float32[:, :, :], float32[:, :]), "
+    "uint64[:, :]"
+)
+def draw_union(triangles, projections, depths, union):
+    """Add all triangles to ``union`` (V, 64), which takes none of the memory of their pictures."""
+    image, picture = np.zeros(66, np.uint64), np.zeros(union.shape[1], np.uint64)
+    for index in range(len(triangles)):
+        p, q, r = (
+            corner(triangles, index, 0),
+            corner(triangles, index, 1),
+            corner(triangles, index, 2),
+        )
+        for view in range(len(projections)):
+            _draw_picture(p, q, r, view, projections, depths, image, picture)
+            for row in range(len(picture)):
+                union[view, row] |= picture[row]
 
 
 @kernel("uint64[:, :], uint64[:, :], int64, int64[:, :], int64[:]")
@@ -266,13 +308,15 @@ def score_unions(unions, originals, price, fines, scores):
 
 
 @kernel("uint64[:, :, :], uint64[:, :, :], uint64[:, :], int64, int64[:, :], int64[:], bool[:]")
-def remove_useless(images, blocks, originals, price, fines, scores, kept):
+def remove_useless(images, layers, originals, price, fines, scores, kept):
     """Take out triangle after triangle without which the score is no less.
 
-    ``kept`` (m,) bool is written; ``images`` of those taken out are cleared, ``blocks`` and
+    ``kept`` (m,) bool is written; ``images`` of those taken out are cleared, ``layers`` and
     ``scores`` follow.  The last triangles go first: where two show the same, the first stays.
     """
     others = np.zeros(images.shape[1:], np.uint64)
+    nothing = np.zeros(images.shape[2], np.uint64)
+    scratch = np.zeros((2, images.shape[2]), np.uint64)
     trial = np.zeros(len(scores), np.int64)
     total = np.sum(scores)
     kept[:] = True
@@ -282,7 +326,7 @@ def remove_useless(images, blocks, originals, price, fines, scores, kept):
         for index in range(len(images) - 1, -1, -1):
             if not kept[index]:
                 continue
-            unite_others(index, images, blocks, others)
+            unite_others(index, images, layers, others)
             without = score_unions(others, originals, price, fines, trial)
             if without < total:
                 continue
@@ -291,9 +335,7 @@ def remove_useless(images, blocks, originals, price, fines, scores, kept):
             total = without
             for view in range(len(scores)):
                 scores[view] = trial[view]
-                for row in range(images.shape[2]):
-                    images[index, view, row] = 0
-            unite_block(images, index // block_length(len(images)), blocks)
+                exchange_picture(layers[view], images[index, view], nothing, scratch)
 
 
 @kernel("float64[:, :, :], (uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64), bool[:]")

@@ -113,12 +113,11 @@ def _mark_footprint(p, q, r, low, high, strides, touched):
 
 
 @inner_kernel
-def _keeps_below(p, q, r, low, high, strides, layers, limit):
+def _keeps_below(sides, low, high, strides, layers, limit):
     """Whether no voxel of the box ``low`` to ``high`` that the triangle touches is above a limit.
 
-    Axes as for :func:`_sides`; ``strides`` are those of the flat array ``layers``.
+    ``sides`` and axes as of :func:`_sides`; ``strides`` are those of the flat array ``layers``.
     """
-    sides = _sides(p, q, r)
     for s in range(low[0], high[0] + 1):
         for t in range(low[1], high[1] + 1):
             first, last = _row(sides, s, t, low[2], high[2])
@@ -228,36 +227,41 @@ def _all_below(low, high, strides, layers, limit):
     return True
 
 
-@inner_kernel
-def _cell_contained(p, q, r, x, y, z, room):
+@inline_kernel
+def _cell_contained(cell, fine, room, w):
     """Whether a triangle keeps to the limit in one cell, whose voxels are looked at if they differ.
 
-    ``p``, ``q``, ``r`` in voxels, ``room`` as for :func:`is_contained`.
+    ``cell`` and ``fine``, which are the triangle's sides in voxels, its box and whether that is a
+    row of them, have their axes in cyclic order, ``w`` last; ``room`` as for :func:`is_contained`.
     """
     layers, least, most, limit = room
+    x, y, z = _back(cell, w)
     if most[x, y, z] <= limit:
         return True
     if least[x, y, z] > limit:
         return False
+    sides, low, high, is_row = fine
     sizes = layers.shape
     size = sizes[0] // least.shape[0]
-    strides = (sizes[1] * sizes[2], sizes[2], 1)
-    flat = layers.reshape(-1)
-    x0, x1 = _span(p[0], q[0], r[0], sizes[0])
-    y0, y1 = _span(p[1], q[1], r[1], sizes[1])
-    z0, z1 = _span(p[2], q[2], r[2], sizes[2])
-    flat_in = int(x0 == x1) + int(y0 == y1) + int(z0 == z1)
-    low = (max(x0, x * size), max(y0, y * size), max(z0, z * size))
-    high = (
-        min(x1, x * size + size - 1), min(y1, y * size + size - 1), min(z1, z * size + size - 1)
-    )  # fmt: skip
-    if flat_in >= 2:  # a row of voxels
-        return _all_below(low, high, strides, flat, limit)
-    w = _dominant(p, q, r)
-    return _keeps_below(
-        _rotate(p, w), _rotate(q, w), _rotate(r, w),
-        _rotate(low, w), _rotate(high, w), _rotate(strides, w), flat, limit,
-    )  # fmt: skip
+    s, t, k = cell[0] * size, cell[1] * size, cell[2] * size
+    low = (max(low[0], s), max(low[1], t), max(low[2], k))
+    high = (min(high[0], s + size - 1), min(high[1], t + size - 1), min(high[2], k + size - 1))
+    strides = _rotate((sizes[1] * sizes[2], sizes[2], 1), w)
+    if is_row:
+        return _all_below(low, high, strides, layers.reshape(-1), limit)
+    return _keeps_below(sides, low, high, strides, layers.reshape(-1), limit)
+
+
+@inline_kernel
+def _box(p, q, r, sizes, w):
+    """First and last box of a grid of ``sizes`` along each axis of a triangle that is turned by
+    ``w``, and whether all lie in one row: a connected set that spans its ends touches all of it."""
+    sizes = _rotate(sizes, w)
+    s0, s1 = _span(p[0], q[0], r[0], sizes[0])
+    t0, t1 = _span(p[1], q[1], r[1], sizes[1])
+    k0, k1 = _span(p[2], q[2], r[2], sizes[2])
+    is_row = int(s0 == s1) + int(t0 == t1) + int(k0 == k1) >= 2
+    return (s0, t0, k0), (s1, t1, k1), is_row
 
 
 @inline_kernel
@@ -294,26 +298,20 @@ def is_contained(p, q, r, room):
             return False
         if max(p[axis], q[axis], r[axis]) >= sizes[axis] - _TOUCH:
             return False
-    x0, x1 = _span(p[0], q[0], r[0], sizes[0])
-    y0, y1 = _span(p[1], q[1], r[1], sizes[1])
-    z0, z1 = _span(p[2], q[2], r[2], sizes[2])
+    w = _dominant(p, q, r)
+    p, q, r = _rotate(p, w), _rotate(q, w), _rotate(r, w)
+    low, high, is_row = _box(p, q, r, sizes, w)
+    sides = _sides(p, q, r)
     size = layers.shape[0] // sizes[0]
     a, b, c = _scaled(p, size), _scaled(q, size), _scaled(r, size)
-    if int(x0 == x1) + int(y0 == y1) + int(z0 == z1) >= 2:
-        for x in range(x0, x1 + 1):
-            for y in range(y0, y1 + 1):
-                for z in range(z0, z1 + 1):
-                    if not _cell_contained(a, b, c, x, y, z, room):
-                        return False
-        return True
-    w = _dominant(p, q, r)
-    sides = _sides(_rotate(p, w), _rotate(q, w), _rotate(r, w))
-    low, high = _rotate((x0, y0, z0), w), _rotate((x1, y1, z1), w)
+    fine = (_sides(a, b, c), *_box(a, b, c, layers.shape, w))
     for s in range(low[0], high[0] + 1):
         for t in range(low[1], high[1] + 1):
-            first, last = _row(sides, s, t, low[2], high[2])
+            first, last = low[2], high[2]
+            if not is_row:
+                first, last = _row(sides, s, t, low[2], high[2])
             for k in range(first, last + 1):
-                x, y, z = _back((s, t, k), w)
-                if _touches(sides, s, t, k) and not _cell_contained(a, b, c, x, y, z, room):
+                touches = is_row or _touches(sides, s, t, k)
+                if touches and not _cell_contained((s, t, k), fine, room, w):
                     return False
     return True

@@ -17,11 +17,11 @@ from simplifier.kernels.soup_views import (
     FRONT_ROWS,
     FRONT_STEP,
     all_contained,
-    block_count,
+    digit_count,
     draw_soup,
+    draw_union,
     remove_useless,
     score_unions,
-    unite_others,
 )
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import precision_and_recall
@@ -69,13 +69,16 @@ class RefineViews:
         return float(shares[there > 0].mean()) if there.any() else 0.0
 
     def standing(self) -> Images:
-        """(b, V, 64) the picture of the drawn triangles, as a block of a soup; none without any."""
-        images = np.zeros((len(self.drawn), len(self.projections), 64), dtype=np.uint64)
-        blocks = np.zeros((block_count(len(images)), len(self.projections), self.rows), np.uint64)
-        own = np.zeros((block_count(len(images)), *images.shape[1:]), dtype=np.uint64)
-        draw_soup(np.array(self.drawn), self.projections, NO_DEPTHS.arrays(), images, own)
-        blocks[:, :, :64] = own
-        return np.bitwise_or.reduce(blocks, axis=0, keepdims=True)[: len(blocks)]
+        """(V, rows) the picture of the drawn triangles, which stand in front of nothing."""
+        there = np.zeros((len(self.projections), 64), dtype=np.uint64)
+        draw_union(np.array(self.drawn), self.projections, NO_DEPTHS.arrays(), there)
+        return np.pad(there, ((0, 0), (0, self.rows - 64)))
+
+
+def empty_pictures(triangles: int, views: int, rows: int) -> tuple[Images, Images]:
+    """``images`` and ``layers`` of so many, as :mod:`simplifier.kernels.soup_views` has them."""
+    images = np.zeros((triangles, views, rows), dtype=np.uint64)
+    return images, np.zeros((views, 2 + digit_count(triangles), rows), dtype=np.uint64)
 
 
 def cells_before(room: Room) -> NDArray[np.int64]:
@@ -154,9 +157,8 @@ class Annealing:
         self._start = triangles
         self._state = np.array([(2 * seed + 1) * 0x9E3779B97F4A7C15 % 2**64], dtype=np.uint64)
         self._triangles = np.array(triangles)
-        self._images = np.zeros((len(triangles), count, views.rows), dtype=np.uint64)
-        own = np.zeros((block_count(len(triangles)), count, views.rows), dtype=np.uint64)
-        self._blocks = np.concatenate([own, views.standing()])
+        self._standing = views.standing()
+        self._images, self._layers = empty_pictures(len(triangles), count, views.rows)
         self._scores = np.zeros(count, dtype=np.int64)
         self._whole = float(max(self._score(views.originals, self._scores), 1))
         self.work = np.zeros(2, dtype=np.int64)
@@ -191,7 +193,7 @@ class Annealing:
             self._triangles, self._views.projections, self._depths,
             self._views.originals,
             self._price, self._fines, self._room.voxels, self._before,
-            self._images, self._blocks, self._scores, self._best, self._best_score,
+            self._images, self._layers, self._scores, self._best, self._best_score,
             self._state, moves, shares, steps, heats, self.work,
         )  # fmt: skip
 
@@ -232,7 +234,7 @@ class Annealing:
         """Go on from the current state of another search of as many triangles and those prices."""
         for mine, its in (
             (self._triangles, other._triangles), (self._images, other._images),
-            (self._blocks, other._blocks), (self._scores, other._scores),
+            (self._layers, other._layers), (self._scores, other._scores),
             (self._best, other._best), (self._best_score, other._best_score),
         ):  # fmt: skip
             mine[:] = its
@@ -263,7 +265,7 @@ class Annealing:
         kept = np.zeros(len(self._best), dtype=np.bool_)
         remove_useless(
             self._images,
-            self._blocks,
+            self._layers,
             self._views.originals,
             self._price,
             self._fines,
@@ -274,20 +276,17 @@ class Annealing:
 
     def _draw(self) -> int:
         views = self._views.projections
-        draw_soup(self._triangles, views, self._depths, self._images, self._blocks)
+        draw_soup(self._triangles, views, self._depths, self._standing, self._images, self._layers)
         return self._score(self._union(), self._scores)
 
     def _fresh(self, triangles: FloatArray) -> int:
         """The score of other triangles at the present prices."""
-        images, blocks = np.empty_like(self._images), self._blocks.copy()
-        draw_soup(triangles, self._views.projections, self._depths, images, blocks)
-        unions = np.bitwise_or.reduce(blocks, axis=0)
-        return self._score(unions, np.empty_like(self._scores))
+        union = self._standing.copy()
+        draw_union(triangles, self._views.projections, self._depths, union)
+        return self._score(union, np.empty_like(self._scores))
 
     def _union(self) -> Images:
-        unions = np.empty(self._images.shape[1:], dtype=np.uint64)
-        unite_others(-1, self._images, self._blocks, unions)
-        return unions
+        return self._layers[:, 0].copy()
 
     def _score(self, unions: Images, scores: NDArray[np.int64]) -> int:
         views = self._views.originals

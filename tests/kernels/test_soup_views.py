@@ -12,12 +12,15 @@ from simplifier.kernels.bit_image import measure_both_twice, measure_twice
 from simplifier.kernels.soup_views import (
     INSET,
     UNIT,
-    block_count,
+    digit_count,
     draw_soup,
+    draw_union,
+    exchange_picture,
     remove_useless,
     score_unions,
     unite_others,
 )
+from simplifier.refinement.annealing import empty_pictures
 from simplifier.refinement.depths import NO_DEPTHS
 from tests.kernels.bits import blob, eroded_areas, packed, unpacked
 from tests.pictures import sphere_projections
@@ -36,11 +39,11 @@ def projections(views=VIEWS):
     return sphere_projections(image_axes(hemisphere_directions(views)), np.zeros(3), 10.0)
 
 
-def drawn(triangles, views):
-    images = np.zeros((len(triangles), len(views), 64), np.uint64)
-    blocks = np.zeros((block_count(len(triangles)), len(views), 64), np.uint64)
-    draw_soup(triangles, views, NO_DEPTHS.arrays(), images, blocks)
-    return images, blocks
+def drawn(triangles, views, beside=None):
+    images, layers = empty_pictures(len(triangles), len(views), 64)
+    standing = np.zeros((len(views), 64), np.uint64) if beside is None else beside
+    draw_soup(triangles, views, NO_DEPTHS.arrays(), standing, images, layers)
+    return images, layers
 
 
 def covered_pixels(triangle, view):
@@ -78,40 +81,73 @@ def score(images, originals, price, fines=FREE):
 @pytest.mark.parametrize("seed", range(4))
 def test_pictures_hold_the_pixels_inside(seed):
     triangles, views = soup(seed, 11), projections()
-    images, blocks = drawn(triangles, views)
+    images, layers = drawn(triangles, views)
     for index, triangle in enumerate(triangles):
         for view, image in zip(views, images[index], strict=True):
             assert np.array_equal(unpacked(image), covered_pixels(triangle, view))
-    assert np.array_equal(
-        np.bitwise_or.reduce(blocks, axis=0), np.bitwise_or.reduce(images, axis=0)
-    )
+    union = np.bitwise_or.reduce(images, axis=0)
+    assert np.array_equal(layers[:, 0], union)
+    beside = np.zeros_like(union)
+    beside[:, ::3] = 5
+    draw_union(triangles, views, NO_DEPTHS.arrays(), beside)
+    union[:, ::3] |= np.uint64(5)
+    assert np.array_equal(beside, union)
 
 
-@settings(max_examples=25, deadline=None)
+def counted(pictures):
+    """(V, 2 + d, 64) layers, pixel by pixel, of pictures (n, V, 64)."""
+    there = np.array([[unpacked(image) for image in views] for views in pictures])
+    number = there.sum(axis=0)
+    digits = [number >> place & 1 for place in range(digit_count(len(pictures) - 1))]
+    layers = np.stack([number > 0, number > 1, *digits], axis=1)
+    return np.array([[packed(layer > 0) for layer in view] for view in layers])
+
+
+@settings(max_examples=15, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 99))
 def test_all_but_one(seed, count):
-    images, blocks = drawn(soup(seed, count), projections())
+    images, layers = drawn(soup(seed, count), projections())
     others = np.empty(images.shape[1:], np.uint64)
-    for index in range(-1, count):
-        unite_others(index, images, blocks, others)
-        rest = np.delete(images, index, axis=0) if index >= 0 else images
+    for index in range(count):
+        unite_others(index, images, layers, others)
+        rest = np.delete(images, index, axis=0)
         assert np.array_equal(others, np.bitwise_or.reduce(rest, axis=0, initial=0))
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 70), st.booleans())
+def test_layers_count_the_pictures_while_they_are_exchanged(seed, count, stands):
+    rng, views = np.random.default_rng(seed), projections()
+    standing = drawn(soup(seed + 1, 3), views)[1][:, 0] * np.uint64(stands)
+    images, layers = drawn(soup(seed, count), views, standing)
+    assert np.array_equal(layers, counted([*images, standing]))
+    others, scratch = drawn(soup(seed + 2, 12), views)[0], np.zeros((2, 64), np.uint64)
+    for new in others:
+        index = rng.integers(count)
+        for view in range(VIEWS):
+            exchange_picture(layers[view], images[index, view], new[view], scratch)
+        assert np.array_equal(images[index], new)
+    assert np.array_equal(layers, counted([*images, standing]))
+
+
+def test_as_many_digits_as_the_triangles_and_what_stands_beside_them_need():
+    assert [digit_count(count) for count in (0, 1, 2, 3, 6, 7, 62, 63, 1023)] == [
+        1, 2, 2, 3, 3, 4, 6, 7, 11,
+    ]  # fmt: skip
 
 
 @settings(max_examples=10, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 99))
-def test_what_stands_beside_a_soup_is_in_every_union_and_drawing_leaves_it(seed, count):
+def test_what_stands_beside_a_soup_is_in_every_union(seed, count):
     triangles, views = soup(seed, count), projections()
+    standing = drawn(soup(seed + 1, 3), views)[1][:, 0].copy()
     images, own = drawn(triangles, views)
-    standing = drawn(soup(seed + 1, 3), views)[1]
-    blocks = np.concatenate([own, standing])
-    draw_soup(triangles, views, NO_DEPTHS.arrays(), images, blocks)
-    assert np.array_equal(blocks, np.concatenate([own, standing]))
+    _, layers = drawn(triangles, views, standing)
     others, alone = np.empty((2, *images.shape[1:]), np.uint64)
-    for index in range(-1, count):
-        unite_others(index, images, blocks, others)
+    for index in range(count):
+        unite_others(index, images, layers, others)
         unite_others(index, images, own, alone)
-        assert np.array_equal(others, alone | standing[0])
+        assert np.array_equal(others, alone | standing)
 
 
 @settings(max_examples=25, deadline=None)
@@ -151,13 +187,13 @@ def test_what_adds_nothing_goes_and_nothing_is_lost(seed, price):
     triangles = soup(seed, 9)
     triangles[4] = triangles[2]  # a duplicate
     triangles[7, 2] = triangles[7, 1]  # no area
-    images, blocks = drawn(triangles, projections())
+    images, layers = drawn(triangles, projections())
     originals = np.stack([packed(blob(seed + view, 0.6)) for view in range(VIEWS)])
     before = score(images, originals, price)
     scores = np.zeros(VIEWS, np.int64)
     score_unions(np.bitwise_or.reduce(images, axis=0), originals, price, FREE, scores)
     kept = np.zeros(len(triangles), np.bool_)
-    remove_useless(images, blocks, originals, price, FREE, scores, kept)
+    remove_useless(images, layers, originals, price, FREE, scores, kept)
     assert not kept[4]
     assert not kept[7]
     left, _ = drawn(np.ascontiguousarray(triangles[kept]), projections())

@@ -10,12 +10,12 @@ from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.kernels.soup_views import (
     FRONT_ROWS,
     FRONT_STEP,
-    block_count,
     draw_soup,
+    draw_union,
     remove_useless,
     score_unions,
-    unite_others,
 )
+from simplifier.refinement.annealing import empty_pictures
 from simplifier.refinement.depths import Depths
 from tests.kernels.bits import unpacked
 from tests.pictures import sphere_projections
@@ -41,10 +41,10 @@ def depths(seed):
 
 
 def drawn(triangles, before):
-    images = np.zeros((len(triangles), VIEWS, 64 + FRONT_ROWS), np.uint64)
-    blocks = np.zeros((block_count(len(triangles)), VIEWS, 64 + FRONT_ROWS), np.uint64)
-    draw_soup(triangles, PROJECTIONS, before.arrays(), images, blocks)
-    return images, blocks
+    images, layers = empty_pictures(len(triangles), VIEWS, 64 + FRONT_ROWS)
+    standing = np.zeros(images.shape[1:], np.uint64)
+    draw_soup(triangles, PROJECTIONS, before.arrays(), standing, images, layers)
+    return images, layers
 
 
 def plane_depths(triangle, view):
@@ -78,9 +78,10 @@ def test_pictures_hold_the_pixels_before_the_limits(seed):
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(0, 3000))
 def test_each_pixel_in_front_costs_the_toll_once(seed, count, toll):
     """However many triangles stand there."""
-    images, blocks = drawn(soup(seed, count), depths(seed))
-    unions = np.empty(images.shape[1:], np.uint64)
-    unite_others(-1, images, blocks, unions)
+    images, layers = drawn(soup(seed, count), depths(seed))
+    unions = np.zeros(images.shape[1:], np.uint64)
+    draw_union(soup(seed, count), PROJECTIONS, depths(seed).arrays(), unions)
+    assert np.array_equal(unions, layers[:, 0])
     assert np.array_equal(unions, np.bitwise_or.reduce(images, axis=0))
     originals = np.random.default_rng(seed).integers(0, 2**63, (VIEWS, 64), dtype=np.uint64)
     fines = np.random.default_rng(seed).integers(0, 900, (VIEWS, 2))
@@ -99,11 +100,11 @@ def test_a_triangle_that_costs_more_than_it_hides_is_taken_out():
     limits = np.full((VIEWS, FRONT_ROWS, 64), -np.inf, np.float32)
     limits[0] = -4.0
     before = Depths(AWAY, limits)
-    images, blocks = drawn(triangles, before)
+    images, layers = drawn(triangles, before)
     originals = np.full((VIEWS, 64), ~np.uint64(0))
     for toll, left in ((0, 2), (10**6, 1)):
         fines = np.tile(np.array([0, toll]), (VIEWS, 1))
         scores, kept = np.zeros(VIEWS, np.int64), np.zeros(2, np.bool_)
         score_unions(np.bitwise_or.reduce(images, axis=0), originals, 8, fines, scores)
-        remove_useless(images.copy(), blocks.copy(), originals, 8, fines, scores, kept)
+        remove_useless(images.copy(), layers.copy(), originals, 8, fines, scores, kept)
         assert kept.sum() == left

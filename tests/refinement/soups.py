@@ -6,7 +6,7 @@ import numpy as np
 
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.kernels.coverage import coverage_masks
-from simplifier.kernels.soup_views import UNIT, block_count, draw_soup, score_unions
+from simplifier.kernels.soup_views import UNIT, draw_union, score_unions
 from simplifier.refinement.annealing import RefineViews
 from tests.pictures import sphere_projections
 
@@ -47,11 +47,10 @@ def crossed_quads(half=4.0):
 def score(triangles, views, overcover=0.5, fine=0, toll=0):
     """The objective, drawn afresh."""
     count = len(views.projections)
-    images = np.zeros((len(triangles), count, views.rows), np.uint64)
-    blocks = np.zeros((block_count(len(triangles)), count, views.rows), np.uint64)
+    union = np.zeros((count, views.rows), np.uint64)
     soup = np.ascontiguousarray(triangles)
-    draw_soup(soup, views.projections, views.depths.arrays(), images, blocks)
+    draw_union(soup, views.projections, views.depths.arrays(), union)
     return score_unions(
-        np.bitwise_or.reduce(blocks, axis=0), views.originals, round(UNIT * overcover),
+        union, views.originals, round(UNIT * overcover),
         np.full((count, 2), (fine, toll), np.int64), np.zeros(count, np.int64),
     )  # fmt: skip

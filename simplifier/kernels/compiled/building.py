@@ -23,12 +23,12 @@ from typing import Any
 import llvmlite.binding as llvm
 import numpy as np
 from numba.core import codegen
-from numba.core.cpu import CPUContext
 from numba.core.registry import cpu_target
 
 from simplifier.kernels.compiled.code_files import Processor, write_code
 from simplifier.kernels.compiled.kernel import Kernel
 from simplifier.kernels.compiled.loading import ENVIRONMENT, UNPICKLE, packed
+from simplifier.kernels.compiled.lowering import LeanContext, lower_less
 from simplifier.kernels.compiled.numba_types import numba_types
 
 _PACKAGE = "simplifier.kernels"
@@ -53,7 +53,7 @@ class _Codegen(codegen.AOTCPUCodegen):  # type: ignore[misc]
         return Processor.chosen().features
 
 
-class _Context(CPUContext):  # type: ignore[misc]
+class _Context(LeanContext):
     """Nothing is run in this process, so nothing is made ready to run."""
 
     def create_cfunc_wrapper(self, *arguments: Any, **named: Any) -> None:
@@ -69,6 +69,7 @@ def _only_lower() -> Any:
     context = context.subtarget(
         _internal_codegen=_Codegen("kernels", Processor.chosen().name), aot_mode=True
     )
+    lower_less()
     vars(cpu_target)["_toplevel_target_context"] = context
     # Python never calls what only kernels call.
     Kernel.inner_options = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}

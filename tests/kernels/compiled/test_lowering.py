@@ -1,0 +1,95 @@
+"""Kernels that are compiled from fewer instructions, against the functions they were written as."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from simplifier.kernels.compiled.loading import load_code
+from tests.acceptance.command import environment
+
+DECORATORS = "from simplifier.kernels.compiled.kernel import inner_kernel, kernel"
+SAMPLE = f"""
+import numpy as np
+{DECORATORS}
+
+@inner_kernel
+def add_up(pair, scale, power):
+    return (pair[0] + pair[1]) * scale**power
+
+@kernel("float64[:, :, :], int64[:], int32[:], float32[:]")
+def mixed(solid, order, small, fine):
+    # Negative indices, rows, constants beside int32, references that a loop takes and gives back.
+    rows = np.zeros((3, 2))
+    last = solid[0]
+    for place in range(len(order)):
+        layer = solid[order[place]]
+        layer[-1, -1] += fine[-1] * small[place]
+        rows[place] = layer[0]
+        if layer[0, 0] > last[0, 0]:
+            last = layer
+        total = add_up((layer[0, 0], layer[1, -1]), small[place], 2)
+        total += add_up((layer[0, 0], layer[1, -1]), 3, place)
+        solid[-1, place % 2, -2] = total
+    first = np.argsort(rows[:, 0])
+    rows[:2] = rows[first[1:]]
+    return rows, last.copy(), first
+
+@kernel("float64[:, :], float64[:, :]")
+def put(table, given):
+    table[:] = given
+"""
+COMPILE = """
+import sys
+from pathlib import Path
+from simplifier.kernels.compiled import building, lowering
+
+folder = Path(sys.argv[1])
+sys.path.insert(0, str(folder))
+building._PACKAGE = lowering._PACKAGE = "sample"
+code = building.compile_file("kernels", building._only_lower())
+(folder / "kernels.o").write_bytes(code)
+"""
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    """The kernels of the sample as machine code."""
+    folder = tmp_path_factory.mktemp("lowering")
+    (folder / "sample").mkdir()
+    (folder / "sample" / "__init__.py").touch()
+    (folder / "sample" / "kernels.py").write_text(SAMPLE)
+    command = [sys.executable, "-c", COMPILE, str(folder)]
+    subprocess.run(command, env=environment(), timeout=300, check=True)
+    return load_code(folder / "kernels.o", ["mixed", "put"])
+
+
+@pytest.fixture(scope="module")
+def written():
+    """The same as plain Python."""
+    found = {}
+    exec(SAMPLE.replace(DECORATORS, "inner_kernel, kernel = lambda f: f, lambda t: inner_kernel"),
+         found)  # fmt: skip
+    return found
+
+
+def test_they_give_what_was_written(compiled, written):
+    order, small = np.array([2, 0, 1]), np.array([1, 2, 3], np.int32)
+    fine = np.array([0.5, 0.25], np.float32)
+    results = []
+    for functions in (compiled, written):
+        solid = np.random.default_rng(4).random((3, 4, 2))
+        results.append((*functions["mixed"](solid, order, small, fine), solid))
+    for ours, wanted in zip(*results, strict=True):
+        assert np.array_equal(ours, wanted)
+
+
+def test_arrays_of_another_shape_are_refused(compiled):
+    table = np.zeros((3, 2))
+    compiled["put"](table, np.ones((1, 2)))
+    assert table.all()
+    with pytest.raises(ValueError, match="cannot assign an array of another shape"):
+        compiled["put"](table, np.ones((2, 2)))

@@ -241,7 +241,7 @@ def test_keys_that_lead_elsewhere(folder, key):
     old = next(row["near"] for row in document["nodes"] if "near" in row)
     text = json.dumps(document).replace(old, key)
     (folder / "scene.json").write_text(text)
-    with pytest.raises(SceneError, match="no key"):
+    with pytest.raises(SceneError, match="not a key"):
         load_occluder_tree(folder)
     assert read_summaries(folder) == {}
 

@@ -98,7 +98,7 @@ def test_only_stale_occluders_and_drafts_go(store):
 )
 def test_no_key_leads_out_of_the_folder(store, key):
     assert not is_key(key)
-    with pytest.raises(ValueError, match="no key"):
+    with pytest.raises(ValueError, match="not a key"):
         store.path(key)
 
 

@@ -31,7 +31,7 @@ class Stop:
 
 @pytest.fixture
 def runs(monkeypatch):
-    """Each run is counted, and short: coarse, of few moves, and of no time, which hangs on chance."""
+    """Each run is counted, and short: coarse, of few moves, and by no clock."""
     ran = []
     whole = sweeping.simplify_mesh
 

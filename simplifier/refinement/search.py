@@ -184,10 +184,12 @@ _CLOSE = 0.85  # of the overhang asked for: what the search aims at, since views
 _UNSEEN = 2.5  # times the overhang in the search's own pictures: that in fine ones
 _SHOWN = 0.35  # of the aim: where its own pictures show less than that, fines do not reach the rest
 _FAR, _SETTLED = 1.25, 0.7  # times the aim that call for less room, until that share of the search
+_PAUSE = 3  # rounds at least since the room became another: before, overhang tells of the old one
+_NEAR = 0.6  # times the aim below which there may be more room again
 
 
 class Bargain:
-    """Prices that rise while too much is hidden wrongly or sticks out, and a room that narrows.
+    """Prices that rise while too much is hidden wrongly or sticks out, and a room that follows.
 
     A search learns its own views by heart, and what sticks out by less than its pixels can show
     costs it nothing.  So overhang is judged in finer pictures from elsewhere, and prices follow.
@@ -196,7 +198,7 @@ class Bargain:
     mean of these shares.  Changes get smaller as the search cools: a late one could only take out
     triangles, not move them, and where pixels are too coarse for the precision that is asked for
     the price would rise without end.  What sticks out by less than the search's pixels can show is
-    kept in by a narrower room.
+    kept in by a narrower room, which loses a layer at a time and gets it back where it may.
 
     What stands in front of the surface has its toll, which follows in the same way but for one
     thing: a sheet, or a mesh that is open below, cannot have next to none, so the toll ends where
@@ -215,6 +217,7 @@ class Bargain:
         areas = np.maximum(np.bitwise_count(views.originals).sum(axis=1, dtype=np.int64), 1)
         self._fines = _FINE * areas.mean() / areas
         self._level = 1.0
+        self._most_room, self._since = room.limit, 0  # layers, and rounds in the same room
         self._front = options.front if views.depths.known else 1.0
         self._tolls = FRONT_STEP * _TOLL * areas.mean() / areas
         self._toll = 1.0
@@ -259,9 +262,21 @@ class Bargain:
             found = _UNSEEN * shown
         else:
             found = float(self._outlines.overhang(search.current()).mean())
-        warmth = 1.0 - share
-        if found <= aim or shown > _SHOWN * aim:
-            change = min(max(found / aim, _LOWER), _HIGHER) ** warmth
+        self._since += 1
+        if shown <= _SHOWN * aim and self._other_room(found / aim, share):
+            self._since = 0
+        elif found <= aim or shown > _SHOWN * aim:
+            change = min(max(found / aim, _LOWER), _HIGHER) ** (1.0 - share)
             self._level = min(max(self._level * change, _LEAST), _MOST)
-        elif found > _FAR * aim and share < _SETTLED and self.room.limit > SURFACE:
-            self.room = self.room.up_to(self.room.limit - 1)
+
+    def _other_room(self, overhang: float, share: float) -> bool:
+        """Take a layer off the room, or give one back, by overhang as a share of what is aimed at.
+
+        Returns whether it did.
+        """
+        limit = self.room.limit
+        if overhang > _FAR and share < _SETTLED and self._since >= _PAUSE and limit > SURFACE:
+            self.room = self.room.up_to(limit - 1)
+        elif overhang < _NEAR and share < _LAST_ADOPTION and limit < self._most_room:
+            self.room = self.room.up_to(limit + 1)
+        return self.room.limit != limit

@@ -125,15 +125,40 @@ def test_changes_get_smaller_as_the_search_cools():
 def test_what_the_search_cannot_see_takes_a_narrower_room_and_no_fine():
     prices = bargain(Judge(0.02), overhang=0.005)
     unseen = Found(shown=np.full(16, 0.0005))
-    before = prices.prices.fines
-    prices.follow(unseen, 0.2)
-    assert prices.room.limit == 2
+    before, limits = prices.prices.fines, []
+    for _ in range(6):
+        prices.follow(unseen, 0.2)
+        limits.append(prices.room.limit)
+    assert limits == [3, 3, 2, 2, 2, 1]  # rounds between, in which the search answers the new room
     assert np.array_equal(prices.prices.fines, before)
-    prices.follow(unseen, 0.9)  # too late to make good what that takes out
-    assert prices.room.limit == 2
     for _ in range(9):
         prices.follow(unseen, 0.2)
     assert prices.room.limit == 1  # what the surface touches always stays
+    late = bargain(Judge(0.02), overhang=0.005)
+    for _ in range(9):
+        late.follow(unseen, 0.9)  # too late to make good what that takes out
+    assert late.room.limit == 3
+
+
+def test_room_comes_back_where_little_overhang_is_left():
+    """By `best` a dungeon lost three layers of its room in as many rounds, and then hid 44 % with
+    half of the overhang allowed, in place of 66."""
+    judge = Judge(0.02)
+    prices = bargain(judge, overhang=0.005)
+    unseen = Found(shown=np.full(16, 0.0005))
+    for _ in range(6):
+        prices.follow(unseen, 0.2)
+    judge.found, limits = 0.002, []
+    for _ in range(4):
+        prices.follow(unseen, 0.5)
+        limits.append(prices.room.limit)
+    assert limits == [2, 3, 3, 3]  # never more than there was
+    judge.found = 0.02
+    for _ in range(3):
+        prices.follow(unseen, 0.6)
+    judge.found = 0.002
+    prices.follow(unseen, 0.95)  # too late to make use of it
+    assert prices.room.limit == 2
 
 
 def test_without_fine_pictures_its_own_views_tell_what_those_would():

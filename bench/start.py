@@ -73,10 +73,11 @@ def starts(folder: Path) -> Iterator[Start]:
     """All of them, in an order in which those after ``warmup`` find its kernels."""
     mesh, name = _bunny(folder)
     output = str(folder / "occluder.glb")
-    whole = ("simplify", str(mesh), "-o", output, "--ground")
+    # Else all but the first would find what is current, and make nothing.
+    whole = ("simplify", str(mesh), "-o", output, "--ground", "--force")
     box = folder / "small.ply"
     _save(48, box)
-    small = ("simplify", str(box), "-o", output, *_LITTLE)
+    small = ("simplify", str(box), "-o", output, "--force", *_LITTLE)
     yield Start(f"first occluder simplify, {name}", (*_OCCLUDER, *whole), cold=True)
     yield Start("occluder warmup from nothing", (*_OCCLUDER, "warmup"), cold=True)
     yield Start(f"occluder simplify, {name}", (*_OCCLUDER, *whole), work=whole)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import ndimage
@@ -9,8 +11,15 @@ from scipy import ndimage
 from simplifier.geometry.room import Room
 from simplifier.kernels.annealing import TRIES
 from simplifier.kernels.coverage import coverage_masks, unpack_masks
-from simplifier.kernels.soup_views import UNIT, all_contained
+from simplifier.kernels.soup_views import (
+    FRONT_ROWS,
+    FRONT_STEP,
+    UNIT,
+    all_contained,
+    draw_union,
+)
 from simplifier.refinement.annealing import Annealing, Prices, RefineViews, cells_before
+from simplifier.refinement.depths import NO_DEPTHS, Depths
 from tests.refinement.soups import ball, crossed_quads, score, views_of
 
 SMALL = ball(4.0)  # the original, smaller than where triangles may be: all that moves out costs
@@ -214,3 +223,37 @@ def test_an_outline_tells_how_much_sticks_out_by_a_unit():
     others = np.delete(shares, 3)
     assert RefineViews(views.projections, some).outline() == pytest.approx(np.mean(others))
     assert RefineViews(views.projections, np.zeros_like(views.originals)).outline() == 0.0
+
+
+def shown(triangles, views):
+    """(16, 64) the silhouettes of a soup."""
+    union = np.zeros((16, 64), np.uint64)
+    draw_union(triangles, views.projections, NO_DEPTHS.arrays(), union)
+    return union
+
+
+ALL_IN_FRONT = Depths(np.zeros((16, 4)), np.ones((16, FRONT_ROWS, 64), np.float32))
+"""Everything is at depth 0, and every limit is 1."""
+
+
+def test_front_is_a_share_of_each_views_original():
+    views = replace(views_of(SMALL), depths=ALL_IN_FRONT)
+    search = Annealing(crossed_quads(), Room.of(ball()), views, Prices(1), 0)
+    rows = shown(crossed_quads(), views)[:, FRONT_STEP // 2 :: FRONT_STEP]
+    pixels = np.bitwise_count(rows).sum(axis=1, dtype=np.int64)
+    there = np.bitwise_count(views.originals).sum(axis=1, dtype=np.int64)
+    assert pixels.min() > 0
+    assert search.front() == pytest.approx(FRONT_STEP * pixels / there)
+    empty = replace(views, originals=np.zeros_like(views.originals))
+    search = Annealing(crossed_quads(), Room.of(ball()), empty, Prices(1), 0)
+    assert search.front() == pytest.approx(FRONT_STEP * pixels)  # as if a pixel were there
+
+
+def test_what_is_drawn_by_hand_hides_and_stands_in_front_of_nothing():
+    views = replace(views_of(SMALL), depths=ALL_IN_FRONT, drawn=crossed_quads())
+    standing = views.standing()
+    assert standing.shape == (16, 64 + FRONT_ROWS) == (16, views.rows)
+    assert np.array_equal(standing[:, :64], shown(crossed_quads(), views))
+    assert not standing[:, 64:].any()
+    plain = replace(views, depths=NO_DEPTHS)
+    assert np.array_equal(plain.standing(), standing[:, :64])

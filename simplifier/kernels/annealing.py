@@ -8,9 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.bit_image import popcount
-from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.soup_views import (
     all_but_one,
+    corner,
     draw_front,
     draw_triangle,
     exchange_picture,
@@ -39,12 +40,6 @@ def _random(state):
     x ^= x << np.uint64(17)
     state[0] = x
     return float(x >> np.uint64(11)) * (1.0 / 9007199254740992.0)
-
-
-@inline_kernel
-def _corner(triangle, k):
-    """Corner ``k`` of a triangle (3, 3) as a triple."""
-    return triangle[k, 0], triangle[k, 1], triangle[k, 2]
 
 
 @inner_kernel
@@ -116,14 +111,14 @@ def _place_anywhere(triangles, room, before, reach, state, trial):
         )
     else:
         begin, end = 0, 3
-        i, j, k = _find_cell(room, before, np.int64(_random(state) * before[-1]))
-        x, y, z = i + 0.5, j + 0.5, k + 0.5
-    for corner in range(begin, end):
+        cell = _find_cell(room, before, np.int64(_random(state) * before[-1]))
+        x, y, z = cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5
+    for k in range(begin, end):
         for _ in range(_DRAWS):
-            trial[corner, 0] = x + (_random(state) - 0.5) * reach
-            trial[corner, 1] = y + (_random(state) - 0.5) * reach
-            trial[corner, 2] = z + (_random(state) - 0.5) * reach
-            point = _corner(trial, corner)
+            trial[k, 0] = x + (_random(state) - 0.5) * reach
+            trial[k, 1] = y + (_random(state) - 0.5) * reach
+            trial[k, 2] = z + (_random(state) - 0.5) * reach
+            point = corner(trial, k)
             if is_contained(point, point, point, room):
                 break
 
@@ -132,8 +127,8 @@ def _place_anywhere(triangles, room, before, reach, state, trial):
 def _count_gaps(triangle, projections, originals, layers, state):
     """In how many of :data:`_LOOKS` views by lot the middle of a triangle lies in a gap.
 
-    That is a pixel of the original that nothing covers, and neither any of its eight neighbours: a
-    line of such pixels along an outline is no gap that a triangle could fill.
+    A gap is a pixel of the original that nothing covers, with eight neighbours of the same kind: no
+    triangle could fill a line of such pixels along an outline.
     """
     x = (triangle[0, 0] + triangle[1, 0] + triangle[2, 0]) / 3.0
     y = (triangle[0, 1] + triangle[1, 1] + triangle[2, 1]) / 3.0
@@ -285,11 +280,11 @@ def anneal(
         begin, end = (0, 3) if anew else (moved, moved + 1)
         inside = True
         for k in range(begin, end):
-            point = _corner(trial, k)
+            point = corner(trial, k)
             inside = inside and is_contained(point, point, point, room)
         if not inside:
             continue
-        p, q, r = _corner(trial, 0), _corner(trial, 1), _corner(trial, 2)
+        p, q, r = corner(trial, 0), corner(trial, 1), corner(trial, 2)
         least = heats[0] * (heats[1] / heats[0]) ** share * np.log(_random(state) + 1e-300)
         change = np.int64(0)
         stride, seen = widest, 0

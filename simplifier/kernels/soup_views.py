@@ -66,10 +66,10 @@ def digit_count(triangles):
     return digits
 
 
-@inner_kernel
-def corner(triangles, index, k):
-    """Corner ``k`` of a triangle as a triple."""
-    return triangles[index, k, 0], triangles[index, k, 1], triangles[index, k, 2]
+@inline_kernel
+def corner(triangle, k):
+    """Corner ``k`` of a triangle (3, 3) as a triple."""
+    return triangle[k, 0], triangle[k, 1], triangle[k, 2]
 
 
 @inner_kernel
@@ -236,8 +236,9 @@ def unite_others(index, images, layers, others):
 
 
 @inner_kernel
-def _draw_picture(p, q, r, view, projections, depths, image, picture):
+def _draw_picture(triangle, view, projections, depths, image, picture):
     """Fill ``picture`` (64,) with a triangle in a view, and what of it is in front if asked for."""
+    p, q, r = corner(triangle, 0), corner(triangle, 1), corner(triangle, 2)
     draw_triangle(p, q, r, projections[view], image)
     for row in range(64):
         picture[row] = image[row + 1]
@@ -263,13 +264,8 @@ def draw_soup(triangles, projections, depths, standing, images, layers):
         picture[:] = 0
         exchange_picture(layers[view], picture, standing[view], scratch)
     for index in range(len(triangles)):
-        p, q, r = (
-            corner(triangles, index, 0),
-            corner(triangles, index, 1),
-            corner(triangles, index, 2),
-        )
         for view in range(len(projections)):
-            _draw_picture(p, q, r, view, projections, depths, image, picture)
+            _draw_picture(triangles[index], view, projections, depths, image, picture)
             exchange_picture(layers[view], images[index, view], picture, scratch)
 
 
@@ -281,13 +277,8 @@ def draw_union(triangles, projections, depths, union):
     """Add all triangles to ``union`` (V, 64), which takes none of the memory of their pictures."""
     image, picture = np.zeros(66, np.uint64), np.zeros(union.shape[1], np.uint64)
     for index in range(len(triangles)):
-        p, q, r = (
-            corner(triangles, index, 0),
-            corner(triangles, index, 1),
-            corner(triangles, index, 2),
-        )
         for view in range(len(projections)):
-            _draw_picture(p, q, r, view, projections, depths, image, picture)
+            _draw_picture(triangles[index], view, projections, depths, image, picture)
             for row in range(len(picture)):
                 union[view, row] |= picture[row]
 
@@ -343,6 +334,6 @@ def all_contained(triangles, room, inside):
     """Write into ``inside`` (m,) bool whether each triangle keeps to ``room``."""
     for index in range(len(triangles)):
         inside[index] = is_contained(
-            corner(triangles, index, 0), corner(triangles, index, 1), corner(triangles, index, 2),
+            corner(triangles[index], 0), corner(triangles[index], 1), corner(triangles[index], 2),
             room,
         )  # fmt: skip

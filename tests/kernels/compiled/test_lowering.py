@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import subprocess
 import sys
 
@@ -41,6 +42,33 @@ def mixed(solid, order, small, fine):
 @kernel("float64[:, :], float64[:, :]")
 def put(table, given):
     table[:] = given
+
+@inner_kernel
+def last_of(tables, place):
+    return tables[place][-1]
+
+@kernel("float64[:, :], float64[:, :], int64")
+def one_of(first, second, place):
+    own = np.zeros((2, 2))
+    own[:] = first[:2]
+    row = last_of((first, second, own), place)
+    row += 1.0
+    return row
+"""
+# Its rows and tuples are of what it was given.
+LENT = f"""
+{DECORATORS}
+
+@inner_kernel
+def add_row(tables, row, sums):
+    one, two, three = tables[0][row], tables[1][row], tables[2][row]
+    for place in range(len(sums)):
+        sums[place] += one[place] + two[place] + three[place]
+
+@kernel("float64[:, :], (float64[:, :], float64[:, :]), float64[:, :]")
+def add_rows(first, others, sums):
+    for row in range(len(sums)):
+        add_row((first, *others), row, sums[row])
 """
 COMPILE = """
 import sys
@@ -50,21 +78,28 @@ from simplifier.kernels.compiled import building, lowering
 folder = Path(sys.argv[1])
 sys.path.insert(0, str(folder))
 building._PACKAGE = lowering._PACKAGE = "sample"
-code = building.compile_file("kernels", building._only_lower())
-(folder / "kernels.o").write_bytes(code)
+context = building._only_lower()
+for name in ("kernels", "lent"):
+    (folder / f"{name}.o").write_bytes(building.compile_file(name, context))
 """
 
 
 @pytest.fixture(scope="module")
-def compiled(tmp_path_factory):
-    """The kernels of the sample as machine code."""
+def folder(tmp_path_factory):
+    """With the kernels of both samples as machine code."""
     folder = tmp_path_factory.mktemp("lowering")
     (folder / "sample").mkdir()
     (folder / "sample" / "__init__.py").touch()
     (folder / "sample" / "kernels.py").write_text(SAMPLE)
+    (folder / "sample" / "lent.py").write_text(LENT)
     command = [sys.executable, "-c", COMPILE, str(folder)]
     subprocess.run(command, env=environment(), timeout=300, check=True)
-    return load_code(folder / "kernels.o", ["mixed", "put"])
+    return folder
+
+
+@pytest.fixture(scope="module")
+def compiled(folder):
+    return load_code(folder / "kernels.o", ["mixed", "put", "one_of"])
 
 
 @pytest.fixture(scope="module")
@@ -93,3 +128,24 @@ def test_arrays_of_another_shape_are_refused(compiled):
     assert table.all()
     with pytest.raises(ValueError, match="cannot assign an array of another shape"):
         compiled["put"](table, np.ones((2, 2)))
+
+
+def test_an_array_that_a_function_returns_is_kept(compiled):
+    first, second = np.zeros((3, 2)), np.ones((3, 2))
+    count = sys.getrefcount(second)
+    rows = [compiled["one_of"](first, second, place) for place in range(3)]
+    del first  # of which the first row is a part
+    gc.collect()
+    assert np.array_equal(rows, [[1.0, 1.0], [2.0, 2.0], [1.0, 1.0]])
+    assert rows[1].base is not None
+    assert np.array_equal(second[-1], rows[1])
+    del rows
+    assert sys.getrefcount(second) == count
+
+
+def test_what_a_kernel_is_given_is_not_counted(folder):
+    first, others, sums = np.ones((4, 2)), (np.ones((4, 2)), np.full((4, 2), 3.0)), np.zeros((4, 2))
+    load_code(folder / "lent.o", ["add_rows"])["add_rows"](first, others, sums)
+    assert (sums == 5.0).all()
+    assert b"NRT_incref" in (folder / "kernels.o").read_bytes()
+    assert b"NRT_incref" not in (folder / "lent.o").read_bytes()

@@ -43,7 +43,7 @@ def _random(state):
 
 
 @inner_kernel
-def _is_poor(index, views, images, layers, scores, union, scratch):
+def _is_poor(index, views, images, layers, scores, union, part):
     """Whether a triangle adds little to what all others score, judged on every sixth view."""
     _, _, originals, price, fines = views
     value, total = np.int64(0), np.int64(0)
@@ -52,14 +52,14 @@ def _is_poor(index, views, images, layers, scores, union, scratch):
         adds, fronts = np.uint64(0), np.int64(0)
         for row in range(64):
             left = all_but_one(now, own, row)
-            union[row + 1] = left
+            union[row] = left
             adds |= left ^ now[0, row]
         for row in range(64, len(own)):
             left = all_but_one(now, own, row)
             adds |= left ^ now[0, row]
             fronts += np.int64(popcount(left))
         if adds != 0:  # mostly others hide it
-            without = score_view(union, originals[view], price, fines[view, 0], scratch)
+            without = score_view(union, originals[view], price, fines[view, 0], part)
             value += scores[view] - without + fines[view, 1] * fronts
         total += scores[view]
     return value * len(images) < _POOR * total
@@ -166,7 +166,7 @@ def _place_elsewhere(triangles, views, layers, room, before, reach, state, trial
 
 @inner_kernel
 def _try_views(
-    p, q, r, index, stride, seen, views, images, layers, scores, drawn, trial, union, scratch, work,
+    p, q, r, index, stride, seen, views, images, layers, scores, drawn, trial, union, part, work,
 ):  # fmt: skip
     """Score every ``stride``-th view with the triangle p, q, r at ``index``; return the change.
 
@@ -175,28 +175,24 @@ def _try_views(
     views keep their score.
     """
     projections, (away, limits, highest), originals, price, fines = views
-    image = scratch[1]
     priced = images.shape[2] > 64
     change = np.int64(0)
     for view in range(0, len(projections), stride):
         if seen != 0 and view % seen == 0:
             continue
-        draw_triangle(p, q, r, projections[view], image)
+        now, own, new = layers[view], images[index, view], drawn[view]
+        draw_triangle(p, q, r, projections[view], new)
         work[0] += 1
-        now, own = layers[view], images[index, view]
         differs = np.uint64(0)
         for row in range(64):
-            word = image[row + 1]
-            drawn[view, row] = word
-            new = all_but_one(now, own, row) | word
-            union[row + 1] = new
-            differs |= new ^ now[0, row]
+            union[row] = all_but_one(now, own, row) | new[row]
+            differs |= union[row] ^ now[0, row]
         trial[view] = scores[view]
         before = np.int64(0)  # pixels in front of which all stand
         if priced:
             shows = draw_front(
-                p, q, r, projections[view], away[view], limits[view], highest[view], image,
-                drawn[view, 64:],
+                p, q, r, projections[view], away[view], limits[view], highest[view], new,
+                new[64:],
             )  # fmt: skip
             if not shows:
                 for row in range(64, images.shape[2]):
@@ -204,12 +200,12 @@ def _try_views(
             if shows or differs != 0:
                 was = np.int64(0)
                 for row in range(64, images.shape[2]):
-                    before += np.int64(popcount(all_but_one(now, own, row) | drawn[view, row]))
+                    before += np.int64(popcount(all_but_one(now, own, row) | new[row]))
                     was += np.int64(popcount(now[0, row]))
                 trial[view] -= fines[view, 1] * (before - was)
         if differs != 0:
             work[1] += 1
-            trial[view] = score_view(union, originals[view], price, fines[view, 0], scratch)
+            trial[view] = score_view(union, originals[view], price, fines[view, 0], part)
             if priced:
                 trial[view] -= fines[view, 1] * before
         change += trial[view] - scores[view]
@@ -240,8 +236,7 @@ def anneal(
     """
     count = len(triangles)
     views = (projections, depths, originals, price, fines)
-    union = np.zeros(66, np.uint64)
-    scratch = np.zeros((3, 66), np.uint64)
+    union, part = np.zeros(64, np.uint64), np.zeros(64, np.uint64)
     drawn = np.zeros(images.shape[1:], np.uint64)
     carries = np.zeros((2, images.shape[2]), np.uint64)
     trial_scores = np.zeros(len(scores), np.int64)
@@ -259,7 +254,7 @@ def anneal(
         share = shares[0] + (shares[1] - shares[0]) * move / moves
         if move % TRIES == 0:
             index = np.int64(_random(state) * count)
-            poor = _is_poor(index, views, images, layers, scores, union, scratch)
+            poor = _is_poor(index, views, images, layers, scores, union, part)
             again = False
         for k in range(3):
             for axis in range(3):
@@ -296,7 +291,7 @@ def anneal(
                 break
             change += _try_views(
                 p, q, r, index, stride, seen, views, images, layers, scores, drawn, trial_scores,
-                union, scratch, work,
+                union, part, work,
             )  # fmt: skip
             # A few views that lose this much are hardly made good by the others.
             taken = change * stride >= 2 * least if stride > 1 else change >= least

@@ -22,17 +22,17 @@ _SHORTLIST = 16  # polygons whose levels are scored in full after something was 
 def _gain(shapes, polygon, level, union, view_scores, first, stride, scratch):
     """What a pair adds to the score of the union, over every ``stride``-th view from ``first``."""
     points, lowest, offsets, maps = shapes
-    ring, here, there = scratch
+    ring, image = scratch
     count = gather_ring(points, lowest, offsets[polygon], offsets[polygon + 1], level, ring)
     gain = np.int64(0)
     for view in range(first, union.shape[0], stride):
-        draw_ring(ring, count, maps[polygon, view], here)
+        draw_ring(ring, count, maps[polygon, view], image)
         new = np.uint64(0)
         for row in range(64):
-            new |= here[row + 1] & ~union[view, row]
-            here[row + 1] |= union[view, row]
+            new |= image[row] & ~union[view, row]
+            image[row] |= union[view, row]
         if new != 0:
-            gain += measure_twice(here, there) - view_scores[view]
+            gain += measure_twice(image) - view_scores[view]
     return gain
 
 
@@ -54,10 +54,9 @@ def _refresh_gain(shapes, polygon, level, union, view_scores, weight, bar, scrat
 
 
 @inner_kernel
-def _unite(shapes, standing, taken, drawn, images, union, view_scores, scratch):
+def _unite(shapes, standing, taken, drawn, images, union, view_scores):
     """Rebuild union and scores from what stands and the members; redraw where a level changed."""
     points, lowest, offsets, maps = shapes
-    _, here, there = scratch
     views = union.shape[0]
     for view in range(views):
         for row in range(64):
@@ -74,9 +73,7 @@ def _unite(shapes, standing, taken, drawn, images, union, view_scores, scratch):
                     union[view, row] |= images[polygon, view, row]
     total = np.int64(0)
     for view in range(views):
-        for row in range(64):
-            here[row + 1] = union[view, row]
-        view_scores[view] = measure_twice(here, there)
+        view_scores[view] = measure_twice(union[view])
         total += view_scores[view]
     return total
 
@@ -120,11 +117,11 @@ def _fill(
         if gains[best] < alpha * total:
             break
         taken[polygon] = level
-        after = _unite(shapes, standing, taken, drawn, images, union, view_scores, scratch)
+        after = _unite(shapes, standing, taken, drawn, images, union, view_scores)
         if after <= total:  # another level that uncovers as much as it covers
             taken[polygon] = before
             gains[best] = -1
-            _unite(shapes, standing, taken, drawn, images, union, view_scores, scratch)
+            _unite(shapes, standing, taken, drawn, images, union, view_scores)
             continue
         left -= level - before
         total = after
@@ -187,18 +184,14 @@ def search_cut(
     pairs = (polygons, levels, firsts)
     count = len(triangles)
     views = maps.shape[1]
-    scratch = (
-        np.empty((np.max(triangles) + 2, 2)),
-        np.zeros(66, np.uint64),
-        np.zeros(66, np.uint64),
-    )
+    scratch = np.empty((np.max(triangles) + 2, 2)), np.zeros(64, np.uint64)
     taken = np.zeros(count, np.int32)
     drawn = np.zeros(count, np.int32)
     images = np.empty((count, views, 64), np.uint64)
     union = np.zeros((views, 64), np.uint64)
     view_scores = np.zeros(views, np.int64)
     gains = np.empty(len(polygons), np.int64)
-    _unite(shapes, standing, taken, drawn, images, union, view_scores, scratch)
+    _unite(shapes, standing, taken, drawn, images, union, view_scores)
     for polygon in range(count):
         for pair in range(firsts[polygon], firsts[polygon + 1]):
             gains[pair] = bounds[polygon]
@@ -218,7 +211,7 @@ def search_cut(
         _drop_member(taken, exchange % members)
         if members > 1:
             _drop_member(taken, np.int64(state >> np.uint64(33)) % (members - 1))
-        _unite(shapes, standing, taken, drawn, images, union, view_scores, scratch)
+        _unite(shapes, standing, taken, drawn, images, union, view_scores)
         left = limits[0] - np.sum(taken)
         _shortlist(shapes, pairs, triangles, gains, union, view_scores, left, scratch)
         trial = _fill(

@@ -95,8 +95,8 @@ def gather_ring(points, lowest, begin, end, level, ring):
 
 @inner_kernel
 def draw_ring(ring, count, m, image):
-    """Draw the projected ring into rows 1 to 64 of ``image`` (66,), which are cleared first."""
-    for row in range(66):
+    """Draw the projected ring into ``image`` (64,), which is cleared first."""
+    for row in range(64):
         image[row] = 0
     x0 = m[0] * ring[count - 1, 0] + m[1] * ring[count - 1, 1] + m[2]
     y0 = m[3] * ring[count - 1, 0] + m[4] * ring[count - 1, 1] + m[5]
@@ -113,12 +113,9 @@ def draw_polygon(points, lowest, offsets, maps, polygon, level, images):
     """Write the (views, 64) uint64 ``images`` of one polygon at one level."""
     begin, end = offsets[polygon], offsets[polygon + 1]
     ring = np.empty((end - begin, 2))
-    image = np.zeros(66, np.uint64)
     count = gather_ring(points, lowest, begin, end, level, ring)
     for view in range(images.shape[0]):
-        draw_ring(ring, count, maps[polygon, view], image)
-        for row in range(64):
-            images[view, row] = image[row + 1]
+        draw_ring(ring, count, maps[polygon, view], images[view])
 
 
 @kernel(
@@ -132,8 +129,7 @@ def score_polygon_unions(points, lowest, offsets, maps, polygons, levels, base, 
     ``base`` (views, 64) uint64; ``scores`` (k,) int64 is written.  Whole numbers, so the result
     does not depend on the order of summation.
     """
-    here = np.zeros(66, np.uint64)
-    there = np.zeros(66, np.uint64)
+    image = np.zeros(64, np.uint64)
     longest = 0
     for i in range(begin, end):
         longest = max(longest, offsets[polygons[i] + 1] - offsets[polygons[i]])
@@ -143,21 +139,17 @@ def score_polygon_unions(points, lowest, offsets, maps, polygons, levels, base, 
         count = gather_ring(points, lowest, offsets[polygon], offsets[polygon + 1], levels[i], ring)
         score = np.int64(0)
         for view in range(base.shape[0]):
-            draw_ring(ring, count, maps[polygon, view], here)
+            draw_ring(ring, count, maps[polygon, view], image)
             for row in range(64):
-                here[row + 1] |= base[view, row]
-            score += measure_twice(here, there)
+                image[row] |= base[view, row]
+            score += measure_twice(image)
         scores[i] = score
 
 
 @kernel("uint64[:, :]")
 def score_images(images):
     """Twice the occlusion measure summed over (views, 64) uint64 images, an int64."""
-    here = np.zeros(66, np.uint64)
-    there = np.zeros(66, np.uint64)
     score = np.int64(0)
     for view in range(images.shape[0]):
-        for row in range(64):
-            here[row + 1] = images[view, row]
-        score += measure_twice(here, there)
+        score += measure_twice(images[view])
     return score

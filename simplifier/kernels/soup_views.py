@@ -34,7 +34,6 @@ import numpy as np
 
 from simplifier.kernels.bit_image import (
     edge_bits,
-    measure_both_twice,
     measure_twice,
     popcount,
     upright_edge,
@@ -74,7 +73,7 @@ def corner(triangle, k):
 
 @inner_kernel
 def draw_triangle(p, q, r, m, image):
-    """Draw a projected triangle into rows 1 to 64 of ``image`` (66,), which are cleared first.
+    """Draw a projected triangle into the first 64 words of ``image``, which are cleared first.
 
     Its sides are moved inwards by :data:`INSET`: the triangle shrinks about its incentre, in the
     proportion that the distance leaves of the inscribed circle's radius.
@@ -91,7 +90,7 @@ def draw_triangle(p, q, r, m, image):
     around = a + b + c
     twice_area = abs((qx - px) * (ry - py) - (qy - py) * (rx - px))  # the radius times ``around``
     if twice_area <= INSET * around:
-        for row in range(66):
+        for row in range(64):
             image[row] = 0
         return
     lost = INSET * around / twice_area
@@ -103,9 +102,8 @@ def draw_triangle(p, q, r, m, image):
     one = upright_edge(px, py, qx, qy)
     two = upright_edge(qx, qy, rx, ry)
     three = upright_edge(rx, ry, px, py)
-    image[0], image[65] = 0, 0
     for row in range(64):
-        image[row + 1] = edge_bits(one, row) ^ edge_bits(two, row) ^ edge_bits(three, row)
+        image[row] = edge_bits(one, row) ^ edge_bits(two, row) ^ edge_bits(three, row)
 
 
 @inline_kernel
@@ -123,7 +121,7 @@ def _along(p, q, m, away):
 def draw_front(p, q, r, m, away, limits, highest, image, front):
     """Fill ``front`` (16,) with the pixels of a triangle that lie before their limits.
 
-    ``image`` (66,) is what :func:`draw_triangle` drew of it, ``m`` (2, 4) the projection, ``away``
+    ``image`` (64,) is what :func:`draw_triangle` drew of it, ``m`` (2, 4) the projection, ``away``
     (4,), ``limits`` (16, 64) and ``highest`` (16,) those of the view.  Returns whether there are
     any.
     """
@@ -144,7 +142,7 @@ def draw_front(p, q, r, m, away, limits, highest, image, front):
     found = np.uint64(0)
     for row in range(FRONT_ROWS):
         line = FRONT_STEP * row + FRONT_STEP // 2
-        word = image[line + 1]
+        word = image[line]
         front[row] = 0
         depth = np.float32(start + line * down)
         if word != 0 and depth + reach < highest[row]:
@@ -167,18 +165,17 @@ def count_front(picture):
 
 
 @inner_kernel
-def score_view(union, original, price, fine, scratch):
-    """The score of ``union``, rows 1 to 64 of (66,), which is used up; ``scratch`` (3, 66)."""
-    part, there, part_there = scratch[0], scratch[1], scratch[2]
+def score_view(union, original, price, fine, part):
+    """The score of ``union``, of which the first 64 rows count; ``part`` (64,) is overwritten."""
     outside = np.uint64(0)
     for row in range(64):
-        word = union[row + 1]
-        inner = word & original[row]
-        part[row + 1] = inner
-        outside += popcount(word ^ inner)
+        word = union[row]
+        part[row] = word & original[row]
+        outside += popcount(word ^ part[row])
+    whole = measure_twice(union)
     if outside == 0:
-        return UNIT * measure_twice(union, there)
-    whole, right = measure_both_twice(union, part, there, part_there)
+        return UNIT * whole
+    right = measure_twice(part)
     return UNIT * right - price * (whole - right) - fine * np.int64(outside)
 
 
@@ -236,16 +233,14 @@ def unite_others(index, images, layers, others):
 
 
 @inner_kernel
-def _draw_picture(triangle, view, projections, depths, image, picture):
+def _draw_picture(triangle, view, projections, depths, picture):
     """Fill ``picture`` (64,) with a triangle in a view, and what of it is in front if asked for."""
     p, q, r = corner(triangle, 0), corner(triangle, 1), corner(triangle, 2)
-    draw_triangle(p, q, r, projections[view], image)
-    for row in range(64):
-        picture[row] = image[row + 1]
+    draw_triangle(p, q, r, projections[view], picture)
     if len(picture) > 64:
         away, limits, highest = depths
         draw_front(
-            p, q, r, projections[view], away[view], limits[view], highest[view], image,
+            p, q, r, projections[view], away[view], limits[view], highest[view], picture,
             picture[64:],
         )  # fmt: skip
 
@@ -256,7 +251,7 @@ def _draw_picture(triangle, view, projections, depths, image, picture):
 )
 def draw_soup(triangles, projections, depths, standing, images, layers):
     """Fill ``images`` and ``layers``."""
-    image, picture = np.zeros(66, np.uint64), np.zeros(images.shape[2], np.uint64)
+    picture = np.zeros(images.shape[2], np.uint64)
     scratch = np.zeros((2, images.shape[2]), np.uint64)
     images[:] = 0
     layers[:] = 0
@@ -265,7 +260,7 @@ def draw_soup(triangles, projections, depths, standing, images, layers):
         exchange_picture(layers[view], picture, standing[view], scratch)
     for index in range(len(triangles)):
         for view in range(len(projections)):
-            _draw_picture(triangles[index], view, projections, depths, image, picture)
+            _draw_picture(triangles[index], view, projections, depths, picture)
             exchange_picture(layers[view], images[index, view], picture, scratch)
 
 
@@ -275,10 +270,10 @@ def draw_soup(triangles, projections, depths, standing, images, layers):
 )
 def draw_union(triangles, projections, depths, union):
     """Add all triangles to ``union`` (V, 64), which takes none of the memory of their pictures."""
-    image, picture = np.zeros(66, np.uint64), np.zeros(union.shape[1], np.uint64)
+    picture = np.zeros(union.shape[1], np.uint64)
     for index in range(len(triangles)):
         for view in range(len(projections)):
-            _draw_picture(triangles[index], view, projections, depths, image, picture)
+            _draw_picture(triangles[index], view, projections, depths, picture)
             for row in range(len(picture)):
                 union[view, row] |= picture[row]
 
@@ -286,13 +281,10 @@ def draw_union(triangles, projections, depths, union):
 @kernel("uint64[:, :], uint64[:, :], int64, int64[:, :], int64[:]")
 def score_unions(unions, originals, price, fines, scores):
     """Score ``unions`` (V, 64) view by view into ``scores`` (V,) int64; return the sum."""
-    union = np.zeros(66, np.uint64)
-    scratch = np.zeros((3, 66), np.uint64)
+    part = np.zeros(64, np.uint64)
     total = np.int64(0)
     for view in range(len(unions)):
-        for row in range(64):
-            union[row + 1] = unions[view, row]
-        scores[view] = score_view(union, originals[view], price, fines[view, 0], scratch)
+        scores[view] = score_view(unions[view], originals[view], price, fines[view, 0], part)
         scores[view] -= fines[view, 1] * count_front(unions[view])
         total += scores[view]
     return total

@@ -1,16 +1,19 @@
 """64 x 64 pixel images as 64 rows of 64 bits: draw polygons, measure occlusion.
 
 Bit c of row r is the pixel in column c; its centre is (c + 0.5, r + 0.5).  The occlusion measure of
-such an image takes about a tenth of a microsecond, some hundred times less than a distance transform.
+such an image takes about a twentieth of a microsecond, some hundred times less than a distance
+transform.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.kernels.compiled.intrinsic import intrinsic
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel
-from simplifier.kernels.erosion import twice_the_measure
 
 SIZE = 64
 
@@ -55,12 +58,37 @@ def edge_bits(edge, row):
 def draw_edge(x0, y0, x1, y1, image):
     """Flip, in every row whose centre the edge passes, all pixels with their centre right of it.
 
-    ``image`` (64,) uint64.  All edges of a ring, drawn so, leave exactly the pixels inside (even-odd): the scan conversion
-    of polygons by exclusive or.  Edges that run there and back, as bridges to holes do, cancel.
+    ``image`` (64,) uint64.  All edges of a ring, drawn so, leave exactly the pixels inside
+    (even-odd): the scan conversion of polygons by exclusive or.  Edges that run there and back, as
+    bridges to holes do, cancel.
     """
     edge = upright_edge(x0, y0, x1, y1)
     for row in range(edge[3], edge[4]):
         image[row] ^= edge_bits(edge, row)
+
+
+_STEPS = "+x+x+"
+"""Erosions in turn, by the 5-pixel cross and the 3 x 3 square: their sum is an octagon, close to a
+disc of radius one a step."""
+
+
+def _write_measure(builder: Any, address: Any) -> Any:
+    from simplifier.kernels.compiled.erosion import write_measure  # with llvmlite
+
+    return write_measure(builder, address, _STEPS)
+
+
+@intrinsic(_write_measure)
+def _measure_twice(image: NDArray[np.uint64]) -> np.uint64:
+    rows = image[:64]
+    total, step = np.bitwise_count(rows).sum(dtype=np.uint64), 0
+    while rows.any():
+        upright = np.append(rows[1:], np.uint64(0)) & np.append(np.uint64(0), rows[:-1])
+        wide = rows & upright if _STEPS[step % len(_STEPS)] == "x" else rows
+        rows = rows & upright & (wide << np.uint64(1)) & (wide >> np.uint64(1))
+        total += np.uint64(2) * np.bitwise_count(rows).sum(dtype=np.uint64)
+        step += 1
+    return total
 
 
 @inner_kernel
@@ -71,4 +99,4 @@ def measure_twice(image):
     first one counted half.  ``image`` (64,) uint64 or more, of which the rest is not looked at;
     outside the image is background.
     """
-    return np.int64(twice_the_measure(image))
+    return np.int64(_measure_twice(image))

@@ -202,26 +202,24 @@ def exchange_picture(layers, old, new, scratch):
         old[row] = new[row]
     if left == 0:
         return
-    begin, end = 0, layers.shape[1]  # of the rows that change: mostly a few
-    while carry[begin] == 0:
-        begin += 1
-    while carry[end - 1] == 0:
-        end -= 1
     place = 2
     while left != 0:
         left = np.uint64(0)
-        for row in range(begin, end):
+        for row in range(layers.shape[1]):
             digit = layers[place, row]
             layers[place, row] = digit ^ carry[row]
             carry[row] &= digit ^ lost[row]
             left |= carry[row]
         place += 1
-    for row in range(begin, end):
-        two = np.uint64(0)
-        for place in range(3, layers.shape[0]):
-            two |= layers[place, row]
-        layers[0, row] = layers[2, row] | two
-        layers[1, row] = two
+    # Rows of ones are few, but a loop over all of them is one of whole registers.
+    for row in range(layers.shape[1]):
+        carry[row] = layers[3, row]
+    for place in range(4, layers.shape[0]):
+        for row in range(layers.shape[1]):
+            carry[row] |= layers[place, row]
+    for row in range(layers.shape[1]):
+        layers[0, row] = layers[2, row] | carry[row]
+        layers[1, row] = carry[row]
 
 
 @inner_kernel

@@ -114,10 +114,7 @@ def test_a_promise_worth_as_much_as_the_bar_is_looked_at_in_full():
     shapes = (candidates.points, candidates.lowest, candidates.offsets, candidates.maps)
     views = candidates.maps.shape[1]
     union, scores = np.zeros((views, 64), np.uint64), np.zeros(views, np.int64)
-    room = (
-        np.empty((int(candidates.triangles.max()) + 2, 2)),
-        np.zeros(66, np.uint64), np.zeros(66, np.uint64),
-    )  # fmt: skip
+    room = np.empty((int(candidates.triangles.max()) + 2, 2)), np.zeros(64, np.uint64)
 
     def refreshed(weight, bar, polygon):
         level = candidates.triangles[polygon]

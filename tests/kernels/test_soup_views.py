@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.geometry.views import hemisphere_directions, image_axes
-from simplifier.kernels.bit_image import measure_both_twice, measure_twice
 from simplifier.kernels.soup_views import (
     INSET,
     UNIT,
@@ -148,25 +147,6 @@ def test_what_stands_beside_a_soup_is_in_every_union(seed, count):
         unite_others(index, images, layers, others)
         unite_others(index, images, own, alone)
         assert np.array_equal(others, alone | standing)
-
-
-@settings(max_examples=25, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.integers(0, 2**32 - 1), st.floats(0.02, 0.98))
-def test_two_measures_at_once_are_those_of_one(seed, other, share):
-    whole = packed(blob(seed, share))
-    part = packed(unpacked(whole) & blob(other, 0.6))
-
-    def framed(image):
-        return np.pad(image, 1)
-
-    def scratch():
-        return np.zeros(66, np.uint64)
-
-    both = measure_both_twice(framed(whole), framed(part), scratch(), scratch())
-    assert both == (
-        measure_twice(framed(whole), scratch()),
-        measure_twice(framed(part), scratch()),
-    )
 
 
 @settings(max_examples=25, deadline=None)

@@ -24,7 +24,8 @@ import llvmlite.binding as llvm
 
 KERNELS = Path(__file__).parents[1]
 _IMPORT = re.compile(r"^from simplifier\.kernels\.(\w+) import", re.MULTILINE)
-_MADE_BY = ("kernel.py", "building.py", "lowering.py")  # whose changes change the code
+_MADE_BY = ("kernel.py", "building.py", "lowering.py", "intrinsic.py", "erosion.py")
+"""Whose changes change the code."""
 
 
 @dataclass(frozen=True)

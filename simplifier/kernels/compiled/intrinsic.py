@@ -1,4 +1,4 @@
-"""Functions that kernels call and that are written in LLVM's instructions, where no loop gives them."""
+"""Functions that kernels call, written in LLVM's instructions where no loop becomes them."""
 
 from __future__ import annotations
 

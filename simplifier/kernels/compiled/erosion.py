@@ -1,4 +1,4 @@
-"""The measure of a 64 x 64 bit image, which stays in vector registers while it is eroded.
+"""LLVM's instructions that measure a 64 x 64 bit image, in vector registers while it is eroded.
 
 A vector is eight rows, so eight of them are an image, and one of 512 bits is a register.  Kept in
 memory, each erosion would read rows that the one before has just written, eight at a time and from
@@ -8,30 +8,26 @@ the compiler keeps parts in memory, which takes as long as a loop over the rows.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import llvmlite.ir as ir
-import numpy as np
-from numpy.typing import NDArray
-
-from simplifier.kernels.compiled.intrinsic import intrinsic
 
 _LANES = 8
 _WORD = ir.IntType(64)
 _ROWS = ir.VectorType(_WORD, _LANES)
 _NOTHING = ir.Constant(_ROWS, [0] * _LANES)
 _ONE = ir.Constant(_ROWS, [1] * _LANES)
-_STEPS = "+x+x+"
-"""Erosions in turn, by the 5-pixel cross and the 3 x 3 square: their sum is an octagon, close to a
-disc of radius one a step."""
-
 Vectors = Sequence[Any]
 """Eight values of LLVM's, the rows of an image from the top."""
 
 
-def _write_measure(builder: Any, address: Any) -> Any:
-    """A loop over :data:`_STEPS` that ends with the first image in which nothing is left."""
+def write_measure(builder: Any, address: Any, steps: str) -> Any:
+    """Twice the measure of the 64 words at an address, as :func:`~..bit_image.measure_twice` says.
+
+    A loop over ``steps``, of crosses ``+`` and squares ``x``, that ends with the first image in
+    which nothing is left.
+    """
     image = _load(builder, address)
     first = _areas(builder, image)
     entry = builder.basic_block
@@ -41,12 +37,12 @@ def _write_measure(builder: Any, address: Any) -> Any:
     at_begin = [_either(builder, entry, rows) for rows in image]
     so_far = _either(builder, entry, _NOTHING)
     image, areas, ends = at_begin, so_far, []
-    for step in _STEPS:
+    for step in steps:
         image = _eroded(builder, image, step)
         left = _areas(builder, image)
         areas = builder.add(areas, left)
         ends.append((areas, builder.basic_block))
-        following = builder.append_basic_block(step) if len(ends) < len(_STEPS) else begin
+        following = builder.append_basic_block(step) if len(ends) < len(steps) else begin
         builder.cbranch(_any(builder, left), following, end)
         builder.position_at_end(following)
     for value, rows in zip((*at_begin, so_far), (*image, areas), strict=True):
@@ -110,17 +106,3 @@ def _call(builder: Any, name: str, result: Any, vector: Any) -> Any:
     name, kind = f"llvm.{name}.v{_LANES}i64", ir.FunctionType(result, [_ROWS])
     known = builder.module.globals.get(name)
     return builder.call(known or ir.Function(builder.module, kind, name), [vector])
-
-
-@intrinsic(_write_measure)
-def twice_the_measure(image: NDArray[np.uint64]) -> np.uint64:
-    """Of the first 64 words of ``image``, bit c of word r being the pixel in column c of row r."""
-    rows = image[:64]
-    total, step = np.bitwise_count(rows).sum(dtype=np.uint64), 0
-    while rows.any():
-        upright = np.append(rows[1:], np.uint64(0)) & np.append(np.uint64(0), rows[:-1])
-        wide = rows & upright if _STEPS[step % len(_STEPS)] == "x" else rows
-        rows = rows & upright & wide & (wide << np.uint64(1)) & (wide >> np.uint64(1))
-        total += np.uint64(2) * np.bitwise_count(rows).sum(dtype=np.uint64)
-        step += 1
-    return total

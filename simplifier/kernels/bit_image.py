@@ -88,7 +88,7 @@ def _measure_twice(image: NDArray[np.uint64]) -> np.uint64:
         rows = rows & upright & (wide << np.uint64(1)) & (wide >> np.uint64(1))
         total += np.uint64(2) * np.bitwise_count(rows).sum(dtype=np.uint64)
         step += 1
-    return total
+    return np.uint64(total)
 
 
 @inner_kernel

@@ -10,11 +10,14 @@ import numpy as np
 from simplifier.kernels.bit_image import popcount
 from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.soup_views import (
+    BLOCK,
     all_but_one,
     corner,
+    draw_found,
     draw_front,
-    draw_triangle,
     exchange_picture,
+    find_edges,
+    put_projection,
     score_view,
 )
 from simplifier.kernels.voxelize import is_contained
@@ -165,23 +168,49 @@ def _place_elsewhere(triangles, views, layers, room, before, reach, state, trial
 
 
 @inner_kernel
-def _try_views(
-    p, q, r, index, stride, seen, views, images, layers, scores, drawn, trial, union, part, work,
-):  # fmt: skip
-    """Score every ``stride``-th view with the triangle p, q, r at ``index``; return the change.
+def _order_views(projections, widest, order, ends, blocks):
+    """The views in the order of the looks at a move: those of the first, the second's others, …
 
-    Writes ``drawn`` (V, 64) and ``trial`` (V,) in those views, less every ``seen``-th, which has
-    been done (0 for none).  Most moves leave most unions as they are, behind other triangles: those
-    views keep their score.
+    Writes ``order`` (V,) int64, where each look ends in it into ``ends``, and the projections in
+    that order into ``blocks``; returns the number of looks.
+    """
+    stride, seen, count, looks = widest, 0, 0, 0
+    while True:
+        for view in range(0, len(projections), stride):
+            if seen == 0 or view % seen != 0:
+                order[count] = view
+                put_projection(projections[view], count, blocks)
+                count += 1
+        ends[looks] = count
+        looks += 1
+        if stride == 1:
+            return looks
+        stride, seen = max(stride // 4, 1), stride
+
+
+@inner_kernel
+def _try_views(
+    p, q, r, index, looked_at, views, images, layers, scores, drawn, trial, union, part, edges,
+    work,
+):  # fmt: skip
+    """Score the views of one look with the triangle p, q, r at ``index``; return the change.
+
+    ``looked_at`` are the views in the order of looks, their projections in blocks, and where this
+    look begins and ends.  Writes ``drawn`` (V, 64) and ``trial`` (V,) in those views.  Most moves
+    leave most unions as they are, behind other triangles: those views keep their score.
     """
     projections, (away, limits, highest), originals, price, fines = views
+    order, blocks, begin, end = looked_at
     priced = images.shape[2] > 64
     change = np.int64(0)
-    for view in range(0, len(projections), stride):
-        if seen != 0 and view % seen == 0:
-            continue
+    found = begin  # the place of the first view whose edges are known
+    for place in range(begin, end):
+        if place == begin or place % BLOCK == 0:
+            found = place
+            find_edges(p, q, r, blocks, place, min(end, (place // BLOCK + 1) * BLOCK), edges)
+        view = order[place]
         now, own, new = layers[view], images[index, view], drawn[view]
-        draw_triangle(p, q, r, projections[view], new)
+        draw_found(edges, place - found, new)
         work[0] += 1
         differs = np.uint64(0)
         for row in range(64):
@@ -247,6 +276,10 @@ def anneal(
     widest = 1  # of the strides: a power of two
     while widest * 2 * _GLANCE <= len(scores):
         widest *= 2
+    order, ends = np.zeros(len(scores), np.int64), np.zeros(64, np.int64)
+    blocks = np.zeros((len(scores) + BLOCK - 1) // BLOCK * (8 * BLOCK))
+    edges = np.zeros(15 * BLOCK)
+    looks = _order_views(projections, widest, order, ends, blocks)
     total = np.sum(scores)
     index, moved = 0, 0
     again, poor = False, False
@@ -282,22 +315,24 @@ def anneal(
         p, q, r = corner(trial, 0), corner(trial, 1), corner(trial, 2)
         least = heats[0] * (heats[1] / heats[0]) ** share * np.log(_random(state) + 1e-300)
         change = np.int64(0)
-        stride, seen = widest, 0
         taken = True
-        while taken:
+        for look in range(looks):
             # As dear as some fifty views, so it comes after a few and before most of them.
-            if stride == 1 and not is_contained(p, q, r, room):
+            if look == looks - 1 and not is_contained(p, q, r, room):
                 taken = False
                 break
+            begin = ends[look - 1] if look > 0 else 0
             change += _try_views(
-                p, q, r, index, stride, seen, views, images, layers, scores, drawn, trial_scores,
-                union, part, work,
+                p, q, r, index, (order, blocks, begin, ends[look]), views, images, layers, scores,
+                drawn, trial_scores, union, part, edges, work,
             )  # fmt: skip
             # A few views that lose this much are hardly made good by the others.
-            taken = change * stride >= 2 * least if stride > 1 else change >= least
-            if stride == 1:
+            if look < looks - 1:
+                taken = change * (widest >> 2 * look) >= 2 * least
+            else:
+                taken = change >= least
+            if not taken:
                 break
-            stride, seen = max(stride // 4, 1), stride
         if not taken:
             continue
         for view in range(len(scores)):

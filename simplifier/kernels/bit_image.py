@@ -24,20 +24,21 @@ def popcount(word: np.uint64) -> np.uint64:
     return np.uint64(int(word).bit_count())
 
 
-@inner_kernel
-def upright_edge(x0, y0, x1, y1):
-    """An edge as :func:`edge_bits` takes it, from either end.
+@inline_kernel
+def upright_edge(x0, y0, x1, y1, shows):
+    """An edge as :func:`edge_bits` takes it, from either end; one of no row if it does not show.
 
     Half a pixel left of the upper end, that end's height, how far it goes to the right a row, the
-    first row whose centre it passes, and the one after the last.
+    first row whose centre it passes, and the one after the last, all float64.  Without a branch:
+    which end is upper is as good as chance, and a wrong guess of the processor's takes longer.
     """
-    if y0 > y1:
-        x0, y0, x1, y1 = x1, y1, x0, y0
-    first = int(np.ceil(max(y0, 0.0) - 0.5))
-    last = int(np.ceil(min(y1, 64.0) - 0.5))
-    if first >= last:
-        return 0.0, 0.0, 0.0, 0, 0
-    return x0 - 0.5, y0, (x1 - x0) / (y1 - y0), first, last
+    upper_x, lower_x = (x1, x0) if y0 > y1 else (x0, x1)
+    upper_y, lower_y = min(y0, y1), max(y0, y1)
+    first = np.ceil(max(upper_y, 0.0) - 0.5)
+    last = np.ceil(min(lower_y, 64.0) - 0.5)
+    slope = (lower_x - upper_x) / (lower_y - upper_y)
+    passes = shows & (first < last)
+    return upper_x - 0.5, upper_y, slope if passes else 0.0, first, last if passes else first
 
 
 @inline_kernel
@@ -62,8 +63,8 @@ def draw_edge(x0, y0, x1, y1, image):
     (even-odd): the scan conversion of polygons by exclusive or.  Edges that run there and back, as
     bridges to holes do, cancel.
     """
-    edge = upright_edge(x0, y0, x1, y1)
-    for row in range(edge[3], edge[4]):
+    edge = upright_edge(x0, y0, x1, y1, True)
+    for row in range(int(edge[3]), int(edge[4])):
         image[row] ^= edge_bits(edge, row)
 
 

@@ -71,39 +71,116 @@ def corner(triangle, k):
     return triangle[k, 0], triangle[k, 1], triangle[k, 2]
 
 
-@inner_kernel
-def draw_triangle(p, q, r, m, image):
-    """Draw a projected triangle into the first 64 words of ``image``, which are cleared first.
+@inline_kernel
+def _drawn_edges(p, q, r, m):
+    """The edges of a projected triangle that is drawn, as :func:`~.bit_image.upright_edge` gives
+    them; ``m`` are the eight numbers of a projection.
 
-    Its sides are moved inwards by :data:`INSET`: the triangle shrinks about its incentre, in the
-    proportion that the distance leaves of the inscribed circle's radius.
+    They are moved inwards by :data:`INSET`: the triangle shrinks about its incentre, in the
+    proportion that the distance leaves of the inscribed circle's radius.  Without a branch, so that
+    a loop over views works on several at once.
     """
-    px = m[0, 0] * p[0] + m[0, 1] * p[1] + m[0, 2] * p[2] + m[0, 3]
-    py = m[1, 0] * p[0] + m[1, 1] * p[1] + m[1, 2] * p[2] + m[1, 3]
-    qx = m[0, 0] * q[0] + m[0, 1] * q[1] + m[0, 2] * q[2] + m[0, 3]
-    qy = m[1, 0] * q[0] + m[1, 1] * q[1] + m[1, 2] * q[2] + m[1, 3]
-    rx = m[0, 0] * r[0] + m[0, 1] * r[1] + m[0, 2] * r[2] + m[0, 3]
-    ry = m[1, 0] * r[0] + m[1, 1] * r[1] + m[1, 2] * r[2] + m[1, 3]
+    px = m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3]
+    py = m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7]
+    qx = m[0] * q[0] + m[1] * q[1] + m[2] * q[2] + m[3]
+    qy = m[4] * q[0] + m[5] * q[1] + m[6] * q[2] + m[7]
+    rx = m[0] * r[0] + m[1] * r[1] + m[2] * r[2] + m[3]
+    ry = m[4] * r[0] + m[5] * r[1] + m[6] * r[2] + m[7]
     a = np.sqrt((qx - rx) ** 2 + (qy - ry) ** 2)
     b = np.sqrt((rx - px) ** 2 + (ry - py) ** 2)
     c = np.sqrt((px - qx) ** 2 + (py - qy) ** 2)
     around = a + b + c
     twice_area = abs((qx - px) * (ry - py) - (qy - py) * (rx - px))  # the radius times ``around``
-    if twice_area <= INSET * around:
-        for row in range(64):
-            image[row] = 0
-        return
     lost = INSET * around / twice_area
     x = (a * px + b * qx + c * rx) / around
     y = (a * py + b * qy + c * ry) / around
     px, py = px + lost * (x - px), py + lost * (y - py)
     qx, qy = qx + lost * (x - qx), qy + lost * (y - qy)
     rx, ry = rx + lost * (x - rx), ry + lost * (y - ry)
-    one = upright_edge(px, py, qx, qy)
-    two = upright_edge(qx, qy, rx, ry)
-    three = upright_edge(rx, ry, px, py)
+    shows = twice_area > INSET * around
+    one = upright_edge(px, py, qx, qy, shows)
+    two = upright_edge(qx, qy, rx, ry, shows)
+    three = upright_edge(rx, ry, px, py, shows)
+    return one, two, three
+
+
+@inline_kernel
+def _draw_edges(one, two, three, image):
     for row in range(64):
         image[row] = edge_bits(one, row) ^ edge_bits(two, row) ^ edge_bits(three, row)
+
+
+@inner_kernel
+def draw_triangle(p, q, r, m, image):
+    """Draw a projected triangle into the first 64 words of ``image``, which it overwrites.
+
+    ``m`` (2, 4) is the projection; neighbours have to overlap, by :data:`INSET`.
+    """
+    numbers = m[0, 0], m[0, 1], m[0, 2], m[0, 3], m[1, 0], m[1, 1], m[1, 2], m[1, 3]
+    one, two, three = _drawn_edges(p, q, r, numbers)
+    _draw_edges(one, two, three, image)
+
+
+BLOCK = 64
+"""Views whose edges are found at once.  A constant, for the compiler to see which numbers lie next
+to each other."""
+
+
+@inner_kernel
+def put_projection(m, place, blocks):
+    """Write a projection (2, 4) for the view at a place among others, as :func:`find_edges` takes
+    them: in each block of views, one number of all projections after the other."""
+    begin = place // BLOCK * (8 * BLOCK) + place % BLOCK
+    for number in range(8):
+        blocks[begin + number * BLOCK] = m[number // 4, number % 4]
+
+
+@inline_kernel
+def _put_edge(edge, edges, first, view):
+    edges[first * BLOCK + view] = edge[0]
+    edges[(first + 1) * BLOCK + view] = edge[1]
+    edges[(first + 2) * BLOCK + view] = edge[2]
+    edges[(first + 3) * BLOCK + view] = edge[3]
+    edges[(first + 4) * BLOCK + view] = edge[4]
+
+
+@inner_kernel
+def find_edges(p, q, r, blocks, begin, end, edges):
+    """What a triangle's edges are in the views at ``begin`` to ``end``, within one block.
+
+    ``edges`` (15 * 64,) float64 is overwritten: of each of three edges five numbers, for all views
+    one after the other.
+    """
+    block = blocks[begin // BLOCK * (8 * BLOCK) + begin % BLOCK :]
+    for view in range(end - begin):
+        one, two, three = _drawn_edges(
+            p, q, r,
+            (
+                block[view], block[BLOCK + view], block[2 * BLOCK + view],
+                block[3 * BLOCK + view], block[4 * BLOCK + view], block[5 * BLOCK + view],
+                block[6 * BLOCK + view], block[7 * BLOCK + view],
+            ),
+        )  # fmt: skip
+        _put_edge(one, edges, 0, view)
+        _put_edge(two, edges, 5, view)
+        _put_edge(three, edges, 10, view)
+
+
+@inline_kernel
+def _edge_of(edges, first, view):
+    return (
+        edges[first * BLOCK + view], edges[(first + 1) * BLOCK + view],
+        edges[(first + 2) * BLOCK + view], edges[(first + 3) * BLOCK + view],
+        edges[(first + 4) * BLOCK + view],
+    )  # fmt: skip
+
+
+@inner_kernel
+def draw_found(edges, view, image):
+    """Draw the triangle in one of the views that :func:`find_edges` was asked for last."""
+    _draw_edges(
+        _edge_of(edges, 0, view), _edge_of(edges, 5, view), _edge_of(edges, 10, view), image
+    )
 
 
 @inline_kernel

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from simplifier.geometry.room import Room
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.annealing import anneal
 from simplifier.kernels.overhang import count_beside, widen
+from simplifier.kernels.random_quads import full_areas
 from simplifier.kernels.soup_views import (
     FRONT_ROWS,
     FRONT_STEP,
@@ -50,6 +52,11 @@ class RefineViews:
     originals: Images
     drawn: FloatArray = field(default_factory=lambda: NOTHING)
     depths: Depths = field(default_factory=lambda: NO_DEPTHS)
+
+    @cached_property
+    def full(self) -> FloatArray:
+        """(V,) :func:`~.random_quads.full_areas` of the originals, which every round asks for."""
+        return full_areas(self.originals[:, :, None], 64)
 
     @property
     def rows(self) -> int:
@@ -241,8 +248,8 @@ class Annealing:
 
     def precision(self) -> float:
         """Of the current state in the search's own views, all quads counted."""
-        originals, unions = self._views.originals[:, :, None], self._union()[:, :64, None]
-        return precision_and_recall(originals, unions, 64)[0]
+        views, unions = self._views, self._union()[:, :64, None]
+        return precision_and_recall(views.originals[:, :, None], unions, 64, views.full)[0]
 
     def overhang(self) -> FloatArray:
         """(V,) pixels of the current state past the outline, as a share of the original's."""

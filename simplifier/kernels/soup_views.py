@@ -106,8 +106,19 @@ def _drawn_edges(p, q, r, m):
 
 @inline_kernel
 def _draw_edges(one, two, three, image):
+    """Write an image, of which only the eights of rows are computed that the edges reach.
+
+    Rows are counted by unsigned numbers where a loop does not begin with the first: numba asks of
+    each signed one whether it counts from the end, and no loop works on several rows then.
+    """
+    first, last = 64.0, 0.0
+    for edge in (one, two, three):
+        if edge[3] < edge[4]:
+            first, last = min(first, edge[3]), max(last, edge[4])
     for row in range(64):
-        image[row] = edge_bits(one, row) ^ edge_bits(two, row) ^ edge_bits(three, row)
+        image[row] = 0
+    for row in range(int(first) & ~7, (int(last) + 7) & ~7):
+        image[np.uint64(row)] = edge_bits(one, row) ^ edge_bits(two, row) ^ edge_bits(three, row)
 
 
 @inner_kernel
@@ -268,35 +279,46 @@ def exchange_picture(layers, old, new, scratch):
     """Count ``new`` (64,) in place of ``old``, which it overwrites; ``layers`` (2 + d, 64).
 
     Digits are added and taken off in one go, since no pixel of a picture does both.  Loops run
-    along rows, so that they work on several at once.  ``scratch`` (2, 64) at least.
+    along rows, so that they work on several at once, and over those eights of rows that change,
+    mostly a few.  ``scratch`` (2, 64) at least.
     """
     carry, lost = scratch[0], scratch[1]
-    left = np.uint64(0)
-    for row in range(layers.shape[1]):
-        carry[row] = old[row] ^ new[row]
-        lost[row] = old[row] & ~new[row]
-        left |= carry[row]
-        old[row] = new[row]
-    if left == 0:
+    first, end = layers.shape[1], 0
+    for begin in range(0, layers.shape[1], 8):
+        left = np.uint64(0)
+        for row in range(begin, begin + 8):
+            left |= old[np.uint64(row)] ^ new[np.uint64(row)]
+        if left != 0:
+            first, end = min(first, begin), begin + 8
+    if first >= end:
         return
+    for row in range(first, end):
+        at = np.uint64(row)
+        carry[at] = old[at] ^ new[at]
+        lost[at] = old[at] & ~new[at]
+        old[at] = new[at]
+    left = np.uint64(1)
     place = 2
     while left != 0:
         left = np.uint64(0)
-        for row in range(layers.shape[1]):
-            digit = layers[place, row]
-            layers[place, row] = digit ^ carry[row]
-            carry[row] &= digit ^ lost[row]
-            left |= carry[row]
+        for row in range(first, end):
+            at = np.uint64(row)
+            digit = layers[place, at]
+            layers[place, at] = digit ^ carry[at]
+            carry[at] &= digit ^ lost[at]
+            left |= carry[at]
         place += 1
-    # Rows of ones are few, but a loop over all of them is one of whole registers.
-    for row in range(layers.shape[1]):
-        carry[row] = layers[3, row]
+    for row in range(first, end):
+        at = np.uint64(row)
+        carry[at] = layers[3, at]
     for place in range(4, layers.shape[0]):
-        for row in range(layers.shape[1]):
-            carry[row] |= layers[place, row]
-    for row in range(layers.shape[1]):
-        layers[0, row] = layers[2, row] | carry[row]
-        layers[1, row] = carry[row]
+        for row in range(first, end):
+            at = np.uint64(row)
+            carry[at] |= layers[place, at]
+    for row in range(first, end):
+        at = np.uint64(row)
+        layers[0, at] = layers[2, at] | carry[at]
+        layers[1, at] = carry[at]
 
 
 @inner_kernel

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.geometry.arrays import cross_products
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.overrides import NOTHING
 from simplifier.geometry.room import Room
@@ -135,7 +136,7 @@ def pull_each(triangles: FloatArray, room: Room) -> tuple[FloatArray, BoolArray]
 def _unit_normals(triangles: FloatArray) -> FloatArray:
     """(m, 3), 0 for those without an area."""
     a, b, c = triangles.transpose(1, 0, 2)
-    normals = np.cross(b - a, c - a)
+    normals = cross_products(b - a, c - a)
     return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1)[:, None], 1e-300))
 
 

@@ -17,7 +17,12 @@ from numpy.typing import NDArray
 from simplifier.device.device import PROCESSOR, Device
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.solid import BoolArray, Solid
-from simplifier.geometry.views import from_above, hemisphere_directions, image_axes
+from simplifier.geometry.views import (
+    from_above,
+    hemisphere_axes,
+    hemisphere_directions,
+    image_axes,
+)
 from simplifier.kernels.bit_image import SIZE
 from simplifier.kernels.measure import distance_sum, score_images
 from simplifier.kernels.threads import run_chunks
@@ -95,7 +100,8 @@ def search_projections(
     solid: Solid, options: Options, count: int, margin: float = 0.0
 ) -> FloatArray:
     """(count, 2, 4) maps from grid space, shifted by ``margin``, to 64 x 64 pictures."""
-    directions = hemisphere_directions(count)
+    axes = hemisphere_axes(count)
     if options.solid.viewers == "above":
-        directions = from_above(directions, "xyz".index(options.solid.up))
-    return fitted_projections(image_axes(directions), solid.filled.column_ends() + margin, _SEEN)
+        up = "xyz".index(options.solid.up)
+        axes = image_axes(from_above(hemisphere_directions(count), up))
+    return fitted_projections(axes, solid.filled.column_ends() + margin, _SEEN)

@@ -18,7 +18,7 @@ from simplifier.geometry.views import FRONT_DEPTH, BoundingSphere
 from simplifier.kernels.bit_image import SIZE
 from simplifier.kernels.threads import run_chunks
 from simplifier.options.stages import ERROR_VOXELS, Options
-from simplifier.progress import Best, Deadline, Stopwatch
+from simplifier.progress import Best, Deadline, Stopwatch, silent
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import MUCH, OUTLINE, FineViews, Judge, Outlines
@@ -392,7 +392,8 @@ def _views(
                 raise _StoppedError
 
         device = open_device(options.device)
-        originals = silhouettes(*original, projections, keep_pace, device)
+        heard = silent if watch.is_alone and not deadline.limited else keep_pace
+        originals = silhouettes(*original, projections, heard, device)
         return RefineViews(projections, originals, by_hand)
 
     most = options.refine.views

@@ -172,7 +172,8 @@ def _moved(
         views = replace(views, depths=depths(views.projections, SIZE).rows_of_search())
     several = aims.decimated and deadline.left > _SEVERAL_SECONDS
     outlines = None
-    if solid.reach > 0 and (several or not deadline.limited):
+    follows = aims.overhang < 1.0 or aims.front < 1.0
+    if solid.reach > 0 and (several or (follows and not deadline.limited)):
         lines = search_projections(solid, options, _OUTLINES, margin)
         outlines = Outlines.of(*original, lines, drawn, depths(lines, _FRONT), device)
 

@@ -17,7 +17,7 @@ from simplifier.options.simplify import MOST_MOVES, MOST_VOXELS, Axis
 from simplifier.options.stages import Options, SectionOptions, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel
-from simplifier.selection.measure import bit_measure, fitted_projections, silhouettes
+from simplifier.selection.measure import bit_measures, fitted_projections, silhouettes
 
 COARSENESS = 2.0
 """Voxels of a node that its occluder strays at least, or lacks where it keeps wholly inside."""
@@ -120,7 +120,7 @@ def hiding_radius(occluder: Occluder) -> float:
     projections = fitted_projections(hemisphere_axes(_MEASURED_VIEWS), points, 0.0)
     images = silhouettes(points, occluder.faces, projections)
     pixels = 1.0 / np.linalg.norm(projections[:, 0, :3], axis=1)
-    measures = [bit_measure(*pair) for pair in zip(images, pixels.tolist(), strict=True)]
+    measures = bit_measures(images, pixels.tolist())
     return float(np.ldexp(np.cbrt(3.0 * np.mean(measures) / np.pi), exponent))
 
 

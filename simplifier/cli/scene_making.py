@@ -9,7 +9,6 @@ from typing import Any, Literal
 
 from simplifier.cli.console import count_bar, print_progress
 from simplifier.cli.running import Interrupts
-from simplifier.culling.ranking import around, found_within, rank_occluders
 from simplifier.errors import MeshError, SceneError
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.scene import Scene
@@ -156,6 +155,9 @@ def _rank(
 ) -> tuple[bytes, str]:
     """Rank by every other camera, and judge by those between; the bytes of ``scene.occs``, and what
     to tell."""
+    # Here, not above: few builds rank, and what draws depths takes a while to load.
+    from simplifier.culling.ranking import around, found_within, rank_occluders
+
     tree = decode_occs(data, PACKED_FILE)
     views = [view for camera in cameras[::2] for view in around(camera)]
     others = [view for camera in cameras[1::2] for view in around(camera)] or views

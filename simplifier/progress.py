@@ -138,6 +138,11 @@ class Stopwatch:
         """Whether the caller asked to end the run."""
         return self._cancel is not None and self._cancel.is_set()
 
+    @property
+    def is_alone(self) -> bool:
+        """Whether nobody hears of the run, nor can end it."""
+        return self._listener is None and self._cancel is None and self._deadline is None
+
     @contextmanager
     def stage(self, name: str, *, cancels: bool = True) -> Iterator[None]:
         """Time the block as part of the stage; a stage may run more than once.
@@ -181,6 +186,8 @@ class Stopwatch:
 
     def steps(self, name: str) -> TellShare:
         """What a stage tells its share to: it reports each growth, and raises as ``check``."""
+        if self.is_alone:  # so that no thread has to watch another one work
+            return silent
         told = 0.0
 
         def tell(share: float) -> None:

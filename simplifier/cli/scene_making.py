@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 from simplifier.cli.console import count_bar, print_progress
 from simplifier.cli.running import Interrupts
-from simplifier.culling.ranking import around, found_within, rank_occluders
 from simplifier.errors import MeshError, SceneError
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.occluder_tree import leaf_occluders
-from simplifier.hierarchy.packed_file import PACKED_FILE, current_packed, write_packed, write_ranked
+from simplifier.hierarchy.packed_file import (
+    PACKED_FILE,
+    current_packed,
+    known_meshes,
+    write_meshes,
+    write_ranked,
+)
+from simplifier.hierarchy.packing import WeldedMesh
 from simplifier.hierarchy.scene_build import Build, build_occluders
 from simplifier.hierarchy.scene_file import (
     SCENE_FILE,
     load_occluder_tree,
     occluder_store,
+    outline_of,
     read_summaries,
     write_manifest,
 )
@@ -67,8 +74,11 @@ def make_scene(
             pool, print_progress,
         )  # fmt: skip
     with listening.held():
+        known = known_meshes(output)  # before there is another manifest
         write_manifest(output, read, options, build)
-        data = _write_tree(output, options.preview)
+        data = current_packed(output) or _write_tree(output, read, options, build, known)
+        if options.preview:
+            write_scene(leaf_occluders(load_occluder_tree(output)), output / _PREVIEW)
     ranked = []
     if most is not None:
         cameras = (given or _walk(read, options)).cameras
@@ -103,15 +113,24 @@ def _figures(read: Scene, build: Build) -> dict[str, Any]:
     }
 
 
-def _write_tree(output: Path, preview: bool) -> bytes:
-    """Write what is made of ``scene.json`` and the occluders; the bytes of ``scene.occs``."""
-    data = current_packed(output)
-    if data is None or preview:
-        tree = load_occluder_tree(output)
-        data = data or write_packed(output, tree)
-        if preview:
-            write_scene(leaf_occluders(tree), output / _PREVIEW)
-    return data
+def _write_tree(
+    output: Path,
+    read: Scene,
+    options: SceneOptions,
+    build: Build,
+    known: Mapping[str, WeldedMesh],
+) -> bytes:
+    """Write ``scene.occs``; its bytes.  Occluders are read where neither this build nor the file of
+    the last one has them: thousands take longer than all else of a small change."""
+    outline, keys = outline_of(read, options, build)
+    store, meshes = occluder_store(output), {**known, **build.meshes}
+
+    def mesh(key: str) -> WeldedMesh:
+        if key in meshes:
+            return meshes[key]
+        return WeldedMesh.of(store.read(key, build.summaries[key].checksum))
+
+    return write_meshes(output, outline, map(mesh, keys))
 
 
 def _walk(read: Scene, options: SceneOptions) -> CameraPath:
@@ -136,6 +155,9 @@ def _rank(
 ) -> tuple[bytes, str]:
     """Rank by every other camera, and judge by those between; the bytes of ``scene.occs``, and what
     to tell."""
+    # Here, not above: few builds rank, and what draws depths takes a while to load.
+    from simplifier.culling.ranking import around, found_within, rank_occluders
+
     tree = decode_occs(data, PACKED_FILE)
     views = [view for camera in cameras[::2] for view in around(camera)]
     others = [view for camera in cameras[1::2] for view in around(camera)] or views

@@ -68,6 +68,17 @@ def face_array(faces: ArrayLike, count: int, where: str) -> NDArray[np.int64]:
     return np.asarray(values, dtype=np.int64)
 
 
+def cross_products(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(n, 3) of two (n, 3), to the bit those of ``np.cross``, which takes three times as long for
+    the few triangles of an occluder."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    made = np.empty(a.shape)
+    np.subtract(ay * bz, az * by, out=made[:, 0])
+    np.subtract(az * bx, ax * bz, out=made[:, 1])
+    np.subtract(ax * by, ay * bx, out=made[:, 2])
+    return made
+
+
 def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """(3,) float64, finite.  Raises :class:`OptionError`."""
     try:

@@ -14,7 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simplifier.errors import EmptyMeshError
-from simplifier.geometry.arrays import check_arrays, face_array, vertex_array
+from simplifier.geometry.arrays import (
+    check_arrays,
+    cross_products,
+    face_array,
+    vertex_array,
+)
 
 FURTHEST = 2.0**24
 """Usual reaches.  A float32 that far out has no digit left for a length of the usual reach, so no
@@ -36,7 +41,7 @@ class Reach:
     @classmethod
     def measure(cls, vertices: NDArray[np.float64], faces: NDArray[np.signedinteger]) -> Reach:
         """``vertices`` (n, 3) finite, ``faces`` (m, 3), at least one of each."""
-        middle = np.array([np.median(column) for column in vertices.T])
+        middle = np.array([_median(column) for column in vertices.T])
         away = _highest(np.abs(c - m) for c, m in zip(vertices.T, middle, strict=True))
         return cls(middle, _highest(away[corners] for corners in faces.T))
 
@@ -50,6 +55,15 @@ class Reach:
     def stray(self) -> NDArray[np.bool_]:
         """(m,) the triangles, less than half of them, that reach beyond all sense."""
         return np.asarray(self.of > FURTHEST * self.usual)
+
+
+def _median(values: NDArray[np.float64]) -> float:
+    """As numpy's, which looks for NaN as well: that takes longer than all else in a small mesh."""
+    half = len(values) // 2
+    if len(values) % 2:
+        return float(np.partition(values, half)[half])
+    low, high = np.partition(values, (half - 1, half))[half - 1 : half + 1].tolist()
+    return float((low + high) / 2.0)
 
 
 def _highest(arrays: Iterator[NDArray[np.float64]]) -> NDArray[np.float64]:
@@ -71,6 +85,7 @@ _NO_FACES = np.empty((0, 3), dtype=np.int64)
 
 _Scalar = TypeVar("_Scalar", np.float64, np.int32)
 
+_FINITE = 1e100  # beyond, volumes overflow float64
 _BLOCK = 1 << 17  # triangles that are checked at once: about 30 MiB of corners, edges and products
 
 
@@ -168,7 +183,10 @@ class TriangleMesh:
             raise EmptyMeshError(
                 "the mesh has no triangle", where=where, remedy="export it with faces"
             )
-        usable, unusable = _usable_triangles(points, indices)
+        unusable: dict[str, IndexArray] = {}
+        usable = np.ones(len(indices), dtype=np.bool_)
+        if len(indices) > _BLOCK or not _are_all_usable(points, indices):
+            usable, unusable = _usable_triangles(points, indices)
         if not usable.any():
             raise EmptyMeshError(
                 f"none of the {len(indices)} triangles has a finite, non-zero area",
@@ -209,7 +227,7 @@ def have_area(triangles: FloatArray) -> NDArray[np.bool_]:
     scale = np.abs(edges).max(axis=(1, 2), keepdims=True, initial=0.0)
     scale[scale == 0.0] = 1.0
     edges /= scale
-    return np.asarray((np.cross(edges[:, 0], edges[:, 1]) != 0.0).any(axis=1))
+    return np.asarray((cross_products(edges[:, 0], edges[:, 1]) != 0.0).any(axis=1))
 
 
 def _blocks(count: int) -> Iterator[slice]:
@@ -218,12 +236,22 @@ def _blocks(count: int) -> Iterator[slice]:
         yield slice(begin, min(begin + _BLOCK, count))
 
 
+def _are_all_usable(points: FloatArray, indices: IndexArray) -> bool:
+    """Whether every face has a finite, non-zero area, as it is in most small meshes, which scenes
+    have thousands of."""
+    a, b, c = indices.T
+    return (
+        bool((np.abs(points) < _FINITE).all())
+        and not ((a == b) | (b == c) | (c == a)).any()
+        and bool(have_area(points[indices]).all())
+    )
+
+
 def _usable_triangles(
     points: FloatArray, indices: IndexArray
 ) -> tuple[NDArray[np.bool_], dict[str, IndexArray]]:
     """(m,) which faces have a finite, non-zero area, and the numbers of the others by reason."""
-    # Beyond 1e100 volumes overflow float64.
-    bounded = np.asarray((np.abs(points) < 1e100).all(axis=1))
+    bounded = np.asarray((np.abs(points) < _FINITE).all(axis=1))
     usable = np.zeros(len(indices), dtype=np.bool_)
     unusable: dict[str, list[IndexArray]] = {reason: [] for reason in _UNUSABLE}
     for block in _blocks(len(indices)):
@@ -245,6 +273,10 @@ def _of_used_vertices(
 ) -> tuple[FloatArray, IntArray]:
     """Copies: the vertices of the usable faces, and those faces by their new numbers."""
     used = np.zeros(len(points), dtype=np.bool_)
+    if len(indices) <= _BLOCK and usable.all():
+        used[indices] = True
+        if used.all():
+            return np.array(points, order="C"), indices.astype(np.int32, order="C")
     for block in _blocks(len(indices)):
         used[indices[block][usable[block]]] = True
     renumbered = np.cumsum(used, dtype=np.int32)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -88,6 +89,14 @@ def image_axes(directions: FloatArray) -> FloatArray:
     u /= np.linalg.norm(u, axis=1, keepdims=True)
     v = np.cross(d, u)
     return np.stack([u, v, d], axis=1)
+
+
+@cache
+def hemisphere_axes(count: int) -> FloatArray:
+    """(count, 3, 3) the :func:`image_axes` of as many :func:`hemisphere_directions`, read-only."""
+    axes = image_axes(hemisphere_directions(count))
+    axes.setflags(write=False)
+    return axes
 
 
 @dataclass(frozen=True, eq=False)

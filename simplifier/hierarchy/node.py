@@ -11,13 +11,13 @@ from simplifier.accuracy.deviation import SLACK, deviation_from_solid
 from simplifier.errors import CancelledError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.views import hemisphere_directions, image_axes
+from simplifier.geometry.views import hemisphere_axes
 from simplifier.options.scene import SceneOptions
 from simplifier.options.simplify import MOST_MOVES, MOST_VOXELS, Axis
 from simplifier.options.stages import Options, SectionOptions, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel
-from simplifier.selection.measure import bit_measure, fitted_projections, silhouettes
+from simplifier.selection.measure import bit_measures, fitted_projections, silhouettes
 
 COARSENESS = 2.0
 """Voxels of a node that its occluder strays at least, or lacks where it keeps wholly inside."""
@@ -117,11 +117,10 @@ def hiding_radius(occluder: Occluder) -> float:
     # overflow then.
     _, exponent = np.frexp(np.ptp(occluder.vertices, axis=0).max())
     points = np.ldexp(occluder.vertices, -exponent)
-    axes = image_axes(hemisphere_directions(_MEASURED_VIEWS))
-    projections = fitted_projections(axes, points, 0.0)
+    projections = fitted_projections(hemisphere_axes(_MEASURED_VIEWS), points, 0.0)
     images = silhouettes(points, occluder.faces, projections)
     pixels = 1.0 / np.linalg.norm(projections[:, 0, :3], axis=1)
-    measures = [bit_measure(*pair) for pair in zip(images, pixels.tolist(), strict=True)]
+    measures = bit_measures(images, pixels.tolist())
     return float(np.ldexp(np.cbrt(3.0 * np.mean(measures) / np.pi), exponent))
 
 

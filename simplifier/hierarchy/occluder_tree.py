@@ -1,4 +1,7 @@
-"""OccluderTree: a scene's tree with the occluders of the nodes that are worth one."""
+"""OccluderTree: a scene's tree with the occluders of the nodes that are worth one.
+
+TreeOutline: all of it but the triangles of the occluders.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +21,46 @@ LEVELS = ("far", "near")
 """A node's occluders: with an error that shows from near by; narrow, for leaves alone."""
 
 FAR, NEAR = range(2)
+
+
+@dataclass(frozen=True, eq=False)
+class TreeOutline:
+    """As :class:`OccluderTree` says, with what is known of an occluder without its triangles.
+
+    ``error_bounds``  (m,) float64 of the occluders, each in its own space.
+    """
+
+    options: SceneOptions
+    objects: tuple[str, ...]
+    object_of: IntArray
+    tree: Tree
+    transforms: FloatArray
+    occluder_of: IntArray
+    error_bounds: FloatArray
+    radii: FloatArray
+
+    def errors(self) -> FloatArray:
+        """(k, 2) the errors that drawing has to answer for, world units; infinite for none.
+
+        Of far occluders how far they may stray.  Near ones have none: what they cover beside their
+        triangles is held down to the overhang of the build, whatever they are seen from.
+        """
+        bounds = np.append(self.error_bounds, np.inf)
+        found = np.asarray(bounds[self.occluder_of] * self._stretch())
+        found[self.occluder_of[:, NEAR] >= 0, NEAR] = 0.0
+        return found
+
+    def hiding_radii(self) -> FloatArray:
+        """(k, 2) world units; 0 for none."""
+        return np.asarray(np.append(self.radii, 0.0)[self.occluder_of] * self._stretch())
+
+    def _stretch(self) -> FloatArray:
+        """(k, 1) how much the transform of a leaf enlarges lengths, at most; 1 for inner nodes."""
+        result = np.ones((len(self.tree), 1))
+        leaves = np.nonzero(self.tree.is_leaf)[0]
+        parts = self.tree.order[self.tree.spans[leaves, 0]]
+        result[leaves, 0] = scales(self.transforms[parts])
+        return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,32 +106,26 @@ class OccluderTree:
         return points, occluder.faces, error
 
     def errors(self) -> FloatArray:
-        """(k, 2) the errors that drawing has to answer for, world units; infinite for none.
-
-        Of far occluders how far they may stray.  Near ones have none: what they cover beside their
-        triangles is held down to the overhang of the build, whatever they are seen from.
-        """
-        bounds = np.array([*(occluder.error_bound for occluder in self.occluders), np.inf])
-        found = np.asarray(bounds[self.occluder_of] * self._stretch())
-        found[self.occluder_of[:, NEAR] >= 0, NEAR] = 0.0
-        return found
+        """As :meth:`TreeOutline.errors`."""
+        return self.outline.errors()
 
     def hiding_radii(self) -> FloatArray:
         """(k, 2) world units; 0 for none."""
-        return np.asarray(np.append(self.radii, 0.0)[self.occluder_of] * self._stretch())
+        return self.outline.hiding_radii()
+
+    @property
+    def outline(self) -> TreeOutline:
+        """The same without the triangles."""
+        bounds = np.array([occluder.error_bound for occluder in self.occluders], dtype=np.float64)
+        return TreeOutline(
+            self.options, self.objects, self.object_of, self.tree, self.transforms,
+            self.occluder_of, bounds, self.radii,
+        )  # fmt: skip
 
     def triangle_counts(self) -> NDArray[np.int64]:
         """(k, 2) of the occluders; 0 for none."""
         counts = np.array([*(len(occluder.faces) for occluder in self.occluders), 0])
         return np.asarray(counts[self.occluder_of])
-
-    def _stretch(self) -> FloatArray:
-        """(k, 1) how much the transform of a leaf enlarges lengths, at most; 1 for inner nodes."""
-        result = np.ones((len(self.tree), 1))
-        leaves = np.nonzero(self.tree.is_leaf)[0]
-        parts = self.tree.order[self.tree.spans[leaves, 0]]
-        result[leaves, 0] = scales(self.transforms[parts])
-        return result
 
 
 def leaf_occluders(tree: OccluderTree) -> Scene:

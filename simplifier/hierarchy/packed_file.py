@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
 from simplifier.errors import OutputError, SceneError
 from simplifier.geometry.packed_tree import PackedTree
-from simplifier.hierarchy.occluder_tree import OccluderTree
-from simplifier.hierarchy.packing import pack_tree
-from simplifier.hierarchy.scene_file import SCENE_FILE
+from simplifier.hierarchy.occluder_tree import OccluderTree, TreeOutline
+from simplifier.hierarchy.packing import WeldedMesh, pack_meshes
+from simplifier.hierarchy.scene_file import SCENE_FILE, read_keys
 from simplifier.io.files import read_bytes, write_whole
 from simplifier.io.occs_file import decode_occs, encode_occs
 
@@ -33,15 +34,32 @@ def current_packed(folder: Path) -> bytes | None:
     return data if current else None
 
 
+def known_meshes(folder: Path) -> dict[str, WeldedMesh]:
+    """Occluders as ``scene.occs`` has them, by key; none where it is not of the ``scene.json``
+    there."""
+    data = current_packed(folder)
+    if data is None:
+        return {}
+    packed, keys = decode_occs(data, PACKED_FILE), read_keys(folder)
+    if len(packed.meshes) != len(keys):
+        return {}
+    return {key: WeldedMesh.packed(packed, index) for index, key in enumerate(keys)}
+
+
 def write_packed(folder: Path, tree: OccluderTree) -> bytes:
     """Write ``scene.occs``, whole or not at all; what it holds now.
 
     ``tree`` is what ``scene.json`` in the folder says.  Raises
     :class:`~simplifier.errors.OutputError`; an older file is gone then.
     """
+    return write_meshes(folder, tree.outline, map(WeldedMesh.of, tree.occluders))
+
+
+def write_meshes(folder: Path, tree: TreeOutline, occluders: Iterable[WeldedMesh]) -> bytes:
+    """As :func:`write_packed`, of occluders that are welded already."""
     path = folder / PACKED_FILE
     try:
-        packed = pack_tree(tree)
+        packed = pack_meshes(tree, occluders)
         about = {**packed.about, _MANIFEST: _manifest(folder)}
         data = encode_occs(replace(packed, about=about))
     except OutputError:

@@ -1,7 +1,11 @@
-"""OccluderTree -> PackedTree: what a build made, in the arrays that a frame reads."""
+"""OccluderTree -> PackedTree: what a build made, in the arrays that a frame reads.
+
+Occluder -> WeldedMesh: its triangles as those arrays have them.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,7 +14,7 @@ from numpy.typing import NDArray
 from simplifier.checks import check_kind
 from simplifier.errors import OutputError
 from simplifier.geometry.arrays import rounded_up
-from simplifier.geometry.mesh import FloatArray
+from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.packed_tree import (
     MESH,
@@ -18,14 +22,39 @@ from simplifier.geometry.packed_tree import (
     NONE,
     PART,
     PackedTree,
+    faces_of,
     index_type,
     index_words,
 )
 from simplifier.geometry.weld import edge_pairs, weld
 from simplifier.hierarchy.node import COARSENESS
-from simplifier.hierarchy.occluder_tree import FAR, NEAR, OccluderTree
+from simplifier.hierarchy.occluder_tree import FAR, NEAR, OccluderTree, TreeOutline
 from simplifier.io.float32 import box_centre, to_float32
 from simplifier.version import VERSION
+
+
+@dataclass(frozen=True, eq=False)
+class WeldedMesh:
+    """Triangles around an ``origin`` (3,) float64: ``positions`` (n, 3) float32, each once, and
+    ``faces`` (m, 3) int32."""
+
+    origin: FloatArray
+    positions: NDArray[np.float32]
+    faces: IntArray
+
+    @classmethod
+    def of(cls, occluder: Occluder) -> WeldedMesh:
+        """Raises :class:`~simplifier.errors.OutputError` where it does not fit float32."""
+        origin = box_centre(occluder.vertices[occluder.faces].reshape(-1, 3))
+        return cls(origin, *weld(to_float32(occluder.vertices - origin), occluder.faces))
+
+    @classmethod
+    def packed(cls, tree: PackedTree, index: int) -> WeldedMesh:
+        """One of those that a tree was packed with."""
+        row = tree.meshes[index]
+        first, count = int(row["first_vertex"]), int(row["vertex_count"])
+        positions = tree.positions[first : first + count]
+        return cls(row["origin"].copy(), positions, faces_of(row, tree.indices))
 
 
 def pack_tree(tree: OccluderTree) -> PackedTree:
@@ -34,11 +63,16 @@ def pack_tree(tree: OccluderTree) -> PackedTree:
     Raises :class:`~simplifier.errors.OutputError` where the scene does not fit float32.
     """
     check_kind("tree", tree, OccluderTree, "what simplifier.load_occluder_tree returns")
+    return pack_meshes(tree.outline, map(WeldedMesh.of, tree.occluders))
+
+
+def pack_meshes(tree: TreeOutline, occluders: Iterable[WeldedMesh]) -> PackedTree:
+    """As :func:`pack_tree`, of occluders that are welded already."""
     options = tree.options
     transforms, transform_of = _each_once(tree.transforms[:, :3])
     origin = box_centre(tree.tree.bounds[:1].reshape(-1, 3))
     meshes = _Meshes(with_pairs=options.conservative)
-    for occluder in tree.occluders:
+    for occluder in occluders:
         meshes.add(occluder)
     parts = np.zeros(len(tree.object_of), dtype=PART)
     parts["object"], parts["transform"] = tree.object_of, transform_of
@@ -60,7 +94,7 @@ def _each_once(transforms: FloatArray) -> tuple[FloatArray, NDArray[np.uint32]]:
     return each, np.array(places, dtype=np.uint32)
 
 
-def _nodes(tree: OccluderTree, origin: FloatArray) -> NDArray[np.void]:
+def _nodes(tree: TreeOutline, origin: FloatArray) -> NDArray[np.void]:
     """A far occluder that keeps wholly inside never errs but lacks as much as it is coarse, which
     decides alike whether it is drawn.
     """
@@ -115,10 +149,8 @@ class _Meshes:
     words: int = 0
     pair_count: int = 0
 
-    def add(self, occluder: Occluder) -> None:
-        """Raises :class:`OutputError` where it does not fit float32."""
-        origin = box_centre(occluder.vertices[occluder.faces].reshape(-1, 3))
-        positions, faces = weld(to_float32(occluder.vertices - origin), occluder.faces)
+    def add(self, occluder: WeldedMesh) -> None:
+        origin, positions, faces = occluder.origin, occluder.positions, occluder.faces
         words = index_words(len(positions), len(faces))
         pairs = edge_pairs(faces) if self.with_pairs else np.empty((0, 2), dtype=np.uint32)
         self.rows.append((

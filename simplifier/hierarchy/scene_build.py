@@ -13,6 +13,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import grid_shape
 from simplifier.hierarchy.node import Stand, is_own_occluder, node_occluder, node_options
 from simplifier.hierarchy.node_plan import Keys, NodeJob, Plan, plan_occluders
+from simplifier.hierarchy.packing import WeldedMesh
 from simplifier.hierarchy.parts import Parts, split_large
 from simplifier.hierarchy.store import OccluderFile, OccluderStore, Summary
 from simplifier.hierarchy.tree import Tree, build_tree
@@ -49,6 +51,7 @@ class Build:
     ``tree``       over the boxes of the parts.
     ``keys``       (k,) of the nodes' occluders, those that hide something.
     ``summaries``  of all occluders by key, those that hide nothing included.
+    ``meshes``     of those from this run, by key, as ``scene.occs`` is to have them.
     ``made``, ``kept``  how many come from this run, and from earlier ones.
     ``warnings``   which occluders could not be made, and why.
     """
@@ -57,6 +60,7 @@ class Build:
     tree: Tree
     keys: tuple[Keys, ...]
     summaries: Mapping[str, Summary]
+    meshes: Mapping[str, WeldedMesh]
     made: int
     kept: int
     warnings: tuple[str, ...]
@@ -99,15 +103,20 @@ def build_occluders(
     kept = len(summaries)
     jobs = _missing(plan, parts, summaries)
     pool = _worth_a_pool(pool, jobs, say)
-    _check_memory(parts.scene, jobs, options, memory_limit, pool)
+    needs = list(_job_needs(parts.scene, jobs, options))
+    _check_memory(parts.scene, jobs, needs, options, memory_limit, pool)
     failures: dict[int, str] = {}
+    meshes: dict[str, WeldedMesh] = {}
     tell(kept, len(plan.jobs))
-    with closing(_outcomes(parts.scene, jobs, options, pool, cancel)) as outcomes:
+    with closing(_outcomes(parts.scene, jobs, needs, options, pool, cancel)) as outcomes:
         for done, outcome in enumerate(outcomes, start=kept + 1):
             key, failure = jobs[outcome.job].key, outcome.answer.failure
             if not failure:
                 try:
-                    summaries[key] = store.write(key, _unpacked(outcome.answer.result))
+                    file = _unpacked(outcome.answer.result)
+                    summaries[key] = store.write(key, file)
+                    if file.mesh is not None:
+                        meshes[key] = file.mesh
                 except MeshError as error:
                     failure = str(error)
             if failure:
@@ -115,7 +124,8 @@ def build_occluders(
             tell(done, len(plan.jobs))
     _check(cancel)
     return Build(
-        parts, tree, _worthwhile(plan.keys, summaries), summaries, len(summaries) - kept, kept,
+        parts, tree, _worthwhile(plan.keys, summaries), summaries, meshes, len(summaries) - kept,
+        kept,
         tuple(f"{_place(scene, parts, jobs[i])}: no occluder ({failures[i]})"
               for i in sorted(failures)),
     )  # fmt: skip
@@ -176,6 +186,7 @@ def _worth_a_pool(
 def _check_memory(
     scene: Scene,
     jobs: Sequence[NodeJob],
+    needs: Sequence[int],
     options: SceneOptions,
     memory_limit: float | None,
     pool: Pool | None,
@@ -184,7 +195,8 @@ def _check_memory(
 
     def at(resolution: int) -> MemoryNeed:
         coarser = replace(options, resolution=resolution)
-        return need_of_building(scene, jobs, coarser, at_once, apart=apart)
+        some = needs if coarser == options else list(_job_needs(scene, jobs, coarser))
+        return need_of_building(scene, some, at_once, apart=apart)
 
     check_need(at(options.resolution), memory_limit, resolution=options.resolution, at=at)
 
@@ -199,6 +211,7 @@ def _crew(jobs: Sequence[NodeJob]) -> tuple[int, bool]:
 def _outcomes(
     scene: Scene,
     jobs: Sequence[NodeJob],
+    needs: Sequence[int],
     options: SceneOptions,
     pool: Pool | None,
     cancel: Cancel | None,
@@ -211,7 +224,6 @@ def _outcomes(
             yield from run_jobs_here(here, jobs, thread_count(), cancel)
             return
         pool = LocalPool(processes)
-    needs = _job_needs(scene, jobs, options)
     told = [PoolJob(_job_data(job), need) for job, need in zip(jobs, needs, strict=True)]
     yield from pool.run_jobs(
         f"{__name__}:{occluder_maker.__name__}", pack(scene, options), told, cancel
@@ -246,22 +258,40 @@ def _made(scene: Scene, options: SceneOptions, cancel: Cancel | None, job: NodeJ
 
 
 def _packed(file: OccluderFile) -> bytes:
-    """The summary as a line of JSON, and the bytes of the file."""
-    return json.dumps(asdict(file.summary)).encode() + b"\n" + file.data
+    """A line of JSON, then the bytes of the file, and those of the mesh."""
+    mesh, head, body = file.mesh, asdict(file.summary), file.data
+    if mesh is not None:
+        head["mesh"] = [mesh.origin.tolist(), len(mesh.positions), len(mesh.faces)]
+        body += mesh.positions.tobytes() + mesh.faces.tobytes()
+    head["whole"] = zlib.crc32(body)
+    return json.dumps(head).encode() + b"\n" + body
 
 
 def _unpacked(answer: bytes) -> OccluderFile:
     """Raises :class:`MeshError` for what no worker of this release says."""
-    head, _, data = answer.partition(b"\n")
+    head, _, body = answer.partition(b"\n")
     try:
         said = json.loads(head)
+        data, mesh = _mesh_behind(body, said.get("mesh"))
         numbers = int(said["triangles"]), float(said["error_bound"]), float(said["radius"])
         summary = Summary(*numbers, zlib.crc32(data))
-        if summary.checksum != said["checksum"]:
+        if summary.checksum != said["checksum"] or zlib.crc32(body) != said["whole"]:
             raise ValueError
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, AttributeError):
         raise MeshError("its occluder arrived damaged", remedy="build the scene again") from None
-    return OccluderFile(data, summary)
+    return OccluderFile(data, summary, mesh)
+
+
+def _mesh_behind(body: bytes, said: Any) -> tuple[bytes, WeldedMesh | None]:
+    """The bytes of the file, and the mesh that is behind them if one was said to be."""
+    if said is None:
+        return body, None
+    origin, vertices, triangles = said
+    size = 12 * (vertices + triangles)
+    positions = np.frombuffer(body, np.float32, 3 * vertices, len(body) - size)
+    faces = np.frombuffer(body, np.int32, 3 * triangles, len(body) - 12 * triangles)
+    mesh = WeldedMesh(np.array(origin), positions.reshape(-1, 3), faces.reshape(-1, 3))
+    return body[: len(body) - size], mesh
 
 
 def _place(scene: Scene, parts: Parts, job: NodeJob) -> str:
@@ -277,15 +307,15 @@ _WORKER = 90 * MIB  # of a process beside the first: their libraries' pages are 
 
 
 def need_of_building(
-    scene: Scene, jobs: Sequence[NodeJob], options: SceneOptions, at_once: int, *, apart: bool
+    scene: Scene, needs: Sequence[int], at_once: int, *, apart: bool
 ) -> MemoryNeed:
-    """``scene`` of parts; the ``at_once`` largest jobs count, which meet at worst.
+    """``scene`` of parts; of the ``needs`` of jobs the ``at_once`` largest count, which meet at
+    worst.
 
     ``apart``  whether each runs in a process of its own, with libraries of its own.
     """
     held = _COPIES * sum(MeshSize(*size).held for size in _mesh_sizes(scene).tolist())
-    needs = sorted(_job_needs(scene, jobs, options))
-    largest = needs[len(needs) - at_once :]
+    largest = sorted(needs)[len(needs) - at_once :]
     libraries = _WORKER * at_once if apart else 0
     return MemoryNeed({"occluders": held + libraries + sum(largest)})
 

@@ -27,7 +27,7 @@ from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.node_plan import is_key
-from simplifier.hierarchy.occluder_tree import LEVELS, OccluderTree
+from simplifier.hierarchy.occluder_tree import LEVELS, OccluderTree, TreeOutline
 from simplifier.hierarchy.scene_build import Build
 from simplifier.hierarchy.store import OccluderStore, Summary
 from simplifier.hierarchy.tree import Tree
@@ -103,6 +103,39 @@ def read_summaries(folder: Path) -> dict[str, Summary]:
         return summaries_of(value_of(_document(folder), "occluders", SCENE_FILE))
     except (SceneError, *DAMAGE):
         return {}
+
+
+def read_keys(folder: Path) -> list[str]:
+    """Of the occluders that nodes of an earlier build have, ascending; none as
+    :func:`read_summaries`."""
+    try:
+        document = _document(folder)
+        rows = rows_of(value_of(document, "nodes", SCENE_FILE))
+        return keys_of(rows, summaries_of(value_of(document, "occluders", SCENE_FILE)))
+    except (SceneError, *DAMAGE):
+        return []
+
+
+def outline_of(scene: Scene, options: SceneOptions, build: Build) -> tuple[TreeOutline, list[str]]:
+    """What :func:`load_occluder_tree` gives of what was built, but for the triangles of the
+    occluders, whose keys these are."""
+    parts, tree = build.parts, build.tree
+    leaves = tree.order[tree.spans[:, 0]]
+    order, spans = _depth_first(
+        tree.children.astype(np.int64), np.where(tree.is_leaf, leaves, -1).astype(np.int64)
+    )
+    used = sorted({key for node in build.keys for key in (node.far, node.near) if key})
+    place = {key: index for index, key in enumerate(used)}
+    found = [[place[key] if key else -1 for key in (node.far, node.near)] for node in build.keys]
+    transforms = np.tile(np.eye(4), (len(parts.object_of), 1, 1))
+    transforms[:, :3] = parts.scene.transforms[:, :3]
+    return TreeOutline(
+        options_of(options.chosen()), scene.names, parts.object_of,
+        Tree(tree.bounds, tree.children, spans, order), transforms,
+        np.array(found, dtype=np.int32),
+        np.array([build.summaries[key].error_bound for key in used], dtype=np.float64),
+        np.array([build.summaries[key].radius for key in used], dtype=np.float64),
+    ), used  # fmt: skip
 
 
 def load_occluder_tree(folder: str | Path) -> OccluderTree:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from simplifier.errors import MeshError, UnreadableMeshError
+from simplifier.errors import MeshError, OutputError, UnreadableMeshError
 from simplifier.geometry.occluder import Occluder
 from simplifier.hierarchy.node import hiding_radius
 from simplifier.hierarchy.node_plan import is_key
+from simplifier.hierarchy.packing import WeldedMesh
 from simplifier.io.files import read_bytes, remove_drafts, write_whole
 from simplifier.io.load import decode_occluder
 from simplifier.io.save import occluder_bytes
@@ -35,10 +37,14 @@ class Summary:
 
 @dataclass(frozen=True)
 class OccluderFile:
-    """What the file of an occluder is to hold, and what a tree has to know of it."""
+    """What the file of an occluder is to hold, and what a tree has to know of it.
+
+    ``mesh``  its triangles for ``scene.occs``; None where they do not fit that.
+    """
 
     data: bytes
     summary: Summary
+    mesh: WeldedMesh | None
 
     @classmethod
     def of(cls, occluder: Occluder) -> OccluderFile:
@@ -48,7 +54,11 @@ class OccluderFile:
         made the file.
         """
         data = occluder_bytes(occluder, _UNNAMED)
-        return cls(data, _summary(_decoded(data, _UNNAMED), data))
+        found = _decoded(data, _UNNAMED)
+        mesh = None
+        with suppress(OutputError):
+            mesh = WeldedMesh.of(found)
+        return cls(data, _summary(found, data), mesh)
 
 
 @dataclass(frozen=True)

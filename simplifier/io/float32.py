@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.errors import OutputError
+from simplifier.geometry.arrays import cross_products
 from simplifier.geometry.mesh import FloatArray
 
 Float32Array = NDArray[np.float32]
@@ -72,7 +73,7 @@ def unit_normals(corners: FloatArray) -> Float32Array:
     edges = corners[:, 1:] - corners[:, :1]
     longest = np.abs(edges).max(axis=(1, 2), initial=0.0, keepdims=True)
     edges = edges / np.where(longest > 0.0, longest, 1.0)  # areas must not underflow
-    normals = np.cross(edges[:, 0], edges[:, 1])
+    normals = cross_products(edges[:, 0], edges[:, 1])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     flat = lengths[:, 0] == 0.0
     normals = normals / np.where(lengths > 0.0, lengths, 1.0)

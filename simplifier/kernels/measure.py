@@ -153,3 +153,10 @@ def score_images(images):
     for view in range(images.shape[0]):
         score += measure_twice(images[view])
     return score
+
+
+@kernel("uint64[:, :], int64[:]")
+def score_each(images, scores):
+    """Twice the occlusion measure of each of (views, 64) uint64 images, as ``scores`` (views,)."""
+    for view in range(images.shape[0]):
+        scores[view] = measure_twice(images[view])

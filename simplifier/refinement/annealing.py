@@ -14,11 +14,11 @@ from simplifier.geometry.room import Room
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.annealing import anneal
 from simplifier.kernels.overhang import count_beside, widen
+from simplifier.kernels.pull import pull_triangles
 from simplifier.kernels.random_quads import full_areas
 from simplifier.kernels.soup_views import (
     FRONT_ROWS,
     FRONT_STEP,
-    all_contained,
     digit_count,
     draw_soup,
     draw_union,
@@ -117,33 +117,11 @@ def pull_each(triangles: FloatArray, room: Room) -> tuple[FloatArray, BoolArray]
 
     Returns them, (m, 3, 3), and which are in the room after that, (m,).
     """
-    triangles = np.array(triangles, dtype=np.float64)
-    inside = np.zeros(len(triangles), dtype=np.bool_)
+    drawn = np.array(triangles, dtype=np.float64, order="C")
+    inside = np.empty(len(drawn), dtype=np.bool_)
     steps = _SHIFTS * (room.shape[0] / room.layers.shape[0])
-    for pull in range(_PULLS + 1):
-        places = np.flatnonzero(~inside)
-        if len(places) == 0:
-            break
-        outside = triangles[places]
-        if pull > 0:
-            outside += _PULL * (outside.mean(axis=1, keepdims=True) - outside)
-            triangles[places] = outside
-        shifts = steps[:, None, None, None] * _unit_normals(outside)[:, None]
-        for moved in outside + shifts:
-            left = np.flatnonzero(~inside[places])
-            tried = np.ascontiguousarray(moved[left])
-            fits = np.zeros(len(left), dtype=np.bool_)
-            all_contained(tried, room.voxels, fits)
-            triangles[places[left[fits]]] = tried[fits]
-            inside[places[left[fits]]] = True
-    return triangles, inside
-
-
-def _unit_normals(triangles: FloatArray) -> FloatArray:
-    """(m, 3), 0 for those without an area."""
-    a, b, c = triangles.transpose(1, 0, 2)
-    normals = np.cross(b - a, c - a)
-    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1)[:, None], 1e-300))
+    pull_triangles(drawn, room.voxels, steps, _PULLS, _PULL, inside)
+    return drawn, inside
 
 
 class Annealing:

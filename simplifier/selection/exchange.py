@@ -51,7 +51,8 @@ def choose_by_gain(
             halt[0] = 1
             raise
 
-    bounds = candidates.full_gains(lambda share: tell(0.0))
+    watched = tell is not silent
+    bounds = candidates.full_gains((lambda share: tell(0.0)) if watched else silent)
 
     def search(begin: int, end: int) -> None:
         for index in range(begin, end):
@@ -62,7 +63,7 @@ def choose_by_gain(
                 exchanges, seed + index, halt, candidates.standing, bounds,
             )  # fmt: skip
 
-    run_chunks(search, len(_POWERS), tell=tell_or_halt)
+    run_chunks(search, len(_POWERS), tell=tell_or_halt if watched else silent)
     return max(found, key=lambda result: result[1])[0]
 
 

@@ -11,15 +11,22 @@ Solid -> projections: where the search looks from, and how its pictures are fram
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.device.device import PROCESSOR, Device
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.solid import BoolArray, Solid
-from simplifier.geometry.views import from_above, hemisphere_directions, image_axes
+from simplifier.geometry.views import (
+    from_above,
+    hemisphere_axes,
+    hemisphere_directions,
+    image_axes,
+)
 from simplifier.kernels.bit_image import SIZE
-from simplifier.kernels.measure import distance_sum, score_images
+from simplifier.kernels.measure import distance_sum, score_each
 from simplifier.kernels.threads import run_chunks
 from simplifier.options.stages import Options
 from simplifier.progress import TellShare, silent
@@ -47,7 +54,14 @@ def directional_measures(masks: BoolArray, pixel: float = 1.0) -> FloatArray:
 
 def bit_measure(image: NDArray[np.uint64], pixel: float = 1.0) -> float:
     """M(d) of one 64 x 64 bit image (64,) uint64 by equation (1), in cubes of ``pixel``'s unit."""
-    return float(score_images(image.reshape(1, SIZE))) / 2.0 * pixel**3
+    return bit_measures(image.reshape(1, SIZE), [pixel])[0]
+
+
+def bit_measures(images: NDArray[np.uint64], pixels: Sequence[float]) -> list[float]:
+    """:func:`bit_measure` of each of (n, 64) images with pixels of its own size."""
+    scores = np.empty(len(images), dtype=np.int64)
+    score_each(images, scores)
+    return [score / 2.0 * pixel**3 for score, pixel in zip(scores.tolist(), pixels, strict=True)]
 
 
 def silhouettes(
@@ -95,7 +109,8 @@ def search_projections(
     solid: Solid, options: Options, count: int, margin: float = 0.0
 ) -> FloatArray:
     """(count, 2, 4) maps from grid space, shifted by ``margin``, to 64 x 64 pictures."""
-    directions = hemisphere_directions(count)
+    axes = hemisphere_axes(count)
     if options.solid.viewers == "above":
-        directions = from_above(directions, "xyz".index(options.solid.up))
-    return fitted_projections(image_axes(directions), solid.filled.column_ends() + margin, _SEEN)
+        up = "xyz".index(options.solid.up)
+        axes = image_axes(from_above(hemisphere_directions(count), up))
+    return fitted_projections(axes, solid.filled.column_ends() + margin, _SEEN)

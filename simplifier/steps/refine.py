@@ -18,7 +18,7 @@ from simplifier.geometry.views import FRONT_DEPTH, BoundingSphere
 from simplifier.kernels.bit_image import SIZE
 from simplifier.kernels.threads import run_chunks
 from simplifier.options.stages import ERROR_VOXELS, Options
-from simplifier.progress import Best, Deadline, Stopwatch
+from simplifier.progress import Best, Deadline, Stopwatch, silent
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import MUCH, OUTLINE, FineViews, Judge, Outlines
@@ -172,7 +172,8 @@ def _moved(
         views = replace(views, depths=depths(views.projections, SIZE).rows_of_search())
     several = aims.decimated and deadline.left > _SEVERAL_SECONDS
     outlines = None
-    if solid.reach > 0 and (several or not deadline.limited):
+    follows = aims.overhang < 1.0 or aims.front < 1.0
+    if solid.reach > 0 and (several or (follows and not deadline.limited)):
         lines = search_projections(solid, options, _OUTLINES, margin)
         outlines = Outlines.of(*original, lines, drawn, depths(lines, _FRONT), device)
 
@@ -392,7 +393,8 @@ def _views(
                 raise _StoppedError
 
         device = open_device(options.device)
-        originals = silhouettes(*original, projections, keep_pace, device)
+        heard = silent if watch.is_alone and not deadline.limited else keep_pace
+        originals = silhouettes(*original, projections, heard, device)
         return RefineViews(projections, originals, by_hand)
 
     most = options.refine.views

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from simplifier.errors import MeshError
-from simplifier.geometry.arrays import face_array, vertex_array
+from simplifier.geometry.arrays import cross_products, face_array, vertex_array
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 FACES = np.array([[0, 1, 2], [0, 2, 3]])
@@ -120,3 +120,10 @@ def test_faces_that_name_no_vertex(faces, words):
 def test_nothing_at_all_has_no_rows(empty):
     assert vertex_array(empty, "").shape == (0, 3)
     assert face_array(empty, 0, "").shape == (0, 3)
+
+
+@pytest.mark.parametrize("count", [0, 1, 7])
+def test_cross_products_are_numpys_to_the_bit(count):
+    numbers = np.random.default_rng(2)
+    a, b = numbers.normal(size=(2, count, 3)) * 10.0 ** numbers.integers(-9, 9, (2, count, 3))
+    assert cross_products(a, b).tobytes() == np.cross(a, b).tobytes()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from simplifier.errors import EmptyMeshError
-from simplifier.geometry.mesh import DroppedTriangles, TriangleMesh
+from simplifier.geometry.mesh import DroppedTriangles, Reach, TriangleMesh
 
 SPHERE = np.arange(300).reshape(-1, 3)  # faces of the points below
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
@@ -183,6 +183,13 @@ def test_needles_from_one_point_are_kept():
     )
     mesh = TriangleMesh.from_soup(vertices, np.arange(90).reshape(-1, 3))
     assert mesh.dropped.total == 0
+
+
+@pytest.mark.parametrize("count", [3, 4, 57, 300])
+def test_the_middle_is_the_median(count):
+    points = sphere_points()[:count] * [1.0, 1e-9, 1e12]
+    middle = Reach.measure(points, SPHERE[: count // 3]).middle
+    assert np.array_equal(middle, np.median(points, axis=0))
 
 
 def test_counts_add_up():

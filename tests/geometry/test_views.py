@@ -11,6 +11,7 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.views import (
     BoundingSphere,
     from_above,
+    hemisphere_axes,
     hemisphere_directions,
     image_axes,
     random_directions,
@@ -68,6 +69,13 @@ def test_axes_are_orthonormal_and_right_handed(seed):
 def test_axes_near_the_pole(tilt, sign):
     directions = np.array([[np.sin(tilt), sign * np.cos(tilt), 0.0]])
     check_axes(directions, image_axes(directions))
+
+
+def test_axes_of_a_hemisphere_are_made_once_and_cannot_be_changed():
+    axes = hemisphere_axes(48)
+    assert np.array_equal(axes, image_axes(hemisphere_directions(48)))
+    assert hemisphere_axes(48) is axes
+    assert not axes.flags.writeable
 
 
 def test_v_is_up():

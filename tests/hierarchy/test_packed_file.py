@@ -5,15 +5,22 @@ from __future__ import annotations
 import zlib
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from simplifier.errors import OutputError
-from simplifier.hierarchy.packed_file import PACKED_FILE, current_packed, write_packed
+from simplifier.hierarchy.packed_file import (
+    PACKED_FILE,
+    current_packed,
+    known_meshes,
+    write_meshes,
+    write_packed,
+)
 from simplifier.hierarchy.packing import pack_tree
-from simplifier.hierarchy.scene_file import load_occluder_tree
+from simplifier.hierarchy.scene_file import load_occluder_tree, outline_of
 from simplifier.io.occs_file import load_packed_tree
 from tests.hierarchy.builds import built
-from tests.hierarchy.scenes import moved, street, with_object
+from tests.hierarchy.scenes import QUICK, moved, street, with_object
 from tests.io.test_occs_file import check_same
 
 
@@ -47,3 +54,53 @@ def test_where_it_cannot_be_written_none_is_left(tmp_path):
     with pytest.raises(OutputError):
         write_packed(tmp_path, far)
     assert not (tmp_path / PACKED_FILE).exists()
+
+
+def rewritten(scene, folder, known):
+    """What the command writes of a build, beside what the folder as it is read gives."""
+    build = built(scene, folder)
+    outline, keys = outline_of(scene, QUICK, build)
+    meshes = {**known, **build.meshes}
+    return (
+        write_meshes(folder, outline, [meshes[key] for key in keys]),
+        write_packed(folder, load_occluder_tree(folder)),
+        build,
+    )
+
+
+@pytest.mark.parametrize("options", [QUICK, replace(QUICK, conservative=True)])
+def test_what_is_built_is_not_read_again(tmp_path, options):
+    scene = street(4)
+    build = built(scene, tmp_path, options)
+    outline, keys = outline_of(scene, options, build)
+    data = write_meshes(tmp_path, outline, [build.meshes[key] for key in keys])
+    tree = load_occluder_tree(tmp_path)
+    assert data == write_packed(tmp_path, tree)
+    assert len(keys) == len(tree.occluders) > 0
+    assert np.array_equal(outline.errors(), tree.errors())
+
+
+def test_what_is_kept_is_taken_from_the_file_before(tmp_path):
+    first, second, build = rewritten(street(4), tmp_path, {})
+    assert first == second
+    known = known_meshes(tmp_path)
+    assert set(known) == {key for node in build.keys for key in (node.far, node.near) if key}
+    first, second, build = rewritten(
+        with_object(street(4), 1, transform=moved(40.0)), tmp_path, known
+    )
+    assert first == second
+    assert build.kept > 0
+    assert build.made > 0
+
+
+def test_nothing_is_taken_from_a_file_that_is_not_of_the_manifest(tmp_path):
+    assert known_meshes(tmp_path) == {}
+    built(street(4), tmp_path)
+    assert known_meshes(tmp_path) == {}
+    data = write_packed(tmp_path, load_occluder_tree(tmp_path))
+    (tmp_path / PACKED_FILE).write_bytes(data[:-1])
+    assert known_meshes(tmp_path) == {}
+    (tmp_path / PACKED_FILE).write_bytes(data)
+    assert known_meshes(tmp_path)
+    (tmp_path / "scene.json").write_bytes(b"{}")
+    assert known_meshes(tmp_path) == {}

@@ -124,10 +124,21 @@ def test_few_occluders_are_no_work_for_others(whole, folder):
     assert len(said) == 1
 
 
-@pytest.mark.parametrize("cut", [0, 1, -1], ids=["nothing", "a byte", "all but one"])
-def test_an_occluder_that_arrives_damaged_is_left_out(tmp_path, monkeypatch, cut):
+@pytest.mark.parametrize(
+    "damaged",
+    [
+        lambda answer: answer[:0],
+        lambda answer: answer[:1],
+        lambda answer: answer[:-1],
+        lambda answer: answer[:-1] + bytes([answer[-1] ^ 1]),
+        lambda answer: answer.replace(b'"mesh": [[', b'"mesh": [9, ['),
+        lambda answer: b"[]" + answer[answer.index(b"\n") :],
+    ],
+    ids=["nothing", "a byte", "all but one", "another bit", "no such mesh", "no such line"],
+)
+def test_an_occluder_that_arrives_damaged_is_left_out(tmp_path, monkeypatch, damaged):
     monkeypatch.setattr(building, "LEAST_IN_POOL", 1)
-    pool = InProcessPool(lambda place, answer: answer[:cut] if place == 3 else answer)
+    pool = InProcessPool(lambda place, answer: damaged(answer) if place == 3 else answer)
     build = built(STREET, tmp_path, pool=pool)
     assert len(build.warnings) == 1
     assert "its occluder arrived damaged" in build.warnings[0]

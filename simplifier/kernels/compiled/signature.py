@@ -8,6 +8,7 @@ looks at nothing of that by itself, so arguments are held against it at each cal
 from __future__ import annotations
 
 import ast
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,8 +23,25 @@ _NUMBERS = {
 }
 
 
+class _Part:
+    """What an argument, or a part of one, is to be."""
+
+    @cached_property
+    def fits(self) -> Callable[[object], bool]:
+        """Whether something is that.  One expression of Python for all of a kernel's arguments: to
+        go from part to part took as long as the smaller kernels."""
+        known: dict[str, object] = {"ndarray": np.ndarray}
+        source = self.source("given", known)
+        found: Callable[[object], bool] = eval(f"lambda given: {source}", known)
+        return found
+
+    def source(self, given: str, known: dict[str, object]) -> str:
+        """That as an expression, ``given`` being one too; what it names is added to ``known``."""
+        raise NotImplementedError
+
+
 @dataclass(frozen=True)
-class Number:
+class Number(_Part):
     """A scalar of that name."""
 
     name: str
@@ -32,19 +50,16 @@ class Number:
     def dtype(self) -> np.dtype[np.generic]:
         return np.dtype(self.name)
 
-    @cached_property
-    def _classes(self) -> tuple[type, ...]:
-        return _NUMBERS[self.name]
-
-    def fits(self, given: object) -> bool:
-        return isinstance(given, self._classes)
+    def source(self, given: str, known: dict[str, object]) -> str:
+        known[f"{self.name}_classes"] = _NUMBERS[self.name]
+        return f"isinstance({given}, {self.name}_classes)"
 
     def __str__(self) -> str:
         return self.name
 
 
 @dataclass(frozen=True)
-class Table:
+class Table(_Part):
     """An array of that dtype and as many axes."""
 
     name: str
@@ -54,12 +69,12 @@ class Table:
     def dtype(self) -> np.dtype[np.generic]:
         return np.dtype(self.name)
 
-    def fits(self, given: object) -> bool:
+    def source(self, given: str, known: dict[str, object]) -> str:
+        known[f"{self.name}_dtype"] = self.dtype
+        flags = _CONTIGUOUS_AND_ALIGNED
         return (
-            isinstance(given, np.ndarray)
-            and given.ndim == self.axes
-            and given.dtype == self.dtype
-            and given.flags.num & _CONTIGUOUS_AND_ALIGNED == _CONTIGUOUS_AND_ALIGNED
+            f"isinstance({given}, ndarray) and {given}.ndim == {self.axes}"
+            f" and {given}.dtype == {self.name}_dtype and {given}.flags.num & {flags} == {flags}"
         )
 
     def __str__(self) -> str:
@@ -67,17 +82,15 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Group:
+class Group(_Part):
     """A tuple of such parts."""
 
     parts: tuple[Number | Table | Group, ...]
 
-    def fits(self, given: object) -> bool:
-        return (
-            isinstance(given, tuple)
-            and len(given) == len(self.parts)
-            and all(part.fits(one) for part, one in zip(self.parts, given, strict=True))
-        )
+    def source(self, given: str, known: dict[str, object]) -> str:
+        parts = [part.source(f"{given}[{i}]", known) for i, part in enumerate(self.parts)]
+        whole = f"isinstance({given}, tuple) and len({given}) == {len(parts)}"
+        return " and ".join([whole, *parts])
 
     def __str__(self) -> str:
         return f"({', '.join(map(str, self.parts))})"

@@ -34,12 +34,18 @@ _FAR = 1e4  # pixels: up to there it does
 
 @dataclass(frozen=True)
 class EdgeTable:
-    """``edges`` (e, 4) int32: from, to, the triangle that it runs along, and the one on the other
-    side, along which it runs backwards; where there is none the number of triangles.
+    """A mesh with its edges.
 
-    ``open``  how many have none.
+    ``vertices``  (3, n) float64, no two with the same bits; ``faces`` (m, 3) int32.
+    ``planes``  (m, 4) float32 as :func:`fill_planes` fills them.
+    ``edges``   (e, 4) int32: from, to, the triangle that it runs along, and the one on the other
+                side, along which it runs backwards; where there is none the number of triangles.
+    ``open``    how many have none.
     """
 
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int32]
+    planes: NDArray[np.float32]
     edges: NDArray[np.int32]
     open: int
 
@@ -48,13 +54,39 @@ class EdgeTable:
         """Whether so few are open that counting them pays."""
         return self.open <= _OPEN_SHARE * len(self.edges)
 
+    @property
+    def sides(self) -> int:
+        """Ways to face that have to be drawn: of a closed mesh either shows all."""
+        return 2 if self.open else 1
+
 
 def edge_table(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> EdgeTable:
-    """Of ``vertices`` (3, n) and ``faces`` (m, 3); vertices at the same place count as one."""
+    """Of ``vertices`` (3, n) and ``faces`` (m, 3); vertices at the same place become one."""
+    points, joined = _joined(vertices, faces)
+    planes = np.empty((len(faces), 4), dtype=np.float32)
+    fill_planes(points, joined, planes)
+    edges, alone = _edges_of(joined)
+    return EdgeTable(points, joined, planes, edges, alone)
+
+
+def _joined(
+    vertices: NDArray[np.float64], faces: NDArray[np.int32]
+) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Of vertices with the same bits the first one alone, in the order that they had."""
+    first = _first_of_each(vertices)
+    kept = np.zeros(len(first), dtype=np.bool_)
+    kept[first] = True
+    if kept.all():
+        return vertices, faces
+    places = np.cumsum(kept, dtype=np.int32) - np.int32(1)
+    return np.ascontiguousarray(vertices[:, kept]), places[first][faces]
+
+
+def _edges_of(faces: NDArray[np.int32]) -> tuple[NDArray[np.int32], int]:
+    """Edges as :class:`EdgeTable` has them, and how many have one triangle: the last ones."""
     count = np.int32(len(faces))
-    joined = _first_of_each(vertices)[faces]
-    start = joined.T.ravel()
-    end = joined[:, [1, 2, 0]].T.ravel()
+    start = faces.T.ravel()
+    end = faces[:, [1, 2, 0]].T.ravel()
     keys = np.minimum(start, end).astype(np.int64) << 32 | np.maximum(start, end)
     order = np.argsort(keys)
     keys = keys[order]
@@ -73,10 +105,10 @@ def edge_table(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> EdgeT
     edges[:, 0], edges[:, 1], edges[:, 2] = start[there], end[there], there % count
     edges[: len(first), 3] = order[first + 1] % count
     edges[len(first) :, 3] = count
-    return EdgeTable(edges, len(there) - len(first))
+    return edges, len(there) - len(first)
 
 
-def _first_of_each(vertices: NDArray[np.float64]) -> NDArray[np.int32]:
+def _first_of_each(vertices: NDArray[np.float64]) -> NDArray[np.int64]:
     """(n,) for each vertex the first one with the same bits."""
     x, y, z = np.ascontiguousarray(vertices).view(np.uint64)
     mixed = x * np.uint64(0x9E3779B97F4A7C15)
@@ -87,13 +119,11 @@ def _first_of_each(vertices: NDArray[np.float64]) -> NDArray[np.int32]:
     joined = first[place]
     if not np.array_equal(vertices[:, joined], vertices):  # two places that are mixed alike
         joined = np.arange(vertices.shape[1])
-    return joined.astype(np.int32)
+    return np.asarray(joined, dtype=np.int64)
 
 
 def draw_by_contours(
     table: EdgeTable,
-    vertices: NDArray[np.float64],
-    faces: NDArray[np.int32],
     views: NDArray[np.float64],
     columns: int,
     masks: MaskArray,
@@ -101,22 +131,25 @@ def draw_by_contours(
 ) -> None:
     """Fill ``masks`` (V, rows, words), which are 0, as
     :func:`~simplifier.kernels.coverage.draw_views` does."""
-    planes = np.empty((len(faces), 4), dtype=np.float32)
-    fill_planes(vertices, faces, planes)
-    axes = np.empty((len(views), 4), dtype=np.float32)
-    axes[:, :3] = np.cross(views[:, 0, :3], views[:, 1, :3])
-    axes[:, 3] = np.linalg.norm(views[:, :, :3], axis=2).prod(axis=1)
-    sides = 2 if table.open else 1
-    batch = _SCRATCH // (4 * sides * (columns + 1) * masks.shape[1])
+    axes = sight_axes(views)
+    batch = _SCRATCH // (4 * table.sides * (columns + 1) * masks.shape[1])
     batch = min(max(batch, 1), _VIEWS)
 
     def draw(begin: int, end: int) -> None:
         draw_contours(
-            vertices, faces, table.edges, planes, axes, views, columns, sides, batch,
-            begin * batch, min(end * batch, len(views)), masks,
+            table.vertices, table.faces, table.edges, table.planes, axes, views, columns,
+            table.sides, batch, begin * batch, min(end * batch, len(views)), masks,
         )  # fmt: skip
 
     run_chunks(draw, -(-len(views) // batch), chunks_per_thread=8, tell=tell)
+
+
+def sight_axes(views: NDArray[np.float64]) -> NDArray[np.float32]:
+    """(V, 4): the normal of each view's plane, and the scale of its areas; ``views`` (V, 2, 4)."""
+    axes = np.empty((len(views), 4), dtype=np.float32)
+    axes[:, :3] = np.cross(views[:, 0, :3], views[:, 1, :3])
+    axes[:, 3] = np.linalg.norm(views[:, :, :3], axis=2).prod(axis=1)
+    return axes
 
 
 @kernel("float64[:, :], int32[:, :], float32[:, :]")
@@ -184,8 +217,7 @@ def count_edges(vertices, edges, bits, projections, sign, side, counts, unsure):
     """Count where the contour of the triangles that have a view's bit crosses rows, in each view.
 
     ``counts`` (V, sides, columns + 1, rows) int32 is added to, ``unsure`` (V,) set where rounding
-    matters.  Nothing is called with a part of an array: to count the references to it takes longer
-    than an edge does.
+    matters.
     """
     one = np.uint64(1)
     columns, rows = counts.shape[2] - 1, counts.shape[3]
@@ -274,9 +306,8 @@ def draw_contours(
 ):
     """Set the covered bits of ``masks[begin:end]``, ``batch`` views at a time, at most 64.
 
-    ``edges`` (e, 4) as in :class:`EdgeTable`, ``planes`` (m, 4) as :func:`fill_planes` fills them,
-    ``axes`` (V, 4) float32: the normal of each view's plane, and the scale of its areas.  ``sides``
-    is 1 for a mesh without open edges, else 2.
+    ``edges``, ``planes`` and ``sides`` are those of an :class:`EdgeTable`, ``axes`` (V, 4) those of
+    :func:`sight_axes`.
     """
     front, back = np.zeros(len(faces) + 1, np.uint64), np.zeros(len(faces) + 1, np.uint64)
     counts = np.zeros((batch, sides, columns + 1, masks.shape[1]), np.int32)
@@ -285,15 +316,18 @@ def draw_contours(
         last = min(first + batch, end)
         fill_sides(planes, axes[first:last], front, back)
         unsure[:] = False
-        _draw_batch(
+        draw_batch(
             vertices, faces, edges, front, back, projections[first:last], columns, counts, unsure,
             masks[first:last],
         )  # fmt: skip
 
 
 @inner_kernel
-def _draw_batch(vertices, faces, edges, front, back, views, columns, counts, unsure, masks):
-    """As :func:`draw_contours`, of as many views as bits of ``front`` and ``back`` tell of."""
+def draw_batch(vertices, faces, edges, front, back, views, columns, counts, unsure, masks):
+    """Set the covered bits of ``masks``, whose views ``front`` and ``back`` tell of, bit by bit.
+
+    ``counts`` (V, sides, columns + 1, rows) int32 is 0 before and after, ``unsure`` (V,) False.
+    """
     sides, rows = counts.shape[1], masks.shape[1]
     count_edges(vertices, edges, front, views, 1, 0, counts, unsure)
     if sides == 2:

@@ -36,6 +36,9 @@ LEAST_VIEWS = 64
 MOST_FACES = 1 << 21
 """Of a mesh that is: the table takes 130 bytes a triangle while it is made."""
 
+LEAST_AT_A_TIME, MOST_AT_A_TIME = 16, 32
+"""Views whose front is measured together: of more, scratch costs what words save."""
+
 _PIXELS_A_FACE = 32
 """At most, of a picture that is: what is counted by the pixel must not cost more than triangles."""
 

@@ -19,12 +19,10 @@ from numpy.typing import NDArray
 from simplifier.kernels.bit_image import popcount
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.contours import EdgeTable, count_edges, cover, fill_sides, sight_axes
-from simplifier.kernels.coverage import MaskArray, project
+from simplifier.kernels.coverage import LEAST_AT_A_TIME, MOST_AT_A_TIME, MaskArray, project
 from simplifier.kernels.front import draw_nearest, settle_face
 from simplifier.kernels.threads import run_chunks
 
-_VIEWS = 64  # at a time: a bit each
-_LEAST_VIEWS = 16  # of which the scratch always holds
 _SIDES = np.array([1, 2, 3, 4, 6, 8])  # pixels of a block: each at most twice the one before
 _STEPS = 65530.0  # of depth; a few more lie before and behind
 _LAST = 65535  # step
@@ -48,9 +46,9 @@ def count_front_by_contours(
     low, high = table.vertices.min(axis=1), table.vertices.max(axis=1)
     ball = np.append(0.5 * (low + high), 0.5 * np.linalg.norm(high - low))
     axes = sight_axes(views[:, :2])
-    # A word holds 64 views, but their limits and counts should not outgrow the mesh.
-    batch = 64 * len(table.faces) // (16 * image * image)
-    batch = min(max(batch, _LEAST_VIEWS), _VIEWS)
+    # Limits and counts should not outgrow the mesh, which is gone through once for all.
+    batch = 4 * len(table.faces) // (image * image)
+    batch = min(max(batch, LEAST_AT_A_TIME), MOST_AT_A_TIME)
     run_chunks(
         lambda begin, end: count_fronts(
             table.vertices, table.faces, table.edges, table.planes, axes, *others, views, ball,

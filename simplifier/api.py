@@ -14,6 +14,7 @@ from simplifier.accuracy.front import measure_front
 from simplifier.accuracy.overhang import measure_overhang
 from simplifier.checks import as_path, check_callable, check_cancel, check_kind
 from simplifier.device.choice import open_device
+from simplifier.device.remembering import remembering
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
@@ -124,7 +125,7 @@ def evaluate(
     watch = Stopwatch(listener, cancel)
     solid = solidify(mesh, stages.solid, watch, Overrides(viewers=overrides.viewers))
     with watch.stage("accuracy"):
-        device = open_device(chosen.device)
+        device = remembering(open_device(chosen.device))
         accuracy = evaluate_accuracy(
             mesh, occluder, passed_on(AccuracyOptions, chosen), device=device
         )

@@ -1,6 +1,7 @@
 """What the command line shows: progress, the report as a table, an error as one line.
 
-Progress, warnings and errors go to standard error, all else to standard output.
+Progress, warnings and errors go to standard error, all else to standard output.  What draws tables
+and bars is loaded when there is one to draw: most starts print a line.
 """
 
 from __future__ import annotations
@@ -12,21 +13,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from enum import Enum, auto
 from io import TextIOWrapper
-from typing import Any
-
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    ProgressColumn,
-    Task,
-    TextColumn,
-    TimeElapsedColumn,
-)
-from rich.progress import Progress as Bars
-from rich.table import Table
-from rich.text import Text
+from typing import TYPE_CHECKING, Any
 
 from simplifier.cli.progress_lines import ProgressLines
 from simplifier.progress import STAGES, Listener, Progress
@@ -40,6 +27,12 @@ from simplifier.wording import (
     seconds,
     verdict_words,
 )
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from simplifier.cli.bars import Bars
 
 _UNBROKEN = 1000  # columns
 
@@ -107,10 +100,23 @@ _NAMES = {
 }
 
 
+def _console(**settings: Any) -> Console:
+    from rich.console import Console
+
+    return Console(**settings)
+
+
+def _table(title: str, **settings: Any) -> Table:
+    from rich.table import Table
+    from rich.text import Text
+
+    return Table(title=Text(_printable(title)), title_justify="left", **settings)
+
+
 @contextmanager
 def progress_bar() -> Iterator[Listener]:
     """A bar on standard error that follows the stages; lines where that is not a terminal."""
-    console = Console(stderr=True)
+    console = _console(stderr=True)
     if not _tells_progress():
         yield lambda progress: None
         return
@@ -118,8 +124,9 @@ def progress_bar() -> Iterator[Listener]:
         lines = ProgressLines()
         yield lambda progress: lines.tell(lambda: _stage_words(progress))
         return
-    columns = (TextColumn("{task.description:<31}"), BarColumn(), _Figures())
-    with _shown(Bars(*columns, console=console, transient=True)) as bars:
+    from simplifier.cli.bars import stage_bars
+
+    with _shown(stage_bars(console)) as bars:
         task = bars.add_task("starting", total=len(STAGES), measure=None)
 
         def listen(progress: Progress) -> None:
@@ -138,19 +145,10 @@ def _stage_words(progress: Progress) -> str:
     return f"{which}{_NAMES[progress.stage]} {progress.share:4.0%}"
 
 
-class _Figures(ProgressColumn):
-    """Seconds since the start, and the occlusion measure when there is one."""
-
-    def render(self, task: Task) -> Text:
-        measure = task.fields["measure"]
-        shown = "" if measure is None else f"  measure {percent(measure)}"
-        return Text(f"{task.elapsed or 0.0:.1f} s{shown}")
-
-
 @contextmanager
 def run_bar(runs: int) -> Iterator[Callable[[int, str], None]]:
     """A bar on standard error that is told how many runs are done and what runs now."""
-    console = Console(stderr=True)
+    console = _console(stderr=True)
     if not _tells_progress():
         yield lambda done, name: None
         return
@@ -158,13 +156,9 @@ def run_bar(runs: int) -> Iterator[Callable[[int, str], None]]:
         lines = ProgressLines()
         yield lambda done, name: lines.tell(lambda: f"{done} of {runs}: {_printable(name)}")
         return
-    columns = (
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("{task.fields[name]}", markup=False),
-    )
-    with _shown(Bars(*columns, console=console, transient=True)) as bars:
+    from simplifier.cli.bars import run_bars
+
+    with _shown(run_bars(console)) as bars:
         task = bars.add_task("", total=runs, name="warming up")
 
         def tell(done: int, name: str) -> None:
@@ -176,7 +170,7 @@ def run_bar(runs: int) -> Iterator[Callable[[int, str], None]]:
 @contextmanager
 def count_bar(what: str) -> Iterator[Callable[[int, int], None]]:
     """A bar on standard error that is told how many of ``what`` are done, and of how many."""
-    console = Console(stderr=True)
+    console = _console(stderr=True)
     if not _tells_progress():
         yield lambda done, total: None
         return
@@ -184,8 +178,9 @@ def count_bar(what: str) -> Iterator[Callable[[int, int], None]]:
         lines = ProgressLines()
         yield lambda done, total: lines.tell(lambda: f"{what}: {done:,} of {total:,}")
         return
-    columns = (TextColumn(what), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with _shown(Bars(*columns, console=console, transient=True)) as bars:
+    from simplifier.cli.bars import count_bars
+
+    with _shown(count_bars(console, what)) as bars:
         task = bars.add_task("", total=None)
         yield lambda done, total: bars.update(task, completed=done, total=total)
 
@@ -231,13 +226,13 @@ def print_front(title: str, rows: Sequence[tuple[str, str, str, str, str]]) -> N
     """A Pareto front as a table on standard output: setting, time, recall, precision, overhang."""
     if not _prints_text():
         return
-    table = Table(title=Text(_printable(title)), title_justify="left")
+    table = _table(title)
     table.add_column("setting")
     for column in ("time", "recall", "precision", "overhang"):
         table.add_column(column, justify="right")
     for row in rows:
         table.add_row(*row)
-    Console(soft_wrap=True).print(table)
+    _console(soft_wrap=True).print(table)
 
 
 def print_text(line: str) -> None:
@@ -289,26 +284,28 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
     verdicts as numbers."""
     if not _prints_text():
         return
-    table = Table(title=Text(_printable(title)), title_justify="left")
+    table = _table(title)
     for place, column in enumerate(columns):
         number = 0 < place < len(columns) - 1 and column != "verdict"
         table.add_column(column, justify="right" if number else "left", overflow="fold")
+    from rich.text import Text
+
     for row in rows:
         table.add_row(*(Text(_printable(cell)) for cell in row))
     # Where no terminal would break long lines, in the log of a CI run, neither does the table.
-    console = Console()
-    Console(width=console.width if console.is_terminal else _UNBROKEN).print(table)
+    console = _console()
+    _console(width=console.width if console.is_terminal else _UNBROKEN).print(table)
 
 
 def print_rows(title: str, rows: Sequence[tuple[str, str]], warnings: Sequence[str] = ()) -> None:
     """Named values as a table on standard output, and warnings on standard error."""
     if _prints_text():
-        table = Table(title=Text(_printable(title)), show_header=False, title_justify="left")
+        table = _table(title, show_header=False)
         table.add_column(style="bold")
         table.add_column(justify="right")
         for label, value in rows:
             table.add_row(label, value)
-        Console(soft_wrap=True).print(table)
+        _console(soft_wrap=True).print(table)
     _print_warnings(warnings)
 
 
@@ -322,9 +319,9 @@ def _print_levels(report: dict[str, Any]) -> None:
     if not _prints_text():
         return
     # As narrow as a terminal: eight columns leave no room for lines between them.
-    table = Table(
-        title="levels of detail", title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0)
-    )
+    from rich.box import SIMPLE_HEAD
+
+    table = _table("levels of detail", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     names = (
         "level", "verdict", "triangles", "recall", "precision", "overhang", "error bound",
         "distance",
@@ -340,7 +337,7 @@ def _print_levels(report: dict[str, Any]) -> None:
             percent_at_most(level["overhang"]["share"]), length(level["error_bound"]),
             distance_range(level["level"], starts),
         )  # fmt: skip
-    Console(soft_wrap=True).print(table)
+    _console(soft_wrap=True).print(table)
     for one in report["left_out"]:
         print_text(f"left out: {one['resolution']:,} voxels: {one['reason']}")
 

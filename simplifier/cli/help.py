@@ -6,7 +6,6 @@ import inspect
 from collections.abc import Callable
 from typing import Any, TypeVar, get_args
 
-from rich.markup import escape
 from typer.core import TyperCommand
 
 from simplifier.options.fields import OptionGroup
@@ -49,6 +48,8 @@ def examples_of(command: Any) -> tuple[tuple[str, str], ...]:
 
 def help_settings(command: Any) -> dict[str, Any]:
     """What typer is told of a function that is a command."""
+    from rich.markup import escape  # which loads what draws text
+
     examples = examples_of(command)
     lines = ["Examples:"]
     for typed, what in examples:

@@ -114,6 +114,14 @@ class Catalogue(Mapping[str, Any]):
             return _from_outside(self._outside[name])
         return _command(name, own.load(name))
 
+    def listed(self, name: str) -> Any:
+        """What the help of ``occluder`` shows: a command without its options, which take a while
+        to make."""
+        own = OWN.get(name)
+        if own is not None:
+            return TyperCommand(name, help=own.help)
+        return _from_outside(self._outside[name], listed=True) if name in self._outside else None
+
     def __iter__(self) -> Iterator[str]:
         yield from OWN
         yield from self._outside
@@ -127,7 +135,8 @@ class Commands(TyperGroup):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
-        self.commands = cast(Any, Catalogue())
+        self._catalogue = Catalogue()
+        self.commands = cast(Any, self._catalogue)
         self._listed = False
 
     def list_commands(self, ctx: Any) -> list[str]:
@@ -139,10 +148,8 @@ class Commands(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """For the help, which shows the rest where one cannot be loaded."""
-        if self._listed and cmd_name in OWN:
-            return TyperCommand(cmd_name, help=OWN[cmd_name].help)
         try:
-            return self.commands.get(cmd_name)
+            return self._catalogue.listed(cmd_name) if self._listed else self.commands.get(cmd_name)
         except CommandError as error:
             print_line(f"warning: {error}")
             return None
@@ -160,9 +167,14 @@ class Commands(TyperGroup):
         return super().resolve_command(ctx, args)
 
 
-def _from_outside(place: EntryPoint) -> Any:
+def _from_outside(place: EntryPoint, *, listed: bool = False) -> Any:
     try:
-        return _command(place.name, place.load())
+        found = place.load()
+        if listed and not isinstance(found, typer.Typer):
+            return TyperCommand(place.name, help=help_settings(found)["help"])
+        if listed and isinstance(found.info.help, str):
+            return TyperCommand(place.name, help=found.info.help)
+        return _command(place.name, found)
     except Exception as error:
         package = place.dist.name if place.dist else place.module
         raise CommandError(

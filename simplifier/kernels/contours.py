@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import popcount
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
-from simplifier.kernels.coverage import MaskArray, crossing, draw_faces, lies_between, project
+from simplifier.kernels.coverage import MaskArray, draw_faces, lies_between, project
 from simplifier.kernels.threads import run_chunks
 from simplifier.progress import TellShare, silent
 
@@ -34,12 +34,18 @@ _FAR = 1e4  # pixels: up to there it does
 
 @dataclass(frozen=True)
 class EdgeTable:
-    """``edges`` (e, 4) int32: from, to, the triangle that it runs along, and the one on the other
-    side, along which it runs backwards; where there is none the number of triangles.
+    """A mesh with its edges.
 
-    ``open``  how many have none.
+    ``vertices``  (3, n) float64, no two with the same bits; ``faces`` (m, 3) int32.
+    ``planes``  (m, 4) float32 as :func:`fill_planes` fills them.
+    ``edges``   (e, 4) int32: from, to, the triangle that it runs along, and the one on the other
+                side, along which it runs backwards; where there is none the number of triangles.
+    ``open``    how many have none.
     """
 
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int32]
+    planes: NDArray[np.float32]
     edges: NDArray[np.int32]
     open: int
 
@@ -48,13 +54,39 @@ class EdgeTable:
         """Whether so few are open that counting them pays."""
         return self.open <= _OPEN_SHARE * len(self.edges)
 
+    @property
+    def sides(self) -> int:
+        """Ways to face that have to be drawn: of a closed mesh either shows all."""
+        return 2 if self.open else 1
+
 
 def edge_table(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> EdgeTable:
-    """Of ``vertices`` (3, n) and ``faces`` (m, 3); vertices at the same place count as one."""
+    """Of ``vertices`` (3, n) and ``faces`` (m, 3); vertices at the same place become one."""
+    points, joined = _joined(vertices, faces)
+    planes = np.empty((len(faces), 4), dtype=np.float32)
+    fill_planes(points, joined, planes)
+    edges, alone = _edges_of(joined)
+    return EdgeTable(points, joined, planes, edges, alone)
+
+
+def _joined(
+    vertices: NDArray[np.float64], faces: NDArray[np.int32]
+) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Of vertices with the same bits the first one alone, in the order that they had."""
+    first = _first_of_each(vertices)
+    kept = np.zeros(len(first), dtype=np.bool_)
+    kept[first] = True
+    if kept.all():
+        return vertices, faces
+    places = np.cumsum(kept, dtype=np.int32) - np.int32(1)
+    return np.ascontiguousarray(vertices[:, kept]), places[first][faces]
+
+
+def _edges_of(faces: NDArray[np.int32]) -> tuple[NDArray[np.int32], int]:
+    """Edges as :class:`EdgeTable` has them, and how many have one triangle: the last ones."""
     count = np.int32(len(faces))
-    joined = _first_of_each(vertices)[faces]
-    start = joined.T.ravel()
-    end = joined[:, [1, 2, 0]].T.ravel()
+    start = faces.T.ravel()
+    end = faces[:, [1, 2, 0]].T.ravel()
     keys = np.minimum(start, end).astype(np.int64) << 32 | np.maximum(start, end)
     order = np.argsort(keys)
     keys = keys[order]
@@ -73,10 +105,10 @@ def edge_table(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> EdgeT
     edges[:, 0], edges[:, 1], edges[:, 2] = start[there], end[there], there % count
     edges[: len(first), 3] = order[first + 1] % count
     edges[len(first) :, 3] = count
-    return EdgeTable(edges, len(there) - len(first))
+    return edges, len(there) - len(first)
 
 
-def _first_of_each(vertices: NDArray[np.float64]) -> NDArray[np.int32]:
+def _first_of_each(vertices: NDArray[np.float64]) -> NDArray[np.int64]:
     """(n,) for each vertex the first one with the same bits."""
     x, y, z = np.ascontiguousarray(vertices).view(np.uint64)
     mixed = x * np.uint64(0x9E3779B97F4A7C15)
@@ -87,13 +119,11 @@ def _first_of_each(vertices: NDArray[np.float64]) -> NDArray[np.int32]:
     joined = first[place]
     if not np.array_equal(vertices[:, joined], vertices):  # two places that are mixed alike
         joined = np.arange(vertices.shape[1])
-    return joined.astype(np.int32)
+    return np.asarray(joined, dtype=np.int64)
 
 
 def draw_by_contours(
     table: EdgeTable,
-    vertices: NDArray[np.float64],
-    faces: NDArray[np.int32],
     views: NDArray[np.float64],
     columns: int,
     masks: MaskArray,
@@ -101,24 +131,25 @@ def draw_by_contours(
 ) -> None:
     """Fill ``masks`` (V, rows, words), which are 0, as
     :func:`~simplifier.kernels.coverage.draw_views` does."""
-    planes = np.empty((len(faces), 4), dtype=np.float32)
-    fill_planes(vertices, faces, planes)
-    axes = np.empty((len(views), 4), dtype=np.float32)
-    axes[:, :3] = np.cross(views[:, 0, :3], views[:, 1, :3])
-    axes[:, 3] = np.linalg.norm(views[:, :, :3], axis=2).prod(axis=1)
-    sides = 2 if table.open else 1
-    batch = _SCRATCH // (4 * sides * (columns + 1) * masks.shape[1])
+    axes = sight_axes(views)
+    batch = _SCRATCH // (4 * table.sides * (columns + 1) * masks.shape[1])
     batch = min(max(batch, 1), _VIEWS)
 
     def draw(begin: int, end: int) -> None:
-        for first in range(begin * batch, min(end * batch, len(views)), batch):
-            last = min(first + batch, len(views))
-            draw_contours(
-                vertices, faces, table.edges, planes, axes, views, columns, sides, first, last,
-                masks,
-            )  # fmt: skip
+        draw_contours(
+            table.vertices, table.faces, table.edges, table.planes, axes, views, columns,
+            table.sides, batch, begin * batch, min(end * batch, len(views)), masks,
+        )  # fmt: skip
 
-    run_chunks(draw, -(-len(views) // batch), chunks_per_thread=32, tell=tell)
+    run_chunks(draw, -(-len(views) // batch), chunks_per_thread=8, tell=tell)
+
+
+def sight_axes(views: NDArray[np.float64]) -> NDArray[np.float32]:
+    """(V, 4): the normal of each view's plane, and the scale of its areas; ``views`` (V, 2, 4)."""
+    axes = np.empty((len(views), 4), dtype=np.float32)
+    axes[:, :3] = np.cross(views[:, 0, :3], views[:, 1, :3])
+    axes[:, 3] = np.linalg.norm(views[:, :, :3], axis=2).prod(axis=1)
+    return axes
 
 
 @kernel("float64[:, :], int32[:, :], float32[:, :]")
@@ -139,28 +170,32 @@ def fill_planes(vertices, faces, planes):
 
 
 @inner_kernel
-def _fill_sides(planes, axes, front, back):
+def fill_sides(planes, axes, front, back):
     """Fill bits of views: of those in which a triangle is wound one way, and of the other way."""
     one, none = np.uint64(1), np.uint64(0)
+    lines = np.empty((4, len(axes)), np.float32)
+    for view in range(len(axes)):
+        for axis in range(4):
+            lines[axis, view] = axes[view, axis]
     for face in range(len(planes)):
         a, b, c, least = planes[face, 0], planes[face, 1], planes[face, 2], planes[face, 3]
         here, there = none, none
-        for view in range(axes.shape[1]):
-            area = a * axes[0, view] + b * axes[1, view] + c * axes[2, view]
-            bound = least * axes[3, view]
+        for view in range(len(axes)):
+            area = a * lines[0, view] + b * lines[1, view] + c * lines[2, view]
+            bound = least * lines[3, view]
             here |= (one if area > bound else none) << np.uint64(view)
             there |= (one if area < -bound else none) << np.uint64(view)
         front[face], back[face] = here, there
 
 
 @inline_kernel
-def _along(projection, axis, vertices, vertex):
+def _along(projections, view, axis, x, y, z):
     """A coordinate of the image, bit for bit as :func:`~simplifier.kernels.coverage.project`."""
     return (
-        projection[axis, 0] * vertices[0, vertex]
-        + projection[axis, 1] * vertices[1, vertex]
-        + projection[axis, 2] * vertices[2, vertex]
-        + (projection[axis, 3] - 0.5)
+        projections[view, axis, 0] * x
+        + projections[view, axis, 1] * y
+        + projections[view, axis, 2] * z
+        + (projections[view, axis, 3] - 0.5)
     )
 
 
@@ -178,53 +213,51 @@ def _on_centre(x, y):
 
 
 @inner_kernel
-def _count_crossings(vertices, edge, projection, points, sign, columns, counts):
-    """Add to ``counts`` (columns + 1, rows) where an edge enters or leaves rows; whether rounding
-    matters.  ``points`` is scratch (2, 2)."""
-    rows = counts.shape[1]
-    points[0, 1] = _along(projection, 1, vertices, edge[0])
-    points[1, 1] = _along(projection, 1, vertices, edge[1])
-    begin, end = _cell(points[0, 1], rows), _cell(points[1, 1], rows)
-    if begin == end:
-        return False
-    points[0, 0] = _along(projection, 0, vertices, edge[0])
-    points[1, 0] = _along(projection, 0, vertices, edge[1])
-    low, high = 0, 1
-    if begin < end:
-        sign = -sign
-    else:
-        begin, end, low, high = end, begin, 1, 0
-    for row in range(begin, end):
-        counts[_cell(crossing(points, low, high, row), columns), row] += sign
-    return _on_centre(points[0, 0], points[0, 1]) | _on_centre(points[1, 0], points[1, 1])
+def count_edges(vertices, edges, bits, projections, sign, side, counts, unsure):
+    """Count where the contour of the triangles that have a view's bit crosses rows, in each view.
 
-
-@inner_kernel
-def _count_edges(vertices, edges, bits, projections, sign, side, counts, unsure):
-    """Count the contour of the triangles that have a view's bit, in each view.
-
-    ``counts`` (V, sides, columns + 1, rows) int32, ``unsure`` (V,) where rounding matters.
+    ``counts`` (V, sides, columns + 1, rows) int32 is added to, ``unsure`` (V,) set where rounding
+    matters.
     """
     one = np.uint64(1)
-    columns = counts.shape[2] - 1
-    points = np.empty((2, 2))
+    columns, rows = counts.shape[2] - 1, counts.shape[3]
     for place in range(len(edges)):
         own = bits[edges[place, 2]]
         waiting = own ^ bits[edges[place, 3]]
+        if waiting == 0:
+            continue
+        i, j = edges[place, 0], edges[place, 1]
+        ax, ay, az = vertices[0, i], vertices[1, i], vertices[2, i]
+        bx, by, bz = vertices[0, j], vertices[1, j], vertices[2, j]
         while waiting != 0:
             lowest = waiting & (~waiting + one)
             waiting ^= lowest
             view = np.int64(popcount(lowest - one))
+            low_y = _along(projections, view, 1, ax, ay, az)
+            high_y = _along(projections, view, 1, bx, by, bz)
+            begin, end = _cell(low_y, rows), _cell(high_y, rows)
+            if begin == end:
+                continue
+            low_x = _along(projections, view, 0, ax, ay, az)
+            high_x = _along(projections, view, 0, bx, by, bz)
+            unsure[view] |= _on_centre(low_x, low_y) | _on_centre(high_x, high_y)
             turned = np.int32(sign) if own & lowest != 0 else np.int32(-sign)
-            unsure[view] |= _count_crossings(
-                vertices, edges[place], projections[view], points, turned, columns,
-                counts[view, side],
-            )  # fmt: skip
+            if begin < end:
+                turned = -turned
+            else:
+                begin, end = end, begin
+                low_x, low_y, high_x, high_y = high_x, high_y, low_x, low_y
+            for row in range(begin, end):
+                x = low_x + (row - low_y) / (high_y - low_y) * (high_x - low_x)
+                counts[view, side, _cell(x, columns), row] += turned
 
 
 @inner_kernel
-def _cover(counts, columns, mask):
-    """Set the pixels of which a sum of crossings, from the left, is more than none."""
+def cover(counts, columns, mask):
+    """Set the pixels of which a sum of crossings, from the left, is more than none.
+
+    Leaves ``counts`` 0 as it came: it is at hand here, and clearing it later takes as long.
+    """
     rows = mask.shape[0]
     inside, bits = np.zeros(rows, np.int32), np.empty(rows, np.uint32)
     for half in range((columns + 31) // 32):
@@ -233,9 +266,11 @@ def _cover(counts, columns, mask):
             line = counts[32 * half + place]
             for row in range(rows):
                 inside[row] += line[row]
+                line[row] = 0
                 bits[row] |= np.uint32(inside[row] > 0) << np.uint32(place)
         for row in range(rows):
             mask[row, half >> 1] |= np.uint64(bits[row]) << np.uint64(32 * (half & 1))
+    counts[columns] = 0  # right of the picture
 
 
 @inner_kernel
@@ -264,39 +299,49 @@ def _draw_edge_on(vertices, faces, front, back, projections, columns, masks):
 
 @kernel(
     "float64[:, :], int32[:, :], int32[:, :], float32[:, :], float32[:, :], float64[:, :, :], "
-    "int64, int64, int64, int64, uint64[:, :, :]"
+    "int64, int64, int64, int64, int64, uint64[:, :, :]"
 )
 def draw_contours(
-    vertices, faces, edges, planes, axes, projections, columns, sides, begin, end, masks
+    vertices, faces, edges, planes, axes, projections, columns, sides, batch, begin, end, masks
 ):
-    """Set the covered bits of ``masks[begin:end]``, at most 64 views.
+    """Set the covered bits of ``masks[begin:end]``, ``batch`` views at a time, at most 64.
 
-    ``edges`` (e, 4) as in :class:`EdgeTable`, ``planes`` (m, 4) as :func:`fill_planes` fills them,
-    ``axes`` (V, 4) float32: the normal of each view's plane, and the scale of its areas.  ``sides``
-    is 1 for a mesh without open edges, else 2.
+    ``edges``, ``planes`` and ``sides`` are those of an :class:`EdgeTable`, ``axes`` (V, 4) those of
+    :func:`sight_axes`.
     """
-    rows, count = masks.shape[1], end - begin
-    lines = np.empty((4, count), np.float32)
-    for view in range(count):
-        for axis in range(4):
-            lines[axis, view] = axes[begin + view, axis]
     front, back = np.zeros(len(faces) + 1, np.uint64), np.zeros(len(faces) + 1, np.uint64)
-    _fill_sides(planes, lines, front, back)
-    views = projections[begin:end]
-    counts = np.zeros((count, sides, columns + 1, rows), np.int32)
-    unsure = np.zeros(count, np.bool_)
-    _count_edges(vertices, edges, front, views, 1, 0, counts, unsure)
+    counts = np.zeros((batch, sides, columns + 1, masks.shape[1]), np.int32)
+    unsure = np.empty(batch, np.bool_)
+    for first in range(begin, end, batch):
+        last = min(first + batch, end)
+        fill_sides(planes, axes[first:last], front, back)
+        unsure[:] = False
+        draw_batch(
+            vertices, faces, edges, front, back, projections[first:last], columns, counts, unsure,
+            masks[first:last],
+        )  # fmt: skip
+
+
+@inner_kernel
+def draw_batch(vertices, faces, edges, front, back, views, columns, counts, unsure, masks):
+    """Set the covered bits of ``masks``, whose views ``front`` and ``back`` tell of, bit by bit.
+
+    ``counts`` (V, sides, columns + 1, rows) int32 is 0 before and after, ``unsure`` (V,) False.
+    """
+    sides, rows = counts.shape[1], masks.shape[1]
+    count_edges(vertices, edges, front, views, 1, 0, counts, unsure)
     if sides == 2:
-        _count_edges(vertices, edges, back, views, -1, 1, counts, unsure)
-    for view in range(count):
-        if not unsure[view]:
-            for side in range(sides):
-                _cover(counts[view, side], columns, masks[begin + view])
-    _draw_edge_on(vertices, faces, front, back, views, columns, masks[begin:end])
+        count_edges(vertices, edges, back, views, -1, 1, counts, unsure)
+    for view in range(len(views)):
+        for side in range(sides):
+            cover(counts[view, side], columns, masks[view])
+        if unsure[view]:
+            masks[view] = 0
+    _draw_edge_on(vertices, faces, front, back, views, columns, masks)
     if unsure.any():
         points = np.empty((vertices.shape[1], 2))
         cells = np.empty(vertices.shape[1], np.uint32)
-        for view in range(count):
+        for view in range(len(views)):
             if unsure[view]:
                 project(vertices, views[view], rows, columns, points, cells)
-                draw_faces(points, cells, faces, columns, masks[begin + view])
+                draw_faces(points, cells, faces, columns, masks[view])

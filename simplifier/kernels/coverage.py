@@ -11,7 +11,7 @@ rounding (some 1e-12 pixels) may fall on either side of it, but on one side only
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ from numpy.typing import NDArray
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.threads import run_chunks
 from simplifier.progress import TellShare, silent
+
+if TYPE_CHECKING:
+    from simplifier.kernels.contours import EdgeTable
 
 MaskArray = NDArray[np.uint64]
 
@@ -33,11 +36,30 @@ LEAST_VIEWS = 64
 MOST_FACES = 1 << 21
 """Of a mesh that is: the table takes 130 bytes a triangle while it is made."""
 
+LEAST_AT_A_TIME, MOST_AT_A_TIME = 16, 32
+"""Views whose front is measured together: of more, scratch costs what words save."""
+
 _PIXELS_A_FACE = 32
 """At most, of a picture that is: what is counted by the pixel must not cost more than triangles."""
 
 LARGEST_VALUE = 1e100
 """Of coordinates and projections: crossings then never overflow, so no span leaves its row."""
+
+
+class Known(Protocol):
+    """What was found out of a mesh, ``vertices`` (3, n) and ``faces`` (m, 3), drawn before."""
+
+    def table_of(self, vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> EdgeTable:
+        """:func:`~simplifier.kernels.contours.edge_table` of it."""
+
+    def masks_of(
+        self,
+        vertices: NDArray[np.float64],
+        faces: NDArray[np.int32],
+        projections: NDArray[np.float64],
+        image: int,
+    ) -> MaskArray | None:
+        """Its silhouettes, ``image`` pixels a side, if they are known."""
 
 
 def coverage_masks(
@@ -47,6 +69,7 @@ def coverage_masks(
     rows: int,
     columns: int,
     tell: TellShare = silent,
+    known: Known | None = None,
 ) -> MaskArray:
     """Coverage masks: (V, rows, ceil(columns / 64)) uint64.
 
@@ -55,6 +78,7 @@ def coverage_masks(
     ``projections``  (V, 2, 4): a view's [x, y] in pixels is A p + b with A the first three columns
                      and b the last; what falls outside of the image is clipped.
     ``tell``         hears the share of the views that are drawn.
+    ``known``        of the mesh, where something is.
 
     Bit c % 64 of word c // 64 of a row is pixel column c; bits past the last column are 0.  Raises
     ValueError for wrong shapes, indices out of range, values that are not finite or too large,
@@ -68,9 +92,9 @@ def coverage_masks(
         # Here, not above: it is built on this file, and small meshes need not load it.
         from simplifier.kernels.contours import draw_by_contours, edge_table
 
-        table = edge_table(points, indices)
+        table = edge_table(points, indices) if known is None else known.table_of(points, indices)
         if table.worth_it:
-            draw_by_contours(table, points, indices, views, columns, masks, tell)
+            draw_by_contours(table, views, columns, masks, tell)
             return masks
     run_chunks(
         lambda begin, end: draw_views(points, indices, views, columns, begin, end, masks),

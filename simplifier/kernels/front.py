@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 from simplifier.kernels.bit_image import popcount
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.coverage import (
+    Known,
     box_columns,
+    by_contours,
     drawable,
     lies_between,
     project,
@@ -34,6 +36,7 @@ def front_pixels(
     projections: NDArray[np.float64],
     image: int,
     threshold: float,
+    known: Known | None = None,
 ) -> NDArray[np.int64]:
     """(V, 2) int64: pixels that the mesh covers, and those of them that the occluder stands before.
 
@@ -42,12 +45,29 @@ def front_pixels(
                      b the last: x and y in pixels, the depth rising away from the viewer.
     ``image``        pixels a side; what falls outside is clipped.
     ``threshold``    units of depth: the occluder's nearest surface has to be nearer by more.
+    ``known``        of the mesh, where something is.
 
     Raises ValueError as :func:`~simplifier.kernels.coverage.coverage_masks` does.
     """
     points, faces, views = drawable(*mesh, projections, (3, image, image))
     other_points, other_faces, _ = drawable(*occluder, projections, (3, image, image))
     pixels = np.zeros((len(views), 2), dtype=np.int64)
+    if by_contours(len(faces), len(views), image * image):
+        # Here, not above: they are built on this file, and small meshes need not load them.
+        from simplifier.kernels.contours import draw_by_contours, edge_table
+        from simplifier.kernels.front_contours import count_front_by_contours
+
+        table = edge_table(points, faces) if known is None else known.table_of(points, faces)
+        if table.worth_it:
+            flat = np.ascontiguousarray(views[:, :2])
+            shown = None if known is None else known.masks_of(points, faces, flat, image)
+            if shown is None:
+                shown = np.zeros((len(views), image, (image + 63) >> 6), dtype=np.uint64)
+                draw_by_contours(table, flat, image, shown)
+            count_front_by_contours(
+                table, shown, (other_points, other_faces), views, image, threshold, pixels
+            )
+            return pixels
     run_chunks(
         lambda begin, end: count_front(
             points, faces, other_points, other_faces, views, image, threshold, begin, end, pixels
@@ -264,46 +284,52 @@ def _draw_mesh(vertices, faces, points, cells, away, limits, hidden, waiting, se
 
     What is both seen and waiting in the end lies behind the occluder by more than the threshold.
     """
-    columns = limits.shape[1]
     depths = np.empty(3)
     for face in range(faces.shape[0]):
-        i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
-        p, q, r = cells[i], cells[j], cells[k]
-        if lies_between(p, q, r):
-            continue
-        box_word, box = box_columns(p, q, r)
-        bottom, bend, top, low, middle, high = rows_of(p, q, r, i, j, k)
-        known = False
-        for row in range(bottom, top):
-            if box != 0 and (waiting[row, box_word] & box) == 0:
-                continue
-            if not known:
-                _fill_depths(vertices, away, low, middle, high, depths)
-                known = True
-            x0, z0, x1, z1 = _ends(points, low, middle, high, depths, row, bend)
-            first, last = _columns(x0, x1, columns)
-            if first <= last:
-                _settle(
-                    x0, z0, x1, z1, first, last, limits[row], hidden[row], waiting[row], seen[row]
-                )
+        settle_face(
+            vertices, points, cells, away, depths, faces[face, 0], faces[face, 1], faces[face, 2],
+            limits, hidden, waiting, seen,
+        )  # fmt: skip
 
 
 @inline_kernel
-def _settle(x0, z0, x1, z1, first, last, limits, hidden, waiting, seen):
+def settle_face(vertices, points, cells, away, depths, i, j, k, limits, hidden, waiting, seen):
+    """Draw the triangle of vertices ``i``, ``j`` and ``k``; ``depths`` (3,) is scratch."""
+    p, q, r = cells[i], cells[j], cells[k]
+    if lies_between(p, q, r):
+        return
+    box_word, box = box_columns(p, q, r)
+    bottom, bend, top, low, middle, high = rows_of(p, q, r, i, j, k)
+    known = False
+    for row in range(bottom, top):
+        if box != 0 and (waiting[row, box_word] & box) == 0:
+            continue
+        if not known:
+            _fill_depths(vertices, away, low, middle, high, depths)
+            known = True
+        x0, z0, x1, z1 = _ends(points, low, middle, high, depths, row, bend)
+        first, last = _columns(x0, x1, limits.shape[1])
+        if first <= last:
+            _settle(x0, z0, x1, z1, row, first, last, limits, hidden, waiting, seen)
+
+
+@inline_kernel
+def _settle(x0, z0, x1, z1, row, first, last, limits, hidden, waiting, seen):
     """Of one row the columns ``first`` to ``last`` of a triangle."""
     slope = _slope(x0, z0, x1, z1)
     for word in range(first >> 6, (last >> 6) + 1):
         begin, end = max(first - 64 * word, 0), min(last - 64 * word, 63)
         span = run_of_ones(begin, end - begin + 1)
-        seen[word] |= span
-        asked = waiting[word] & span
-        waiting[word] &= ~(span & ~hidden[word])
-        asked &= hidden[word]
-        for place in range(begin, end + 1):
-            if asked == 0:
-                break
-            one = np.uint64(1) << np.uint64(place)
-            if asked & one:
-                asked ^= one
-                if z0 + (64 * word + place - x0) * slope <= limits[64 * word + place]:
-                    waiting[word] ^= one
+        seen[row, word] |= span
+        asked = waiting[row, word] & span
+        if asked == 0:
+            continue
+        waiting[row, word] &= ~(span & ~hidden[row, word])
+        asked &= hidden[row, word]
+        one = np.uint64(1)
+        while asked != 0:
+            lowest = asked & (~asked + one)
+            asked ^= lowest
+            column = 64 * word + np.int64(popcount(lowest - one))
+            if z0 + (column - x0) * slope <= limits[row, column]:
+                waiting[row, word] ^= lowest

@@ -12,6 +12,8 @@ from simplifier.kernels.bit_image import popcount
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.random_quads import bit
 
+_ASIDE = 32  # columns: nearly all that lies beside is nearer than that
+
 
 @inline_kernel
 def _around(mask, row, word):
@@ -43,9 +45,11 @@ def _count_view(original, shown, over):
     there, beside = np.uint64(0), np.uint64(0)
     for row in range(original.shape[0]):
         for word in range(original.shape[1]):
-            over[row, word] = shown[row, word] & ~_near(original, row, word)
             there += popcount(original[row, word])
-            beside += popcount(over[row, word])
+            over[row, word] = shown[row, word] & ~original[row, word]
+            if over[row, word] != 0:
+                over[row, word] &= ~_near(original, row, word)
+                beside += popcount(over[row, word])
     return np.int64(there), np.int64(beside)
 
 
@@ -141,6 +145,43 @@ def _fill_distances(heights, row, columns, ends, distances):
         distances[column] = aside * aside + height * height
 
 
+@inline_kernel
+def _look_aside(heights, row, column, most):
+    """The squared distance of a pixel to the nearest of the mask, or -1 where that is not found
+    among the columns nearby; if it is no more than ``most``, anything that is not."""
+    width = heights.shape[1]
+    nearest = np.int64(heights[row, column]) ** 2
+    for aside in range(1, _ASIDE + 1):
+        if nearest <= most or aside * aside >= nearest:
+            return nearest
+        left, right = (
+            np.int64(heights[row, max(column - aside, 0)]),
+            np.int64(heights[row, min(column + aside, width - 1)]),
+        )
+        nearest = min(nearest, aside * aside + min(left, right) ** 2)
+    return np.int64(-1)
+
+
+@inner_kernel
+def _farthest_of_row(heights, over, row, most, columns, ends, distances):
+    """The largest squared distance of a row's pixels of ``over``, if it is more than ``most``."""
+    one = np.uint64(1)
+    whole = False
+    for word in range(over.shape[1]):
+        waiting = over[row, word]
+        while waiting != 0:
+            lowest = waiting & (~waiting + one)
+            waiting ^= lowest
+            column = 64 * word + np.int64(popcount(lowest - one))
+            if not whole:
+                found = _look_aside(heights, row, column, most)
+                whole = found < 0
+                if whole:
+                    _fill_distances(heights, row, columns, ends, distances)
+            most = max(most, distances[column] if whole else found)
+    return most
+
+
 @kernel("uint64[:, :, :], uint64[:, :, :], int64, int64, int64, int64[:, :], int64[:]")
 def count_overhang(originals, hidden, width, begin, end, pixels, farthest):
     """Fill views ``begin`` to ``end`` of ``width`` columns.
@@ -165,16 +206,6 @@ def count_overhang(originals, hidden, width, begin, end, pixels, farthest):
         elif beside > 0:
             _fill_heights(original, heights)
             for row in range(rows):
-                # No pixel is further away than the nearest one in its own column.
-                bound = np.int64(0)
-                for column in range(width):
-                    if bit(over, row, column) != 0:
-                        bound = max(bound, np.int64(heights[row, column]) ** 2)
-                if bound <= most:
-                    continue
-                _fill_distances(heights, row, columns, ends, distances)
-                for column in range(width):
-                    if bit(over, row, column) != 0:
-                        most = max(most, distances[column])
+                most = _farthest_of_row(heights, over, row, most, columns, ends, distances)
         pixels[view, 0], pixels[view, 1] = there, beside
         farthest[view] = most

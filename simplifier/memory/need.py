@@ -12,7 +12,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from simplifier.kernels.coverage import LEAST_VIEWS, MOST_FACES
+from simplifier.kernels.coverage import (
+    LEAST_AT_A_TIME,
+    LEAST_VIEWS,
+    MOST_AT_A_TIME,
+    MOST_FACES,
+)
 from simplifier.kernels.sight import picture_size
 from simplifier.kernels.threads import thread_count
 from simplifier.options.simplify import LITTLE_OVERHANG
@@ -67,6 +72,7 @@ Shape = tuple[int, int, int]
 _VERTEX = 24  # three float64
 _FACE = 12  # three int32
 _TABLE_FACE = 150  # its three edges while they are sorted; then less, with its plane and sides
+_KEPT_FACE = 52  # three halves of an edge, its plane, its corners
 _CONTOUR_COUNTS = 16 * MIB
 _READ_FACE = 24  # three int64, as codecs give them
 _BLOCK = 40 * MIB  # of triangles that are checked at once, with their corners and edges
@@ -77,6 +83,8 @@ _CRACKS = 2 * 28 * MIB  # where the vertices of 192 cells a side begin, and who 
 _DRAWING = 100 * MIB  # matplotlib, OpenCV and fonts; six views of 1024 x 1024 pixels
 _MASKS = 64 * MIB  # of views that are held at once; at least four
 _MASK_VIEWS = 4
+_MASKS_KEPT = 16 * MIB  # at most, of one size
+_FRONT_IMAGE = 256  # pixels a side
 _REPORT_VIEWS, _REPORT_IMAGE = 64, 128  # of the occlusion measure
 _OVERHANG_IMAGE = 514  # pixels a side, where the occluder stays within the mesh's sphere
 _VIEWING_TRIANGLES = 300_000  # meshes of more are thinned to be looked at
@@ -271,12 +279,26 @@ def quads(count: int, image: int, occluders: int) -> int:
 
 
 def overhang(size: MeshSize, count: int, occluders: int) -> int:
-    """Larger views, and of each thread how far each pixel is from the mesh's (int32).
-
-    What the front takes is less: a quarter of the pixels, and of each thread a depth (float64).
-    """
+    """Larger views, and of each thread how far each pixel is from the mesh's (int32)."""
     heights = min(thread_count(), count) * 4 * _OVERHANG_IMAGE**2
     return views(size, count, _OVERHANG_IMAGE, occluders) + heights
+
+
+def front(size: MeshSize, count: int, occluders: int) -> int:
+    """The mesh by axis, and in many views its copy and table of edges that a report keeps, with
+    silhouettes in two sizes.
+
+    Of each thread vertices on the screen; in many views also the words of triangles, and of some
+    views at a time depths (float64), counts of two sides (int32) and two bits a triangle.
+    """
+    drawn = 2 * _VERTEX * size.vertices + _FACE * size.triangles
+    own = (16 + 4 + 8) * size.vertices + 8 * _FRONT_IMAGE**2
+    if count >= LEAST_VIEWS:
+        fine = min(size.triangles, MOST_FACES)
+        drawn += _VERTEX * size.vertices + _KEPT_FACE * fine + 2 * _MASKS_KEPT
+        some = min(max(4 * fine // _FRONT_IMAGE**2, LEAST_AT_A_TIME), MOST_AT_A_TIME)
+        own += 16 * fine + some * (fine // 4 + (8 + 2 * 4) * _FRONT_IMAGE**2)
+    return drawn + min(thread_count(), count) * own + _masks(count, _FRONT_IMAGE, occluders)
 
 
 def _masks(count: int, image: int, occluders: int) -> int:

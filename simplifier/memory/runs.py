@@ -57,7 +57,8 @@ def seeing(size: MeshSize, how: Judging) -> MemoryNeed:
     drawing = stages.views(size, how.views, how.image, how.levels)
     counting = stages.quads(how.views, how.image, how.levels)
     beside = stages.overhang(size, how.views, how.levels)
-    return MemoryNeed({"accuracy": max(drawing, counting, beside)}).beside(size.held)
+    before = stages.front(size, how.views, how.levels)
+    return MemoryNeed({"accuracy": max(drawing, counting, beside, before)}).beside(size.held)
 
 
 def judging(size: MeshSize, shape: Shape, options: Options, how: Judging) -> MemoryNeed:

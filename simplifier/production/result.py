@@ -16,6 +16,7 @@ from simplifier.accuracy.front import measure_front
 from simplifier.accuracy.overhang import Overhang, measure_overhangs
 from simplifier.accuracy.verdict import Aim, Aims, EngineVerdict, verdict_on
 from simplifier.device.choice import open_device
+from simplifier.device.remembering import remembering
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Level, LodChain, Occluder
@@ -107,7 +108,7 @@ class SimplifyResult:
 
     def measure(self, listener: Listener | None = None) -> MeasuredResult:
         """Precision, recall, overhang and a verdict, of every level."""
-        watch, device = Stopwatch(listener), open_device(self.options.device)
+        watch, device = Stopwatch(listener), remembering(open_device(self.options.device))
         with watch.stage("accuracy"):
             chain = self._chain()
             occluders = [level.occluder for level in chain.levels]

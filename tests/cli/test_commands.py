@@ -177,6 +177,15 @@ def test_the_list_loads_none_of_them():
     assert done.stdout.endswith("False\n")
 
 
+def test_a_line_needs_nothing_that_draws_tables():
+    code = "import sys; from simplifier.cli.main import main; sys.argv[1:] = ['--version']\n" \
+           "try: main()\nfinally: print('rich.console' in sys.modules)"  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment(), capture_output=True, text=True, check=True
+    )
+    assert done.stdout.endswith("False\n")
+
+
 @pytest.mark.parametrize("name", sorted(OWN))
 def test_every_own_command_can_be_quiet(name):
     found = typer.main.get_command(app).get_command(None, name)

@@ -21,7 +21,7 @@ def both(mesh, projections, rows, columns):
     )  # fmt: skip
     masks = [np.zeros((len(views), rows, -(-columns // 64)), np.uint64) for _ in range(2)]
     table = edge_table(points, faces)
-    draw_by_contours(table, points, faces, views, columns, masks[0])
+    draw_by_contours(table, views, columns, masks[0])
     draw_views(points, faces, views, columns, 0, len(views), masks[1])
     return *masks, table
 

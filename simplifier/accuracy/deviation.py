@@ -12,12 +12,12 @@ from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.solid import BoolArray, Solid, VoxelGrid
 from simplifier.kernels.deviation import (
-    TRIANGLES_PER_LEAF,
     build_box_tree,
     halve_pieces,
     piece_distances,
     point_distances,
     triangle_boxes,
+    triangles_of_leaf,
 )
 from simplifier.kernels.soup_views import all_contained
 from simplifier.kernels.threads import run_chunks
@@ -90,10 +90,12 @@ class _Original:
 
     @classmethod
     def of(cls, points: FloatArray, faces: IntArray, interior: BoolArray) -> _Original:
-        lows = np.empty((len(faces), 3))
-        highs = np.empty((len(faces), 3))
-        run_chunks(lambda a, b: triangle_boxes(points, faces, a, b, lows, highs), len(faces))
-        nodes, order = build_box_tree(lows, highs, TRIANGLES_PER_LEAF)
+        def boxes(chosen: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
+            lows, highs = np.empty((2, len(chosen), 3))
+            triangle_boxes(points, faces, chosen, lows, highs)
+            return lows, highs
+
+        nodes, order = build_box_tree(boxes, len(faces), triangles_of_leaf(len(faces)))
         return cls(_box_nodes(interior), nodes, order, points, faces)
 
     def distances(self, queries: FloatArray) -> FloatArray:
@@ -153,7 +155,7 @@ def _box_nodes(inside: BoolArray) -> FloatArray:
     """Tree over the runs of voxels along z, one box a run."""
     parts = [_runs(inside[x : x + _PLANES], x) for x in range(0, len(inside), _PLANES)]
     lows, highs = (np.concatenate(ends) for ends in zip(*parts, strict=True))
-    nodes, _ = build_box_tree(lows, highs, 1)
+    nodes, _ = build_box_tree(lambda chosen: (lows[chosen], highs[chosen]), len(lows), 1)
     return nodes
 
 

@@ -10,13 +10,15 @@ needs no grid, so neither one huge triangle nor a far point costs more than its 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.threads import run_chunks
 
-TRIANGLES_PER_LEAF = 4
+_LEAST_OF_LEAF = 4  # triangles, where there are as many
 
 _TREE_DEPTH = (
     64  # entries of a search's stack; a tree over fewer than 2^32 things is at most 33 deep
@@ -25,16 +27,17 @@ _TREE_DEPTH = (
 _ROUNDING = 1e-9  # of the slack: what rounding adds to the distance from a triangle to itself
 
 
-@kernel("float64[:, :], int32[:, :], int64, int64, float64[:, :], float64[:, :]")
-def triangle_boxes(points, faces, begin, end, lows, highs):
-    """Bounding boxes of triangles ``begin`` .. ``end - 1`` into (m, 3) float64 arrays."""
-    for face in range(begin, end):
+@kernel("float64[:, :], int32[:, :], int64[:], float64[:, :], float64[:, :]")
+def triangle_boxes(points, faces, chosen, lows, highs):
+    """Bounding boxes of the triangles ``chosen`` (n,) by number into (n, 3) float64 arrays."""
+    for place in range(len(chosen)):
+        face = chosen[place]
         for axis in range(3):
             a = points[faces[face, 0], axis]
             b = points[faces[face, 1], axis]
             c = points[faces[face, 2], axis]
-            lows[face, axis] = min(a, b, c)
-            highs[face, axis] = max(a, b, c)
+            lows[place, axis] = min(a, b, c)
+            highs[place, axis] = max(a, b, c)
 
 
 @inner_kernel
@@ -84,7 +87,7 @@ def _nearest_squared(px, py, pz, nodes, order, points, faces, best, stop, enough
     """Least of ``best`` and the squared distance to the nearest thing of a tree.
 
     With ``faces`` of no rows the things are the boxes of the leaves themselves (leaf size 1), else
-    triangles, ``TRIANGLES_PER_LEAF`` a leaf.  Exact when above ``enough``; else an upper bound,
+    triangles, :func:`triangles_of_leaf` a leaf.  Exact when above ``enough``; else an upper bound,
     and ``stop`` or less when the exact value is.  In the middle of a round limb thousands of
     triangles are nearly as near as the nearest: telling them apart is most of the cost, and only
     a new record needs it.  ``stack``, ``keys`` are scratch.  Returns that and the triangle that it
@@ -105,8 +108,9 @@ def _nearest_squared(px, py, pz, nodes, order, points, faces, best, stop, enough
             if faces.shape[0] == 0:
                 best = key
                 continue
-            first = (node - leaves) * TRIANGLES_PER_LEAF
-            for place in range(first, min(first + TRIANGLES_PER_LEAF, len(order))):
+            size = (len(order) + leaves - 1) // leaves
+            first = (node - leaves) * size
+            for place in range(first, min(first + size, len(order))):
                 face = order[place]
                 a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
                 distance = squared_distance_to_triangle(px, py, pz, points[a], points[b], points[c])
@@ -246,56 +250,88 @@ def halve_pieces(pieces, halves):
             halves[2 * i + 1, first, axis] = middle
 
 
+def triangles_of_leaf(count: int) -> int:
+    """How many of so many triangles make a leaf, 4 to 8: as many as fill a tree whose leaves are a
+    power of two, since empty ones take memory as well."""
+    leaves = 1
+    while 2 * leaves * _LEAST_OF_LEAF <= count:
+        leaves *= 2
+    return max(-(-count // leaves), 1)
+
+
+Boxes = Callable[[NDArray[np.int64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
+"""Low and high corners, (n, 3) each, of the bounding boxes of things by their numbers (n,)."""
+
+_BLOCK = 1 << 14
+"""Boxes that there are at once: those of all things would take more memory than the tree."""
+
+
 def build_box_tree(
-    lows: NDArray[np.float64], highs: NDArray[np.float64], leaf_size: int
+    boxes: Boxes, count: int, leaf_size: int
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """(nodes, order) over things with bounding boxes ``lows`` to ``highs``, (m, 3) each.
+    """(nodes, order) over ``count`` things with bounding boxes.
 
     ``nodes``  (2 * leaves, 6) float64: low and high corner; row 0 is unused; the box of an empty
                leaf is at infinity.  ``leaves`` is a power of two.
-    ``order``  (m,) int64: leaf j holds things ``order[j * leaf_size : (j + 1) * leaf_size]``.
+    ``order``  (count,) int64: leaf j holds things ``order[j * leaf_size : (j + 1) * leaf_size]``.
 
-    m may be 0 and is below 2^32.
+    The count may be 0 and is below 2^32.
     """
     leaves = 1
-    while leaves * leaf_size < len(lows):
+    while leaves * leaf_size < count:
         leaves *= 2
     nodes = np.full((2 * leaves, 6), np.inf)
-    order = _morton_order(lows, highs)
-    run_chunks(
-        lambda begin, end: bound_leaves(lows, highs, order, leaf_size, begin, end, nodes), leaves
-    )
+    order = _morton_order(boxes, count)
+
+    def bound(begin: int, end: int) -> None:
+        for first, last in _blocks(begin, end, _BLOCK // leaf_size):
+            lows, highs = boxes(order[first * leaf_size : last * leaf_size])
+            bound_leaves(lows, highs, leaf_size, leaves + first, nodes)
+
+    run_chunks(bound, leaves)
     bound_parents(nodes)
     return nodes, order
 
 
-def _morton_order(lows: NDArray[np.float64], highs: NDArray[np.float64]) -> NDArray[np.int64]:
-    if len(lows) == 0:
+def _blocks(begin: int, end: int, most: int) -> Iterator[tuple[int, int]]:
+    for first in range(begin, end, most):
+        yield first, min(first + most, end)
+
+
+def _morton_order(boxes: Boxes, count: int) -> NDArray[np.int64]:
+    if count == 0:
         return np.zeros(0, dtype=np.int64)
-    corner = np.empty(3)
-    extent = box_corner(lows, highs, corner)
+    ends: list[NDArray[np.float64]] = []
+
+    def look(begin: int, end: int) -> None:
+        around = np.array([[np.inf] * 3, [-np.inf] * 3])
+        for first, last in _blocks(begin, end, _BLOCK):
+            widen_box(*boxes(np.arange(first, last)), around)
+        ends.append(around)
+
+    run_chunks(look, count)
+    corner = np.min(ends, axis=0)[0]
+    extent = float((np.max(ends, axis=0)[1] - corner).max())
     scale = 1023.0 / extent if extent > 0.0 else 0.0
-    keys = np.empty(len(lows), dtype=np.uint64)
-    run_chunks(
-        lambda begin, end: morton_keys(lows, highs, corner, scale, begin, end, keys), len(lows)
-    )
+    keys = np.empty(count, dtype=np.uint64)
+
+    def number(begin: int, end: int) -> None:
+        for first, last in _blocks(begin, end, _BLOCK):
+            morton_keys(*boxes(np.arange(first, last)), corner, scale, first, keys)
+
+    run_chunks(number, count)
     keys.sort()
-    return (keys & np.uint64(0xFFFFFFFF)).astype(np.int64)
+    keys &= np.uint64(0xFFFFFFFF)
+    return keys.view(np.int64)
 
 
-@kernel("float64[:, :], float64[:, :], float64[:]")
-def box_corner(lows, highs, corner):
-    """Longest edge of the box around all; its low corner goes into ``corner``."""
-    extent = 0.0
-    for axis in range(3):
-        low = np.inf
-        high = -np.inf
-        for i in range(lows.shape[0]):
-            low = min(low, lows[i, axis])
-            high = max(high, highs[i, axis])
-        corner[axis] = low
-        extent = max(extent, high - low)
-    return extent
+@kernel("float64[:, :], float64[:, :], float64[:, :]")
+def widen_box(lows, highs, around):
+    """Widen a box, low and high corner (2, 3), so that all lie in it."""
+    for i in range(len(lows)):
+        for axis in range(3):
+            around[0, axis] = min(around[0, axis], lows[i, axis])
+            around[1, axis] = max(around[1, axis], highs[i, axis])
 
 
 @inner_kernel
@@ -307,34 +343,36 @@ def _spread_bits(value):
     return (value | (value << np.uint64(2))) & np.uint64(0x09249249)
 
 
-@kernel("float64[:, :], float64[:, :], float64[:], float64, int64, int64, uint64[:]")
-def morton_keys(lows, highs, corner, scale, begin, end, keys):
-    """Morton code of each centre in the upper 32 bits, its number in the lower: no ties."""
-    for i in range(begin, end):
+@kernel("float64[:, :], float64[:, :], float64[:], float64, int64, uint64[:]")
+def morton_keys(lows, highs, corner, scale, first, keys):
+    """Morton code of each centre in the upper 32 bits, its number in the lower: no ties.
+
+    The boxes are those of the things from number ``first`` on, as are the ``keys`` written.
+    """
+    for i in range(len(lows)):
         code = np.uint64(0)
         for axis in range(3):
             centre = 0.5 * lows[i, axis] + 0.5 * highs[i, axis]
             cell = np.uint64(min(max((centre - corner[axis]) * scale, 0.0), 1023.0))
             code |= _spread_bits(cell) << np.uint64(axis)
-        keys[i] = (code << np.uint64(32)) | np.uint64(i)
+        keys[first + i] = (code << np.uint64(32)) | np.uint64(first + i)
 
 
-@kernel("float64[:, :], float64[:, :], int64[:], int64, int64, int64, float64[:, :]")
-def bound_leaves(lows, highs, order, leaf_size, begin, end, nodes):
-    """Boxes of leaves ``begin`` .. ``end - 1``; ``nodes`` starts as infinity."""
-    leaves = nodes.shape[0] // 2
-    for leaf in range(begin, end):
-        node = leaves + leaf
-        last = min((leaf + 1) * leaf_size, len(order))
-        for place in range(leaf * leaf_size, last):
-            i = order[place]
-            for axis in range(3):
-                if place == leaf * leaf_size:
-                    nodes[node, axis] = lows[i, axis]
-                    nodes[node, 3 + axis] = highs[i, axis]
-                else:
-                    nodes[node, axis] = min(nodes[node, axis], lows[i, axis])
-                    nodes[node, 3 + axis] = max(nodes[node, 3 + axis], highs[i, axis])
+@kernel("float64[:, :], float64[:, :], int64, int64, float64[:, :]")
+def bound_leaves(lows, highs, leaf_size, first, nodes):
+    """Boxes of the leaves from node ``first`` on, which hold things with these boxes in turn.
+
+    ``nodes`` starts as infinity.
+    """
+    for i in range(len(lows)):
+        node = first + i // leaf_size
+        for axis in range(3):
+            if i % leaf_size == 0:
+                nodes[node, axis] = lows[i, axis]
+                nodes[node, 3 + axis] = highs[i, axis]
+            else:
+                nodes[node, axis] = min(nodes[node, axis], lows[i, axis])
+                nodes[node, 3 + axis] = max(nodes[node, 3 + axis], highs[i, axis])
 
 
 @kernel("float64[:, :]")

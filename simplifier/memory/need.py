@@ -250,13 +250,13 @@ def deviation(size: MeshSize, shape: Shape, options: Options) -> int:
     """The interior twice; a tree over the triangles, and one over the runs of the interior."""
     fine = _inner_fineness(shape, options)
     a, b, c = (fine * length for length in shape)
-    leaves = 1 << math.ceil(math.log2(max(size.triangles / 4.0, 1.0)))
-    # Placed vertices; of each triangle its box, its Morton key, and its place twice; nodes of six.
-    tree = _VERTEX * size.vertices + (48 + 8 + 8 + 8) * size.triangles + 96 * leaves
+    leaves = 1 << math.floor(math.log2(max(size.triangles / 4.0, 1.0)))
+    # Placed vertices; of each triangle its Morton key, which becomes its place; nodes of six.
+    tree = _VERTEX * size.vertices + 8 * size.triangles + 96 * leaves
     # Interior, padded and its steps, a few planes at once; boxes and nodes of runs, two a column.
     runs = math.prod(shape) + 4 * _PLANES * b * c + 300 * a * b
-    # What is not interior is gone before there is a tree, and the keys before runs are looked for.
-    return max(2 * a * b * c, tree, tree - 16 * size.triangles + runs)
+    # What is not interior is gone before there is a tree.
+    return max(2 * a * b * c, tree + runs)
 
 
 def views(size: MeshSize, count: int, image: int, occluders: int) -> int:

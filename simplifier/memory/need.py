@@ -264,9 +264,8 @@ def views(size: MeshSize, count: int, image: int, occluders: int) -> int:
     and their pixels; masks as bits.  In many views a table of edges as well, and of each thread
     counts and which way triangles face."""
     drawn = _VERTEX * size.vertices + _FACE * size.triangles
-    if count >= LEAST_VIEWS:
-        table = _TABLE_FACE * min(size.triangles, MOST_FACES)
-        drawn += table + thread_count() * _CONTOUR_COUNTS
+    if count >= LEAST_VIEWS and size.triangles <= MOST_FACES:
+        drawn += _TABLE_FACE * size.triangles + thread_count() * _CONTOUR_COUNTS
     scratch = min(thread_count(), count) * (16 + 4) * size.vertices
     return drawn + scratch + _masks(count, image, occluders)
 
@@ -285,19 +284,19 @@ def overhang(size: MeshSize, count: int, occluders: int) -> int:
 
 
 def front(size: MeshSize, count: int, occluders: int) -> int:
-    """The mesh by axis, and in many views its copy and table of edges that a report keeps, with
-    silhouettes in two sizes.
+    """The mesh by axis, of each thread vertices on the screen and depths (float64).
 
-    Of each thread vertices on the screen; in many views also the words of triangles, and of some
-    views at a time depths (float64), counts of two sides (int32) and two bits a triangle.
+    In many views also the mesh's copy and table of edges that a report keeps, with silhouettes in
+    two sizes; of each thread the words of triangles, and of some views at a time depths, counts of
+    two sides (int32) and two bits a triangle.
     """
-    drawn = 2 * _VERTEX * size.vertices + _FACE * size.triangles
-    own = (16 + 4 + 8) * size.vertices + 8 * _FRONT_IMAGE**2
-    if count >= LEAST_VIEWS:
-        fine = min(size.triangles, MOST_FACES)
-        drawn += _VERTEX * size.vertices + _KEPT_FACE * fine + 2 * _MASKS_KEPT
-        some = min(max(4 * fine // _FRONT_IMAGE**2, LEAST_AT_A_TIME), MOST_AT_A_TIME)
-        own += 16 * fine + some * (fine // 4 + (8 + 2 * 4) * _FRONT_IMAGE**2)
+    drawn = _VERTEX * size.vertices + _FACE * size.triangles
+    own = (16 + 4) * size.vertices + 8 * _FRONT_IMAGE**2
+    if count >= LEAST_VIEWS and size.triangles <= MOST_FACES:
+        drawn += 2 * _VERTEX * size.vertices + _KEPT_FACE * size.triangles + 2 * _MASKS_KEPT
+        some = min(max(4 * size.triangles // _FRONT_IMAGE**2, LEAST_AT_A_TIME), MOST_AT_A_TIME)
+        own += 8 * size.vertices + 16 * size.triangles
+        own += some * (size.triangles // 4 + (8 + 2 * 4) * _FRONT_IMAGE**2)
     return drawn + min(thread_count(), count) * own + _masks(count, _FRONT_IMAGE, occluders)
 
 

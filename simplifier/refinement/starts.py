@@ -19,6 +19,7 @@ from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.room import WHOLE, Room
 from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.thin import crack_triangles, has_border, keep_whole, sum_up_cells
+from simplifier.kernels.threads import run_chunks
 from simplifier.refinement.decimate import coarse, decimate_into
 from simplifier.refinement.fields import smoothed
 from simplifier.refinement.reduce import reduce_to
@@ -50,11 +51,21 @@ def fine_starts(
 ) -> list[tuple[FloatArray, IntArray]]:
     """The mesh itself in at most ``budget`` triangles, thinner than a voxel as it may be, by room.
 
+    The ``rooms`` are one, up to different limits.
+
     Arguments and results as for :func:`sheet_start`, whose cells leave nothing of a thin rod, or a
     ribbon that is too wide.
     """
     vertices, faces = weld_vertices(reduce_to(mesh, _MOST_FINE), filled)
-    return [decimate_into(vertices, faces, room, budget) for room in rooms]
+    by_limit = {room.limit: room for room in rooms}  # often the same twice
+    made = {}
+
+    def make(begin: int, end: int) -> None:
+        for limit in list(by_limit)[begin:end]:
+            made[limit] = decimate_into(vertices, faces, by_limit[limit], budget)
+
+    run_chunks(make, len(by_limit))
+    return [made[room.limit] for room in rooms]
 
 
 _MOST_FINE = 20_000  # triangles that take a tenth of a second

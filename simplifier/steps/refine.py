@@ -18,7 +18,7 @@ from simplifier.geometry.solid import Solid
 from simplifier.geometry.views import FRONT_DEPTH, BoundingSphere
 from simplifier.kernels.bit_image import SIZE
 from simplifier.kernels.threads import Aside, run_chunks, thread_count
-from simplifier.options.stages import ERROR_VOXELS, Options
+from simplifier.options.stages import ERROR_VOXELS, MOST_ASIDE, Options
 from simplifier.progress import Best, Deadline, Stopwatch, TellShare, silent
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.depths import NO_DEPTHS, Depths
@@ -109,7 +109,7 @@ def drawn_aside(
     None where it would save nothing, take much memory at the same time, or need the clock: then
     that makes it itself.
     """
-    fits = len(mesh.faces) <= _ASIDE_FACES and open_device(options.device).name == PROCESSOR.name
+    fits = len(mesh.faces) <= MOST_ASIDE and open_device(options.device).name == PROCESSOR.name
     if room is None or options.refine.moves == 0 or deadline.limited or not fits:
         yield None
         return
@@ -133,9 +133,6 @@ def drawn_aside(
 
     with Aside(draw) as aside:
         yield aside
-
-
-_ASIDE_FACES = 1 << 20  # of a mesh that is drawn while its solid is cut: 120 MiB at most
 
 
 def improve(

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -200,12 +201,14 @@ class TriangleMesh:
             points, corners = _of_used_vertices(points, corners, ~stray)
         return cls(points, corners, _count_dropped(unusable))
 
-    @property
+    @cached_property
     def bounds(self) -> FloatArray:
-        """(2, 3) float64: lowest and highest corner of the bounding box, world units."""
+        """(2, 3) float64: lowest and highest corner of the bounding box, world units; read-only."""
         # By column: a reduction of (n, 3) along its long axis takes numpy ten times as long.
         columns = self.vertices.T
-        return np.array([[c.min() for c in columns], [c.max() for c in columns]])
+        found = np.array([[c.min() for c in columns], [c.max() for c in columns]])
+        found.setflags(write=False)
+        return found
 
     @property
     def extent(self) -> FloatArray:

@@ -24,16 +24,24 @@ def sort_cells(touched, filled, begin, end, layers):
     :data:`SURFACE` wait for :func:`take_sides`.
     """
     size = layers.shape[0] // touched.shape[0]
-    for x in range(begin * size, end * size):
-        for y in range(layers.shape[1]):
+    others, kept = np.empty((2, layers.shape[2]), np.uint8)
+    for i in range(begin, end):
+        for j in range(touched.shape[1]):
             for cell in range(touched.shape[2]):
-                i, j = x // size, y // size
                 known = INTERIOR if filled[i, j, cell] else NEVER
                 for z in range(cell * size, cell * size + size):
-                    if not touched[i, j, cell]:
-                        layers[x, y, z] = known
-                    elif layers[x, y, z] != SURFACE:
-                        layers[x, y, z] = _UNKNOWN
+                    others[z] = _UNKNOWN if touched[i, j, cell] else known
+                    kept[z] = SURFACE if touched[i, j, cell] else NEVER
+            for x in range(i * size, i * size + size):
+                for y in range(j * size, j * size + size):
+                    _keep(layers[x, y], kept, others)
+
+
+@inner_kernel
+def _keep(row, kept, others):
+    """The voxels of a row that are what is kept there stay, all others change."""
+    for z in range(len(row)):
+        row[z] = row[z] if row[z] == kept[z] else others[z]
 
 
 @inline_kernel
@@ -188,16 +196,35 @@ def sum_cells(layers, begin, end, least, most, shares):
     ``shares``           uint8: what is inside, a voxel on the surface counting half, in 254ths.
     """
     size = layers.shape[0] // least.shape[0]
+    # Down the rows of a row of cells first: that is done for many voxels at once.
+    lows, highs = np.empty((2, layers.shape[2]), np.uint8)
+    sums = np.empty(layers.shape[2], np.uint16)
     for i in range(begin, end):
         for j in range(least.shape[1]):
+            lows[:], highs[:], sums[:] = 255, 0, 0
+            for x in range(i * size, i * size + size):
+                for y in range(j * size, j * size + size):
+                    _add_row(layers[x, y], lows, highs)
+                    _add_inside(layers[x, y], sums)
             for k in range(least.shape[2]):
                 low, high, halves = np.uint8(255), np.uint8(0), 0
-                for x in range(i * size, i * size + size):
-                    for y in range(j * size, j * size + size):
-                        for z in range(k * size, k * size + size):
-                            low = min(low, layers[x, y, z])
-                            high = max(high, layers[x, y, z])
-                            halves += max(0, 2 - np.int64(layers[x, y, z]))
-                least[i, j, k] = low
-                most[i, j, k] = high
+                for z in range(k * size, k * size + size):
+                    low, high = min(low, lows[z]), max(high, highs[z])
+                    halves += np.int64(sums[z])
+                least[i, j, k], most[i, j, k] = low, high
                 shares[i, j, k] = 127 * halves // size**3
+
+
+@inner_kernel
+def _add_row(row, lows, highs):
+    """The least and the most by column."""
+    for z in range(len(row)):
+        lows[z] = min(lows[z], row[z])
+        highs[z] = max(highs[z], row[z])
+
+
+@inner_kernel
+def _add_inside(row, sums):
+    """What is inside by column, in halves: two loops, each of few arrays, are vectorized."""
+    for z in range(len(row)):
+        sums[z] += np.uint16(2) - min(np.uint16(row[z]), np.uint16(2))

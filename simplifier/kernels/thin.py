@@ -1,5 +1,7 @@
 """Let one vertex stand for all in its cell of a lattice; keep the triangles with three corners.
 
+The first of them stands where it was, or all meet at their mean.
+
 Cracks along T-junctions: a vertex on an edge that the triangle beyond does not have.
 
 The surface is closed there as long as nothing moves.  Where vertices move within their cells the
@@ -14,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.kernels.compiled.kernel import inner_kernel, kernel
+from simplifier.kernels.threads import run_chunks
 
 
 @kernel("float64[:, :], float64[:], float64, int32[:, :, :], float64[:, :], int32[:]")
@@ -36,6 +39,86 @@ def gather_first(vertices, low, step, numbers, points, chosen):
                 points[number, axis] = vertices[index, axis]
             count += 1
         chosen[index] = number
+    return count
+
+
+Cells = tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.float64]]
+
+_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+
+
+def sum_up_cells(
+    vertices: NDArray[np.float64],
+    low: NDArray[np.float64],
+    unit: float,
+    size: float,
+    shape: NDArray[np.int64],
+    steps: NDArray[np.int64],
+) -> Cells:
+    """What is in each cell of a lattice: ``place`` (n,) int32, the number of each vertex's cell,
+    ``counts`` (k,) int64 of vertices, and ``sums`` (k, 3) float64, added up in their order.
+
+    ``vertices`` (n, 3) are measured from ``low`` (3,) in a ``unit``.  A cell is a cube of ``size``
+    of these, and there are ``shape`` (3,) along the axes; what is past the last belongs to it.
+    Cells with a vertex are numbered from 0 on in the order of their indices times ``steps`` (3,),
+    added up, which tell them apart.
+    """
+    most = min(len(vertices), int(shape.prod()))
+    bits = max(int(2 * most).bit_length(), 1)
+    names, numbers = np.full(1 << bits, -1, dtype=np.int64), np.empty(1 << bits, dtype=np.int32)
+    chosen, keys = np.empty(len(vertices), dtype=np.int32), np.empty(most, dtype=np.int64)
+    counts, sums = np.zeros(most, dtype=np.int64), np.zeros((most, 3))
+    ends = np.ascontiguousarray(shape - 1)
+    count = gather_cells(
+        vertices, low, unit, size, ends, steps, names, numbers, chosen, keys, counts, sums
+    )
+    order = np.argsort(keys[:count])
+    ranks = np.empty(count, dtype=np.int32)
+    ranks[order] = np.arange(count, dtype=np.int32)
+    return ranks[chosen], counts[order], sums[order]
+
+
+@kernel(
+    "float64[:, :], float64[:], float64, float64, int64[:], int64[:], int64[:], int32[:], "
+    "int32[:], int64[:], int64[:], float64[:, :]"
+)
+def gather_cells(
+    vertices, low, unit, size, ends, steps, names, numbers, chosen, keys, counts, sums
+):
+    """Add up the ``vertices`` (n, 3) of each cell, as :func:`sum_up_cells` says; return how many.
+
+    ``ends``    (3,) int64 the last cell along each axis.
+    ``names``   (2**b,) int64 with -1 in each, ``numbers`` int32: a table of what is found, more
+                than twice as long as there may be cells.
+    ``chosen``  (n,) int32: the number of each vertex's cell, in the order in which they come.
+    ``keys``, ``counts``  int64, ``sums``  (…, 3) float64, zeros: of each cell.
+    """
+    count = 0
+    mask = np.int64(len(names) - 1)
+    last, number = np.int64(-1), np.int64(0)
+    for index in range(len(vertices)):
+        x = (vertices[index, 0] - low[0]) / unit
+        y = (vertices[index, 1] - low[1]) / unit
+        z = (vertices[index, 2] - low[2]) / unit
+        key = min(max(np.int64(x / size), 0), ends[0]) * steps[0]
+        key += min(max(np.int64(y / size), 0), ends[1]) * steps[1]
+        key += min(max(np.int64(z / size), 0), ends[2]) * steps[2]
+        if key != last:
+            last = key
+            slot = np.int64((np.uint64(key) * _GOLDEN) >> np.uint64(32)) & mask
+            while names[slot] != key and names[slot] >= 0:
+                slot = (slot + 1) & mask
+            if names[slot] < 0:
+                names[slot] = key
+                numbers[slot] = count
+                keys[count] = key
+                count += 1
+            number = np.int64(numbers[slot])
+        chosen[index] = number
+        counts[number] += 1
+        sums[number, 0] += x
+        sums[number, 1] += y
+        sums[number, 2] += z
     return count
 
 
@@ -68,19 +151,40 @@ def crack_triangles(
     """
     faces = np.ascontiguousarray(faces)
     cells = points.astype(np.int64)
-    edges = np.empty((passing_edges(faces, cells, np.empty((0, 2), np.int64)), 2), np.int64)
-    passing_edges(faces, cells, edges)
-    numbers = np.unique(edges[:, 0] * len(points) + edges[:, 1])
-    edges = np.stack([numbers // len(points), numbers % len(points)], axis=1)
+    edges = _edges_passing(faces, cells)
     shape = np.array([column.max() + 1 for column in cells.T])
     keys = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
     starts = np.zeros(int(shape.prod()) + 2, dtype=np.int32)  # of many cells: 28 MiB of 192 a side
     held = np.empty(len(points), dtype=np.int32)
     sort_by_cell(keys, starts, held)
-    rows = int(np.abs(cells[edges[:, 0]] - cells[edges[:, 1]]).sum()) - len(edges)
-    triangles = np.empty((rows, 3), dtype=np.int64)
-    count = t_junctions(points, cells, edges, shape, starts, held, _ON_EDGE, triangles)
-    return triangles[:count].astype(np.int32)
+    parts: dict[int, NDArray[np.int32]] = {}
+
+    def find(begin: int, end: int) -> None:
+        some = edges[begin:end]
+        rows = int(np.abs(cells[some[:, 0]] - cells[some[:, 1]]).sum()) - len(some)
+        triangles = np.empty((rows, 3), dtype=np.int64)
+        count = t_junctions(points, cells, some, shape, starts, held, _ON_EDGE, triangles)
+        parts[begin] = triangles[:count].astype(np.int32)
+
+    run_chunks(find, len(edges), least=_LEAST_EDGES)
+    nothing = np.empty((0, 3), dtype=np.int32)
+    return np.concatenate([nothing, *(parts[begin] for begin in sorted(parts))])
+
+
+_LEAST_EDGES = 1024  # fewer are not worth a hand-over to another thread
+
+
+def _edges_passing(faces: NDArray[np.int32], cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(k, 2) the edges that pass a cell between their ends', each once, in order."""
+    edges = np.empty((len(faces) // 8 + 1024, 2), np.int64)
+    count = passing_edges(faces, cells, edges)
+    if count > len(edges):
+        edges = np.empty((count, 2), np.int64)
+        passing_edges(faces, cells, edges)
+    # Sorted, not by np.unique: that goes by way of a table, which takes ten times as long.
+    numbers = np.sort(edges[:count, 0] * len(cells) + edges[:count, 1])
+    numbers = numbers[np.diff(numbers, prepend=-1) != 0]
+    return np.stack([numbers // len(cells), numbers % len(cells)], axis=1)
 
 
 def has_border(faces: NDArray[np.int32]) -> bool:

@@ -14,8 +14,9 @@ from simplifier.geometry.mesh import FloatArray, IntArray, have_area
 from simplifier.geometry.room import Room
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.decimate import decimate
+from simplifier.kernels.sinking import sink
 from simplifier.kernels.soup_views import all_contained
-from simplifier.refinement.fields import GAUSSIAN, depths_in, read_between, smoothed
+from simplifier.refinement.fields import GAUSSIAN, depths_in, smoothed
 
 
 def decimate_into(
@@ -74,39 +75,18 @@ def sunk(vertices: FloatArray, faces: IntArray, room: Room) -> FloatArray:
     most = int(inside.sum())
     if most == len(faces):
         return best
-    deeper = _Depth(room.cells)
+    shares, size = coarse(room.cells)
+    # How far it is to the cells without room, smoothed; it need not be exact.
+    depth = np.ascontiguousarray(smoothed(depths_in(shares > 0.5), GAUSSIAN, "symmetric"))
+    ways = np.empty_like(moved)
     for _ in range(_STEPS):
-        outside = faces[~inside]
-        ways = np.zeros_like(moved)
-        for corner in range(3):
-            np.add.at(ways, outside[:, corner], deeper.gradient(moved[outside].mean(axis=1)))
-        lengths = np.linalg.norm(ways, axis=1, keepdims=True)
-        moved += _STEP * np.divide(ways, lengths, out=np.zeros_like(ways), where=lengths > 0.0)
+        sink(moved, faces, inside, depth, size, ways, _STEP)
         all_contained(moved[faces], room.voxels, inside)
         if int(inside.sum()) > most:
             most, best = int(inside.sum()), moved.copy()
         if most == len(faces):
             break
     return best
-
-
-class _Depth:
-    """How far it is to the cells without room, smoothed; it need not be exact."""
-
-    def __init__(self, cells: BoolArray) -> None:
-        shares, self._size = coarse(cells)
-        self._depth = smoothed(depths_in(shares > 0.5), GAUSSIAN, "symmetric")
-
-    def gradient(self, points: FloatArray) -> FloatArray:
-        """(q, 3) by central differences, a cell to either side."""
-        cells = points / self._size - 0.5
-        columns = []
-        for axis in range(3):
-            ends = np.repeat(cells.T[None], 2, axis=0)
-            ends[:, axis] += np.array([[-1.0], [1.0]])
-            low, high = (read_between(self._depth, end) for end in ends)
-            columns.append(high - low)
-        return np.stack(columns, axis=1)
 
 
 _CELLS = 64  # along the longest edge, about

@@ -1,4 +1,4 @@
-"""Numbers in the cells of a grid: smoothed, read between cells, and how deep a cell lies.
+"""Numbers in the cells of a grid: smoothed, and how deep a cell lies.
 
 What scipy's images do, to the last bit on the machines that this was tried on; importing those
 takes longer than most searches.
@@ -6,7 +6,6 @@ takes longer than most searches.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -56,24 +55,3 @@ def depths_in(cells: BoolArray) -> Field:
     free = np.pad(~cells, 1, constant_values=True)
     squares = squared_distances(free, 0)[1:-1, 1:-1, 1:-1]
     return np.asarray(0.5 * np.sqrt(squares.astype(np.float64)))  # those are of half cells
-
-
-def read_between(field: Field, points: FloatArray) -> FloatArray:
-    """The values at ``points`` (3, q) by trilinear interpolation; cell (i, j, k) is at (i, j, k).
-
-    Off the grid, that of the nearest point of it.
-    """
-    places, shares = [], []
-    for axis, count in enumerate(field.shape):
-        low = np.floor(points[axis])
-        share = points[axis] - low
-        first = low.astype(np.int64)
-        places.append([np.clip(one, 0, count - 1) for one in (first, first + 1)])
-        shares.append((1.0 - share, share))
-    total = np.zeros(points.shape[1])
-    for ends in itertools.product((0, 1), repeat=3):
-        value = field[tuple(place[end] for place, end in zip(places, ends, strict=True))]
-        for axis, end in enumerate(ends):
-            value = value * shares[axis][end]
-        total += value
-    return total

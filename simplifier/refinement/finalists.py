@@ -174,11 +174,21 @@ class Judge:
         Where the best is worth less than ``much``, what ``spare`` makes and nothing at all compete
         with it, and come before equals: none of the pictures may show what is thin.
         """
-        judged = [self.worth(soup) for soup in soups]
+        judged = self.worths(soups)
         if max(judged, default=0.0) < much:
             others = [*spare(), NOTHING]
-            soups, judged = [*others, *soups], [*map(self.worth, others), *judged]
+            soups, judged = [*others, *soups], [*self.worths(others), *judged]
         return soups[judged.index(max(judged))]
+
+    def worths(self, soups: Sequence[FloatArray]) -> list[float]:
+        """Of each soup; several are judged at the same time, since one leaves cores idle."""
+
+        def score(begin: int, end: int) -> None:
+            for soup in soups[begin:end]:
+                self._score(soup)
+
+        run_chunks(score, len(soups))
+        return [self.worth(soup) for soup in soups]
 
     def worth(self, triangles: FloatArray) -> float:
         """Of a soup (m, 3, 3): its recall, less what its faults cost; 0 of none."""

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
+from simplifier.kernels.thin import keep_whole, sum_up_cells
 
 _COARSER = 0.95  # beyond what the numbers ask for, so that few rounds are needed
 
@@ -31,23 +32,21 @@ def reduce_to(mesh: TriangleMesh, most_triangles: int) -> TriangleMesh:
 def _cluster(mesh: TriangleMesh, cells: int) -> TriangleMesh:
     """``cells`` along the longest edge of the bounding box."""
     low, high = mesh.bounds
-    places = (mesh.vertices - low) / ((high - low).max() / cells)
-    corners = np.minimum(places.astype(np.int64), cells - 1)
-    _, cell = np.unique((corners * [1, cells, cells * cells]).sum(axis=1), return_inverse=True)
-    counts = np.bincount(cell)
-    sums = [np.bincount(cell, mesh.vertices[:, axis] - low[axis]) for axis in range(3)]
-    means = low + np.stack(sums, axis=1) / counts[:, None]
-    faces = cell[mesh.faces]
-    lost = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
-    left = _once(faces[~lost])
-    specks = mesh.faces[_largest(mesh, lost, faces[:, 0], left)]
+    edge = float((high - low).max())
+    shape = np.minimum(((high - low) / (edge / cells)).astype(np.int64) + 1, cells)
+    steps = np.array([1, shape[0], shape[0] * shape[1]])
+    place, counts, sums = sum_up_cells(mesh.vertices, low, 1.0, edge / cells, shape, steps)
+    means = low + sums / counts[:, None]
+    kept = np.empty((len(mesh.faces), 3), dtype=np.int32)
+    left = _once(kept[: keep_whole(mesh.faces, place, kept)])
+    specks = mesh.faces[_largest(mesh, place, left)]
     return TriangleMesh.from_soup(
         np.concatenate([means, mesh.vertices[specks].reshape(-1, 3)]),
         np.concatenate([left, np.arange(3 * len(specks)).reshape(-1, 3) + len(means)]),
     )
 
 
-def _once(faces: NDArray[np.int64]) -> NDArray[np.int64]:
+def _once(faces: IntArray) -> IntArray:
     """Those with the same corners once, in no particular order."""
     low, middle, high = np.sort(faces, axis=1).T
     order = np.lexsort((high, middle, low))
@@ -57,12 +56,15 @@ def _once(faces: NDArray[np.int64]) -> NDArray[np.int64]:
     return faces[order[first]]
 
 
-def _largest(
-    mesh: TriangleMesh, lost: NDArray[np.bool_], cell: NDArray[np.int64], left: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """Of each cell that no triangle is left in, the largest one lost."""
-    bare = lost & ~np.isin(cell, left)
-    candidates = np.flatnonzero(bare)
+def _largest(mesh: TriangleMesh, place: IntArray, left: IntArray) -> NDArray[np.int64]:
+    """Of each cell that no triangle is left in, the largest one lost.
+
+    ``place`` (n,) the cell of each vertex; a triangle is lost in that of its first corner.
+    """
+    bare = np.ones(len(place), dtype=np.bool_)
+    bare[left] = False
+    cell = place[mesh.faces[:, 0]]
+    candidates = np.flatnonzero(bare[cell])
     order = np.lexsort((-_areas(mesh, mesh.faces[candidates]), cell[candidates]))
     _, first = np.unique(cell[candidates][order], return_index=True)
     return np.sort(candidates[order[first]])

@@ -59,7 +59,8 @@ def _best_drawn_in(
     """Of what was found, drawn into any room that is narrower: what is worth most, and its room."""
     rooms = [room.up_to(limit) for limit in range(room.limit - 1, SURFACE - 1, -1)]
     drawn_in = [(pull_into(one, less), less) for less in rooms for one in found]
-    return max(drawn_in, key=lambda start: judge.worth(start[0]))
+    judged = judge.worths([start for start, _ in drawn_in])
+    return drawn_in[judged.index(max(judged))]
 
 
 def is_doubtful(found: Sequence[FloatArray], chosen: FloatArray, judge: Judge) -> bool:

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.room import WHOLE, Room
 from simplifier.geometry.solid import BoolArray, VoxelGrid
-from simplifier.kernels.thin import crack_triangles, has_border
+from simplifier.kernels.thin import crack_triangles, has_border, keep_whole, sum_up_cells
+from simplifier.kernels.threads import run_chunks
 from simplifier.refinement.decimate import coarse, decimate_into
 from simplifier.refinement.fields import smoothed
 from simplifier.refinement.reduce import reduce_to
@@ -50,11 +51,21 @@ def fine_starts(
 ) -> list[tuple[FloatArray, IntArray]]:
     """The mesh itself in at most ``budget`` triangles, thinner than a voxel as it may be, by room.
 
+    The ``rooms`` are one, up to different limits.
+
     Arguments and results as for :func:`sheet_start`, whose cells leave nothing of a thin rod, or a
     ribbon that is too wide.
     """
     vertices, faces = weld_vertices(reduce_to(mesh, _MOST_FINE), filled)
-    return [decimate_into(vertices, faces, room, budget) for room in rooms]
+    by_limit = {room.limit: room for room in rooms}  # often the same twice
+    made = {}
+
+    def make(begin: int, end: int) -> None:
+        for limit in list(by_limit)[begin:end]:
+            made[limit] = decimate_into(vertices, faces, by_limit[limit], budget)
+
+    run_chunks(make, len(by_limit))
+    return [made[room.limit] for room in rooms]
 
 
 _MOST_FINE = 20_000  # triangles that take a tenth of a second
@@ -73,50 +84,52 @@ def cluster_vertices(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, I
     """
     size = max(1.0, max(grid.shape) / _CELLS)
     shape = np.ceil(np.array(grid.shape) / size).astype(np.int64)
-    keys = np.zeros(len(mesh.vertices), dtype=np.int64)
-    for axis in range(3):
-        keys *= shape[axis]
-        keys += np.clip((_column(mesh, grid, axis) / size).astype(np.int64), 0, shape[axis] - 1)
-    total = int(shape.prod())
-    counts = np.bincount(keys, minlength=total)
-    used = counts > 0
-    sums = [np.bincount(keys, _column(mesh, grid, axis), total)[used] for axis in range(3)]
-    place = (np.cumsum(used) - 1)[keys].astype(np.int32)
-    vertices = np.stack(sums, axis=1) / counts[used][:, None]
-    faces = _distinct(place[mesh.faces], len(vertices))
+    steps = np.array([shape[1] * shape[2], shape[2], 1])
+    place, counts, sums = sum_up_cells(
+        mesh.vertices, grid.origin, grid.cell_size, size, shape, steps
+    )
+    vertices = sums / counts[:, None]
+    kept = np.empty((len(mesh.faces), 3), dtype=np.int32)
+    faces = _once(kept[: keep_whole(mesh.faces, place, kept)], len(vertices))
     if has_border(faces):
-        within = np.stack([_column(mesh, grid, axis) / size for axis in range(3)], axis=1)
-        # What rounding puts past the grid belongs to its last cells.
-        np.clip(within, 0.0, np.nextafter(shape, 0.0), out=within)
+        within = grid.to_grid(mesh.vertices)
+        within /= size
+        for axis, end in enumerate(np.nextafter(shape, 0.0)):
+            # What rounding puts past the grid belongs to its last cells.
+            np.clip(within[:, axis], 0.0, end, out=within[:, axis])
         cracks = crack_triangles(within, mesh.faces, place)
         if len(cracks):
-            faces = _distinct(np.concatenate([faces, place[cracks]]), len(vertices))
+            a, b, c = (closing := place[cracks]).T
+            closing = closing[(a != b) & (b != c) & (c != a)]
+            faces = _once(np.concatenate([faces, closing]), len(vertices))
     return vertices, faces
 
 
-def _column(mesh: TriangleMesh, grid: VoxelGrid, axis: int) -> FloatArray:
-    """(n,) one coordinate in grid space: all three at once would take three times the room."""
-    return np.asarray((mesh.vertices[:, axis] - grid.origin[axis]) / grid.cell_size)
+def _once(faces: IntArray, vertices: int) -> IntArray:
+    """Those with the same corners once, the first of them, in their order.
 
-
-def _distinct(faces: IntArray, vertices: int) -> IntArray:
-    a, b, c = faces.T
-    kept = faces[(a != b) & (b != c) & (c != a)]
-    low, middle, high = np.sort(kept, axis=1).astype(np.int64).T
-    # At most 64**3 vertices: three of them fit into 64 bits.
+    Three of the ``vertices``, 2 million at most, fit into 64 bits.
+    """
+    low, middle, high = np.sort(faces, axis=1).astype(np.int64).T
     _, first = np.unique((low * vertices + middle) * vertices + high, return_index=True)
-    return np.ascontiguousarray(kept[np.sort(first)])
+    return np.ascontiguousarray(faces[np.sort(first)])
 
 
 def weld_vertices(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray]:
     """``vertices`` (n, 3) float64 in grid space and ``faces`` (m, 3) int32 in the input's order.
 
-    Exact, unlike :func:`~.clustering.clustered`: only what coincides is joined.
+    Exact, unlike :func:`cluster_vertices`: only what coincides is joined.  Of a mesh of 2 million
+    vertices at most.
     """
-    points, place = np.unique(mesh.vertices, axis=0, return_inverse=True)
-    faces = place.reshape(-1).astype(np.int32)[mesh.faces]
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-    return grid.to_grid(points), np.ascontiguousarray(faces[np.sort(first)])
+    x, y, z = mesh.vertices.T
+    order = np.lexsort((z, y, x))
+    points = mesh.vertices[order]
+    first = np.ones(len(points), dtype=np.bool_)
+    first[1:] = (points[1:] != points[:-1]).any(axis=1)
+    place = np.empty(len(points), dtype=np.int32)
+    place[order] = np.cumsum(first, dtype=np.int32) - 1
+    points = points[first]
+    return grid.to_grid(points), _once(place[mesh.faces], len(points))
 
 
 _LEVEL = 0.5  # of the smoothed solid: flat sides stay where they are, edges are rounded inwards

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.kernels.flats import add_normals
 from simplifier.kernels.threads import run_chunks
 
 NO_DIRECTIONS: FloatArray = np.empty((0, 3))
@@ -68,20 +69,10 @@ def _by_direction(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:
 
     def add(begin: int, end: int) -> None:
         for index in range(begin, end):
-            faces = mesh.faces[first + index * _BLOCK :][:_BLOCK]
-            a, b, c = (mesh.vertices[faces[:, corner]].T for corner in range(3))
-            (px, py, pz), (qx, qy, qz) = scale * (b - a), scale * (c - a)
-            normals = np.stack([py * qz - pz * qy, pz * qx - px * qz, px * qy - py * qx])
-            normals *= np.where(normals[2] < 0.0, -1.0, 1.0)
-            # The upper half of an octahedron, seen from above and turned by an eighth: a square.
-            x, y = normals[:2] / np.maximum(np.abs(normals).sum(axis=0), np.finfo(float).tiny)
-            across, along = (
-                np.minimum((0.5 * _BINS * (1.0 + value)).astype(np.int64), _BINS - 1)
-                for value in (x + y, x - y)
-            )
-            place = across * _BINS + along
-            for column, weights in enumerate((*normals, np.linalg.norm(normals, axis=0))):
-                totals[index, :, column] = np.bincount(place, weights, _BINS * _BINS)
+            start = first + index * _BLOCK
+            stop = min(start + _BLOCK, len(mesh.faces))
+            totals[index] = 0.0
+            add_normals(mesh.vertices, mesh.faces, scale, _BINS, start, stop, totals[index])
 
     for first in range(0, len(mesh.faces), _AT_ONCE * _BLOCK):
         count = min(math.ceil((len(mesh.faces) - first) / _BLOCK), _AT_ONCE)

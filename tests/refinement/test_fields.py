@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from simplifier.refinement.fields import GAUSSIAN, depths_in, read_between, smoothed
+from simplifier.refinement.fields import GAUSSIAN, depths_in, smoothed
 
 seeds = st.integers(0, 10_000)
 
@@ -36,16 +36,6 @@ def test_depths_are_exact(seed, share):
     assert np.array_equal(depths_in(cells), expected)
 
 
-@given(seed=seeds)
-def test_values_between_cells_and_beyond_the_grid(seed):
-    random, field = some_field(seed)
-    points = random.uniform(-2.0, np.array(field.shape)[:, None] + 2.0, (3, 40))
-    points[:, :10] = np.round(points[:, :10])
-    expected = ndimage.map_coordinates(field, points, order=1, mode="nearest")
-    assert np.array_equal(read_between(field, points), expected)
-
-
 def test_a_field_of_one_value_stays_what_it_is():
     field = np.full((3, 1, 4), 7.0)
     assert smoothed(field, GAUSSIAN, "symmetric") == pytest.approx(field)
-    assert read_between(field, np.array([[9.0], [0.3], [-5.0]])) == pytest.approx([7.0])

@@ -23,7 +23,7 @@ from simplifier.steps.cut import (
     open_slicer,
     trace_outlines,
 )
-from simplifier.steps.refine import drawn_aside, improve
+from simplifier.steps.refine import improve
 from simplifier.steps.room import open_room, solid_to_cut, with_inner
 from simplifier.steps.solid import solid_decisions, solid_warnings, solidify
 from simplifier.steps.time_limit import start_in_time
@@ -102,14 +102,11 @@ def simplify_mesh(
         solid = with_inner(solid, room)
         # 2. to 5. Cut it, and choose what hides most.
         cut = solid_to_cut(solid, room)
-        with drawn_aside(mesh, solid, room, rest, deadline, overrides) as aside:
-            triangles = cut_solid(mesh, cut, rest, watch, deadline, by_hand)
-            # 6. Past the paper: move the triangles under the same measure.
-            with watch.stage("refine", cancels=False):
-                refined = improve(
-                    triangles, mesh, solid, room, rest, watch, deadline, overrides, aside
-                )
-                interrupted = watch.cancelled
+        triangles = cut_solid(mesh, cut, rest, watch, deadline, by_hand)
+        # 6. Past the paper: move the triangles under the same measure.
+        with watch.stage("refine", cancels=False):
+            refined = improve(triangles, mesh, solid, room, rest, watch, deadline, overrides)
+            interrupted = watch.cancelled
         triangles, bound = solid.core.to_world(refined.triangles), refined.bound
         decisions.append(refined.words)
     # A voxel wholly inside is interior, at no distance at all.

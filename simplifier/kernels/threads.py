@@ -11,8 +11,6 @@ import itertools
 import os
 from collections.abc import Callable
 from threading import Thread
-from types import TracebackType
-from typing import Generic, TypeVar
 
 from simplifier.kernels.compiled.waiting import load_imported
 from simplifier.progress import TellShare, silent
@@ -118,62 +116,3 @@ def _watch(chunks: _Chunks, helpers: list[Thread], tell: TellShare) -> None:
             helper.join(_GLANCE)
     if not chunks.errors:
         tell(1.0)
-
-
-Made = TypeVar("Made")
-
-
-class Aside(Generic[Made]):
-    """What another thread makes while the block runs, for who asks for it there.
-
-    At the end of the block it is waited for.  If that comes before the work is done, because of an
-    exception, the next share that the work tells ends it.
-    """
-
-    def __init__(self, make: Callable[[TellShare], Made]) -> None:
-        self._make = make
-        self._made: list[Made] = []
-        self._error: BaseException | None = None
-        self._left = False
-        self._thread = Thread(target=self._run)
-
-    def __enter__(self) -> Aside[Made]:
-        load_imported()  # in the caller's thread, which hears Ctrl-C
-        self._thread.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._left = True
-        self._thread.join()
-
-    def result(self, tell: TellShare = silent) -> Made:
-        """What was made, once it is; ``tell`` is called now and then until then, once at least.
-
-        What the work has raised is raised here.
-        """
-        tell(0.0)
-        while self._thread.is_alive():
-            self._thread.join(_GLANCE)
-            tell(0.0)
-        if self._error is not None:
-            raise self._error
-        return self._made[0]
-
-    def _run(self) -> None:
-        try:
-            self._made.append(self._make(self._tell))
-        except BaseException as error:
-            self._error = error
-
-    def _tell(self, share: float) -> None:
-        if self._left:
-            raise _LeftError
-
-
-class _LeftError(Exception):
-    """Nobody waits for what is made."""

@@ -21,7 +21,7 @@ from simplifier.kernels.coverage import (
 from simplifier.kernels.sight import picture_size
 from simplifier.kernels.threads import thread_count
 from simplifier.options.simplify import LITTLE_OVERHANG
-from simplifier.options.stages import MOST_ASIDE, Options, SectionOptions, SolidOptions, fineness
+from simplifier.options.stages import Options, SectionOptions, SolidOptions, fineness
 
 GIB = 1 << 30
 MIB = 1 << 20
@@ -199,8 +199,7 @@ def surface(shape: Shape) -> int:
 
 
 def refine(size: MeshSize, shape: Shape, options: Options) -> int:
-    """The room; then the mesh's place in the grid, where that is so while sections are cut with
-    these, or the pictures of the searches."""
+    """The room; then the mesh's place in the grid or the pictures of the searches."""
     reach = 0 if options.solid.wholly_inside or options.solid.glue else 1
     allowed = _grown(shape, reach + 1)
     growing = 3 * allowed  # the dilation copies twice
@@ -211,8 +210,6 @@ def refine(size: MeshSize, shape: Shape, options: Options) -> int:
     placing = (_VERTEX + 4) * size.vertices + _FACE * size.triangles
     # Where there may be cracks: vertices in cells, these cells, their keys, and who is in each.
     placing += (_VERTEX + 24 + 8 + 4) * size.vertices + _CRACKS
-    if size.triangles <= MOST_ASIDE and options.time_limit is None:
-        placing += sections(shape, options.sections) - _KERNELS
     fixed = _KERNELS + (_STARTS if options.refine.decimated else 0)
     if options.refine.moves == 0 and options.time_limit is None:
         return fixed + (0 if reach else growing)

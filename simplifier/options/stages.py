@@ -33,10 +33,6 @@ from simplifier.options.tradeoff import MOST_DIRECTIONS
 TOLERANCE_VOXELS = 1.0
 """How far Ramer-Douglas-Peucker may move an outline, in voxels (section 4.3: the voxel size)."""
 
-MOST_ASIDE = 1 << 20
-"""Triangles of a mesh that is drawn while its solid is cut; of more, one waits for the other, so
-that they do not take their memory at the same time."""
-
 TOUCHED_VOXELS = math.sqrt(3.0)
 """The error bound in voxels of what keeps to the solid: the diagonal of a touched one."""
 

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from simplifier.device.choice import open_device
-from simplifier.device.device import PROCESSOR
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.room import Room
 from simplifier.geometry.solid import Solid
 from simplifier.geometry.views import FRONT_DEPTH, BoundingSphere
 from simplifier.kernels.bit_image import SIZE
-from simplifier.kernels.threads import Aside, run_chunks, thread_count
-from simplifier.options.stages import ERROR_VOXELS, MOST_ASIDE, Options
-from simplifier.progress import Best, Deadline, Stopwatch, TellShare, silent
+from simplifier.kernels.threads import run_chunks
+from simplifier.options.stages import ERROR_VOXELS, Options
+from simplifier.progress import Best, Deadline, Stopwatch, silent
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import MUCH, OUTLINE, FineViews, Judge, Outlines
@@ -78,63 +77,6 @@ class _StoppedError(Exception):
     """Time is up or the run is cancelled before there is a picture to refine by."""
 
 
-@dataclass(frozen=True, eq=False)
-class Pictures:
-    """The original as it is refined by, with what is drawn by hand.
-
-    ``original``  vertices (n, 3) and faces (m, 3), in the room's place; ``drawn`` (k, 3, 3) what of
-                  it is drawn by hand.
-    ``outlines``  where overhang is judged; None where that is not asked for.
-    ``starts``    decimated ones for all of the budget; None where they are not made yet.
-    """
-
-    original: tuple[FloatArray, IntArray]
-    drawn: FloatArray
-    views: RefineViews
-    outlines: Outlines | None
-    starts: list[FloatArray] | None = None
-
-
-@contextmanager
-def drawn_aside(
-    mesh: TriangleMesh,
-    solid: Solid,
-    room: Room | None,
-    options: Options,
-    deadline: Deadline,
-    overrides: Overrides = NO_OVERRIDES,
-) -> Iterator[Aside[Pictures] | None]:
-    """What :func:`improve` needs beside triangles to begin with, made while these are.
-
-    None where it would save nothing, take much memory at the same time, or need the clock: then
-    that makes it itself.
-    """
-    fits = len(mesh.faces) <= MOST_ASIDE and open_device(options.device).name == PROCESSOR.name
-    if room is None or options.refine.moves == 0 or deadline.limited or not fits:
-        yield None
-        return
-    if thread_count() == 1:
-        yield None
-        return
-
-    def draw(tell: TellShare) -> Pictures:
-        original, drawn = _original(mesh, solid, room, overrides)
-        views = _views_of(original, drawn, solid, options, room, options.refine.views, tell)
-        outlined = options.refine.decimated or _follows(options)
-        pictures = _with_outlines(
-            original, drawn, views, mesh, solid, room, options, outlined=outlined
-        )
-        if not options.refine.decimated:
-            return pictures
-        tell(0.5)
-        budget = options.selection.budget
-        narrowed = narrowed_room(room, pictures.views, options.refine.overhang, budget)
-        return replace(pictures, starts=_decimated_starts(mesh, solid, budget, narrowed))
-
-    with Aside(draw) as aside:
-        yield aside
-
-
 def improve(
     start: FloatArray,
     mesh: TriangleMesh,
@@ -144,7 +86,6 @@ def improve(
     watch: Stopwatch,
     deadline: Deadline,
     overrides: Overrides = NO_OVERRIDES,
-    aside: Aside[Pictures] | None = None,
 ) -> Refined:
     """Move the triangles (m, 3, 3) of grid space within the room.
 
@@ -152,11 +93,11 @@ def improve(
     surfaces; finer pictures then decide between what they find and the starts as they are.
     Triangles that are not to leave the core at all, or have regions to keep out of, are pulled in
     even when there is nothing to refine.  What is drawn by hand belongs to the original there, and
-    hides as well.  ``aside`` is what :func:`drawn_aside` gives for the same arguments, if anything.
+    hides as well.
     """
     if room is None:
         return _unmoved(start, ERROR_VOXELS)
-    found = _moved(start, mesh, solid, room, options, watch, deadline, overrides, aside)
+    found = _moved(start, mesh, solid, room, options, watch, deadline, overrides)
     if not solid.open:
         return found
     return replace(found, triangles=_sealed(found.triangles, mesh, solid, options))
@@ -188,25 +129,18 @@ def _moved(
     watch: Stopwatch,
     deadline: Deadline,
     overrides: Overrides,
-    aside: Aside[Pictures] | None,
 ) -> Refined:
     """As :func:`improve`, in a room."""
     margin = room.margin
     if options.refine.moves == 0:
         return _unmoved(pull_into(start + margin, room) - margin, room.bound)
-
-    def look(share: float) -> None:
-        if watch.cancelled or deadline.is_up:
-            raise _StoppedError
-
+    drawn = solid.core.to_grid(overrides.triangles) + margin
+    placed = solid.core.to_grid(mesh.vertices)
+    placed += margin
+    original = _two_as_one(thin_for_pictures(placed, mesh.faces), as_mesh(drawn))
+    del placed
     try:
-        if aside is not None:
-            pictures = aside.result(look)
-        else:
-            original, drawn = _original(mesh, solid, room, overrides)
-            views = _views(
-                original, drawn, solid, options, room, look, deadline, alone=watch.is_alone
-            )
+        views = _views(original, drawn, solid, options, margin, watch, deadline)
     except _StoppedError:
         if solid.reach > 0 and not overrides.open and options.error_bound is None:
             return _unmoved(start, ERROR_VOXELS)
@@ -226,13 +160,22 @@ def _moved(
         return stop
 
     aims, device = options.refine, open_device(options.device)
+
+    def depths(lines: FloatArray, size: int) -> Depths:
+        if aims.front >= 1.0:
+            return NO_DEPTHS
+        tolerance = 2.0 * FRONT_DEPTH * BoundingSphere.of(mesh).radius / solid.core.cell_size
+        turned = options.solid.viewers != "above"
+        return Depths.of(*original, lines, size, tolerance, turned, device)
+
+    if aims.front < 1.0:
+        views = replace(views, depths=depths(views.projections, SIZE).rows_of_search())
     several = aims.decimated and deadline.left > _SEVERAL_SECONDS
-    if aside is None:
-        outlined = several or (_follows(options) and not deadline.limited)
-        pictures = _with_outlines(
-            original, drawn, views, mesh, solid, room, options, outlined=outlined
-        )
-    original, drawn, outlines = pictures.original, pictures.drawn, pictures.outlines
+    outlines = None
+    follows = aims.overhang < 1.0 or aims.front < 1.0
+    if solid.reach > 0 and (several or (follows and not deadline.limited)):
+        lines = search_projections(solid, options, _OUTLINES, margin)
+        outlines = Outlines.of(*original, lines, drawn, depths(lines, _FRONT), device)
 
     def judge() -> Judge:
         count = _FINE_VIEWS if several else _FEW_FINE_VIEWS
@@ -242,8 +185,8 @@ def _moved(
         return Judge(pictures, aims.precision, aims.overhang, front=aims.front)
 
     run = _Run(
-        start + margin, mesh, solid, room, options, pictures.views, outlines, judge, several,
-        deadline, tell, lambda: watch.cancelled, pictures.starts,
+        start + margin, mesh, solid, room, options, views, outlines, judge, several, deadline, tell,
+        lambda: watch.cancelled,
     )  # fmt: skip
     found = _never_worse(run, options.selection.budget, 0.0, 1.0)
     return replace(found, triangles=found.triangles - margin)
@@ -256,7 +199,6 @@ class _Run:
     ``start``    (m, 3, 3) planar sections, in the room's place.
     ``room``     as wide as the error bound lets it be.
     ``several``  whether there is time for more than one start.
-    ``starts``   decimated ones for all of the budget; None where they are not made yet.
     """
 
     start: FloatArray
@@ -271,13 +213,6 @@ class _Run:
     deadline: Deadline
     tell: Callable[[float, float], Stop]
     cancelled: Callable[[], bool]
-    starts: list[FloatArray] | None = None
-
-    def decimated(self, budget: int, room: Room) -> list[FloatArray]:
-        """Surfaces of so many triangles, in the room that is narrowed for as many."""
-        if self.starts is not None and budget == self.options.selection.budget:
-            return self.starts
-        return _decimated_starts(self.mesh, self.solid, budget, room)
 
     @cached_property
     def judge(self) -> Judge:
@@ -323,7 +258,7 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
     room = narrowed_room(run.room, views, aims.overhang, budget)
     starts = [pull_into(run.start, room)]
     if run.several:
-        starts += run.decimated(budget, room)
+        starts += _decimated_starts(run.mesh, run.solid, budget, room)
     judged = run.several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
     first, second = (begin + share * (end - begin) for share in (_FIRST, _SECOND))
     found = refine(
@@ -432,94 +367,35 @@ def _fine_starts(
     ]
 
 
-def _original(
-    mesh: TriangleMesh, solid: Solid, room: Room, overrides: Overrides
-) -> tuple[tuple[FloatArray, IntArray], FloatArray]:
-    """The mesh and what is drawn by hand as one, thinned for pictures, and the latter alone."""
-    drawn = solid.core.to_grid(overrides.triangles) + room.margin
-    placed = solid.core.to_grid(mesh.vertices)
-    placed += room.margin
-    return _two_as_one(thin_for_pictures(placed, mesh.faces), as_mesh(drawn)), drawn
-
-
-def _follows(options: Options) -> bool:
-    """Whether prices of the search follow what outlines show."""
-    return options.refine.overhang < 1.0 or options.refine.front < 1.0
-
-
-def _with_outlines(
-    original: tuple[FloatArray, IntArray],
-    drawn: FloatArray,
-    views: RefineViews,
-    mesh: TriangleMesh,
-    solid: Solid,
-    room: Room,
-    options: Options,
-    *,
-    outlined: bool,
-) -> Pictures:
-    """Views with depths where front is asked for; outlines where triangles may leave the solid."""
-    aims, device = options.refine, open_device(options.device)
-
-    def depths(lines: FloatArray, size: int) -> Depths:
-        if aims.front >= 1.0:
-            return NO_DEPTHS
-        tolerance = 2.0 * FRONT_DEPTH * BoundingSphere.of(mesh).radius / solid.core.cell_size
-        turned = options.solid.viewers != "above"
-        return Depths.of(*original, lines, size, tolerance, turned, device)
-
-    if aims.front < 1.0:
-        views = replace(views, depths=depths(views.projections, SIZE).rows_of_search())
-    outlines = None
-    if solid.reach > 0 and outlined:
-        lines = search_projections(solid, options, _OUTLINES, room.margin)
-        outlines = Outlines.of(*original, lines, drawn, depths(lines, _FRONT), device)
-    return Pictures(original, drawn, views, outlines)
-
-
-def _views_of(
-    original: tuple[FloatArray, IntArray],
-    drawn: FloatArray,
-    solid: Solid,
-    options: Options,
-    room: Room,
-    count: int,
-    tell: TellShare,
-) -> RefineViews:
-    """The original in so many views."""
-    projections = search_projections(solid, options, count, room.margin)
-    originals = silhouettes(*original, projections, tell, open_device(options.device))
-    return RefineViews(projections, originals, drawn)
-
-
 def _views(
     original: tuple[FloatArray, IntArray],
     by_hand: FloatArray,
     solid: Solid,
     options: Options,
-    room: Room,
-    look: TellShare,
+    margin: float,
+    watch: Stopwatch,
     deadline: Deadline,
-    *,
-    alone: bool,
 ) -> RefineViews:
-    """The original as the search sees it, in fewer views where a time limit is short.
+    """The original as the search sees it, in fewer views where a time limit is short."""
 
-    ``look`` raises :class:`_StoppedError` where the run is to end; ``alone`` is whether nobody can
-    end it but the clock.
-    """
+    def tell(share: float) -> None:
+        if watch.cancelled or deadline.is_up:
+            raise _StoppedError
 
     def drawn(count: int) -> RefineViews:
-        look(0.0)
+        tell(0.0)
+        projections = search_projections(solid, options, count, margin)
         drawing = deadline.rest()
 
         def keep_pace(share: float) -> None:
-            look(share)
+            tell(share)
             if share < 0.5 < drawing.share:  # so slow that nothing would be left for refining
                 raise _StoppedError
 
-        heard = silent if alone and not deadline.limited else keep_pace
-        return _views_of(original, by_hand, solid, options, room, count, heard)
+        device = open_device(options.device)
+        heard = silent if watch.is_alone and not deadline.limited else keep_pace
+        originals = silhouettes(*original, projections, heard, device)
+        return RefineViews(projections, originals, by_hand)
 
     most = options.refine.views
     if not deadline.limited:

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.kernels.threads import Aside, run_chunks, thread_count
+from simplifier.kernels.threads import run_chunks, thread_count
 
 sizes = st.integers(0, 200)
 
@@ -157,53 +157,3 @@ def test_without_a_setting_there_are_as_many_as_processors_that_may_be_used(monk
     assert thread_count() == 5
     monkeypatch.setattr(os, "cpu_count", lambda: None)
     assert thread_count() == 1
-
-
-def test_what_is_made_aside_is_made_on_another_thread_while_the_block_runs():
-    together, told = threading.Barrier(2, timeout=20.0), []
-
-    def make(tell):
-        together.wait()
-        return threading.current_thread()
-
-    with Aside(make) as aside:
-        together.wait()
-        assert aside.result(told.append) is not threading.current_thread()
-    assert set(told) == {0.0}
-
-
-def test_what_is_raised_aside_is_raised_where_it_is_asked_for():
-    def make(tell):
-        raise KeyError("aside")
-
-    with Aside(make) as aside, pytest.raises(KeyError, match="aside"):
-        aside.result()
-
-
-def test_what_nobody_waits_for_ends_at_its_next_look():
-    ended = threading.Event()
-
-    def make(tell):
-        try:
-            while True:
-                tell(0.5)
-                time.sleep(0.001)
-        finally:
-            ended.set()
-
-    with Aside(make):
-        assert not ended.is_set()
-    assert ended.is_set()
-
-
-def test_who_waits_may_give_up():
-    def tell(share):
-        raise ValueError("enough")
-
-    def make(tell):
-        while True:
-            tell(0.5)
-            time.sleep(0.001)
-
-    with pytest.raises(ValueError, match="enough"), Aside(make) as aside:
-        aside.result(tell)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -369,42 +368,3 @@ def test_more_triangles_of_a_smooth_sheet_hide_no_less():
     ]  # fmt: skip
     assert recalls[1] > recalls[0] - 0.02
     assert recalls[2] > recalls[1] - 0.02
-
-
-@pytest.mark.parametrize("options", [{}, {"preset": "draft"}, {"front": 0.05}])
-def test_what_is_drawn_aside_changes_no_triangle(monkeypatch, options):
-    monkeypatch.setenv("OCCLUDER_THREADS", "2")
-    mesh, drawn = blob(), []
-
-    class Watched(refine_step.Aside):
-        def result(self, *arguments):
-            drawn.append(super().result(*arguments))
-            return drawn[-1]
-
-    monkeypatch.setattr(refine_step, "Aside", Watched)
-    found = run(mesh, budget=24, **options).occluder
-    assert len(drawn) == 1
-    monkeypatch.setattr(refine_step, "MOST_ASIDE", 0)
-    assert np.array_equal(run(mesh, budget=24, **options).occluder.vertices, found.vertices)
-    assert len(drawn) == 1
-
-
-def test_nothing_is_drawn_aside_on_one_thread_or_under_a_time_limit(monkeypatch):
-    monkeypatch.setattr(refine_step, "Aside", lambda make: pytest.fail("begun"))
-    monkeypatch.setenv("OCCLUDER_THREADS", "2")
-    run(box((1.0, 2.0, 3.0)), budget=8, time_limit=0.1)
-    monkeypatch.setenv("OCCLUDER_THREADS", "1")
-    run(blob(), budget=8, preset="draft")
-
-
-def test_a_cancel_while_something_is_drawn_aside_leaves_no_thread(monkeypatch):
-    monkeypatch.setenv("OCCLUDER_THREADS", "2")
-    before = threading.active_count()
-
-    def listen(progress):
-        if progress.stage == "cut":
-            raise KeyError("enough")
-
-    with pytest.raises(KeyError, match="enough"):
-        run(blob(), listen)
-    assert threading.active_count() == before

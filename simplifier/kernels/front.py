@@ -29,6 +29,10 @@ from simplifier.kernels.threads import run_chunks
 
 _NARROWEST = 1e-9  # pixels
 
+LEAST_FACES = 1 << 13
+"""Triangles of a mesh whose front is counted by contours: of fewer, that saves less than a tenth of
+a second, and what does it takes two to compile."""
+
 
 def front_pixels(
     mesh: tuple[NDArray[np.float64], NDArray[np.int32]],
@@ -52,7 +56,7 @@ def front_pixels(
     points, faces, views = drawable(*mesh, projections, (3, image, image))
     other_points, other_faces, _ = drawable(*occluder, projections, (3, image, image))
     pixels = np.zeros((len(views), 2), dtype=np.int64)
-    if by_contours(len(faces), len(views), image * image):
+    if len(faces) >= LEAST_FACES and by_contours(len(faces), len(views), image * image):
         # Here, not above: they are built on this file, and small meshes need not load them.
         from simplifier.kernels.contours import draw_by_contours, edge_table
         from simplifier.kernels.front_contours import count_front_by_contours

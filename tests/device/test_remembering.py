@@ -8,7 +8,7 @@ import pytest
 from simplifier.device import remembering as module
 from simplifier.device.device import PROCESSOR, Processor
 from simplifier.device.remembering import remembering
-from simplifier.kernels import contours
+from simplifier.kernels import contours, front
 from tests import solids
 from tests.kernels.test_front_contours import HALF, looks
 
@@ -21,6 +21,7 @@ RING = solids.torus()
 def made(monkeypatch):
     """How often edges were found, and silhouettes drawn by them."""
     made = {"edge_table": 0, "draw_by_contours": 0}
+    monkeypatch.setattr(front, "LEAST_FACES", 0)
 
     def count(name, work):
         def counted(*arguments):

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.geometry.views import image_axes, random_directions
-from simplifier.kernels import front_contours
+from simplifier.kernels import front, front_contours
 from simplifier.kernels.contours import draw_by_contours, edge_table
 from simplifier.kernels.coverage import drawable
 from simplifier.kernels.front import count_front, front_pixels
@@ -140,6 +140,7 @@ def test_any_number_of_views_at_a_time(monkeypatch):
 
 def test_a_fine_mesh_in_many_views_is_counted_so(monkeypatch):
     views, counted = looks(64, 40), []
+    monkeypatch.setattr(front, "LEAST_FACES", len(RING.faces))
 
     def count(*arguments):
         counted.append(arguments)
@@ -153,3 +154,9 @@ def test_a_fine_mesh_in_many_views_is_counted_so(monkeypatch):
         )
         np.testing.assert_array_equal(found, both(one, occluder, views, 40)[1])
         assert len(counted) == 1  # most of the soup's edges are open
+    monkeypatch.setattr(front, "LEAST_FACES", len(RING.faces) + 1)
+    assert np.array_equal(
+        front_pixels((mesh.vertices, mesh.faces), (HALF.vertices, HALF.faces), views, 40, 0.02),
+        both(mesh, HALF, views, 40)[1],
+    )
+    assert len(counted) == 1

@@ -38,6 +38,7 @@ _TIMES = frozenset({
     "machine", "host", "cull_ms", "cull_seconds", "duration", "date", "id", "job", "job_id",
     "links", "href", "run", "created_at", "started_at", "finished_at", "queued_at", "ended_at",
     "updated", "milliseconds", "time", "times", "reused", "link", "seconds_a_cell",
+    "request_id",
 })  # fmt: skip
 """Keys whose values are times, dates, or names that a server draws at random."""
 
@@ -381,7 +382,9 @@ def _environment() -> dict[str, str]:
 def _told(ran: Ran) -> Iterator[tuple[str, Any]]:
     yield "status", ran.status
     yield "printed", _steady(_without_place(ran.out, ran.folder))
-    yield "errors", _steady(_without_place(ran.errors, ran.folder))
+    # How far a run is at some second is a time as well.
+    said = [line for line in ran.errors.splitlines(True) if not line.startswith("progress: ")]
+    yield "errors", _steady(_without_place("".join(said), ran.folder))
 
 
 def _files(folder: Path) -> Iterator[tuple[str, Any]]:

@@ -24,10 +24,17 @@ FAR, NEAR = range(2)
 
 
 @dataclass(frozen=True, eq=False)
-class TreeOutline:
-    """As :class:`OccluderTree` says, with what is known of an occluder without its triangles.
+class NodeTree:
+    """A scene's tree, and which occluders its nodes have.
 
-    ``error_bounds``  (m,) float64 of the occluders, each in its own space.
+    ``options``      what it was built with.
+    ``objects``      names; each once.
+    ``object_of``    (p,) int32: the object that each part belongs to.
+    ``tree``         over the parts' boxes, world units.
+    ``transforms``   (p, 4, 4) float64: of each part, from its mesh to the world.
+    ``occluder_of``  (k, 2) int32: the far and the near occluder of each node, -1 for none.  Those
+                     of a leaf are in the space of its part's mesh, that of an inner node in the
+                     world.
     """
 
     options: SceneOptions
@@ -36,8 +43,10 @@ class TreeOutline:
     tree: Tree
     transforms: FloatArray
     occluder_of: IntArray
-    error_bounds: FloatArray
-    radii: FloatArray
+
+    def _known(self) -> tuple[FloatArray, FloatArray]:
+        """Error bounds and radii (m,) of the occluders, each in its own space."""
+        raise NotImplementedError
 
     def errors(self) -> FloatArray:
         """(k, 2) the errors that drawing has to answer for, world units; infinite for none.
@@ -45,14 +54,14 @@ class TreeOutline:
         Of far occluders how far they may stray.  Near ones have none: what they cover beside their
         triangles is held down to the overhang of the build, whatever they are seen from.
         """
-        bounds = np.append(self.error_bounds, np.inf)
+        bounds = np.append(self._known()[0], np.inf)
         found = np.asarray(bounds[self.occluder_of] * self._stretch())
         found[self.occluder_of[:, NEAR] >= 0, NEAR] = 0.0
         return found
 
     def hiding_radii(self) -> FloatArray:
         """(k, 2) world units; 0 for none."""
-        return np.asarray(np.append(self.radii, 0.0)[self.occluder_of] * self._stretch())
+        return np.asarray(np.append(self._known()[1], 0.0)[self.occluder_of] * self._stretch())
 
     def _stretch(self) -> FloatArray:
         """(k, 1) how much the transform of a leaf enlarges lengths, at most; 1 for inner nodes."""
@@ -64,29 +73,33 @@ class TreeOutline:
 
 
 @dataclass(frozen=True, eq=False)
-class OccluderTree:
-    """What a renderer needs at run time.
+class TreeOutline(NodeTree):
+    """As :class:`OccluderTree`, without the triangles of the occluders.
 
-    ``options``      what it was built with.
-    ``objects``      names; each once.
-    ``object_of``    (p,) int32: the object that each part belongs to.
-    ``tree``         over the parts' boxes, world units.
-    ``transforms``   (p, 4, 4) float64: of each part, from its mesh to the world.
-    ``occluder_of``  (k, 2) int32: the far and the near occluder of each node, -1 for none.  Those
-                     of a leaf are in the space of its part's mesh, that of an inner node in the
-                     world.
+    ``error_bounds``, ``radii``  (m,) float64 of the occluders, each in its own space.
+    """
+
+    error_bounds: FloatArray
+    radii: FloatArray
+
+    def _known(self) -> tuple[FloatArray, FloatArray]:
+        return self.error_bounds, self.radii
+
+
+@dataclass(frozen=True, eq=False)
+class OccluderTree(NodeTree):
+    """What a renderer needs at run time: the nodes of a :class:`NodeTree`, and their occluders.
+
     ``occluders``    shared by the instances of a mesh.
     ``radii``        of the disc that hides as much as each occluder; see ``hiding_radius``.
     """
 
-    options: SceneOptions
-    objects: tuple[str, ...]
-    object_of: IntArray
-    tree: Tree
-    transforms: FloatArray
-    occluder_of: IntArray
     occluders: tuple[Occluder, ...]
     radii: FloatArray
+
+    def _known(self) -> tuple[FloatArray, FloatArray]:
+        bounds = np.array([occluder.error_bound for occluder in self.occluders], dtype=np.float64)
+        return bounds, self.radii
 
     def part_of(self, leaf: int) -> int:
         """What a leaf holds."""
@@ -104,23 +117,6 @@ class OccluderTree:
             points = points @ transform[:3, :3].T + transform[:3, 3]
             error *= float(scales(transform[None])[0])
         return points, occluder.faces, error
-
-    def errors(self) -> FloatArray:
-        """As :meth:`TreeOutline.errors`."""
-        return self.outline.errors()
-
-    def hiding_radii(self) -> FloatArray:
-        """(k, 2) world units; 0 for none."""
-        return self.outline.hiding_radii()
-
-    @property
-    def outline(self) -> TreeOutline:
-        """The same without the triangles."""
-        bounds = np.array([occluder.error_bound for occluder in self.occluders], dtype=np.float64)
-        return TreeOutline(
-            self.options, self.objects, self.object_of, self.tree, self.transforms,
-            self.occluder_of, bounds, self.radii,
-        )  # fmt: skip
 
     def triangle_counts(self) -> NDArray[np.int64]:
         """(k, 2) of the occluders; 0 for none."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from simplifier.errors import OutputError, SceneError
 from simplifier.geometry.packed_tree import PackedTree
-from simplifier.hierarchy.occluder_tree import OccluderTree, TreeOutline
+from simplifier.hierarchy.occluder_tree import NodeTree, OccluderTree
 from simplifier.hierarchy.packing import WeldedMesh, pack_meshes
 from simplifier.hierarchy.scene_file import SCENE_FILE, read_keys
 from simplifier.io.files import read_bytes, write_whole
@@ -52,10 +52,10 @@ def write_packed(folder: Path, tree: OccluderTree) -> bytes:
     ``tree`` is what ``scene.json`` in the folder says.  Raises
     :class:`~simplifier.errors.OutputError`; an older file is gone then.
     """
-    return write_meshes(folder, tree.outline, map(WeldedMesh.of, tree.occluders))
+    return write_meshes(folder, tree, map(WeldedMesh.of, tree.occluders))
 
 
-def write_meshes(folder: Path, tree: TreeOutline, occluders: Iterable[WeldedMesh]) -> bytes:
+def write_meshes(folder: Path, tree: NodeTree, occluders: Iterable[WeldedMesh]) -> bytes:
     """As :func:`write_packed`, of occluders that are welded already."""
     path = folder / PACKED_FILE
     try:

@@ -28,7 +28,7 @@ from simplifier.geometry.packed_tree import (
 )
 from simplifier.geometry.weld import edge_pairs, weld
 from simplifier.hierarchy.node import COARSENESS
-from simplifier.hierarchy.occluder_tree import FAR, NEAR, OccluderTree, TreeOutline
+from simplifier.hierarchy.occluder_tree import FAR, NEAR, NodeTree, OccluderTree
 from simplifier.io.float32 import box_centre, to_float32
 from simplifier.version import VERSION
 
@@ -63,10 +63,10 @@ def pack_tree(tree: OccluderTree) -> PackedTree:
     Raises :class:`~simplifier.errors.OutputError` where the scene does not fit float32.
     """
     check_kind("tree", tree, OccluderTree, "what simplifier.load_occluder_tree returns")
-    return pack_meshes(tree.outline, map(WeldedMesh.of, tree.occluders))
+    return pack_meshes(tree, map(WeldedMesh.of, tree.occluders))
 
 
-def pack_meshes(tree: TreeOutline, occluders: Iterable[WeldedMesh]) -> PackedTree:
+def pack_meshes(tree: NodeTree, occluders: Iterable[WeldedMesh]) -> PackedTree:
     """As :func:`pack_tree`, of occluders that are welded already."""
     options = tree.options
     transforms, transform_of = _each_once(tree.transforms[:, :3])
@@ -94,7 +94,7 @@ def _each_once(transforms: FloatArray) -> tuple[FloatArray, NDArray[np.uint32]]:
     return each, np.array(places, dtype=np.uint32)
 
 
-def _nodes(tree: TreeOutline, origin: FloatArray) -> NDArray[np.void]:
+def _nodes(tree: NodeTree, origin: FloatArray) -> NDArray[np.void]:
     """A far occluder that keeps wholly inside never errs but lacks as much as it is coarse, which
     decides alike whether it is drawn.
     """

@@ -168,20 +168,23 @@ def _place_elsewhere(triangles, views, layers, room, before, reach, state, trial
 
 
 @inner_kernel
-def _order_views(projections, widest, order, ends, blocks):
+def _order_views(projections, order, ends, strides, blocks):
     """The views in the order of the looks at a move: those of the first, the second's others, …
 
     Writes ``order`` (V,) int64, where each look ends in it into ``ends``, and the projections in
-    that order into ``blocks``; returns the number of looks.
+    that order into ``blocks``.  ``strides`` are powers of two: after a look, one view of so many
+    has been seen.  Returns the number of looks.
     """
-    stride, seen, count, looks = widest, 0, 0, 0
+    stride, seen, count, looks = 1, 0, 0, 0
+    while stride * 2 * _GLANCE <= len(projections):
+        stride *= 2
     while True:
         for view in range(0, len(projections), stride):
             if seen == 0 or view % seen != 0:
                 order[count] = view
                 put_projection(projections[view], count, blocks)
                 count += 1
-        ends[looks] = count
+        ends[looks], strides[looks] = count, stride
         looks += 1
         if stride == 1:
             return looks
@@ -273,13 +276,11 @@ def anneal(
     delta = np.zeros(3)
     cells = room[1].shape
     reach = _REACH * max(cells[0], cells[1], cells[2])
-    widest = 1  # of the strides: a power of two
-    while widest * 2 * _GLANCE <= len(scores):
-        widest *= 2
-    order, ends = np.zeros(len(scores), np.int64), np.zeros(64, np.int64)
+    order = np.zeros(len(scores), np.int64)
+    ends, strides = np.zeros(64, np.int64), np.zeros(64, np.int64)
     blocks = np.zeros((len(scores) + BLOCK - 1) // BLOCK * (8 * BLOCK))
     edges = np.zeros(15 * BLOCK)
-    looks = _order_views(projections, widest, order, ends, blocks)
+    looks = _order_views(projections, order, ends, strides, blocks)
     total = np.sum(scores)
     index, moved = 0, 0
     again, poor = False, False
@@ -327,10 +328,7 @@ def anneal(
                 drawn, trial_scores, union, part, edges, work,
             )  # fmt: skip
             # A few views that lose this much are hardly made good by the others.
-            if look < looks - 1:
-                taken = change * (widest >> 2 * look) >= 2 * least
-            else:
-                taken = change >= least
+            taken = change * strides[look] >= (2 * least if look < looks - 1 else least)
             if not taken:
                 break
         if not taken:

@@ -25,6 +25,13 @@ def popcount(word: np.uint64) -> np.uint64:
 
 
 @inline_kernel
+def lowest_one(word):
+    """The lowest one of a uint64 that is not 0, as a word of its own, and its place, an int64."""
+    lowest = word & (~word + np.uint64(1))
+    return lowest, np.int64(popcount(lowest - np.uint64(1)))
+
+
+@inline_kernel
 def upright_edge(x0, y0, x1, y1, shows):
     """An edge as :func:`edge_bits` takes it, from either end; one of no row if it does not show.
 

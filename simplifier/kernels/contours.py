@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.bit_image import popcount
+from simplifier.kernels.bit_image import lowest_one
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.coverage import MaskArray, draw_faces, lies_between, project
 from simplifier.kernels.threads import run_chunks
@@ -219,7 +219,6 @@ def count_edges(vertices, edges, bits, projections, sign, side, counts, unsure):
     ``counts`` (V, sides, columns + 1, rows) int32 is added to, ``unsure`` (V,) set where rounding
     matters.
     """
-    one = np.uint64(1)
     columns, rows = counts.shape[2] - 1, counts.shape[3]
     for place in range(len(edges)):
         own = bits[edges[place, 2]]
@@ -230,9 +229,8 @@ def count_edges(vertices, edges, bits, projections, sign, side, counts, unsure):
         ax, ay, az = vertices[0, i], vertices[1, i], vertices[2, i]
         bx, by, bz = vertices[0, j], vertices[1, j], vertices[2, j]
         while waiting != 0:
-            lowest = waiting & (~waiting + one)
+            lowest, view = lowest_one(waiting)
             waiting ^= lowest
-            view = np.int64(popcount(lowest - one))
             low_y = _along(projections, view, 1, ax, ay, az)
             high_y = _along(projections, view, 1, bx, by, bz)
             begin, end = _cell(low_y, rows), _cell(high_y, rows)
@@ -276,7 +274,6 @@ def cover(counts, columns, mask):
 @inner_kernel
 def _draw_edge_on(vertices, faces, front, back, projections, columns, masks):
     """Draw the triangles that have neither bit of a view."""
-    one = np.uint64(1)
     rows, views = masks.shape[1], len(projections)
     every = ~np.uint64(0) >> np.uint64(64 - views)
     corners, points, cells = np.empty((3, 3)), np.empty((3, 2)), np.empty(3, np.uint32)
@@ -289,9 +286,8 @@ def _draw_edge_on(vertices, faces, front, back, projections, columns, masks):
                 for axis in range(3):
                     corners[axis, corner] = vertices[axis, faces[face, corner]]
         while waiting != 0:
-            lowest = waiting & (~waiting + one)
+            lowest, view = lowest_one(waiting)
             waiting ^= lowest
-            view = np.int64(popcount(lowest - one))
             project(corners, projections[view], rows, columns, points, cells)
             if not lies_between(cells[0], cells[1], cells[2]):
                 draw_faces(points, cells, own, columns, masks[view])

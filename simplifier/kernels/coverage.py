@@ -36,8 +36,7 @@ LEAST_VIEWS = 64
 MOST_FACES = 1 << 21
 """Of a mesh that is: the table takes 130 bytes a triangle while it is made."""
 
-LEAST_AT_A_TIME, MOST_AT_A_TIME = 16, 32
-"""Views whose front is measured together: of more, scratch costs what words save."""
+_LEAST_AT_A_TIME, _MOST_AT_A_TIME = 16, 32
 
 _PIXELS_A_FACE = 32
 """At most, of a picture that is: what is counted by the pixel must not cost more than triangles."""
@@ -108,6 +107,12 @@ def coverage_masks(
 def by_contours(faces: int, views: int, pixels: int) -> bool:
     """Whether so many triangles are drawn by their contour, if few of their edges are open."""
     return views >= LEAST_VIEWS and faces <= MOST_FACES and _PIXELS_A_FACE * faces >= pixels
+
+
+def views_at_a_time(faces: int, image: int) -> int:
+    """Views whose front is measured together: of more, scratch costs what words save, and limits
+    and counts should not outgrow the mesh, which is gone through once for all."""
+    return min(max(4 * faces // image**2, _LEAST_AT_A_TIME), _MOST_AT_A_TIME)
 
 
 def unpack_masks(masks: MaskArray, columns: int) -> NDArray[np.bool_]:

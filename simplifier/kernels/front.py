@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.bit_image import popcount
+from simplifier.kernels.bit_image import lowest_one, popcount
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.coverage import (
     Known,
@@ -330,10 +330,9 @@ def _settle(x0, z0, x1, z1, row, first, last, limits, hidden, waiting, seen):
             continue
         waiting[row, word] &= ~(span & ~hidden[row, word])
         asked &= hidden[row, word]
-        one = np.uint64(1)
         while asked != 0:
-            lowest = asked & (~asked + one)
+            lowest, place = lowest_one(asked)
             asked ^= lowest
-            column = 64 * word + np.int64(popcount(lowest - one))
+            column = 64 * word + place
             if z0 + (column - x0) * slope <= limits[row, column]:
                 waiting[row, word] ^= lowest

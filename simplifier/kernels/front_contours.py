@@ -16,10 +16,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.bit_image import popcount
+from simplifier.kernels.bit_image import lowest_one, popcount
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.contours import EdgeTable, count_edges, cover, fill_sides, sight_axes
-from simplifier.kernels.coverage import LEAST_AT_A_TIME, MOST_AT_A_TIME, MaskArray, project
+from simplifier.kernels.coverage import MaskArray, project, views_at_a_time
 from simplifier.kernels.front import draw_nearest, settle_face
 from simplifier.kernels.threads import run_chunks
 
@@ -46,9 +46,7 @@ def count_front_by_contours(
     low, high = table.vertices.min(axis=1), table.vertices.max(axis=1)
     ball = np.append(0.5 * (low + high), 0.5 * np.linalg.norm(high - low))
     axes = sight_axes(views[:, :2])
-    # Limits and counts should not outgrow the mesh, which is gone through once for all.
-    batch = 4 * len(table.faces) // (image * image)
-    batch = min(max(batch, LEAST_AT_A_TIME), MOST_AT_A_TIME)
+    batch = views_at_a_time(len(table.faces), image)
     run_chunks(
         lambda begin, end: count_fronts(
             table.vertices, table.faces, table.edges, table.planes, axes, *others, views, ball,
@@ -244,9 +242,9 @@ def _turn_words(near, front, back, waiting):
             front[face] &= square[lane]
             back[face] &= square[lane]
             while edge_on != 0:
-                lowest = edge_on & (~edge_on + one)
+                lowest, view = lowest_one(edge_on)
                 edge_on ^= lowest
-                waiting[np.int64(popcount(lowest - one)), word] |= one << np.uint64(lane)
+                waiting[view, word] |= one << np.uint64(lane)
 
 
 @inner_kernel
@@ -284,7 +282,7 @@ def _cell(value, size):
 @inner_kernel
 def _draw_left(vertices, faces, chosen, projection, limits, hidden, waiting, seen):
     """Take out of ``waiting`` what the triangles of the bits ``chosen`` settle."""
-    one, sixteen, size = np.uint64(1), np.uint32(16), float(len(limits))
+    sixteen, size = np.uint32(16), float(len(limits))
     own, points, cells = np.empty((3, 3)), np.empty((3, 2)), np.empty(3, np.uint32)
     depths = np.empty(3)
     a, b, c, d = projection[0]
@@ -294,9 +292,9 @@ def _draw_left(vertices, faces, chosen, projection, limits, hidden, waiting, see
     for word in range(len(chosen)):
         left = chosen[word]
         while left != 0:
-            lowest = left & (~left + one)
+            lowest, place = lowest_one(left)
             left ^= lowest
-            face = 64 * word + np.int64(popcount(lowest - one))
+            face = 64 * word + place
             for corner in range(3):
                 vertex = faces[face, corner]
                 x, y, z = vertices[0, vertex], vertices[1, vertex], vertices[2, vertex]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.bit_image import popcount
+from simplifier.kernels.bit_image import lowest_one, popcount
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.random_quads import bit
 
@@ -165,14 +165,13 @@ def _look_aside(heights, row, column, most):
 @inner_kernel
 def _farthest_of_row(heights, over, row, most, columns, ends, distances):
     """The largest squared distance of a row's pixels of ``over``, if it is more than ``most``."""
-    one = np.uint64(1)
     whole = False
     for word in range(over.shape[1]):
         waiting = over[row, word]
         while waiting != 0:
-            lowest = waiting & (~waiting + one)
+            lowest, place = lowest_one(waiting)
             waiting ^= lowest
-            column = 64 * word + np.int64(popcount(lowest - one))
+            column = 64 * word + place
             if not whole:
                 found = _look_aside(heights, row, column, most)
                 whole = found < 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.compiled.kernel import inner_kernel, kernel
+from simplifier.kernels.soup_views import corner
 from simplifier.kernels.voxelize import is_contained
 
 _TINY = 1e-300  # of a normal: less is none
@@ -60,10 +61,7 @@ def pull_triangles(triangles, room, steps, pulls, share, inside):
                 for k in range(3):
                     for axis in range(3):
                         moved[k, axis] = triangle[k, axis] + step * normal[axis]
-                p = (moved[0, 0], moved[0, 1], moved[0, 2])
-                q = (moved[1, 0], moved[1, 1], moved[1, 2])
-                r = (moved[2, 0], moved[2, 1], moved[2, 2])
-                if is_contained(p, q, r, room):
+                if is_contained(corner(moved, 0), corner(moved, 1), corner(moved, 2), room):
                     triangle[:] = moved
                     inside[index] = True
                     break

@@ -12,12 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from simplifier.kernels.coverage import (
-    LEAST_AT_A_TIME,
-    LEAST_VIEWS,
-    MOST_AT_A_TIME,
-    MOST_FACES,
-)
+from simplifier.kernels.coverage import LEAST_VIEWS, MOST_FACES, views_at_a_time
 from simplifier.kernels.sight import picture_size
 from simplifier.kernels.threads import thread_count
 from simplifier.options.simplify import LITTLE_OVERHANG
@@ -294,7 +289,7 @@ def front(size: MeshSize, count: int, occluders: int) -> int:
     own = (16 + 4) * size.vertices + 8 * _FRONT_IMAGE**2
     if count >= LEAST_VIEWS and size.triangles <= MOST_FACES:
         drawn += 2 * _VERTEX * size.vertices + _KEPT_FACE * size.triangles + 2 * _MASKS_KEPT
-        some = min(max(4 * size.triangles // _FRONT_IMAGE**2, LEAST_AT_A_TIME), MOST_AT_A_TIME)
+        some = views_at_a_time(size.triangles, _FRONT_IMAGE)
         own += 8 * size.vertices + 16 * size.triangles
         own += some * (size.triangles // 4 + (8 + 2 * 4) * _FRONT_IMAGE**2)
     return drawn + min(thread_count(), count) * own + _masks(count, _FRONT_IMAGE, occluders)

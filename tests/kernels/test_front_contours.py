@@ -132,7 +132,7 @@ def test_beyond_the_picture_and_with_far_occluders():
 def test_any_number_of_views_at_a_time(monkeypatch):
     views = looks(40, 40)
     whole, expected = both(RING, HALF, views, 40)
-    monkeypatch.setattr(front_contours, "LEAST_AT_A_TIME", 3)
+    monkeypatch.setattr(front_contours, "views_at_a_time", lambda faces, image: 3)
     parts, _ = both(RING, HALF, views, 40)
     np.testing.assert_array_equal(whole, expected)
     np.testing.assert_array_equal(parts, expected)

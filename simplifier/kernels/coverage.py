@@ -110,8 +110,11 @@ def by_contours(faces: int, views: int, pixels: int) -> bool:
 
 
 def views_at_a_time(faces: int, image: int) -> int:
-    """Views whose front is measured together: of more, scratch costs what words save, and limits
-    and counts should not outgrow the mesh, which is gone through once for all."""
+    """How many views have their front measured together.
+
+    With more, scratch memory costs what shared words save.  Limits and counts should not outgrow
+    the mesh, which is read once for all of them.
+    """
     return min(max(4 * faces // image**2, _LEAST_AT_A_TIME), _MOST_AT_A_TIME)
 
 

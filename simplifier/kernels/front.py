@@ -30,8 +30,8 @@ from simplifier.kernels.threads import run_chunks
 _NARROWEST = 1e-9  # pixels
 
 LEAST_FACES = 1 << 13
-"""Triangles of a mesh whose front is counted by contours: of fewer, that saves less than a tenth of
-a second, and what does it takes two to compile."""
+"""Triangles of a mesh whose front is counted by contours.  A smaller mesh would gain less than a
+tenth of a second, and the kernels for it take two seconds to compile."""
 
 
 def front_pixels(

@@ -55,7 +55,7 @@ def write_measure(builder: Any, address: Any, steps: str) -> Any:
 
 
 def _either(builder: Any, block: Any, value: Any) -> Any:
-    """A vector that has that value where the instructions before were those of that block."""
+    """A vector that has that value when control came from that block."""
     found = builder.phi(_ROWS)
     found.add_incoming(value, block)
     return found

@@ -1,4 +1,4 @@
-"""Functions that kernels call, written in LLVM's instructions where no loop becomes them."""
+"""Functions that kernels call, written in LLVM's instructions: no loop compiles to as few."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from functools import cached_property, update_wrapper
 from typing import Any
 
 Generate = Callable[[Any, Any], Any]
-"""Writes instructions by a builder of llvmlite: what it is given, a number or the address of an
-array's first element, to the result, a number of that type."""
+"""Takes a builder of llvmlite and the argument, a number or the address of an array's first
+element; writes instructions, and returns their result, a number of the same type."""
 
 
 class Intrinsic:

@@ -80,7 +80,7 @@ class _References(NRTContext):  # type: ignore[misc]
 
 class _Lower(Lower):  # type: ignore[misc]
     def extract_function_arguments(self) -> Any:
-        """Arrays that name nothing to be counted, and so do all their rows and slices.
+        """Arguments whose arrays have no counter; so neither have their rows and slices.
 
         Counting is atomic, and both threads of a search count the same arrays: it took a third of
         the time of a search.  Where a function returns arrays, they may be what it was given.

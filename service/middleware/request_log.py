@@ -32,12 +32,18 @@ _NAME = re.compile(r"[A-Za-z0-9._-]{1,64}", re.ASCII)
 
 @dataclass
 class _Answer:
-    """What has been sent of an answer."""
+    """What has been sent of an answer; ``announced`` are its bytes by ``Content-Length``."""
 
     status: int | None = None
     seconds: float = 0.0
     size: int = 0
-    whole: bool = False
+    announced: int | None = None
+    ended: bool = False
+
+    @property
+    def whole(self) -> bool:
+        """Who has all that was announced may hang up before the answer's end is sent."""
+        return self.ended or (self.announced is not None and self.size >= self.announced)
 
 
 @dataclass(frozen=True)
@@ -79,10 +85,13 @@ class RequestLog:
         async def noting(message: Message) -> None:
             if message["type"] == "http.response.start":
                 answer.status, answer.seconds = message["status"], time.perf_counter() - began
-                MutableHeaders(scope=message)["X-Request-Id"] = name
+                headers = MutableHeaders(scope=message)
+                headers["X-Request-Id"] = name
+                if length := headers.get("Content-Length"):
+                    answer.announced = int(length)
             elif message["type"] == "http.response.body":
                 answer.size += len(message.get("body", b""))
-                answer.whole = not message.get("more_body", False)
+                answer.ended = not message.get("more_body", False)
             await send(message)
 
         began = time.perf_counter()

@@ -72,6 +72,19 @@ def test_answers_that_fail_are_told_too(lines: pytest.LogCaptureFixture) -> None
     assert lines.messages[0].endswith("broken off")
 
 
+@pytest.mark.parametrize(("announced", "end"), [(b"4", "id=first"), (b"5", "broken off")])
+def test_who_has_all_may_hang_up(
+    lines: pytest.LogCaptureFixture, announced: bytes, end: str
+) -> None:
+    async def left(scope: Scope, receive: Receive, send: Send) -> None:
+        headers = [(b"content-length", announced)]
+        await send({"type": "http.response.start", "status": 200, "headers": headers})
+        await send({"type": "http.response.body", "body": b"half", "more_body": True})
+
+    ask(RequestLog(left), headers={"x-request-id": "first"})
+    assert lines.messages[0].endswith(end)
+
+
 def test_a_client_without_an_address_is_told_too(lines: pytest.LogCaptureFixture) -> None:
     ask(RequestLog(Echo()), client=None)
     assert lines.messages[0].startswith("- GET ")

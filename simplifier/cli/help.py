@@ -56,12 +56,13 @@ def help_settings(command: Any) -> dict[str, Any]:
         lines += [escape(f"  {typed}"), f"      {what}"]
     return {
         "cls": GroupedCommand,
-        "help": _paragraphs(inspect.getdoc(command) or ""),
+        "help": help_text(command),
         "epilog": "\n".join(lines) if examples else None,
         "context_settings": HELP_NAMES,
     }
 
 
-def _paragraphs(text: str) -> str:
-    """Each in one line, for the terminal to break."""
+def help_text(command: Any) -> str:
+    """The paragraphs of a command's docstring, each in one line for the terminal to break."""
+    text = inspect.getdoc(command) or ""
     return "\n\n".join(" ".join(one.split()) for one in text.split("\n\n"))

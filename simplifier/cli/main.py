@@ -28,7 +28,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from simplifier.cli.console import accept_any_text, count_bar, print_line
-from simplifier.cli.help import HELP_NAMES, help_settings
+from simplifier.cli.help import HELP_NAMES, help_settings, help_text
 from simplifier.cli.running import INTERRUPTED
 from simplifier.errors import CommandError
 from simplifier.progress import show_compiling_by
@@ -139,12 +139,26 @@ class Commands(TyperGroup):
         self.commands = cast(Any, self._catalogue)
         self._listed = False
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if not args and not ctx.resilient_parsing:
+            typer.echo(ctx.get_help())
+            raise typer.Exit(2)
+        return super().parse_args(ctx, args)
+
     def list_commands(self, ctx: Any) -> list[str]:
         return list(self.commands)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         self._listed = True
         super().format_help(ctx, formatter)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Each with the whole of its first sentence, which click would cut at the first line."""
+        listed = {name: self.get_command(ctx, name) for name in self.list_commands(ctx)}
+        with formatter.section("Commands"):
+            formatter.write_dl(
+                [(name, _first(one.help)) for name, one in listed.items() if one is not None]
+            )
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """For the help, which shows the rest where one cannot be loaded."""
@@ -167,11 +181,16 @@ class Commands(TyperGroup):
         return super().resolve_command(ctx, args)
 
 
+def _first(text: str | None) -> str:
+    """The first paragraph."""
+    return (text or "").partition("\n\n")[0]
+
+
 def _from_outside(place: EntryPoint, *, listed: bool = False) -> Any:
     try:
         found = place.load()
         if listed and not isinstance(found, typer.Typer):
-            return TyperCommand(place.name, help=help_settings(found)["help"])
+            return TyperCommand(place.name, help=help_text(found))
         if listed and isinstance(found.info.help, str):
             return TyperCommand(place.name, help=found.info.help)
         return _command(place.name, found)
@@ -196,7 +215,10 @@ def _command(name: str, found: Any) -> Any:
 
 
 app = typer.Typer(
-    cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False, context_settings=HELP_NAMES
+    cls=Commands,
+    pretty_exceptions_enable=False,
+    context_settings=HELP_NAMES,
+    rich_markup_mode=None,  # of a list of commands, half of the time would go into boxes around it
 )
 
 

@@ -14,6 +14,7 @@ import pytest
 
 import simplifier
 from simplifier import api
+from simplifier.cli.main import OWN
 from simplifier.device.choice import close_device, open_device
 from simplifier.io.formats import writable_suffixes
 from simplifier.options.fields import OptionGroup
@@ -413,6 +414,9 @@ def test_version_and_help(command):
     assert (status, output, errors) == (0, f"{simplifier.__version__}\n", "")
     status, output, errors = command("--help")
     assert (status, errors) == (0, "")
+    words = " ".join(output.split())
+    for own in OWN.values():  # whole, however narrow the terminal is
+        assert own.help in words
     for name in ("simplify", "evaluate", "tradeoff", "warmup"):
         assert name in output
         status, help_text, errors = command(name, "--help")
